@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// A coordinate type Jostle is built for.
+template <class T>
+concept Coordinate = std::same_as<T, float> || std::same_as<T, double>;
+
+/// A closed axis-aligned bounding box: the points p with lo[d] <= p[d] <= hi[d] on every axis d.
+///
+/// Units    any one length unit, the same for all boxes of a call.
+/// Valid    lo[d] <= hi[d] on every axis. Zero-size boxes (points, rectangles) and infinite bounds are
+///          valid. NaN and lo > hi are not: functions that read boxes report them as an `Error`.
+template <int Dim, Coordinate T>
+struct Aabb
+{
+    static_assert(Dim == 2 || Dim == 3);
+    T lo[Dim];
+    T hi[Dim];
+};
+
+using Aabb2f = Aabb<2, float>;
+using Aabb3f = Aabb<3, float>;
+using Aabb2d = Aabb<2, double>;
+using Aabb3d = Aabb<3, double>;
+
+/// True when the closed boxes share at least one point: touching counts as overlapping.
+///
+/// This is the definition that every engine answers to.
+/// Source   Ericson, Real-Time Collision Detection (2005), sec. 4.2.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool overlaps(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
+{
+    for (int d = 0; d < Dim; ++d)
+        if (!(a.lo[d] <= b.hi[d] && b.lo[d] <= a.hi[d])) return false;
+    return true;
+}
+
+/// A read-only view of one value per object, `stride` bytes apart: a member of the user's own structs, or
+/// a plain array. Element i belongs to object i.
+///
+/// Lifetime  a view: the memory must outlive it.
+template <class T>
+class StridedView
+{
+  public:
+    StridedView() = default;
+    StridedView(const T* first, std::size_t size, std::ptrdiff_t stride_bytes = sizeof(T)) noexcept
+        : first_(reinterpret_cast<const std::byte*>(first)), stride_(stride_bytes), size_(size)
+    {
+    }
+    template <std::size_t Extent>
+    StridedView(std::span<const T, Extent> values) noexcept : StridedView(values.data(), values.size())
+    {
+    }
+    /// The member `field` of each struct of an array, read in place.
+    template <class Struct>
+    StridedView(std::span<const Struct> structs, T Struct::* field) noexcept
+        : StridedView(structs.empty() ? nullptr : &(structs.front().*field), structs.size(), sizeof(Struct))
+    {
+    }
+
+    [[nodiscard]] std::size_t size() const noexcept { return size_; }
+    [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
+    [[nodiscard]] const T& operator[](std::size_t i) const noexcept
+    {
+        return *reinterpret_cast<const T*>(first_ + static_cast<std::ptrdiff_t>(i) * stride_);
+    }
+
+  private:
+    const std::byte* first_ = nullptr;
+    std::ptrdiff_t stride_ = sizeof(T);
+    std::size_t size_ = 0;
+};
+
+/// Boxes in the user's own memory, read in place, never copied or written.
+///
+/// Shape     one pointer per coordinate to the first box's value and one stride in bytes for all. That
+///           covers arrays of boxes, boxes inside bigger structs, one array per coordinate, and NumPy views.
+/// Order     box i of the view is object i of every result.
+/// Lifetime  a view: the memory must outlive it, and must not change during a call that reads it.
+template <int Dim, Coordinate T>
+class BoxView
+{
+  public:
+    BoxView() = default;
+
+    /// An array (or vector, or span) of `Aabb`.
+    template <std::size_t Extent>
+    BoxView(std::span<const Aabb<Dim, T>, Extent> boxes) noexcept
+        : BoxView(strided(boxes.empty() ? nullptr : boxes.front().lo,
+                          boxes.empty() ? nullptr : boxes.front().hi, boxes.size(), sizeof(Aabb<Dim, T>)))
+    {
+    }
+    template <class Container>
+        requires std::convertible_to<const Container&, std::span<const Aabb<Dim, T>>>
+    BoxView(const Container& boxes) noexcept : BoxView(std::span<const Aabb<Dim, T>>(boxes))
+    {
+    }
+
+    /// Boxes inside structs: `lo` and `hi` point to the Dim consecutive coordinates of the first box, the
+    /// next box's are `stride_bytes` further on. Any stride that keeps T aligned is good, also a negative
+    /// one.
+    [[nodiscard]] static BoxView strided(const T* lo, const T* hi, std::size_t size,
+                                         std::ptrdiff_t stride_bytes) noexcept
+    {
+        BoxView view;
+        for (int d = 0; d < Dim; ++d) {
+            view.lo_[d] = lo == nullptr ? nullptr : lo + d;
+            view.hi_[d] = hi == nullptr ? nullptr : hi + d;
+        }
+        view.stride_ = stride_bytes;
+        view.size_ = size;
+        return view;
+    }
+
+    /// One array per coordinate: lo[d][i] and hi[d][i] belong to box i.
+    [[nodiscard]] static BoxView arrays(const std::array<const T*, Dim>& lo,
+                                        const std::array<const T*, Dim>& hi, std::size_t size,
+                                        std::ptrdiff_t stride_bytes = sizeof(T)) noexcept
+    {
+        BoxView view;
+        for (std::size_t d = 0; d < Dim; ++d) {
+            view.lo_[d] = lo[d];
+            view.hi_[d] = hi[d];
+        }
+        view.stride_ = stride_bytes;
+        view.size_ = size;
+        return view;
+    }
+
+    [[nodiscard]] std::size_t size() const noexcept { return size_; }
+    [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
+    [[nodiscard]] T lo(int axis, std::size_t i) const noexcept { return at(lo_[axis], i); }
+    [[nodiscard]] T hi(int axis, std::size_t i) const noexcept { return at(hi_[axis], i); }
+    [[nodiscard]] Aabb<Dim, T> operator[](std::size_t i) const noexcept
+    {
+        Aabb<Dim, T> box;
+        for (int d = 0; d < Dim; ++d) {
+            box.lo[d] = lo(d, i);
+            box.hi[d] = hi(d, i);
+        }
+        return box;
+    }
+
+    /// The boxes [first, first + count) as a view of their own.
+    [[nodiscard]] BoxView subview(std::size_t first, std::size_t count) const noexcept
+    {
+        BoxView view = *this;
+        for (int d = 0; d < Dim; ++d) {
+            view.lo_[d] = lo_pointer(d, first);
+            view.hi_[d] = hi_pointer(d, first);
+        }
+        view.size_ = count;
+        return view;
+    }
+
+    [[nodiscard]] std::ptrdiff_t stride_bytes() const noexcept { return stride_; }
+    [[nodiscard]] const T* lo_pointer(int axis, std::size_t i = 0) const noexcept
+    {
+        return address(lo_[axis], i);
+    }
+    [[nodiscard]] const T* hi_pointer(int axis, std::size_t i = 0) const noexcept
+    {
+        return address(hi_[axis], i);
+    }
+
+  private:
+    const T* address(const T* first, std::size_t i) const noexcept
+    {
+        return reinterpret_cast<const T*>(reinterpret_cast<const std::byte*>(first) +
+                                          static_cast<std::ptrdiff_t>(i) * stride_);
+    }
+    T at(const T* first, std::size_t i) const noexcept { return *address(first, i); }
+
+    const T* lo_[Dim] = {};
+    const T* hi_[Dim] = {};
+    std::ptrdiff_t stride_ = sizeof(Aabb<Dim, T>);
+    std::size_t size_ = 0;
+};
+
+template <int Dim, Coordinate T, std::size_t Extent>
+BoxView(std::span<const Aabb<Dim, T>, Extent>) -> BoxView<Dim, T>;
+
+JOSTLE_NAMESPACE_END

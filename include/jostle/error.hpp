@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// What was wrong with the data that a call was given.
+enum class ErrorCode
+{
+    nan_coordinate = 1, ///< a bound of a box is NaN
+    inverted_box,       ///< lo > hi on some axis
+    too_many_objects,   ///< more objects than a 32-bit index can name
+    size_mismatch,      ///< per-object arrays of different lengths
+    invalid_argument,   ///< anything else that the documentation of the call forbids
+};
+
+/// Thrown for what the user's data can cause. The message says what to do and names the object and value;
+/// whatever the call was to change is as it was before.
+class JOSTLE_API Error : public std::runtime_error
+{
+  public:
+    static constexpr std::uint64_t no_index = ~std::uint64_t{0};
+
+    Error(ErrorCode code, const std::string& message, std::uint64_t index = no_index);
+    ~Error() override; // here, so that the type has one home and can be caught across libraries
+
+    [[nodiscard]] ErrorCode code() const noexcept { return code_; }
+    /// The lowest offending object of the call, or `no_index` where no object is at fault.
+    [[nodiscard]] std::uint64_t index() const noexcept { return index_; }
+
+  private:
+    ErrorCode code_;
+    std::uint64_t index_;
+};
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <memory_resource>
+#include <span>
+#include <type_traits>
+
+#include "jostle/box.hpp"
+#include "jostle/error.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/function_ref.hpp"
+#include "jostle/pair_buffer.hpp"
+#include "jostle/stats.hpp"
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Which of the touching pairs are wanted. Everything given must agree; what is left empty doesn't filter.
+struct Filter
+{
+    /// The owner value of objects that belong to nobody: they pair with each other like any two objects.
+    static constexpr std::uint32_t no_owner = ~std::uint32_t{0};
+
+    /// Bit sets, one per object: a and b pair only if category[a] & mask[b] and category[b] & mask[a] are
+    /// both non-zero. Give both or neither.
+    StridedView<std::uint32_t> category;
+    StridedView<std::uint32_t> mask;
+    /// Objects of one owner never pair with each other: the parts of a robot, the colliders of a body.
+    StridedView<std::uint32_t> owner;
+    /// Asked last, for the pairs that are left, with a and b as they would be reported. It is called from
+    /// several threads at a time. What it throws ends the search and leaves the call as it is.
+    FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept;
+};
+
+/// The same for pairs between two sets: `a` filters objects of the first set, `b` those of the second.
+struct CrossFilter
+{
+    StridedView<std::uint32_t> category_a, mask_a, owner_a;
+    StridedView<std::uint32_t> category_b, mask_b, owner_b;
+    FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept;
+};
+
+enum class Order
+{
+    /// Grouped by place in space, in an order that depends on the boxes alone: not on threads, instruction
+    /// set,
+    /// executor, compiler, or anything found before. The fastest.
+    canonical,
+    /// Ascending by (a, b). Costs a sort of the result.
+    sorted,
+};
+
+/// A run of pairs on its way to a sink.
+struct PairChunk
+{
+    std::span<const Pair> pairs; ///< never empty; valid during the call only
+    /// Chunks ordered by (block, part) are the canonical order. Both depend on the boxes alone.
+    std::uint64_t block;
+    std::uint64_t part;
+};
+
+/// Takes pairs as they are found; returns false to stop the search. Chunks of different blocks arrive from
+/// several threads at a time and in no particular order, those of one block in ascending part.
+using PairSink = FunctionRef<bool(const PairChunk&)>;
+
+/// The instruction sets Jostle has kernels for. Results are the same on all of them.
+enum class InstructionSet
+{
+    scalar,
+    sse4,
+    avx2,
+    avx512,
+    neon,
+    wasm_simd
+};
+
+/// Those compiled in that this machine can run, the best one first; `scalar` is always there.
+[[nodiscard]] JOSTLE_API std::span<const InstructionSet> supported_instruction_sets() noexcept;
+[[nodiscard]] JOSTLE_API const char* name(InstructionSet set) noexcept;
+
+struct FinderOptions
+{
+    /// Null means default_executor(). It must outlive the finder.
+    Executor* executor = nullptr;
+    /// Where working memory comes from. Used from several threads at a time: give a synchronised resource.
+    std::pmr::memory_resource* memory = std::pmr::get_default_resource();
+    /// One of supported_instruction_sets(); for tests and measurements.
+    InstructionSet instruction_set = supported_instruction_sets().front();
+};
+
+/// Finds all pairs of touching boxes, exactly, in every frame anew.
+///
+/// It keeps nothing between calls but working memory, so that a steady scene allocates nothing; the answer
+/// depends on the boxes of the call alone. There is nothing to configure: no capacity, no world bounds, no
+/// cell size. Boxes may be of any sizes in one scene, anywhere, infinite too.
+///
+/// Touching  closed boxes, compared in the user's own numbers: no tolerance, no missed and no invented pair.
+/// Cost      expected linear in boxes + pairs. Every box moving costs no more than none moving.
+/// Threads   one call at a time per finder; use one finder per thread, or one with an executor of many.
+/// Errors    `Error` naming the lowest bad box, `std::bad_alloc`, or what a callback threw. The finder is
+/// usable
+///           afterwards; a result buffer is empty then.
+/// Source    hierarchical grids: Mirtich (1996), ch. 2.4; store-in-every-cell with an owner rule in place of
+/// a set
+///           of seen pairs: docs/guide/engine.md.
+class JOSTLE_API PairFinder
+{
+  public:
+    explicit PairFinder(const FinderOptions& options = {});
+    PairFinder(PairFinder&&) noexcept;
+    PairFinder& operator=(PairFinder&&) noexcept;
+    ~PairFinder();
+
+    /// All pairs among `boxes`. The result lies in the finder and is valid until its next call.
+    template <int Dim, Coordinate T>
+    const PairBuffer& find(const BoxView<Dim, T>& boxes, const Filter& filter = {},
+                           Order order = Order::canonical);
+    /// All pairs of one box of `a` and one of `b`.
+    template <int Dim, Coordinate T>
+    const PairBuffer& find(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, const CrossFilter& filter = {},
+                           Order order = Order::canonical);
+
+    /// The same without storing: memory stays bounded however many pairs there are.
+    /// Returns false if the sink stopped the search. What the sink throws ends the search and leaves the
+    /// call.
+    template <int Dim, Coordinate T>
+    bool stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {});
+    template <int Dim, Coordinate T>
+    bool stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
+                const CrossFilter& filter = {});
+
+    /// Of the last call.
+    [[nodiscard]] const Stats& stats() const noexcept;
+    /// Gives all working memory back, the result's included.
+    void release_memory() noexcept;
+
+  private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+/// The touching pairs among `boxes`, once, without keeping a finder. For frame after frame use a PairFinder.
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API PairBuffer find_pairs(const BoxView<Dim, T>& boxes, const Filter& filter = {},
+                                               Order order = Order::canonical,
+                                               const FinderOptions& options = {});
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API PairBuffer find_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
+                                               const CrossFilter& filter = {}, Order order = Order::canonical,
+                                               const FinderOptions& options = {});
+
+/// The streaming forms of the two above.
+template <int Dim, Coordinate T>
+JOSTLE_API bool stream_pairs(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {},
+                             const FinderOptions& options = {});
+template <int Dim, Coordinate T>
+JOSTLE_API bool stream_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
+                             const CrossFilter& filter = {}, const FinderOptions& options = {});
+
+/// Throws the `Error` that every search throws for these boxes, or does nothing if all are valid.
+/// Cost: one pass over the boxes, on the calling thread.
+template <int Dim, Coordinate T>
+JOSTLE_API void validate_boxes(const BoxView<Dim, T>& boxes);
+
+/// The definition, written to be obviously right rather than fast: every box against every other, ascending
+/// by (a, b). O(n^2) on the calling thread. For checking results, ours and others'.
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes,
+                                                                  const Filter& filter = {});
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API std::vector<Pair>
+find_pairs_brute_force(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, const CrossFilter& filter = {});
+
+JOSTLE_NAMESPACE_END

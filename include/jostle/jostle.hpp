@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+/// Everything. The parts are usable on their own.
+#include "jostle/box.hpp"
+#include "jostle/chapter.hpp"
+#include "jostle/error.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/function_ref.hpp"
+#include "jostle/pair_buffer.hpp"
+#include "jostle/stats.hpp"
+#include "jostle/version.hpp"

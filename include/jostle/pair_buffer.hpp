@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <memory_resource>
+#include <span>
+#include <vector>
+
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Two touching objects, by their positions in the input. Within one set a < b; between two sets a belongs
+/// to the first and b to the second.
+struct Pair
+{
+    std::uint32_t a;
+    std::uint32_t b;
+    friend constexpr bool operator==(const Pair&, const Pair&) = default;
+    friend constexpr auto operator<=>(const Pair&, const Pair&) = default;
+};
+
+/// All pairs of one call, as blocks of contiguous memory.
+///
+/// One contiguous array would cost a copy of everything; blocks are where the workers wrote them. Iterate
+/// over the blocks in the hot path, over the buffer itself where convenience matters more.
+///
+/// Order     blocks, and pairs inside them, come in the order that the filling call documents.
+/// Lifetime  blocks and iterators stay valid until the buffer is filled again, cleared, moved or destroyed.
+///           Refilling reuses the memory: no allocation once it has grown to the size of the scene.
+/// Threads   const members from any number of threads.
+class JOSTLE_API PairBuffer
+{
+  public:
+    class Iterator;
+
+    explicit PairBuffer(std::pmr::memory_resource* memory = std::pmr::get_default_resource());
+    PairBuffer(PairBuffer&& other) noexcept;
+    PairBuffer& operator=(PairBuffer&& other) noexcept;
+    PairBuffer(const PairBuffer&) = delete;
+    PairBuffer& operator=(const PairBuffer&) = delete;
+    ~PairBuffer();
+
+    [[nodiscard]] std::uint64_t size() const noexcept { return size_; }
+    [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
+    /// The pairs, in order; no block is empty.
+    [[nodiscard]] std::span<const std::span<const Pair>> blocks() const noexcept { return blocks_; }
+
+    [[nodiscard]] Iterator begin() const noexcept;
+    [[nodiscard]] Iterator end() const noexcept;
+
+    /// One array, in the buffer's order. `copy_to` wants room for size() pairs.
+    [[nodiscard]] std::vector<Pair> to_vector() const;
+    void copy_to(std::span<Pair> out) const;
+
+    /// Forgets the pairs, keeps the memory.
+    void clear() noexcept;
+    /// Forgets the pairs and gives the memory back.
+    void release() noexcept;
+    [[nodiscard]] std::uint64_t bytes_reserved() const noexcept { return bytes_reserved_; }
+
+  private:
+    friend class PairBufferAccess; // the library's engines fill it; see src/pair_arena.hpp
+
+    struct Chunk
+    {
+        Pair* pairs;
+        std::size_t capacity;
+    };
+    std::pmr::memory_resource* memory_;
+    std::pmr::vector<std::span<const Pair>> blocks_;
+    std::pmr::vector<Chunk> chunks_;
+    std::uint64_t size_ = 0;
+    std::uint64_t bytes_reserved_ = 0;
+};
+
+/// Goes through all blocks as if they were one array.
+class PairBuffer::Iterator
+{
+  public:
+    using value_type = Pair;
+    using difference_type = std::ptrdiff_t;
+    using reference = const Pair&;
+    using pointer = const Pair*;
+    using iterator_category = std::forward_iterator_tag;
+
+    Iterator() = default;
+    Iterator(const std::span<const Pair>* block, const std::span<const Pair>* last) noexcept
+        : block_(block), last_(last)
+    {
+        if (block_ != last_) pair_ = block_->data();
+    }
+    reference operator*() const noexcept { return *pair_; }
+    pointer operator->() const noexcept { return pair_; }
+    Iterator& operator++() noexcept
+    {
+        if (++pair_ == block_->data() + block_->size()) {
+            ++block_;
+            pair_ = block_ == last_ ? nullptr : block_->data();
+        }
+        return *this;
+    }
+    Iterator operator++(int) noexcept
+    {
+        Iterator before = *this;
+        ++*this;
+        return before;
+    }
+    friend bool operator==(const Iterator& x, const Iterator& y) noexcept
+    {
+        return x.block_ == y.block_ && x.pair_ == y.pair_;
+    }
+
+  private:
+    const std::span<const Pair>* block_ = nullptr;
+    const std::span<const Pair>* last_ = nullptr;
+    const Pair* pair_ = nullptr;
+};
+
+inline PairBuffer::Iterator PairBuffer::begin() const noexcept
+{
+    return {blocks_.data(), blocks_.data() + blocks_.size()};
+}
+inline PairBuffer::Iterator PairBuffer::end() const noexcept
+{
+    return {blocks_.data() + blocks_.size(), blocks_.data() + blocks_.size()};
+}
+
+/// An order-independent fingerprint of a set of pairs: the sum modulo 2^64 over its pairs of the splitmix64
+/// finaliser of (a << 32 | b). Two systems that agree on count and checksum found the same pairs. For the sum
+/// over parts, add the parts' checksums.
+[[nodiscard]] JOSTLE_API std::uint64_t pair_checksum(std::span<const Pair> pairs) noexcept;
+[[nodiscard]] JOSTLE_API std::uint64_t pair_checksum(const PairBuffer& pairs) noexcept;
+
+JOSTLE_NAMESPACE_END
