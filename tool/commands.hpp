@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace jostle_tool {
+
+/// The user's fault: a bad file, number or option. main() prints `jostle: message` as one line and exits
+/// with 2. Say where (FILE:ROW:COLUMN, as far as there are rows), what, and what to do.
+class UsageError : public std::runtime_error
+{
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+// Each adds one subcommand, whose callback does the work and throws what goes wrong.
+void add_pairs_command(CLI::App& app);
+void add_bench_command(CLI::App& app);
+void add_chapter_command(CLI::App& app);
+void add_demo_command(CLI::App& app);
+
+} // namespace jostle_tool

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+// The command `jostle`: options and errors. Each subcommand lives in its own file.
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "commands.hpp"
+#include "jostle/error.hpp"
+#include "jostle/version.hpp"
+
+namespace {
+
+constexpr int exit_internal = 1;
+constexpr int exit_usage = 2;
+
+int fail(int code, std::string message)
+{
+    for (char& c : message)
+        if (c == '\n' || c == '\r') c = ' '; // one line, whatever the message quotes
+    std::fprintf(stderr, "jostle: %s\n", message.c_str());
+    return code;
+}
+
+#define JOSTLE_TEXT_OF(x) #x
+#define JOSTLE_TEXT(x) JOSTLE_TEXT_OF(x)
+constexpr const char* version = "jostle " JOSTLE_TEXT(JOSTLE_VERSION_MAJOR) "." JOSTLE_TEXT(
+    JOSTLE_VERSION_MINOR) "." JOSTLE_TEXT(JOSTLE_VERSION_PATCH);
+
+std::string name_of_chosen(const CLI::App& app)
+{
+    std::string name = "jostle";
+    for (const CLI::App* chosen : app.get_subcommands())
+        name += " " + chosen->get_name();
+    return name;
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    CLI::App app("Which boxes touch: finds all pairs of touching axis-aligned boxes, exactly, on all cores.",
+                 "jostle");
+    app.set_version_flag("--version", version, "Print the version and exit");
+    app.require_subcommand(1);
+    app.failure_message([](const CLI::App*, const CLI::Error&) { return std::string(); });
+    std::string examples = "Examples:\n";
+#ifdef JOSTLE_HAS_PAIRS_COMMAND
+    jostle_tool::add_pairs_command(app);
+    examples += "  jostle pairs boxes.csv            the touching pairs of a file of boxes\n";
+#endif
+#ifdef JOSTLE_HAS_BENCH_COMMAND
+    jostle_tool::add_bench_command(app);
+    examples += "  jostle bench uniform -n 1000000   how long a million boxes take\n";
+#endif
+#ifdef JOSTLE_HAS_CHAPTER_COMMAND
+    jostle_tool::add_chapter_command(app);
+    examples += "  jostle chapter                    the chapter's figures on this machine\n";
+#endif
+#ifdef JOSTLE_HAS_DEMO_COMMAND
+    jostle_tool::add_demo_command(app);
+    examples += "  jostle demo                       recorded moving boxes, frame by frame\n";
+#endif
+    app.footer(examples +
+               "Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fault.");
+
+    try {
+        app.parse(argc, argv);
+        return 0;
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == 0) return app.exit(error); // --help, --version
+        return fail(exit_usage, std::string(error.what()) + "; see " + name_of_chosen(app) + " --help");
+    } catch (const jostle_tool::UsageError& error) {
+        return fail(exit_usage, error.what());
+    } catch (const jostle::Error& error) {
+        return fail(exit_usage, error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(exit_internal, "out of memory; use fewer boxes at a time");
+    } catch (const std::exception& error) {
+        return fail(exit_internal, std::string("internal error: ") + error.what());
+    }
+}
