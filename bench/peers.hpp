@@ -59,7 +59,8 @@ class Peer
   public:
     virtual ~Peer() = default;
     [[nodiscard]] virtual const PeerInfo& info() const noexcept = 0;
-    /// A new scene; forgets any former one. The first `frame` may be given the same boxes.
+    /// A new scene of at least one box; forgets any former one. The first `frame` may be given the same
+    /// boxes.
     virtual void start(Boxes<Dim> boxes, std::uint32_t threads) = 0;
     /// Brings everything to `boxes` (as many as in `start`) and finds all touching pairs. `moved`: the
     /// objects whose boxes differ from the last frame's (from `start`'s in the first), ascending.
