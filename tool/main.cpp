@@ -71,6 +71,15 @@ int main(int argc, char** argv)
         return 0;
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0) return app.exit(error); // --help, --version
+        if (app.get_subcommands().empty()) {
+            std::string what = argc < 2 ? "say what to do" : std::string(argv[1]) + " is not a command";
+            const char* before = "; choose ";
+            for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+                what += before + command->get_name();
+                before = ", ";
+            }
+            return fail(exit_usage, what + "; see jostle --help");
+        }
         return fail(exit_usage, std::string(error.what()) + "; see " + name_of_chosen(app) + " --help");
     } catch (const jostle_tool::UsageError& error) {
         return fail(exit_usage, error.what());
