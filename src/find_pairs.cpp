@@ -2,122 +2,246 @@
 #include "jostle/find_pairs.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <limits>
 
+#include "engine/engine.hpp"
 #include "pair_arena.hpp"
+#include "validate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
 struct PairFinder::Implementation
 {
-    FinderOptions options;
+    explicit Implementation(const FinderOptions& options)
+        : engine(options), result(options.memory), sorted(options.memory), place(options.memory)
+    {
+    }
+
+    /// One call of the interface: boxes of up to 2^32 objects a set, in slices that the engine can number.
+    template <int Dim, class T, class AnyFilter>
+    bool search(const engine::Boxes<Dim, T>& boxes, PairSink sink, const AnyFilter& filter);
+    template <int Dim, class T, class AnyFilter>
+    PairBuffer& store(const engine::Boxes<Dim, T>& boxes, const AnyFilter& filter, Order order)
+    {
+        search(boxes, {}, filter);
+        return order == Order::sorted ? sort(boxes.a.size()) : result;
+    }
+    PairBuffer& sort(std::size_t objects);
+
+    engine::Engine engine;
     PairBuffer result;
+    PairBuffer sorted; // used when asked for
+    engine::Buffer<std::uint64_t> place;
     Stats stats;
 };
 
+namespace {
+
+constexpr std::size_t slice = std::size_t{1} << engine::index_bits;
+
+template <int Dim, class T>
+void check_sizes(const engine::Boxes<Dim, T>& boxes)
+{
+    for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b})
+        if (set->size() > std::numeric_limits<std::uint32_t>::max())
+            throw Error(ErrorCode::too_many_objects,
+                        std::to_string(set->size()) +
+                            " boxes: objects are numbered with 32 bits; split the set");
+}
+
+void check(const Filter& filter, std::size_t size, std::size_t)
+{
+    check_filter(filter, size);
+}
+void check(const CrossFilter& filter, std::size_t a, std::size_t b)
+{
+    check_filter(filter, a, b);
+}
+
+template <class AnyFilter>
+bool is_empty(const AnyFilter& filter)
+{
+    if constexpr (std::is_same_v<AnyFilter, Filter>)
+        return filter.mask.empty() && filter.owner.empty() && !filter.accept;
+    else
+        return filter.mask_a.empty() && filter.owner_a.empty() && !filter.accept;
+}
+
+/// Throws for the lowest bad box, if any.
+template <int Dim, class T>
+void validate(const engine::Boxes<Dim, T>& boxes)
+{
+    for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b})
+        for (std::size_t i = 0; i < set->size(); ++i) {
+            const Aabb<Dim, T> box = (*set)[i];
+            for (int d = 0; d < Dim; ++d)
+                if (!(box.lo[d] <= box.hi[d]))
+                    throw_bad_box(box, i, !boxes.cross ? "" : set == &boxes.a ? "a " : "b ");
+        }
+}
+
+} // namespace
+
+template <int Dim, class T, class AnyFilter>
+bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, PairSink sink,
+                                        const AnyFilter& filter)
+{
+    const auto start = std::chrono::steady_clock::now();
+    result.clear();
+    stats = {};
+    engine.begin_call();
+    check_sizes(boxes);
+    check(filter, boxes.a.size(), boxes.b.size());
+
+    std::atomic<std::uint64_t> pairs{0};
+    const auto select = [&](Pair* first, Pair* last) {
+        return std::remove_if(first, last, [&](const Pair& pair) {
+            return !passes(filter, pair.a, pair.b) || (filter.accept && !filter.accept(pair.a, pair.b));
+        });
+    };
+    const auto count_and_pass = [&](const PairChunk& chunk) {
+        pairs.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
+        return sink(chunk);
+    };
+    engine::Request request;
+    if (!is_empty(filter)) request.select = select;
+    if (sink) request.sink = count_and_pass;
+    request.result = &result;
+
+    bool complete = true;
+    const auto run = [&](const engine::Boxes<Dim, T>& part, std::size_t offset_a, std::size_t offset_b) {
+        if (!complete) return;
+        request.offset_a = static_cast<std::uint32_t>(offset_a);
+        request.offset_b = static_cast<std::uint32_t>(offset_b);
+        try {
+            complete = engine.run(part, request);
+        } catch (const engine::BadBox&) {
+            validate(boxes); // a bad box of another slice may be lower: let the definition name it
+            throw Error(ErrorCode::invalid_argument, "boxes changed while they were read");
+        }
+        request.first_block = engine.next_block;
+    };
+    try {
+        const auto slices = [](std::size_t size) { return (size + slice - 1) / slice; };
+        const auto part_of = [](const BoxView<Dim, T>& set, std::size_t k) {
+            return set.subview(k * slice, std::min(slice, set.size() - k * slice));
+        };
+        if (boxes.cross) {
+            if (boxes.a.empty() || boxes.b.empty()) validate(boxes); // nothing to find, but as strict as ever
+            for (std::size_t a = 0; a < slices(boxes.a.size()); ++a)
+                for (std::size_t b = 0; b < slices(boxes.b.size()); ++b)
+                    run({part_of(boxes.a, a), part_of(boxes.b, b), true}, a * slice, b * slice);
+        } else {
+            for (std::size_t a = 0; a < slices(boxes.a.size()); ++a) {
+                run({part_of(boxes.a, a), {}, false}, a * slice, a * slice);
+                for (std::size_t b = a + 1; b < slices(boxes.a.size()); ++b)
+                    run({part_of(boxes.a, a), part_of(boxes.a, b), true}, a * slice, b * slice);
+            }
+        }
+    } catch (...) {
+        result.clear();
+        throw;
+    }
+    stats = engine.stats;
+    stats.objects = boxes.size();
+    stats.pairs = sink ? pairs.load() : result.size();
+    stats.bytes_reserved = engine.bytes();
+    stats.ms_total =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return complete;
+}
+
+/// By a with a counting sort, which keeps the order of the rest, then each object's few partners by b.
+PairBuffer& PairFinder::Implementation::sort(std::size_t objects)
+{
+    const auto start = std::chrono::steady_clock::now();
+    sorted.clear();
+    std::uint64_t* next = place.reserve(objects + 1);
+    std::fill_n(next, objects + 1, std::uint64_t{0});
+    for (const std::span<const Pair> block : result.blocks())
+        for (const Pair& pair : block)
+            ++next[pair.a + 1];
+    for (std::size_t a = 0; a < objects; ++a)
+        next[a + 1] += next[a];
+    PairBufferAccess access(sorted);
+    const std::span<Pair> all = access.chunk(0, result.size()).first(result.size());
+    for (const std::span<const Pair> block : result.blocks())
+        for (const Pair& pair : block)
+            all[next[pair.a]++] = pair;
+    std::uint64_t begin = 0;
+    for (std::size_t a = 0; a < objects; ++a) { // now next[a] is where the pairs of a end
+        std::sort(all.begin() + static_cast<std::ptrdiff_t>(begin),
+                  all.begin() + static_cast<std::ptrdiff_t>(next[a]));
+        begin = next[a];
+    }
+    access.append(all);
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    stats.ms_finish += ms;
+    stats.ms_total += ms;
+    return sorted;
+}
+
 PairFinder::PairFinder(const FinderOptions& options)
-    : implementation_(new Implementation{options, PairBuffer(options.memory), {}})
+    : implementation_(std::make_unique<Implementation>(options))
 {
 }
 PairFinder::PairFinder(PairFinder&&) noexcept = default;
 PairFinder& PairFinder::operator=(PairFinder&&) noexcept = default;
 PairFinder::~PairFinder() = default;
+
 const Stats& PairFinder::stats() const noexcept
 {
     return implementation_->stats;
 }
+
 void PairFinder::release_memory() noexcept
 {
+    implementation_->engine.release();
     implementation_->result.release();
+    implementation_->sorted.release();
+    implementation_->place.release();
 }
-
-namespace {
-void store(PairBuffer& buffer, const std::vector<Pair>& pairs)
-{
-    buffer.clear();
-    if (pairs.empty()) return;
-    PairBufferAccess access(buffer);
-    std::span<Pair> chunk = access.chunk(0, pairs.size());
-    std::copy(pairs.begin(), pairs.end(), chunk.begin());
-    access.append(chunk.first(pairs.size()));
-}
-} // namespace
 
 template <int Dim, Coordinate T>
-const PairBuffer& PairFinder::find(const BoxView<Dim, T>& boxes, const Filter& filter, Order)
+const PairBuffer& PairFinder::find(const BoxView<Dim, T>& boxes, const Filter& filter, Order order)
 {
-    store(implementation_->result, find_pairs_brute_force(boxes, filter));
-    return implementation_->result;
+    return implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order);
 }
+
 template <int Dim, Coordinate T>
 const PairBuffer& PairFinder::find(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
-                                   const CrossFilter& filter, Order)
+                                   const CrossFilter& filter, Order order)
 {
-    store(implementation_->result, find_pairs_brute_force(a, b, filter));
-    return implementation_->result;
+    return implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order);
 }
+
 template <int Dim, Coordinate T>
 bool PairFinder::stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter)
 {
-    const PairBuffer& pairs = find(boxes, filter);
-    return pairs.empty() || sink({pairs.blocks()[0], 0, 0});
+    return implementation_->search(engine::Boxes<Dim, T>{boxes, {}, false}, sink, filter);
 }
+
 template <int Dim, Coordinate T>
 bool PairFinder::stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
                         const CrossFilter& filter)
 {
-    const PairBuffer& pairs = find(a, b, filter);
-    return pairs.empty() || sink({pairs.blocks()[0], 0, 0});
+    return implementation_->search(engine::Boxes<Dim, T>{a, b, true}, sink, filter);
 }
 
 template <int Dim, Coordinate T>
-PairBuffer find_pairs(const BoxView<Dim, T>& boxes, const Filter& filter, Order order,
-                      const FinderOptions& options)
+PairBuffer PairFinder::take(const BoxView<Dim, T>& boxes, const Filter& filter, Order order)
 {
-    PairFinder finder(options);
-    return std::move(const_cast<PairBuffer&>(finder.find(boxes, filter, order)));
-}
-template <int Dim, Coordinate T>
-PairBuffer find_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, const CrossFilter& filter,
-                      Order order, const FinderOptions& options)
-{
-    PairFinder finder(options);
-    return std::move(const_cast<PairBuffer&>(finder.find(a, b, filter, order)));
-}
-template <int Dim, Coordinate T>
-bool stream_pairs(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter,
-                  const FinderOptions& options)
-{
-    return PairFinder(options).stream(boxes, sink, filter);
-}
-template <int Dim, Coordinate T>
-bool stream_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
-                  const CrossFilter& filter, const FinderOptions& options)
-{
-    return PairFinder(options).stream(a, b, sink, filter);
+    return std::move(implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order));
 }
 
-std::span<const InstructionSet> supported_instruction_sets() noexcept
+template <int Dim, Coordinate T>
+PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, const CrossFilter& filter,
+                            Order order)
 {
-    static constexpr InstructionSet sets[] = {InstructionSet::scalar};
-    return sets;
-}
-const char* name(InstructionSet set) noexcept
-{
-    switch (set) {
-    case InstructionSet::scalar:
-        return "scalar";
-    case InstructionSet::sse4:
-        return "sse4";
-    case InstructionSet::avx2:
-        return "avx2";
-    case InstructionSet::avx512:
-        return "avx512";
-    case InstructionSet::neon:
-        return "neon";
-    case InstructionSet::wasm_simd:
-        return "wasm_simd";
-    }
-    return "unknown";
+    return std::move(implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order));
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
@@ -127,12 +251,9 @@ const char* name(InstructionSet set) noexcept
     template bool PairFinder::stream(const BoxView<Dim, T>&, PairSink, const Filter&);                       \
     template bool PairFinder::stream(const BoxView<Dim, T>&, const BoxView<Dim, T>&, PairSink,               \
                                      const CrossFilter&);                                                    \
-    template PairBuffer find_pairs(const BoxView<Dim, T>&, const Filter&, Order, const FinderOptions&);      \
-    template PairBuffer find_pairs(const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&,       \
-                                   Order, const FinderOptions&);                                             \
-    template bool stream_pairs(const BoxView<Dim, T>&, PairSink, const Filter&, const FinderOptions&);       \
-    template bool stream_pairs(const BoxView<Dim, T>&, const BoxView<Dim, T>&, PairSink, const CrossFilter&, \
-                               const FinderOptions&);
+    template PairBuffer PairFinder::take(const BoxView<Dim, T>&, const Filter&, Order);                      \
+    template PairBuffer PairFinder::take(const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&, \
+                                         Order);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

@@ -192,4 +192,25 @@ class BoxView
 template <int Dim, Coordinate T, std::size_t Extent>
 BoxView(std::span<const Aabb<Dim, T>, Extent>) -> BoxView<Dim, T>;
 
+namespace detail {
+template <int Dim, class T>
+BoxView<Dim, T> view_of(std::span<const Aabb<Dim, T>>);
+} // namespace detail
+
+/// A contiguous container of boxes: std::vector<Aabb3f>, std::array, std::span, a plain array. Functions that
+/// take a BoxView take these as well.
+template <class Container>
+concept BoxContainer = requires(const Container& boxes) {
+    std::span(boxes);
+    detail::view_of(std::span<const typename decltype(std::span(boxes))::value_type>(boxes));
+};
+
+/// The view of all boxes of a container.
+template <BoxContainer Container>
+[[nodiscard]] auto box_view(const Container& boxes) noexcept
+{
+    const std::span<const typename decltype(std::span(boxes))::value_type> all(boxes);
+    return decltype(detail::view_of(all))(all);
+}
+
 JOSTLE_NAMESPACE_END

@@ -5,7 +5,7 @@
 #include <memory>
 #include <memory_resource>
 #include <span>
-#include <type_traits>
+#include <vector>
 
 #include "jostle/box.hpp"
 #include "jostle/error.hpp"
@@ -131,6 +131,37 @@ class JOSTLE_API PairFinder
     bool stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
                 const CrossFilter& filter = {});
 
+    /// The four with containers of boxes.
+    template <BoxContainer Boxes>
+    const PairBuffer& find(const Boxes& boxes, const Filter& filter = {}, Order order = Order::canonical)
+    {
+        return find(box_view(boxes), filter, order);
+    }
+    template <BoxContainer A, BoxContainer B>
+    const PairBuffer& find(const A& a, const B& b, const CrossFilter& filter = {},
+                           Order order = Order::canonical)
+    {
+        return find(box_view(a), box_view(b), filter, order);
+    }
+    template <BoxContainer Boxes>
+    bool stream(const Boxes& boxes, PairSink sink, const Filter& filter = {})
+    {
+        return stream(box_view(boxes), sink, filter);
+    }
+    template <BoxContainer A, BoxContainer B>
+    bool stream(const A& a, const B& b, PairSink sink, const CrossFilter& filter = {})
+    {
+        return stream(box_view(a), box_view(b), sink, filter);
+    }
+
+    /// Like find, but the result is the caller's and the finder starts a new one.
+    template <int Dim, Coordinate T>
+    [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& boxes, const Filter& filter = {},
+                                  Order order = Order::canonical);
+    template <int Dim, Coordinate T>
+    [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
+                                  const CrossFilter& filter = {}, Order order = Order::canonical);
+
     /// Of the last call.
     [[nodiscard]] const Stats& stats() const noexcept;
     /// Gives all working memory back, the result's included.
@@ -143,21 +174,58 @@ class JOSTLE_API PairFinder
 
 /// The touching pairs among `boxes`, once, without keeping a finder. For frame after frame use a PairFinder.
 template <int Dim, Coordinate T>
-[[nodiscard]] JOSTLE_API PairBuffer find_pairs(const BoxView<Dim, T>& boxes, const Filter& filter = {},
-                                               Order order = Order::canonical,
-                                               const FinderOptions& options = {});
-template <int Dim, Coordinate T>
-[[nodiscard]] JOSTLE_API PairBuffer find_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
-                                               const CrossFilter& filter = {}, Order order = Order::canonical,
-                                               const FinderOptions& options = {});
+[[nodiscard]] PairBuffer find_pairs(const BoxView<Dim, T>& boxes, const Filter& filter = {},
+                                    Order order = Order::canonical, const FinderOptions& options = {})
+{
+    return PairFinder(options).take(boxes, filter, order);
+}
+template <BoxContainer Boxes>
+[[nodiscard]] PairBuffer find_pairs(const Boxes& boxes, const Filter& filter = {},
+                                    Order order = Order::canonical, const FinderOptions& options = {})
+{
+    return find_pairs(box_view(boxes), filter, order, options);
+}
 
-/// The streaming forms of the two above.
+/// The touching pairs of one box of `a` and one of `b`.
 template <int Dim, Coordinate T>
-JOSTLE_API bool stream_pairs(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {},
-                             const FinderOptions& options = {});
+[[nodiscard]] PairBuffer find_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
+                                    const CrossFilter& filter = {}, Order order = Order::canonical,
+                                    const FinderOptions& options = {})
+{
+    return PairFinder(options).take(a, b, filter, order);
+}
+template <BoxContainer A, BoxContainer B>
+[[nodiscard]] PairBuffer find_pairs(const A& a, const B& b, const CrossFilter& filter = {},
+                                    Order order = Order::canonical, const FinderOptions& options = {})
+{
+    return find_pairs(box_view(a), box_view(b), filter, order, options);
+}
+
+/// The streaming forms of the above.
 template <int Dim, Coordinate T>
-JOSTLE_API bool stream_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
-                             const CrossFilter& filter = {}, const FinderOptions& options = {});
+bool stream_pairs(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {},
+                  const FinderOptions& options = {})
+{
+    return PairFinder(options).stream(boxes, sink, filter);
+}
+template <BoxContainer Boxes>
+bool stream_pairs(const Boxes& boxes, PairSink sink, const Filter& filter = {},
+                  const FinderOptions& options = {})
+{
+    return stream_pairs(box_view(boxes), sink, filter, options);
+}
+template <int Dim, Coordinate T>
+bool stream_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
+                  const CrossFilter& filter = {}, const FinderOptions& options = {})
+{
+    return PairFinder(options).stream(a, b, sink, filter);
+}
+template <BoxContainer A, BoxContainer B>
+bool stream_pairs(const A& a, const B& b, PairSink sink, const CrossFilter& filter = {},
+                  const FinderOptions& options = {})
+{
+    return stream_pairs(box_view(a), box_view(b), sink, filter, options);
+}
 
 /// Throws the `Error` that every search throws for these boxes, or does nothing if all are valid.
 /// Cost: one pass over the boxes, on the calling thread.

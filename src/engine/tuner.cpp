@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: MIT
+#include "engine/tuner.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+JOSTLE_NAMESPACE_BEGIN
+namespace engine {
+namespace {
+
+// The cost model, in nanoseconds on the machine it was fitted on; only the ratios matter.
+constexpr double ns_per_record = 7.5;  // storing, sorting and arranging one record
+constexpr double ns_per_block = 3.0;   // testing 16 candidates against one row
+constexpr double ns_per_brick = 150.0; // claiming a brick, clearing and summing its buckets
+constexpr double brick_records = 800;  // records that, sorted and arranged, still fit the L1 cache
+constexpr std::int32_t most_cells_per_axis = 1 << 16;   // cells * 2^14 stays below 2^31
+constexpr std::int64_t most_bricks_per_box_inverse = 8; // at least that many boxes per brick
+
+struct Bounds
+{
+    double lo, hi;
+    double size() const { return hi - lo; }
+};
+
+/// Where most boxes are: from the 1/64 to the 63/64 quantile of their centres, widened, but no further than
+/// they reach. A few boxes far away must not stretch the grid, they land in border bricks; nor must boxes
+/// without end.
+Bounds bounds_of(Sample& sample, int axis)
+{
+    const std::size_t step = std::max<std::size_t>(1, sample.size / 512);
+    std::size_t size = 0;
+    double least = Sample::unbounded, greatest = -Sample::unbounded;
+    for (std::size_t k = 0; k < sample.size; ++k) {
+        const double lo = sample.lo[axis][k], hi = sample.hi[axis][k];
+        if (lo <= -Sample::unbounded || hi >= Sample::unbounded) continue;
+        least = std::min(least, lo);
+        greatest = std::max(greatest, hi);
+        if (k % step == 0) sample.work[size++] = 0.5 * lo + 0.5 * hi;
+    }
+    if (size == 0) return {0, 0};
+    const std::size_t tail = size / 64;
+    std::nth_element(sample.work, sample.work + tail, sample.work + size);
+    const double low = sample.work[tail];
+    std::nth_element(sample.work, sample.work + (size - 1 - tail), sample.work + size);
+    const double high = sample.work[size - 1 - tail];
+    const double margin = 0.15 * (high - low);
+    return {std::max(least, low - margin), std::min(greatest, high + margin)};
+}
+
+/// Boxes of similar extent on the sweep axis, as the sums the model needs.
+struct ExtentClass
+{
+    double count = 0, x = 0, y = 0, z = 0, yz = 0;
+};
+
+} // namespace
+
+double sweep_cost(double blocks) noexcept
+{
+    return ns_per_record + ns_per_block * blocks;
+}
+
+template <int Dim, class T>
+TunedGrid<T> tune(Sample& sample, std::size_t boxes)
+{
+    TunedGrid<T> tuned;
+    Grid<T>& grid = tuned.grid;
+    const double n = static_cast<double>(boxes);
+    Bounds bounds[3] = {};
+    if (sample.size != 0)
+        for (int d = 0; d < Dim; ++d)
+            bounds[d] = bounds_of(sample, d);
+
+    // Sweep along the longest axis: there the windows are shortest.
+    int longest = 0;
+    for (int d = 1; d < Dim; ++d)
+        if (bounds[d].size() > bounds[longest].size()) longest = d;
+    for (int p = 0; p < Dim; ++p)
+        grid.axis[p] = (longest + p) % Dim;
+    if constexpr (Dim == 2) grid.axis[2] = 2;
+
+    double size[3] = {0, 0, 0};
+    for (int p = 0; p < Dim; ++p)
+        size[p] = bounds[grid.axis[p]].size();
+    const std::size_t m = sample.size;
+
+    // The density that a box sees around it: pairs of sampled boxes in one bin of a coarse histogram.
+    double volume = 1;
+    int bins_of[3] = {1, 1, 1};
+    int bins_per_axis = 1;
+    const auto enough = [&](int bins) {
+        return (Dim == 3 ? bins * bins * bins : bins * bins) * 4 <= static_cast<int>(m);
+    };
+    while (bins_per_axis < 16 && enough(bins_per_axis + 1))
+        ++bins_per_axis;
+    for (int p = 0; p < Dim; ++p) {
+        if (size[p] > 0) {
+            bins_of[p] = bins_per_axis;
+            volume *= size[p] / bins_per_axis;
+        }
+    }
+    std::uint16_t histogram[16 * 16 * 16] = {};
+    double pairs_in_bins = 0;
+    double extent_sum[3] = {0, 0, 0};
+    ExtentClass classes[24];
+    for (std::size_t k = 0; k < m; ++k) {
+        int bin = 0;
+        double extent[3] = {0, 0, 0};
+        for (int p = Dim - 1; p >= 0; --p) {
+            const int a = grid.axis[p];
+            const double lo = std::max(sample.lo[a][k], bounds[a].lo),
+                         hi = std::min(sample.hi[a][k], bounds[a].hi);
+            extent[p] = std::max(0.0, hi - lo);
+            extent_sum[p] += extent[p];
+            if (bins_of[p] == 1) continue;
+            const double place = (0.5 * lo + 0.5 * hi - bounds[a].lo) / size[p] * bins_of[p];
+            bin = bin * bins_of[p] +
+                  (place > 0 ? std::min(static_cast<int>(std::min(place, 1e6)), bins_of[p] - 1) : 0);
+        }
+        pairs_in_bins += 2.0 * histogram[bin]++;
+        const double relative = size[0] > 0 ? extent[0] / size[0] : 1; // 1/2 .. 1 is class 0, and so on
+        int e = 0;
+        for (double bound = 0.5; e < 23 && relative < bound; bound *= 0.5)
+            ++e;
+        ExtentClass& c = classes[e];
+        c.count += 1;
+        c.x += extent[0];
+        c.y += extent[1];
+        c.z += extent[2];
+        c.yz += extent[1] * extent[2];
+    }
+    const double samples = std::max<double>(1, static_cast<double>(m));
+    const double density = volume > 0 ? pairs_in_bins / samples / volume * (n / samples) : 0;
+
+    // What a grid of cy x cz columns costs per box.
+    const auto evaluate = [&](std::int32_t cy, std::int32_t cz, std::int32_t& cx) {
+        const double sy = size[1] > 0 ? size[1] / cy : 1, sz = size[2] > 0 ? size[2] / cz : 1;
+        const double section = (size[1] > 0 ? sy : 1) * (size[2] > 0 ? sz : 1);
+        const bool has_y = size[1] > 0, has_z = size[2] > 0;
+        double records = 0;
+        const auto copies = [&](const ExtentClass& c) {
+            return c.count + (has_y ? c.y / sy : 0) + (has_z ? c.z / sz : 0) +
+                   (has_y && has_z ? c.yz / (sy * sz) : 0);
+        };
+        for (const ExtentClass& c : classes)
+            records += copies(c);
+        records /= samples;
+        double blocks = 0;
+        for (const ExtentClass& c : classes) {
+            if (c.count == 0) continue;
+            const double window = c.x / c.count * density * section * records / 16 + 0.5;
+            blocks += copies(c) * std::max(1.0, window);
+        }
+        blocks /= samples;
+        const double columns = static_cast<double>(cy) * cz;
+        cx = static_cast<std::int32_t>(
+            std::clamp(std::floor(n * records / columns / brick_records) + 1, 1.0, 4096.0));
+        if (!(size[0] > 0)) cx = 1;
+        const double crossing = cx > 1 ? extent_sum[0] / samples / (size[0] / cx) : 0;
+        return (ns_per_record * records + ns_per_block * blocks) * (1 + crossing) +
+               ns_per_brick * columns * cx / n;
+    };
+
+    std::int32_t best_cx = 1;
+    tuned.cost = evaluate(1, 1, best_cx);
+    grid.cells[0] = best_cx;
+    const double area = std::max(size[1], size[2]);
+    const double most_bricks = std::max(1.0, n / static_cast<double>(most_bricks_per_box_inverse));
+    for (double s = area / 1.19; area > 0; s /= 1.19) {
+        const auto cells_of = [&](double length) {
+            return static_cast<std::int32_t>(
+                std::clamp(std::floor(length / s + 0.5), 1.0, static_cast<double>(most_cells_per_axis)));
+        };
+        const std::int32_t cy = cells_of(size[1]), cz = cells_of(size[2]);
+        if (static_cast<double>(cy) * cz > most_bricks) break;
+        std::int32_t cx = 1;
+        const double cost = evaluate(cy, cz, cx);
+        if (cost < tuned.cost && static_cast<double>(cy) * cz * cx <= std::max(most_bricks, 1.0)) {
+            tuned.cost = cost;
+            grid.cells[0] = cx;
+            grid.cells[1] = cy;
+            grid.cells[2] = cz;
+        }
+    }
+
+    for (int p = 0; p < 3; ++p) {
+        const double cells = static_cast<double>(grid.cells[p]) * quanta;
+        grid.last[p] = std::nextafter(static_cast<T>(cells), T(0));
+        if (p >= Dim || !(size[p] > 0)) continue;
+        grid.origin[p] = static_cast<T>(bounds[grid.axis[p]].lo);
+        // Any finite positive scale is right; a normal one keeps the products exact enough to be useful.
+        const double scale = cells / size[p];
+        grid.scale[p] = static_cast<T>(std::clamp(scale, static_cast<double>(std::numeric_limits<T>::min()),
+                                                  static_cast<double>(std::numeric_limits<T>::max()) / 4));
+    }
+    return tuned;
+}
+
+template TunedGrid<float> tune<2, float>(Sample&, std::size_t);
+template TunedGrid<float> tune<3, float>(Sample&, std::size_t);
+template TunedGrid<double> tune<2, double>(Sample&, std::size_t);
+template TunedGrid<double> tune<3, double>(Sample&, std::size_t);
+
+} // namespace engine
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/record.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace engine {
+
+/// A few of the boxes that a grid is to be chosen for, as doubles on the user's axes.
+struct Sample
+{
+    static constexpr std::size_t capacity = 4096;
+    static constexpr double unbounded =
+        1e300; // bounds are cut there, so that sums and differences stay finite
+    std::size_t size = 0;
+    double lo[3][capacity], hi[3][capacity];
+    double work[capacity];
+
+    void add(int axis, double low, double high) noexcept
+    {
+        lo[axis][size] = low < -unbounded ? -unbounded : low;
+        hi[axis][size] = high > unbounded ? unbounded : high;
+        if (hi[axis][size] < -unbounded) hi[axis][size] = -unbounded;
+        if (lo[axis][size] > unbounded) lo[axis][size] = unbounded;
+    }
+};
+
+/// How many boxes to look at: enough to know the densities, few enough to cost little beside a frame.
+inline constexpr std::size_t sample_size(std::size_t boxes)
+{
+    const std::size_t wanted = boxes / 32 + 96;
+    return wanted < boxes ? (wanted < Sample::capacity ? wanted : Sample::capacity)
+                          : (boxes < 128 ? boxes : 128);
+}
+
+/// Which box to take as sample k of `samples`: spread over all of them by a hash, so that no regular pattern
+/// in the user's array, such as every tenth box being a big one, stays hidden or counts too often.
+inline std::size_t sample_index(std::size_t k, std::size_t samples, std::size_t boxes)
+{
+    const std::size_t begin = boxes * k / samples, end = boxes * (k + 1) / samples;
+    const std::uint64_t hash = (k + 1) * 0x9e3779b97f4a7c15u;
+    return begin + static_cast<std::size_t>((hash >> 32) % (end > begin ? end - begin : 1));
+}
+
+/// A grid and what the cost model expects of it, in model nanoseconds per box.
+template <class T>
+struct TunedGrid
+{
+    Grid<T> grid;
+    double cost = 0;
+};
+
+/// Chooses a grid for `boxes` boxes of which `sample` was drawn. Deterministic: no library function whose
+/// result may differ between machines.
+template <int Dim, class T>
+TunedGrid<T> tune(Sample& sample, std::size_t boxes);
+
+/// The model cost per box of sweeping one brick whose rows have windows of `blocks` blocks each on average.
+double sweep_cost(double blocks) noexcept;
+
+} // namespace engine
+JOSTLE_NAMESPACE_END
