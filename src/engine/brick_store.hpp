@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <memory_resource>
 #include <vector>
 
@@ -12,101 +12,117 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// Records on their way into bricks: per brick a list of chunks, filled in the order of appending. No
-/// counting pass, no capacity: chunks come one after the other from big blocks of memory that are kept for
-/// the next frame.
+/// Records on their way into bricks: a list of chunks per brick, filled in the order of appending. No
+/// counting pass and no capacity: chunks are cut one after the other from big blocks of memory, which are
+/// kept for the next frame.
 class BrickStore
 {
   public:
-    /// 512 bytes, aligned to 512: the address of the next free record tells by itself when a chunk is full.
+    /// Aligned to its size: the address of the next free record tells by itself when a chunk is full.
     struct alignas(512) Chunk
     {
-        static constexpr std::uint32_t capacity = 31;
-        Chunk* next;
-        std::uint32_t chunks_before;
-        std::uint32_t unused;
+        static constexpr std::uint32_t capacity = 32;
         Record record[capacity];
     };
     static_assert(sizeof(Chunk) == 512);
 
-    struct List
-    {
-        Record* free; // null while there is no chunk; on a multiple of 512 when the last one is full
-        Chunk* first;
-
-        [[nodiscard]] std::uint32_t size() const noexcept
-        {
-            if (free == nullptr) return 0;
-            const auto offset = static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(free) & 511);
-            const Chunk* last = reinterpret_cast<const Chunk*>(reinterpret_cast<std::uintptr_t>(free - 1) &
-                                                               ~std::uintptr_t{511});
-            return last->chunks_before * Chunk::capacity + (offset == 0 ? Chunk::capacity : offset / 16 - 1);
-        }
-    };
-
-    explicit BrickStore(std::pmr::memory_resource* memory) : blocks_(memory), lists_(memory), memory_(memory)
+    explicit BrickStore(std::pmr::memory_resource* memory)
+        : blocks_(memory), free_(memory), brick_of_(memory), first_(memory), order_(memory), memory_(memory)
     {
     }
 
     void clear(std::uint32_t bricks)
     {
-        lists_.reserve(bricks);
-        std::memset(static_cast<void*>(lists_.data()), 0, bricks * sizeof(List));
-        block_ = 0;
-        next_ = end_ = nullptr;
+        bricks_ = bricks;
+        std::fill_n(free_.reserve(bricks), bricks, nullptr);
+        chunks_ = room_ = 0;
+        next_ = nullptr;
     }
 
     void append(std::uint32_t brick, const Record& record)
     {
-        List& list = lists_[brick];
-        Record* to = list.free;
-        if ((reinterpret_cast<std::uintptr_t>(to) & 511) == 0) to = open_chunk(list);
+        Record* to = free_.data()[brick];
+        if ((reinterpret_cast<std::uintptr_t>(to) & (sizeof(Chunk) - 1)) == 0) to = open_chunk(brick);
         *to = record;
-        list.free = to + 1;
+        free_.data()[brick] = to + 1;
     }
 
-    [[nodiscard]] const List& list(std::uint32_t brick) const noexcept { return lists_.data()[brick]; }
-    [[nodiscard]] std::size_t bytes() const noexcept { return blocks_.size() * block_bytes + lists_.bytes(); }
+    /// To be called after the last append: finds each brick's chunks, so that a reader knows all their
+    /// addresses at once and needn't wait for one to find the next.
+    void close()
+    {
+        std::uint32_t* first = first_.reserve(std::size_t{bricks_} + 1);
+        std::fill_n(first, bricks_ + 1, 0u);
+        for (std::uint32_t c = 0; c < chunks_; ++c)
+            ++first[brick_of_[c]];
+        std::uint32_t sum = 0;
+        for (std::uint32_t b = 0; b <= bricks_; ++b) {
+            const std::uint32_t count = first[b];
+            first[b] = sum += count;
+        }
+        Chunk** order = order_.reserve(chunks_ + 1);
+        for (std::uint32_t c = chunks_; c-- > 0;)
+            order[--first[brick_of_[c]]] = blocks_[c / chunks_per_block].data() + c % chunks_per_block;
+    }
+
+    [[nodiscard]] std::uint32_t chunks(std::uint32_t brick) const noexcept
+    {
+        return first_.data()[brick + 1] - first_.data()[brick];
+    }
+    [[nodiscard]] const Chunk* chunk(std::uint32_t brick, std::uint32_t k) const noexcept
+    {
+        return order_.data()[first_.data()[brick] + k];
+    }
+    /// Records in a brick. All its chunks but the last are full.
+    [[nodiscard]] std::uint32_t size(std::uint32_t brick) const noexcept
+    {
+        const std::uint32_t count = chunks(brick);
+        if (count == 0) return 0;
+        return (count - 1) * Chunk::capacity +
+               static_cast<std::uint32_t>(free_.data()[brick] - chunk(brick, count - 1)->record);
+    }
+    [[nodiscard]] std::size_t bytes() const noexcept
+    {
+        return blocks_.size() * sizeof(Chunk) * chunks_per_block + free_.bytes() + brick_of_.bytes() +
+               first_.bytes() + order_.bytes();
+    }
 
   private:
-    static constexpr std::size_t block_bytes = std::size_t{1} << 18;
+    static constexpr std::uint32_t chunks_per_block = 512;
 
-    Record* open_chunk(List& list)
+    Record* open_chunk(std::uint32_t brick)
     {
-        if (next_ == end_) open_block();
+        if (chunks_ == room_) open_block();
+        brick_of_[chunks_++] = brick;
         Chunk* chunk = next_++;
-        chunk->next = nullptr;
-        chunk->chunks_before = 0;
-        if (list.free == nullptr) {
-            list.first = chunk;
-        } else {
-            Chunk* last = reinterpret_cast<Chunk*>(list.free) - 1;
-            last->next = chunk;
-            chunk->chunks_before = last->chunks_before + 1;
-        }
+        // It is filled little by little between writes to thousands of others: have its lines on their way.
+        for (std::size_t offset = 0; offset < sizeof(Chunk); offset += 64)
+            __builtin_prefetch(reinterpret_cast<char*>(chunk) + offset, 1);
         return chunk->record;
     }
     void open_block()
     {
-        if (block_ == blocks_.size()) {
-            blocks_.emplace_back(memory_);
-            try {
-                blocks_.back().reserve_exactly(block_bytes / sizeof(Chunk));
-            } catch (...) {
-                blocks_.pop_back();
-                throw;
-            }
+        const std::size_t block = chunks_ / chunks_per_block;
+        if (block == blocks_.size()) {
+            Buffer<Chunk> memory(memory_);
+            memory.reserve_exactly(chunks_per_block);
+            blocks_.push_back(std::move(memory));
         }
-        next_ = blocks_[block_++].data();
-        end_ = next_ + block_bytes / sizeof(Chunk);
+        brick_of_.grow(chunks_ + chunks_per_block, chunks_);
+        next_ = blocks_[block].data();
+        room_ = chunks_ + chunks_per_block;
     }
 
     std::pmr::vector<Buffer<Chunk>> blocks_;
-    Buffer<List> lists_;
+    Buffer<Record*> free_;           // per brick; on a multiple of the chunk's size when there is no room
+    Buffer<std::uint32_t> brick_of_; // of each chunk
+    Buffer<std::uint32_t> first_;    // per brick, in `order_`
+    Buffer<Chunk*> order_;           // the chunks, brick by brick
     std::pmr::memory_resource* memory_;
-    std::size_t block_ = 0;
+    std::uint32_t bricks_ = 0;
+    std::uint32_t chunks_ = 0;
+    std::uint32_t room_ = 0;
     Chunk* next_ = nullptr;
-    Chunk* end_ = nullptr;
 };
 
 } // namespace engine

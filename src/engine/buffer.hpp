@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <memory_resource>
 #include <type_traits>
@@ -43,6 +44,18 @@ class Buffer
             release();
             data_ = grown;
             capacity_ = capacity;
+        }
+        return data_;
+    }
+    /// Room for `count` elements, the first `used` of which are kept.
+    T* grow(std::size_t count, std::size_t used)
+    {
+        if (count > capacity_) {
+            Buffer bigger(memory_);
+            bigger.reserve(count);
+            std::copy_n(data_, used, bigger.data_);
+            std::swap(data_, bigger.data_);
+            std::swap(capacity_, bigger.capacity_);
         }
         return data_;
     }

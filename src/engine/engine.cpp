@@ -233,6 +233,7 @@ class Engine::Run
                                   u < units_a ? u : u - units_a,
                                   u < units_a ? (boxes_.cross ? side_a : 0) : side_b))
                     return;
+            mine.store.close();
         });
         throw_bad_box();
         const auto t2 = Clock::now();
@@ -475,10 +476,7 @@ class Engine::Run
     {
         std::uint32_t count = 0;
         for (std::uint32_t k = 0; k < stores; ++k)
-            count += store_of(k).list(brick).size();
-        if (brick + 1 < bricks)
-            for (std::uint32_t k = 0; k < stores; ++k)
-                __builtin_prefetch(store_of(k).list(brick + 1).first);
+            count += store_of(k).size(brick);
         mine.counts.records += count;
         mine.counts.bricks += count != 0;
         if (count < 2) return;
@@ -493,19 +491,22 @@ class Engine::Run
         };
         std::uint32_t* bucket = mine.bucket.reserve(buckets);
         std::fill_n(bucket, buckets, 0u);
-        const auto each_record = [&](const auto& visit) {
+        const auto each_record = [&](const auto& visit, const auto& before_chunk) {
+            std::uint32_t number = 0;
             for (std::uint32_t k = 0; k < stores; ++k) {
-                const BrickStore::List& list = store_of(k).list(brick);
-                std::uint32_t left = list.size();
-                for (const BrickStore::Chunk* chunk = list.first; left != 0; chunk = chunk->next) {
+                const BrickStore& store = store_of(k);
+                std::uint32_t left = store.size(brick);
+                for (std::uint32_t c = 0; left != 0; ++c) {
+                    before_chunk(number++);
+                    const BrickStore::Chunk& chunk = *store.chunk(brick, c);
                     const std::uint32_t here = std::min(left, BrickStore::Chunk::capacity);
                     for (std::uint32_t r = 0; r < here; ++r)
-                        visit(chunk->record[r]);
+                        visit(chunk.record[r]);
                     left -= here;
                 }
             }
         };
-        each_record([&](const Record& record) { ++bucket[bucket_of(record)]; });
+        each_record([&](const Record& record) { ++bucket[bucket_of(record)]; }, [](std::uint32_t) {});
         std::uint32_t sum = 0;
         for (std::uint32_t b = 0; b < buckets; ++b) {
             const std::uint32_t size = bucket[b];
@@ -514,9 +515,24 @@ class Engine::Run
         }
         const std::uint32_t size = padded(count);
         Record* sorted = mine.sorted.reserve(size);
-        each_record([&](const Record& record) { sorted[bucket[bucket_of(record)]++] = record; });
+        // Fetch the next brick's chunks meanwhile, one for each of this brick's, so that they don't all come
+        // at once.
+        const bool has_next = brick + 1 < bricks;
+        std::uint32_t next_store = 0, next_chunk = 0;
+        const auto fetch_one = [&](std::uint32_t) {
+            if (!has_next) return;
+            while (next_store < stores && next_chunk == store_of(next_store).chunks(brick + 1)) {
+                ++next_store;
+                next_chunk = 0;
+            }
+            if (next_store == stores) return;
+            const auto* chunk =
+                reinterpret_cast<const char*>(store_of(next_store).chunk(brick + 1, next_chunk++));
+            for (std::size_t offset = 0; offset < sizeof(BrickStore::Chunk); offset += 64)
+                __builtin_prefetch(chunk + offset);
+        };
+        each_record([&](const Record& record) { sorted[bucket[bucket_of(record)]++] = record; }, fetch_one);
         std::fill(sorted + count, sorted + size, padding_record);
-        if (brick + 1 < bricks) prefetch(store_of, stores, brick + 1);
 
         // Now bucket[b] is where bucket b ends.
         std::uint32_t* window_end = mine.window_end.reserve(size);
@@ -535,20 +551,6 @@ class Engine::Run
         kernels_.arrange(sorted, brick_data);
         mine.counts.blocks += kernels_.sweep<Dim>()(brick_data, 0, count, out);
         out.resolve_ties();
-    }
-
-    template <class StoreOf>
-    static void prefetch(const StoreOf& store_of, std::uint32_t stores, std::uint32_t brick)
-    {
-        for (std::uint32_t k = 0; k < stores; ++k) {
-            const BrickStore::List& list = store_of(k).list(brick);
-            std::uint32_t left = std::min<std::uint32_t>(list.size(), 2048);
-            for (const BrickStore::Chunk* chunk = list.first; left != 0; chunk = chunk->next) {
-                for (std::size_t offset = 0; offset < sizeof(BrickStore::Chunk); offset += 64)
-                    __builtin_prefetch(reinterpret_cast<const char*>(chunk) + offset);
-                left -= std::min(left, BrickStore::Chunk::capacity);
-            }
-        }
     }
 
     /// For a crowded brick that lies sorted in the slot: gives it a grid of its own, or to all threads if it
@@ -614,6 +616,7 @@ class Engine::Run
             }
             append_unit<Dim>(kernels_, grid, unit, store);
         }
+        store.close();
     }
 
     void add_job(Slot& mine, Output& out, int depth, bool is_sorted, std::uint32_t count)

@@ -251,6 +251,128 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
 }
 
 #else
+#if JOSTLE_KERNEL_SCALAR
+
+// Plain C++: four 16-bit lanes in a 64-bit word. With bit 15 of each lane of the minuend set, no borrow
+// leaves a lane, and the bit survives where the minuend's lane is not the smaller one.
+
+struct Columns
+{
+    static constexpr std::uint64_t guard = 0x8000800080008000u, one = 0x0001000100010001u;
+    std::uint32_t* object;
+    std::uint64_t* hi[3];
+    std::uint64_t* lo[3]; // not negated
+    std::uint64_t* flags;
+    explicit Columns(const SortedBrick& brick)
+    {
+        const std::uint32_t stride = padded(brick.count);
+        object = brick.columns;
+        auto* words = reinterpret_cast<std::uint64_t*>(object + stride);
+        for (int p = 0; p < 3; ++p, words += 2 * (stride / 4)) {
+            hi[p] = words;
+            lo[p] = words + stride / 4;
+        }
+        flags = words;
+    }
+};
+static_assert(columns_per_record * 4 >= 4 + 7 * 2);
+
+inline std::uint64_t all_lanes(std::uint32_t value)
+{
+    return value * Columns::one;
+}
+inline std::uint32_t lane(const std::uint64_t* column, std::uint32_t i)
+{
+    return static_cast<std::uint32_t>(column[i / 4] >> (16 * (i % 4))) & 0xffff;
+}
+
+inline void arrange(const Record* records, SortedBrick& brick)
+{
+    const Columns to(brick);
+    const std::uint32_t size = padded(brick.count);
+    for (std::uint32_t word = 0; word < size / 4; ++word) {
+        std::uint64_t hi[3] = {}, lo[3] = {}, flags = 0;
+        for (std::uint32_t k = 4; k-- > 0;) {
+            const std::uint32_t i = word * 4 + k;
+            const Record& record = records[i];
+            for (int p = 0; p < 3; ++p) {
+                // A padding's lo becomes 0x7fff, above every hi: that alone keeps it from overlapping.
+                hi[p] = (hi[p] << 16) | (i < brick.count ? record.axis[p] & 0xffff : 0);
+                lo[p] = (lo[p] << 16) | (i < brick.count ? (0u - (record.axis[p] >> 16)) & 0xffff : 0x7fff);
+            }
+            flags = (flags << 16) | (record.object >> index_bits);
+            to.object[i] = record.object;
+        }
+        for (int p = 0; p < 3; ++p) {
+            to.hi[p][word] = hi[p];
+            to.lo[p][word] = lo[p];
+        }
+        to.flags[word] = flags;
+    }
+}
+
+inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates, std::uint32_t row)
+{
+    for (; ties != 0; ties &= ties - 1)
+        out.ties[out.tie_count++] = {row, candidates[std::countr_zero(ties)] & object_mask};
+}
+
+/// Bit 15 of each lane as bits 0 to 3: the multiplication moves lane k's bit to bit 48 + k.
+inline unsigned lane_bits(std::uint64_t lanes)
+{
+    return static_cast<unsigned>((((lanes & Columns::guard) >> 15) * 0x0001000200040008u) >> 48) & 0xf;
+}
+
+/// The tests of one row against a block of 16, as bit masks of candidates: `sure`, and `ties` the numbers
+/// must decide.
+template <int Dim>
+struct Row
+{
+    std::uint64_t hi_guarded[3], lo[3], flags;
+    Row(const Columns& column, std::uint32_t i) : flags(all_lanes(lane(column.flags, i)))
+    {
+        for (int p = 0; p < Dim; ++p) {
+            hi_guarded[p] = all_lanes(lane(column.hi[p], i)) | Columns::guard;
+            lo[p] = all_lanes(lane(column.lo[p], i));
+        }
+    }
+    void test(const Columns& column, std::uint32_t j, unsigned behind, unsigned& sure, unsigned& ties) const
+    {
+        std::uint64_t reach[4];
+        for (std::uint32_t k = 0; k < 4; ++k) {
+            const std::uint32_t word = j / 4 + k;
+            reach[k] = Columns::guard - (column.flags[word] & flags); // the bit stays where no flag is shared
+            for (int p = 0; p < Dim; ++p)
+                reach[k] &=
+                    ((column.hi[p][word] | Columns::guard) - lo[p]) & (hi_guarded[p] - column.lo[p][word]);
+        }
+        sure = ties = 0;
+        if (((reach[0] | reach[1] | reach[2] | reach[3]) & Columns::guard) == 0) return;
+        unsigned hits = 0;
+        for (std::uint32_t k = 0; k < 4; ++k) {
+            const std::uint32_t word = j / 4 + k;
+            hits |= lane_bits(reach[k]) << (4 * k);
+            // Surely: even a quantum less would reach. (hi >= 1, so the guard bit is not borrowed from.)
+            for (int p = 0; p < Dim; ++p)
+                reach[k] &= ((column.hi[p][word] | Columns::guard) - lo[p] - Columns::one) &
+                            (hi_guarded[p] - column.lo[p][word] - Columns::one);
+            sure |= lane_bits(reach[k]) << (4 * k);
+        }
+        sure &= behind;
+        ties = hits & behind & ~sure;
+    }
+};
+
+inline Pair* emit(Pair* out, unsigned hits, const std::uint32_t* candidates, std::uint32_t row)
+{
+    for (; hits != 0; hits &= hits - 1) {
+        const std::uint32_t other = candidates[std::countr_zero(hits)] & object_mask;
+        *out++ = {std::min(row, other) & index_mask, std::max(row, other) & index_mask};
+    }
+    return out;
+}
+
+#else
 
 // 16-bit columns: hi and negated lo of each axis, and the flags. Twice the candidates per register; masks
 // cost more.
@@ -298,65 +420,6 @@ inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* cand
     for (; ties != 0; ties &= ties - 1)
         out.ties[out.tie_count++] = {row, candidates[std::countr_zero(ties)] & object_mask};
 }
-
-#if JOSTLE_KERNEL_SCALAR
-
-/// The tests of one row against a block of 16, as bit masks of candidates: `sure`, and `ties` the numbers
-/// must decide.
-template <int Dim>
-struct Row
-{
-    std::int16_t hi[3], lo[3];
-    std::uint16_t flags;
-    Row(const Columns& column, std::uint32_t i) : flags(column.flags[i])
-    {
-        for (int p = 0; p < Dim; ++p) {
-            hi[p] = column.hi[p][i];
-            lo[p] = column.lo[p][i];
-        }
-    }
-    void test(const Columns& column, std::uint32_t j, unsigned behind, unsigned& sure, unsigned& ties) const
-    {
-        std::int16_t gap[block_size]; // negative where they don't overlap or another brick owns the pair
-        for (std::uint32_t k = 0; k < block_size; ++k)
-            gap[k] =
-                static_cast<std::int16_t>(-static_cast<std::int16_t>((column.flags[j + k] & flags) != 0));
-        for (int p = 0; p < Dim; ++p)
-            for (std::uint32_t k = 0; k < block_size; ++k) {
-                // Wraps like the vector units' additions; only paddings do, see padding_record.
-                const auto ends = static_cast<std::int16_t>(static_cast<std::uint16_t>(column.hi[p][j + k]) +
-                                                            static_cast<std::uint16_t>(lo[p]));
-                const auto begins = static_cast<std::int16_t>(
-                    static_cast<std::uint16_t>(column.lo[p][j + k]) + static_cast<std::uint16_t>(hi[p]));
-                const std::int16_t least = ends < begins ? ends : begins;
-                // min over all, but for a first value of 0, which means "nothing known yet"
-                gap[k] = p == 0 ? static_cast<std::int16_t>(gap[k] < 0 ? gap[k] : least)
-                                : (least < gap[k] ? least : gap[k]);
-            }
-        std::int16_t greatest = -1;
-        for (std::uint32_t k = 0; k < block_size; ++k)
-            greatest = gap[k] > greatest ? gap[k] : greatest;
-        sure = ties = 0;
-        if (greatest < 0) return;
-        for (std::uint32_t k = 0; k < block_size; ++k) {
-            sure |= static_cast<unsigned>(gap[k] > 0) << k;
-            ties |= static_cast<unsigned>(gap[k] == 0) << k;
-        }
-        sure &= behind;
-        ties &= behind;
-    }
-};
-
-inline Pair* emit(Pair* out, unsigned hits, const std::uint32_t* candidates, std::uint32_t row)
-{
-    for (; hits != 0; hits &= hits - 1) {
-        const std::uint32_t other = candidates[std::countr_zero(hits)] & object_mask;
-        *out++ = {std::min(row, other) & index_mask, std::max(row, other) & index_mask};
-    }
-    return out;
-}
-
-#else
 
 template <int Dim>
 struct Row
@@ -460,8 +523,10 @@ HWY_ATTR std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std:
                 row0.test(column, j, behind0, sure0, ties0);
                 row1.test(column, j, behind1, sure1, ties1);
                 behind0 = behind1 = 0xffff;
-                if (sure0 != 0) next = emit(next, sure0, column.object + j, object0);
-                if (sure1 != 0) next = emit(next, sure1, column.object + j, object1);
+                if ((sure0 | sure1) != 0) { // about every other time: one branch to guess, not two
+                    next = emit(next, sure0, column.object + j, object0);
+                    next = emit(next, sure1, column.object + j, object1);
+                }
                 if (__builtin_expect((ties0 | ties1) != 0, 0)) {
                     defer_ties(out, ties0, column.object + j, object0);
                     defer_ties(out, ties1, column.object + j, object1);
