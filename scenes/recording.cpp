@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: MIT
+#include "scenes/recording.hpp"
+
+#include <zstd.h>
+
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+
+using jostle::Aabb;
+using jostle::Coordinate;
+
+namespace jostle_scenes {
+
+namespace {
+
+// The header, all numbers little-endian:
+//   8 bytes  magic; its last byte is the version of the format
+//   u32 dim, u32 coordinate bytes, u32 objects, u32 bytes of the description, u64 frames, f64 frames per
+//   second the description u64      FNV-1a of all before
+// Then each frame: u32 size of the packed block, and the block; unpacked it is the u32 number of the frame
+// and the planes.
+constexpr char magic[8] = {'J', 'O', 'S', 'T', 'L', 'R', 'E', 1};
+constexpr std::size_t fixed_header = 8 + 4 * 4 + 8 + 8;
+constexpr std::uint32_t longest_description = 1 << 16;
+// Higher levels gain little: what is left of the numbers is noise.
+constexpr int compression_level = 12;
+
+std::uint64_t fnv1a(const std::string& bytes)
+{
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const char c : bytes)
+        hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    return hash;
+}
+
+template <class Unsigned>
+void append(std::string& bytes, Unsigned value)
+{
+    for (std::size_t i = 0; i < sizeof value; ++i)
+        bytes += static_cast<char>(static_cast<unsigned char>(value >> (8 * i)));
+}
+
+template <class Unsigned>
+Unsigned number_at(const std::string& bytes, std::size_t offset)
+{
+    Unsigned value = 0;
+    for (std::size_t i = 0; i < sizeof value; ++i)
+        value |= static_cast<Unsigned>(Unsigned{static_cast<unsigned char>(bytes[offset + i])} << (8 * i));
+    return value;
+}
+
+std::string header_of(const RecordingInfo& info)
+{
+    std::string bytes(magic, sizeof magic);
+    append(bytes, static_cast<std::uint32_t>(info.dim));
+    append(bytes, static_cast<std::uint32_t>(info.coordinate_bytes));
+    append(bytes, info.objects);
+    append(bytes, static_cast<std::uint32_t>(info.description.size()));
+    append(bytes, info.frames);
+    append(bytes, std::bit_cast<std::uint64_t>(info.frames_per_second));
+    bytes += info.description;
+    append(bytes, fnv1a(bytes));
+    return bytes;
+}
+
+std::size_t planes_size(int dim, std::size_t coordinate_bytes, std::uint32_t objects)
+{
+    return 4 + 2 * static_cast<std::size_t>(dim) * coordinate_bytes * objects;
+}
+
+template <class T>
+using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+
+/// Integers in the order of the numbers, so that near numbers have a small difference.
+template <class T>
+Bits<T> to_ordered(T value)
+{
+    const auto bits = std::bit_cast<Bits<T>>(value);
+    constexpr Bits<T> sign = Bits<T>{1} << (8 * sizeof(T) - 1);
+    return (bits & sign) != 0 ? ~bits : bits | sign;
+}
+template <class T>
+T from_ordered(Bits<T> ordered)
+{
+    constexpr Bits<T> sign = Bits<T>{1} << (8 * sizeof(T) - 1);
+    return std::bit_cast<T>((ordered & sign) != 0 ? ordered & ~sign : ~ordered);
+}
+
+/// Goes through the coordinates in the order they are stored in, with what is expected of each from what a
+/// reader knows by then. Plain sums of numbers of type T, which every machine rounds alike.
+/// visit(coordinate, object, expected) returns the true value.
+template <int Dim, class T, class Visit>
+void with_expected(const Aabb<Dim, T>* last, const Aabb<Dim, T>* before_last, std::uint64_t frame,
+                   std::uint32_t objects, Visit visit)
+{
+    const auto finite_or = [](T expected, T otherwise) {
+        return std::isfinite(expected) ? expected : otherwise;
+    };
+    for (int d = 0; d < Dim; ++d)
+        for (std::uint32_t i = 0; i < objects; ++i) {
+            T expected = 0;
+            if (frame == 1) expected = last[i].lo[d];
+            if (frame >= 2)
+                expected = finite_or(last[i].lo[d] + (last[i].lo[d] - before_last[i].lo[d]), last[i].lo[d]);
+            const T lo = visit(2 * d, i, expected);
+            // An upper bound moves as the lower one does, but for turning.
+            expected = frame == 0 ? lo : finite_or(last[i].hi[d] + (lo - last[i].lo[d]), last[i].hi[d]);
+            visit(2 * d + 1, i, expected);
+        }
+}
+
+std::string system_message()
+{
+    return std::error_code(errno, std::generic_category()).message();
+}
+
+} // namespace
+
+template <int Dim, Coordinate T>
+RecordingWriter<Dim, T>::RecordingWriter(std::filesystem::path path, std::uint32_t objects,
+                                         double frames_per_second, std::string description)
+    : path_(std::move(path)),
+      part_(path_.string() + ".part"),
+      info_{Dim, sizeof(T), objects, 0, frames_per_second, std::move(description)}
+{
+    if (info_.description.size() > longest_description)
+        throw std::invalid_argument("the description of a recording has at most 65536 bytes");
+    file_.open(part_, std::ios::binary | std::ios::trunc);
+    if (!file_) throw std::runtime_error(path_.string() + ": can't be written: " + system_message());
+    write(header_of(info_)); // once more at the end, with the number of frames
+}
+
+template <int Dim, Coordinate T>
+RecordingWriter<Dim, T>::~RecordingWriter()
+{
+    if (part_.empty()) return;
+    file_.close();
+    std::error_code ignored;
+    std::filesystem::remove(part_, ignored);
+}
+
+template <int Dim, Coordinate T>
+void RecordingWriter<Dim, T>::write(const std::string& bytes)
+{
+    if (!file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
+        throw std::runtime_error(path_.string() + ": can't be written: " + system_message());
+}
+
+template <int Dim, Coordinate T>
+void RecordingWriter<Dim, T>::add_frame(std::span<const Aabb<Dim, T>> boxes)
+{
+    if (boxes.size() != info_.objects)
+        throw std::invalid_argument("a frame of " + std::to_string(boxes.size()) +
+                                    " boxes in a recording of " + std::to_string(info_.objects) + " objects");
+    planes_.resize(planes_size(Dim, sizeof(T), info_.objects));
+    for (std::size_t i = 0; i < 4; ++i)
+        planes_[i] = static_cast<unsigned char>(info_.frames >> (8 * i));
+    with_expected<Dim, T>(
+        last_.data(), before_last_.data(), info_.frames, info_.objects,
+        [&](int coordinate, std::uint32_t i, T expected) {
+            const T value = coordinate % 2 == 0 ? boxes[i].lo[coordinate / 2] : boxes[i].hi[coordinate / 2];
+            const Bits<T> difference = to_ordered(value) - to_ordered(expected);
+            // Small differences of either sign to small numbers.
+            const Bits<T> folded =
+                static_cast<Bits<T>>(difference << 1) ^ (Bits<T>{0} - (difference >> (8 * sizeof(T) - 1)));
+            const std::size_t plane = 4 + static_cast<std::size_t>(coordinate) * sizeof(T) * info_.objects;
+            for (std::size_t b = 0; b < sizeof(T); ++b)
+                planes_[plane + b * info_.objects + i] = static_cast<unsigned char>(folded >> (8 * b));
+            return value;
+        });
+    before_last_.swap(last_);
+    last_.assign(boxes.begin(), boxes.end());
+
+    const std::unique_ptr<ZSTD_CCtx, std::size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+    if (!context) throw std::bad_alloc();
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, compression_level);
+    ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
+    packed_.resize(ZSTD_compressBound(planes_.size()));
+    const std::size_t size =
+        ZSTD_compress2(context.get(), packed_.data(), packed_.size(), planes_.data(), planes_.size());
+    if (ZSTD_isError(size) != 0 || size > std::numeric_limits<std::uint32_t>::max())
+        throw std::runtime_error(path_.string() + ": a frame of " + std::to_string(planes_.size()) +
+                                 " bytes is too big for a recording");
+    std::string block;
+    append(block, static_cast<std::uint32_t>(size));
+    block.append(reinterpret_cast<const char*>(packed_.data()), size);
+    write(block);
+    ++info_.frames;
+}
+
+template <int Dim, Coordinate T>
+void RecordingWriter<Dim, T>::finish()
+{
+    file_.seekp(0);
+    write(header_of(info_));
+    file_.close();
+    std::error_code error;
+    std::filesystem::rename(part_, path_, error);
+    if (error) throw std::runtime_error(path_.string() + ": can't be written: " + error.message());
+    part_.clear();
+}
+
+RecordingReader::RecordingReader(std::filesystem::path path) : path_(std::move(path))
+{
+    file_.open(path_, std::ios::binary);
+    if (!file_) throw std::runtime_error(path_.string() + ": can't be read: " + system_message());
+    std::error_code error;
+    size_ = std::filesystem::file_size(path_, error);
+    if (error) throw std::runtime_error(path_.string() + ": can't be read: " + error.message());
+
+    std::string header(fixed_header, '\0');
+    if (size_ < header.size()) fail("is no recording of moving boxes (.jrec); give one");
+    read(header.data(), header.size(), "the header");
+    if (std::memcmp(header.data(), magic, 7) != 0) fail("is no recording of moving boxes (.jrec); give one");
+    if (header[7] != magic[7])
+        fail("is a recording of version " + std::to_string(static_cast<unsigned char>(header[7])) +
+             " and this program reads version 1; use a newer one");
+    const auto description_size = number_at<std::uint32_t>(header, 20);
+    if (description_size > longest_description) fail("was altered in its header; copy or record it again");
+    header.resize(fixed_header + description_size + 8);
+    read(header.data() + fixed_header, description_size + 8, "the header");
+    const auto checksum = number_at<std::uint64_t>(header, header.size() - 8);
+    header.resize(header.size() - 8);
+    info_.dim = static_cast<int>(number_at<std::uint32_t>(header, 8));
+    info_.coordinate_bytes = static_cast<int>(number_at<std::uint32_t>(header, 12));
+    info_.objects = number_at<std::uint32_t>(header, 16);
+    info_.frames = number_at<std::uint64_t>(header, 24);
+    info_.frames_per_second = std::bit_cast<double>(number_at<std::uint64_t>(header, 32));
+    info_.description = header.substr(fixed_header);
+    if (checksum != fnv1a(header) || (info_.dim != 2 && info_.dim != 3) ||
+        (info_.coordinate_bytes != 4 && info_.coordinate_bytes != 8))
+        fail("was altered in its header; copy or record it again");
+    frames_ = header.size() + 8;
+}
+
+void RecordingReader::fail(const std::string& problem) const
+{
+    throw std::runtime_error(path_.string() + ": " + problem);
+}
+
+void RecordingReader::read(void* bytes, std::size_t size, const char* where)
+{
+    if (file_.read(static_cast<char*>(bytes), static_cast<std::streamsize>(size))) return;
+    if (file_.bad()) fail("can't be read: " + system_message());
+    fail_truncated(where);
+}
+
+void RecordingReader::fail_truncated(const char* where) const
+{
+    fail("is truncated: it ends inside " + std::string(where) +
+         (frames_ > 0 ? " " + std::to_string(next_ + 1) + " of " + std::to_string(info_.frames) : "") +
+         "; copy or record it again");
+}
+
+template <int Dim, Coordinate T>
+bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
+{
+    if (Dim != info_.dim || static_cast<int>(sizeof(T)) != info_.coordinate_bytes)
+        throw std::logic_error("RecordingReader::next: not the dimension and type of the recording");
+    if (next_ == info_.frames) {
+        boxes.clear();
+        if (file_.peek() != std::ifstream::traits_type::eof())
+            fail("was altered: something follows its last frame; copy or record it again");
+        return false;
+    }
+    const std::string altered = "was altered in frame " + std::to_string(next_ + 1) + " of " +
+                                std::to_string(info_.frames) + "; copy or record it again";
+    std::string size_bytes(4, '\0');
+    read(size_bytes.data(), 4, "frame");
+    const auto size = number_at<std::uint32_t>(size_bytes, 0);
+    const std::size_t unpacked_size = planes_size(Dim, sizeof(T), info_.objects);
+    // Before any memory is asked for: an altered size must not ask for gigabytes.
+    if (size > ZSTD_compressBound(unpacked_size)) fail(altered);
+    if (size > size_ - static_cast<std::uint64_t>(file_.tellg())) fail_truncated("frame");
+    packed_.resize(size);
+    read(packed_.data(), size, "frame");
+    if (ZSTD_getFrameContentSize(packed_.data(), size) != unpacked_size) fail(altered);
+    planes_.resize(unpacked_size);
+    if (ZSTD_decompress(planes_.data(), planes_.size(), packed_.data(), size) != unpacked_size) fail(altered);
+    std::uint32_t number = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        number |= static_cast<std::uint32_t>(planes_[i]) << (8 * i);
+    if (number != static_cast<std::uint32_t>(next_)) fail(altered);
+
+    using Box = Aabb<Dim, T>;
+    boxes.resize(info_.objects);
+    with_expected<Dim, T>(
+        reinterpret_cast<const Box*>(last_.data()), reinterpret_cast<const Box*>(before_last_.data()), next_,
+        info_.objects, [&](int coordinate, std::uint32_t i, T expected) {
+            const std::size_t plane = 4 + static_cast<std::size_t>(coordinate) * sizeof(T) * info_.objects;
+            Bits<T> folded = 0;
+            for (std::size_t b = 0; b < sizeof(T); ++b)
+                folded |= static_cast<Bits<T>>(Bits<T>{planes_[plane + b * info_.objects + i]} << (8 * b));
+            const Bits<T> difference = (folded >> 1) ^ (Bits<T>{0} - (folded & 1));
+            const T value = from_ordered<T>(to_ordered(expected) + difference);
+            (coordinate % 2 == 0 ? boxes[i].lo : boxes[i].hi)[coordinate / 2] = value;
+            return value;
+        });
+    before_last_.swap(last_);
+    const auto* bytes = reinterpret_cast<const unsigned char*>(boxes.data());
+    last_.assign(bytes, bytes + boxes.size() * sizeof(Box));
+    ++next_;
+    return true;
+}
+
+void RecordingReader::rewind()
+{
+    file_.clear();
+    file_.seekg(static_cast<std::streamoff>(frames_));
+    next_ = 0;
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template class RecordingWriter<Dim, T>;                                                                  \
+    template bool RecordingReader::next(std::vector<Aabb<Dim, T>>&);
+JOSTLE_INSTANTIATE(2, float)
+JOSTLE_INSTANTIATE(2, double)
+JOSTLE_INSTANTIATE(3, float)
+JOSTLE_INSTANTIATE(3, double)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace jostle_scenes

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#include "scenes/recording.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "scenes/random.hpp"
+#include "scenes/scenes.hpp"
+
+using namespace jostle;
+using namespace jostle_scenes;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A file name of this test alone, gone afterwards.
+class TemporaryFile
+{
+  public:
+    TemporaryFile()
+        : path_(fs::temp_directory_path() /
+                ("jostle-" + std::to_string(::getpid()) + "-" +
+                 testing::UnitTest::GetInstance()->current_test_info()->name() + ".jrec"))
+    {
+    }
+    ~TemporaryFile() { fs::remove(path_); }
+    const fs::path& path() const { return path_; }
+
+  private:
+    fs::path path_;
+};
+
+std::string bytes_of(const fs::path& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+void write_bytes(const fs::path& path, const std::string& bytes)
+{
+    std::ofstream(path, std::ios::binary) << bytes;
+}
+
+template <int Dim, class T>
+using Frames = std::vector<std::vector<Aabb<Dim, T>>>;
+
+template <int Dim, class T>
+void record(const fs::path& path, const Frames<Dim, T>& frames)
+{
+    RecordingWriter<Dim, T> writer(path, static_cast<std::uint32_t>(frames.at(0).size()), 60,
+                                   "what it shows");
+    for (const auto& frame : frames)
+        writer.add_frame(frame);
+    writer.finish();
+}
+
+template <int Dim, class T>
+Frames<Dim, T> scene_frames(const char* name, std::size_t objects, int count)
+{
+    Frames<Dim, T> frames;
+    Scene<Dim, T> scene(name, objects);
+    for (int i = 0; i < count; ++i, scene.step())
+        frames.emplace_back(scene.boxes().begin(), scene.boxes().end());
+    return frames;
+}
+
+template <int Dim, class T>
+void expect_same(const fs::path& path, const Frames<Dim, T>& frames)
+{
+    RecordingReader reader(path);
+    EXPECT_EQ(reader.info().dim, Dim);
+    EXPECT_EQ(reader.info().coordinate_bytes, static_cast<int>(sizeof(T)));
+    EXPECT_EQ(reader.info().objects, frames.at(0).size());
+    EXPECT_EQ(reader.info().frames, frames.size());
+    EXPECT_EQ(reader.info().frames_per_second, 60);
+    EXPECT_EQ(reader.info().description, "what it shows");
+    std::vector<Aabb<Dim, T>> boxes;
+    for (int pass = 0; pass < 2; ++pass, reader.rewind()) {
+        for (const auto& frame : frames) {
+            ASSERT_TRUE(reader.next(boxes));
+            ASSERT_EQ(boxes.size(), frame.size());
+            ASSERT_TRUE(boxes.empty() ||
+                        std::memcmp(boxes.data(), frame.data(), frame.size() * sizeof(frame[0])) == 0);
+        }
+        EXPECT_FALSE(reader.next(boxes));
+        EXPECT_TRUE(boxes.empty());
+    }
+}
+
+/// What reading the whole file complains of; "" if it doesn't.
+std::string complaint(const fs::path& path)
+{
+    try {
+        RecordingReader reader(path);
+        std::vector<Aabb3f> boxes;
+        while (reader.next(boxes)) {
+        }
+        return "";
+    } catch (const std::runtime_error& error) {
+        return error.what();
+    }
+}
+
+bool contains(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+TEST(Recording, GivesBackEveryBitOfEveryType)
+{
+    const TemporaryFile file;
+    for (const char* name : {"uniform", "resting", "far", "lattice"}) {
+        SCOPED_TRACE(name);
+        const auto check = [&](const auto& frames) {
+            record(file.path(), frames);
+            expect_same(file.path(), frames);
+        };
+        check(scene_frames<2, float>(name, 300, 6));
+        check(scene_frames<2, double>(name, 300, 6));
+        check(scene_frames<3, float>(name, 300, 6));
+        check(scene_frames<3, double>(name, 300, 6));
+        check(scene_frames<3, float>(name, 0, 3));
+        check(scene_frames<3, float>(name, 1, 1));
+    }
+}
+
+TEST(Recording, GivesBackAnyBitsWhatever)
+{
+    // Infinities, NaNs of every payload, denormals, both zeros: whatever a physics engine may produce.
+    const TemporaryFile file;
+    Random random(5);
+    Frames<3, double> frames(5, std::vector<Aabb3d>(200));
+    for (auto& frame : frames)
+        for (Aabb3d& box : frame)
+            for (double* bound : {box.lo, box.hi})
+                for (int d = 0; d < 3; ++d) {
+                    constexpr double special[] = {0.0,
+                                                  -0.0,
+                                                  std::numeric_limits<double>::infinity(),
+                                                  -std::numeric_limits<double>::infinity(),
+                                                  std::numeric_limits<double>::max(),
+                                                  std::numeric_limits<double>::denorm_min()};
+                    const std::uint64_t bits = random.next();
+                    std::memcpy(&bound[d], &bits, 8);
+                    if (random.below(2) == 0) bound[d] = special[random.below(6)];
+                }
+    record(file.path(), frames);
+    expect_same(file.path(), frames);
+}
+
+TEST(Recording, IsCompactWhereLittleHappens)
+{
+    const TemporaryFile file;
+    const auto size_of = [&](const char* name) {
+        record(file.path(), scene_frames<3, float>(name, 2000, 20));
+        return fs::file_size(file.path());
+    };
+    const std::uintmax_t raw = 2000 * 20 * sizeof(Aabb3f);
+    EXPECT_LT(size_of("resting"), raw / 8);
+    EXPECT_LT(size_of("uniform"), raw / 3); // straight flight, but for rounding
+}
+
+TEST(Recording, NamesTheFileAndThePlaceWhereverItIsCutOff)
+{
+    const TemporaryFile file;
+    record(file.path(), scene_frames<3, float>("uniform", 20, 3));
+    const std::string whole = bytes_of(file.path());
+    ASSERT_EQ(complaint(file.path()), "");
+    bool header_seen = false, frame_seen = false;
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+        write_bytes(file.path(), whole.substr(0, size));
+        const std::string said = complaint(file.path());
+        ASSERT_TRUE(contains(said, file.path().string() + ": is ")) << size << ": " << said;
+        header_seen |= contains(said, "is truncated: it ends inside the header; copy or record it again");
+        frame_seen |= contains(said, "is truncated: it ends inside frame 2 of 3; copy or record it again");
+    }
+    EXPECT_TRUE(header_seen);
+    EXPECT_TRUE(frame_seen);
+}
+
+TEST(Recording, NeverHandsOutAnAlteredFrame)
+{
+    const TemporaryFile file;
+    const auto frames = scene_frames<3, float>("uniform", 20, 3);
+    record(file.path(), frames);
+    const std::string whole = bytes_of(file.path());
+    int noticed = 0, unnoticed = 0;
+    for (std::size_t at = 0; at < whole.size(); ++at)
+        for (const int bit : {0, 3, 7}) {
+            std::string altered = whole;
+            altered[at] = static_cast<char>(altered[at] ^ (1 << bit));
+            write_bytes(file.path(), altered);
+            const std::string said = complaint(file.path());
+            if (said.empty())
+                expect_same(file.path(), frames); // some bits of a zstd block mean nothing
+            else
+                ASSERT_TRUE(contains(said, file.path().string())) << at << " " << bit << ": " << said;
+            ++(said.empty() ? unnoticed : noticed);
+        }
+    EXPECT_GT(noticed, 100 * unnoticed);
+    write_bytes(file.path(), whole + "x");
+    EXPECT_TRUE(contains(complaint(file.path()), "follows its last frame"));
+    write_bytes(file.path(), "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n" + std::string(100, ' '));
+    EXPECT_TRUE(contains(complaint(file.path()), "is no recording of moving boxes"));
+    write_bytes(file.path(), whole.substr(0, 7) + '\2' + whole.substr(8));
+    EXPECT_TRUE(contains(complaint(file.path()), "version 2"));
+    EXPECT_TRUE(contains(complaint("/nowhere/x.jrec"), "/nowhere/x.jrec: can't be read: No such file"));
+    EXPECT_TRUE(contains(complaint("/tmp"), "/tmp: can't be read"));
+}
+
+TEST(Recording, AppearsWholeOrNotAtAll)
+{
+    const TemporaryFile file;
+    const auto frames = scene_frames<2, double>("uniform", 5, 2);
+    {
+        RecordingWriter<2, double> writer(file.path(), 5, 0, "");
+        writer.add_frame(frames[0]);
+        EXPECT_FALSE(fs::exists(file.path()));
+        EXPECT_THROW(writer.add_frame(std::span(frames[0]).first(4)), std::invalid_argument);
+    }
+    EXPECT_FALSE(fs::exists(file.path()));
+    EXPECT_FALSE(fs::exists(file.path().string() + ".part"));
+    record(file.path(), frames);
+    EXPECT_FALSE(fs::exists(file.path().string() + ".part"));
+    EXPECT_THROW((RecordingWriter<2, double>("/nowhere/x.jrec", 5, 0, "")), std::runtime_error);
+    std::vector<Aabb3f> wrong;
+    EXPECT_THROW(RecordingReader(file.path()).next(wrong), std::logic_error);
+}
