@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <map>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
@@ -211,31 +211,47 @@ void plots_against_n(std::span<const ReportRow> rows, std::vector<Plot>& plots)
         plots.push_back(
             {"Time per object against the number of objects, scene " + scene + ": lower is better.",
              line_plot(scene, "objects", "ns per object and frame",
-                       "set logscale xy\nset format x '10^{%L}'\n",
+                       "set logscale xy\nset format x '%.0s%c'\n",
                        lines(
                            of_scene, [](const ReportRow& row) { return static_cast<double>(row.n); },
                            nanoseconds_per_object))});
     }
 }
 
+/// Only scenes that differ in nothing but sizes can share a line: of those with about as many pairs per
+/// object as the first scene, one of each ratio.
 void plots_against_size_ratio(std::span<const ReportRow> rows, std::vector<Plot>& plots)
 {
+    const auto pairs_per_object = [](const ReportRow& row) {
+        return static_cast<double>(row.pairs) / static_cast<double>(row.n);
+    };
+    const std::uint32_t threads = ascending(rows, &ReportRow::threads).front();
     for (const std::uint64_t n : ascending(rows, &ReportRow::n)) {
-        const std::uint32_t threads = ascending(rows, &ReportRow::threads).front();
         const auto of_n = select(rows, [&](const ReportRow& row) {
             return row.n == n && row.size_ratio > 0 && row.threads == threads;
         });
-        std::set<std::string> scenes;
-        for (const ReportRow& row : of_n)
-            scenes.insert(row.scene);
-        if (scenes.size() < 2) continue;
-        std::vector<Series> series =
-            lines(of_n, [](const ReportRow& row) { return row.size_ratio; }, nanoseconds_per_object);
-        plots.push_back(
-            {"Time per object against the ratio of the biggest to the smallest box, one point a scene, " +
-                 count(n) + " objects: a flat line doesn't care about sizes.",
-             line_plot(count(n) + " objects", "biggest box / smallest box", "ns per object and frame",
-                       "set logscale xy\nset format x '10^{%L}'\n", series)});
+        std::vector<const ReportRow*> chosen; // a row of each scene that takes part
+        for (const ReportRow& row : of_n) {
+            const bool alike =
+                chosen.empty() || std::abs(pairs_per_object(row) / pairs_per_object(*chosen[0]) - 1) < 0.25;
+            const bool known = std::any_of(chosen.begin(), chosen.end(), [&](const ReportRow* other) {
+                return other->scene == row.scene || std::abs(other->size_ratio / row.size_ratio - 1) < 0.2;
+            });
+            if (alike && !known) chosen.push_back(&row);
+        }
+        if (chosen.size() < 2) continue;
+        const auto comparable = select(of_n, [&](const ReportRow& row) {
+            return std::any_of(chosen.begin(), chosen.end(),
+                               [&](const ReportRow* one) { return one->scene == row.scene; });
+        });
+        std::string names;
+        for (const ReportRow* one : chosen)
+            names += (names.empty() ? "" : ", ") + one->scene;
+        plots.push_back({"Time per object against the ratio of the biggest to the smallest box, " + count(n) +
+                             " objects, scenes " + names + ": a flat line doesn't care about sizes.",
+                         line_plot(count(n) + " objects", "biggest box / smallest box",
+                                   "ns per object and frame", "set logscale xy\nset format x '%g'\n",
+                                   lines(comparable, &ReportRow::size_ratio, nanoseconds_per_object))});
     }
 }
 
