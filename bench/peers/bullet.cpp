@@ -15,7 +15,7 @@ constexpr PeerInfo kDbvt{
 constexpr PeerInfo kSweep{"bullet-sap",
                           "Bullet bt32BitAxisSweep3 without its ray accelerator: setAabb for what moved, "
                           "calculateOverlappingPairs; inserting n objects costs O(n^2)",
-                          20'000, false, true};
+                          10'000, false, true};
 
 btVector3 low(const jostle::Aabb3f& box)
 {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <CGAL/box_intersection_d.h>
 
+#include <cmath>
+
 #include "peer_parts.hpp"
 
 namespace jostle_bench {
@@ -8,7 +10,8 @@ namespace {
 
 constexpr PeerInfo kInfo{
     "cgal",
-    "CGAL 5.5 box_self_intersection_d over pointers to boxes, closed topology, default cutoff, sequential",
+    "CGAL 5.5 box_self_intersection_d over pointers to boxes, closed topology, sequential; cutoff 5 sqrt(n), "
+    "where it is about fastest (twice as fast as with its default)",
     2'000'000, false, true};
 
 /// Lets CGAL read the boxes where they are. It sorts pointers, as its manual advises.
@@ -48,7 +51,8 @@ class Cgal final : public Peer<Dim>
                 pairs_.push_back({static_cast<std::uint32_t>(a - boxes.data()),
                                   static_cast<std::uint32_t>(b - boxes.data())});
             },
-            BoxTraits<Dim>());
+            BoxTraits<Dim>(), static_cast<std::ptrdiff_t>(5 * std::sqrt(static_cast<double>(boxes.size()))),
+            CGAL::Box_intersection_d::CLOSED);
     }
 
     PeerResult result() const override { return summarise(pairs_); }
