@@ -64,16 +64,30 @@ void check_peers(const std::string& scene_name, std::size_t n)
         }
 }
 
+/// Jostle itself, on the same scenes: the row that peers are compared with.
+template <int Dim>
+void check_ours(const std::string& scene_name, std::size_t n)
+{
+    const jostle_scenes::Scene<Dim, float> scene(scene_name, n);
+    const jostle::PairBuffer pairs = jostle::find_pairs(jostle::BoxView<Dim, float>(scene.boxes()));
+    EXPECT_EQ((PeerResult{pairs.size(), jostle::pair_checksum(pairs)}), definition<Dim>(scene.boxes()))
+        << scene_name;
+}
+
 TEST(Peers, FindTheSamePairsAsTheDefinition3D)
 {
-    for (const jostle_scenes::SceneInfo& info : jostle_scenes::scene_list())
+    for (const jostle_scenes::SceneInfo& info : jostle_scenes::scene_list()) {
+        check_ours<3>(std::string(info.name), 1000);
         check_peers<3>(std::string(info.name), 1000);
+    }
 }
 
 TEST(Peers, FindTheSamePairsAsTheDefinition2D)
 {
-    for (const jostle_scenes::SceneInfo& info : jostle_scenes::scene_list())
+    for (const jostle_scenes::SceneInfo& info : jostle_scenes::scene_list()) {
+        check_ours<2>(std::string(info.name), 1000);
         check_peers<2>(std::string(info.name), 1000);
+    }
 }
 
 TEST(Peers, TakeOneObject)
