@@ -403,15 +403,18 @@ class Engine::Run
     {
         const std::size_t begin = std::size_t{number} * unit_size;
         unit.count = static_cast<std::uint32_t>(std::min<std::size_t>(unit_size, set.size() - begin));
+        const std::ptrdiff_t stride = set.stride_bytes();
+        const char *lo[Dim], *hi[Dim];
         for (int d = 0; d < Dim; ++d) {
-            const std::ptrdiff_t stride = set.stride_bytes();
-            const char* lo = reinterpret_cast<const char*>(set.lo_pointer(d, begin));
-            const char* hi = reinterpret_cast<const char*>(set.hi_pointer(d, begin));
-            for (std::uint32_t i = 0; i < unit.count; ++i, lo += stride, hi += stride) {
-                unit.lo[d][i] = *reinterpret_cast<const T*>(lo);
-                unit.hi[d][i] = *reinterpret_cast<const T*>(hi);
-            }
+            lo[d] = reinterpret_cast<const char*>(set.lo_pointer(d, begin));
+            hi[d] = reinterpret_cast<const char*>(set.hi_pointer(d, begin));
         }
+        for (std::uint32_t i = 0; i < unit.count; ++i)
+            for (int d = 0; d < Dim; ++d) {
+                const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(i) * stride;
+                unit.lo[d][i] = *reinterpret_cast<const T*>(lo[d] + offset);
+                unit.hi[d][i] = *reinterpret_cast<const T*>(hi[d] + offset);
+            }
         for (std::uint32_t i = 0; i < unit.count; ++i)
             unit.object[i] = (static_cast<std::uint32_t>(begin) + i) | side;
         append_unit<Dim>(kernels_, grid, unit, mine.store);

@@ -102,7 +102,6 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
     }
     std::uint16_t histogram[16 * 16 * 16] = {};
     double pairs_in_bins = 0;
-    double extent_sum[3] = {0, 0, 0};
     ExtentClass classes[24];
     for (std::size_t k = 0; k < m; ++k) {
         int bin = 0;
@@ -112,7 +111,6 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
             const double lo = std::max(sample.lo[a][k], bounds[a].lo),
                          hi = std::min(sample.hi[a][k], bounds[a].hi);
             extent[p] = std::max(0.0, hi - lo);
-            extent_sum[p] += extent[p];
             if (bins_of[p] == 1) continue;
             const double place = (0.5 * lo + 0.5 * hi - bounds[a].lo) / size[p] * bins_of[p];
             bin = bin * bins_of[p] +
@@ -130,6 +128,17 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
         c.z += extent[2];
         c.yz += extent[1] * extent[2];
     }
+    int class_count = 0;
+    ExtentClass total;
+    for (const ExtentClass& c : classes) {
+        if (c.count == 0) continue;
+        total.count += c.count;
+        total.x += c.x;
+        total.y += c.y;
+        total.z += c.z;
+        total.yz += c.yz;
+        classes[class_count++] = c;
+    }
     const double samples = std::max<double>(1, static_cast<double>(m));
     const double density = volume > 0 ? pairs_in_bins / samples / volume * (n / samples) : 0;
 
@@ -138,17 +147,14 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
         const double sy = size[1] > 0 ? size[1] / cy : 1, sz = size[2] > 0 ? size[2] / cz : 1;
         const double section = (size[1] > 0 ? sy : 1) * (size[2] > 0 ? sz : 1);
         const bool has_y = size[1] > 0, has_z = size[2] > 0;
-        double records = 0;
         const auto copies = [&](const ExtentClass& c) {
             return c.count + (has_y ? c.y / sy : 0) + (has_z ? c.z / sz : 0) +
                    (has_y && has_z ? c.yz / (sy * sz) : 0);
         };
-        for (const ExtentClass& c : classes)
-            records += copies(c);
-        records /= samples;
+        const double records = copies(total) / samples;
         double blocks = 0;
-        for (const ExtentClass& c : classes) {
-            if (c.count == 0) continue;
+        for (int k = 0; k < class_count; ++k) {
+            const ExtentClass& c = classes[k];
             const double window = c.x / c.count * density * section * records / 16 + 0.5;
             blocks += copies(c) * std::max(1.0, window);
         }
@@ -157,7 +163,7 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
         cx = static_cast<std::int32_t>(
             std::clamp(std::floor(n * records / columns / brick_records) + 1, 1.0, 4096.0));
         if (!(size[0] > 0)) cx = 1;
-        const double crossing = cx > 1 ? extent_sum[0] / samples / (size[0] / cx) : 0;
+        const double crossing = cx > 1 ? total.x / samples / (size[0] / cx) : 0;
         return (ns_per_record * records + ns_per_block * blocks) * (1 + crossing) +
                ns_per_brick * columns * cx / n;
     };
@@ -181,6 +187,8 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
             grid.cells[0] = cx;
             grid.cells[1] = cy;
             grid.cells[2] = cz;
+        } else if (cost > 2 * tuned.cost) {
+            break; // ever smaller bricks only cost more from here on
         }
     }
 

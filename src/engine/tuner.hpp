@@ -12,7 +12,7 @@ namespace engine {
 /// A few of the boxes that a grid is to be chosen for, as doubles on the user's axes.
 struct Sample
 {
-    static constexpr std::size_t capacity = 4096;
+    static constexpr std::size_t capacity = 2048;
     static constexpr double unbounded =
         1e300; // bounds are cut there, so that sums and differences stay finite
     std::size_t size = 0;
@@ -31,7 +31,7 @@ struct Sample
 /// How many boxes to look at: enough to know the densities, few enough to cost little beside a frame.
 inline constexpr std::size_t sample_size(std::size_t boxes)
 {
-    const std::size_t wanted = boxes / 32 + 96;
+    const std::size_t wanted = boxes / 64 + 96;
     return wanted < boxes ? (wanted < Sample::capacity ? wanted : Sample::capacity)
                           : (boxes < 128 ? boxes : 128);
 }

@@ -167,11 +167,11 @@ inline Pair* emit(Pair* out, __mmask16 hits, __m512i candidates, __m512i row)
     const __m512i index = _mm512_set1_epi32(static_cast<int>(index_mask));
     const __m512i others = _mm512_and_si512(_mm512_maskz_compress_epi32(hits, candidates),
                                             _mm512_set1_epi32(static_cast<int>(object_mask)));
-    const __m512i a = _mm512_and_si512(_mm512_min_epu32(others, row), index);
-    const __m512i b = _mm512_and_si512(_mm512_max_epu32(others, row), index);
-    const unsigned count = static_cast<unsigned>(__builtin_popcount(hits));
-    _mm512_storeu_si512(out, _mm512_permutex2var_epi32(a, first_half, b));
-    if (count > 8) _mm512_storeu_si512(out + 8, _mm512_permutex2var_epi32(a, other_half, b));
+    const __m512i a = _mm512_min_epu32(others, row), b = _mm512_max_epu32(others, row);
+    const unsigned count = static_cast<unsigned>(std::popcount(static_cast<unsigned>(hits)));
+    _mm512_storeu_si512(out, _mm512_and_si512(_mm512_permutex2var_epi32(a, first_half, b), index));
+    if (count > 8)
+        _mm512_storeu_si512(out + 8, _mm512_and_si512(_mm512_permutex2var_epi32(a, other_half, b), index));
     return out + count;
 }
 
@@ -191,19 +191,19 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
     std::uint64_t blocks = 0;
 
     for (std::uint32_t i = first; i < last; i += 2) {
-        const __m512i x0 = _mm512_set1_epi32(static_cast<int>(std::rotl(column.x[i], 16)));
-        const __m512i y0 = _mm512_set1_epi32(static_cast<int>(std::rotl(column.y[i], 16)));
-        const __m512i z0 = _mm512_set1_epi32(static_cast<int>(std::rotl(column.z[i], 16)));
-        const __m512i x1 = _mm512_set1_epi32(static_cast<int>(std::rotl(column.x[i + 1], 16)));
-        const __m512i y1 = _mm512_set1_epi32(static_cast<int>(std::rotl(column.y[i + 1], 16)));
-        const __m512i z1 = _mm512_set1_epi32(static_cast<int>(std::rotl(column.z[i + 1], 16)));
+        const __m512i x0 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.x[i])), 16);
+        const __m512i y0 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.y[i])), 16);
+        const __m512i z0 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.z[i])), 16);
+        const __m512i x1 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.x[i + 1])), 16);
+        const __m512i y1 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.y[i + 1])), 16);
+        const __m512i z1 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.z[i + 1])), 16);
         const std::uint32_t object0 = column.object[i], object1 = column.object[i + 1];
         const __m512i row0 = _mm512_set1_epi32(static_cast<int>(object0 & object_mask));
         const __m512i row1 = _mm512_set1_epi32(static_cast<int>(object1 & object_mask));
         const __m512i flags0 = _mm512_and_si512(_mm512_set1_epi32(static_cast<int>(object0)), all_flags);
         const __m512i flags1 = _mm512_and_si512(_mm512_set1_epi32(static_cast<int>(object1)), all_flags);
 
-        std::uint32_t j = (i + 1) & ~(block_size - 1);
+        std::uint32_t j = (i + 1) & ~3u;
         __mmask16 behind0 = static_cast<__mmask16>(0xffffu << (i + 1 - j));
         __mmask16 behind1 = static_cast<__mmask16>(0xffffu << (i + 2 - j));
         const std::uint32_t end = std::max(brick.window_end[i], brick.window_end[i + 1]);
@@ -216,13 +216,13 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
             blocks += (stop - j + block_size - 1) / block_size;
             Pair* next = out.next;
             for (; j < stop; j += block_size) {
-                const __m512i x = _mm512_load_si512(column.x + j);
-                const __m512i y = _mm512_load_si512(column.y + j);
-                const __m512i objects = _mm512_load_si512(column.object + j);
+                const __m512i x = _mm512_loadu_si512(column.x + j);
+                const __m512i y = _mm512_loadu_si512(column.y + j);
+                const __m512i objects = _mm512_loadu_si512(column.object + j);
                 __m512i gap0 = _mm512_min_epi16(_mm512_add_epi16(x, x0), _mm512_add_epi16(y, y0));
                 __m512i gap1 = _mm512_min_epi16(_mm512_add_epi16(x, x1), _mm512_add_epi16(y, y1));
                 if constexpr (Dim == 3) {
-                    const __m512i z = _mm512_load_si512(column.z + j);
+                    const __m512i z = _mm512_loadu_si512(column.z + j);
                     gap0 = _mm512_min_epi16(gap0, _mm512_add_epi16(z, z0));
                     gap1 = _mm512_min_epi16(gap1, _mm512_add_epi16(z, z1));
                 }
@@ -445,14 +445,14 @@ struct Row
         constexpr std::uint32_t lanes = JOSTLE_KERNEL_LANES16;
         std::uint8_t hit_bits[8] = {}, sure_bits[8] = {};
         for (std::uint32_t k = 0; k < block_size; k += lanes) {
-            V gap = hn::Min(hn::Add(hn::Load(d, column.hi[0] + j + k), lo[0]),
-                            hn::Add(hn::Load(d, column.lo[0] + j + k), hi[0]));
+            V gap = hn::Min(hn::Add(hn::LoadU(d, column.hi[0] + j + k), lo[0]),
+                            hn::Add(hn::LoadU(d, column.lo[0] + j + k), hi[0]));
             for (int p = 1; p < Dim; ++p) {
-                gap = hn::Min(gap, hn::Add(hn::Load(d, column.hi[p] + j + k), lo[p]));
-                gap = hn::Min(gap, hn::Add(hn::Load(d, column.lo[p] + j + k), hi[p]));
+                gap = hn::Min(gap, hn::Add(hn::LoadU(d, column.hi[p] + j + k), lo[p]));
+                gap = hn::Min(gap, hn::Add(hn::LoadU(d, column.lo[p] + j + k), hi[p]));
             }
             const auto shared =
-                hn::And(hn::Load(d, reinterpret_cast<const std::int16_t*>(column.flags) + j + k), flags);
+                hn::And(hn::LoadU(d, reinterpret_cast<const std::int16_t*>(column.flags) + j + k), flags);
             const auto own = hn::Eq(shared, zero);
             hn::StoreMaskBits(d, hn::And(own, hn::Gt(gap, zero)), sure_bits + k / 8);
             hn::StoreMaskBits(d, hn::And(own, hn::Gt(gap, minus_one)), hit_bits + k / 8);
@@ -506,7 +506,7 @@ HWY_ATTR std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std:
         const Row<Dim> row0(column, i), row1(column, i + 1);
         const std::uint32_t object0 = column.object[i] & object_mask,
                             object1 = column.object[i + 1] & object_mask;
-        std::uint32_t j = (i + 1) & ~(block_size - 1);
+        std::uint32_t j = (i + 1) & ~3u;
         unsigned behind0 = (0xffffu << (i + 1 - j)) & 0xffffu;
         unsigned behind1 = (0xffffu << (i + 2 - j)) & 0xffffu;
         const std::uint32_t end = std::max(brick.window_end[i], brick.window_end[i + 1]);
