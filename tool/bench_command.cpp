@@ -1,0 +1,642 @@
+// SPDX-License-Identifier: MIT
+// jostle bench: how long a frame of moving boxes takes, ours and other systems'.
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/report.hpp"
+#include "commands.hpp"
+#include "engines.hpp"
+#include "io/output_file.hpp"
+#include "jostle/chapter.hpp"
+#include "jostle/find_pairs.hpp"
+#include "progress.hpp"
+#include "scenes/scenes.hpp"
+#include "threads.hpp"
+
+#ifdef JOSTLE_WITH_PEERS
+#include "bench/peers.hpp"
+#endif
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle::Aabb;
+using jostle::BoxView;
+using jostle::InstructionSet;
+using jostle_scenes::Scene;
+
+struct Options
+{
+    std::vector<std::string> scenes;
+    std::vector<std::uint64_t> sizes{100'000};
+    std::vector<std::uint32_t> threads{0};
+    std::uint32_t frames = 20;
+    std::uint64_t seed = 1;
+    Engine engine = Engine::fast;
+    InstructionSet instruction_set = jostle::supported_instruction_sets().front();
+    int dim = 3;
+    bool with_double = false;
+    bool peers = false;
+    std::string json, report; // empty: not wanted
+};
+
+/// Frames that aren't counted: memory grows, caches and the scheduler settle.
+constexpr std::uint32_t warm_up = 3;
+/// A system that takes longer than this for a scene stops early, with at least `fewest` frames.
+constexpr double patience_seconds = 60;
+constexpr std::uint32_t fewest = 5;
+
+using Stages = std::vector<std::pair<std::string, double>>;
+
+struct Answer
+{
+    std::uint64_t pairs = 0, checksum = 0;
+    friend bool operator==(const Answer&, const Answer&) = default;
+};
+
+/// Whatever finds pairs frame by frame.
+template <int Dim, class T>
+class System
+{
+  public:
+    using Boxes = std::span<const Aabb<Dim, T>>;
+    virtual ~System() = default;
+    virtual void start(Boxes) {}
+    /// What needn't be timed before a frame.
+    virtual void prepare(Boxes) {}
+    virtual void frame(Boxes boxes) = 0;
+    [[nodiscard]] virtual Answer answer() const = 0;
+    [[nodiscard]] virtual Stages stages() const { return {}; }
+    virtual void stop() {}
+};
+
+template <int Dim, class T>
+class Fast final : public System<Dim, T>
+{
+  public:
+    Fast(jostle::Executor& executor, InstructionSet set) : finder_(options(executor, set)) {}
+    void frame(std::span<const Aabb<Dim, T>> boxes) override { pairs_ = &finder_.find(BoxView(boxes)); }
+    Answer answer() const override { return {pairs_->size(), jostle::pair_checksum(*pairs_)}; }
+    Stages stages() const override
+    {
+        const jostle::Stats& stats = finder_.stats();
+        return {{"tune", stats.ms_tune},
+                {"scatter", stats.ms_scatter},
+                {"sweep", stats.ms_sweep},
+                {"finish", stats.ms_finish}};
+    }
+
+  private:
+    static jostle::FinderOptions options(jostle::Executor& executor, InstructionSet set)
+    {
+        jostle::FinderOptions options;
+        options.executor = &executor;
+        options.instruction_set = set;
+        return options;
+    }
+    jostle::PairFinder finder_;
+    const jostle::PairBuffer* pairs_ = nullptr;
+};
+
+/// Those that give a vector of pairs.
+template <int Dim, class T>
+class Slow final : public System<Dim, T>
+{
+  public:
+    Slow(jostle::Executor& executor, Engine engine) : executor_(executor), engine_(engine) {}
+    void frame(std::span<const Aabb<Dim, T>> boxes) override
+    {
+        pairs_.clear();
+        if (engine_ == Engine::brute)
+            pairs_ = find_pairs_brute(BoxView(boxes), executor_);
+        else
+#ifdef JOSTLE_TOOL_WITH_CHAPTER
+            pairs_ = jostle::chapter::find_pairs(BoxView(boxes), executor_);
+#else
+            throw UsageError("--engine: chapter is not in this build; choose default or brute");
+#endif
+    }
+    Answer answer() const override { return {pairs_.size(), jostle::pair_checksum(pairs_)}; }
+
+  private:
+    jostle::Executor& executor_;
+    Engine engine_;
+    std::vector<jostle::Pair> pairs_;
+};
+
+#ifdef JOSTLE_WITH_PEERS
+template <int Dim>
+class PeerSystem final : public System<Dim, float>
+{
+  public:
+    using Boxes = std::span<const Aabb<Dim, float>>;
+    PeerSystem(jostle_bench::Peer<Dim>& peer, std::uint32_t threads) : peer_(peer), threads_(threads) {}
+    void start(Boxes boxes) override
+    {
+        changed_ = std::make_unique<jostle_bench::ChangedBoxes<Dim>>(boxes);
+        peer_.start(boxes, threads_);
+    }
+    void prepare(Boxes boxes) override { moved_ = changed_->since_last(boxes); }
+    void frame(Boxes boxes) override { peer_.frame(boxes, moved_); }
+    Answer answer() const override
+    {
+        const jostle_bench::PeerResult result = peer_.result();
+        return {result.pairs, result.checksum};
+    }
+    void stop() override { peer_.stop(); }
+
+  private:
+    jostle_bench::Peer<Dim>& peer_;
+    std::uint32_t threads_;
+    std::unique_ptr<jostle_bench::ChangedBoxes<Dim>> changed_;
+    std::span<const std::uint32_t> moved_;
+};
+#endif
+
+struct Sample
+{
+    double ms, cpu_ms;
+    bool preempted;
+    Stages stages;
+};
+
+/// One system on one scene.
+struct Measurement
+{
+    std::vector<Answer> answers; ///< of every frame from the first warm-up frame on
+    std::vector<Sample> samples;
+};
+
+long preemptions()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_nivcsw;
+}
+double cpu_ms()
+{
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) / 1e6;
+}
+
+/// Frames in which the scheduler took a core away say how busy the machine is: further frames take their
+/// place, but no more than were asked for.
+template <int Dim, class T>
+Measurement measure(System<Dim, T>& system, Scene<Dim, T> scene, std::uint32_t frames, Progress* progress)
+{
+    using Clock = std::chrono::steady_clock;
+    Measurement result;
+    std::vector<Sample> clean, preempted;
+    system.start(scene.boxes());
+    const Clock::time_point begin = Clock::now();
+    for (std::uint32_t frame = 0; frame < warm_up + 2 * frames && clean.size() < frames; ++frame) {
+        if (frame > 0) scene.step();
+        system.prepare(scene.boxes());
+        const long preemptions_before = preemptions();
+        const double cpu_before = cpu_ms();
+        const Clock::time_point before = Clock::now();
+        system.frame(scene.boxes());
+        const Clock::time_point after = Clock::now();
+        const double cpu_after = cpu_ms();
+        const bool was_preempted = preemptions() != preemptions_before;
+        result.answers.push_back(system.answer());
+        if (frame < warm_up) continue;
+        (was_preempted ? preempted : clean)
+            .push_back({std::chrono::duration<double, std::milli>(after - before).count(),
+                        cpu_after - cpu_before, was_preempted, system.stages()});
+        if (progress != nullptr && clean.size() + preempted.size() <= frames) progress->step();
+        if (clean.size() + preempted.size() >= std::min(fewest, frames) &&
+            std::chrono::duration<double>(after - begin).count() > patience_seconds)
+            break;
+    }
+    system.stop();
+    result.samples = std::move(clean);
+    for (std::size_t i = 0; i < preempted.size() && result.samples.size() < frames; ++i)
+        result.samples.push_back(std::move(preempted[i]));
+    return result;
+}
+
+double median(std::vector<double> values)
+{
+    std::sort(values.begin(), values.end());
+    const std::size_t middle = values.size() / 2;
+    return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+}
+
+template <class Value>
+std::vector<double> of_all(const std::vector<Sample>& samples, Value value)
+{
+    std::vector<double> values;
+    for (const Sample& sample : samples)
+        values.push_back(value(sample));
+    return values;
+}
+
+std::string hex(std::uint64_t number)
+{
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
+    return text;
+}
+
+std::string grouped(std::uint64_t number)
+{
+    std::string text = std::to_string(number);
+    for (std::size_t i = text.size(); i > 3;)
+        text.insert(i -= 3, ",");
+    return text;
+}
+
+/// To the microsecond, as JSON and tables show them.
+double rounded(double ms)
+{
+    return static_cast<double>(static_cast<std::int64_t>(ms * 1e4 + 0.5)) / 1e4;
+}
+
+/// The biggest box's longest edge over the smallest one's; 0 if that has no size.
+template <int Dim, class T>
+double size_ratio(std::span<const Aabb<Dim, T>> boxes)
+{
+    double smallest = 0, biggest = 0;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        double edge = 0;
+        for (int d = 0; d < Dim; ++d)
+            edge = std::max(edge, double{boxes[i].hi[d]} - double{boxes[i].lo[d]});
+        smallest = i == 0 ? edge : std::min(smallest, edge);
+        biggest = std::max(biggest, edge);
+    }
+    return smallest > 0 ? biggest / smallest : 0;
+}
+
+/// Collects rows, prints them as they come, and compares the answers of all systems.
+class Results
+{
+  public:
+    Results(const Options& options, bool table) : options_(options), table_(table)
+    {
+        if (table_)
+            std::printf("%-14s %10s %7s  %-10s %10s %9s %9s %11s  %s\n", "scene", "n", "threads", "system",
+                        "ms/frame", "min", "max", "pairs", "");
+    }
+
+    template <int Dim, class T>
+    void add(const std::string& system, const std::string& scene, std::span<const Aabb<Dim, T>> boxes,
+             std::uint32_t threads, const Measurement& measurement, bool has_answer)
+    {
+        const bool differs = has_answer && !agrees(system, scene, boxes.size(), measurement.answers);
+        const std::vector<Sample>& samples = measurement.samples;
+        const std::vector<double> ms = of_all(samples, [](const Sample& sample) { return sample.ms; });
+        jostle_bench::ReportRow row;
+        row.system = system;
+        row.scene = scene;
+        row.n = boxes.size();
+        row.threads = threads;
+        row.median_ms = rounded(median(ms));
+        row.min_ms = rounded(*std::min_element(ms.begin(), ms.end()));
+        row.max_ms = rounded(*std::max_element(ms.begin(), ms.end()));
+        // Of a frame that every system has got to, however early it stopped.
+        const Answer& answer = measurement.answers[warm_up];
+        row.pairs = answer.pairs;
+        row.checksum = hex(answer.checksum);
+        for (std::size_t k = 0; k < samples.front().stages.size(); ++k)
+            row.stages.emplace_back(samples.front().stages[k].first,
+                                    rounded(median(of_all(samples, [k](const Sample& sample) {
+                                        return sample.stages[k].second;
+                                    }))));
+        row.size_ratio = size_ratio(boxes);
+
+        nlohmann::ordered_json json;
+        json["system"] = row.system;
+        json["scene"] = row.scene;
+        json["n"] = row.n;
+        json["threads"] = row.threads;
+        json["median_ms"] = row.median_ms;
+        json["min_ms"] = row.min_ms;
+        json["max_ms"] = row.max_ms;
+        json["pairs"] = row.pairs;
+        json["checksum"] = row.checksum;
+        json["stages"] = nlohmann::ordered_json::object();
+        for (const auto& [name, stage_ms] : row.stages)
+            json["stages"][name] = stage_ms;
+        json["dim"] = Dim;
+        json["type"] = sizeof(T) == sizeof(float) ? "float" : "double";
+        if (system == "jostle") json["isa"] = jostle::name(options_.instruction_set);
+        json["seed"] = options_.seed;
+        json["frames"] = samples.size();
+        json["preempted"] = std::count_if(samples.begin(), samples.end(),
+                                          [](const Sample& sample) { return sample.preempted; });
+        // Under threads x median_ms on a busy machine: then the cores weren't there.
+        json["cpu_ms"] = rounded(median(of_all(samples, [](const Sample& sample) { return sample.cpu_ms; })));
+        json["size_ratio"] = row.size_ratio;
+        if (differs) json["differs"] = true;
+        json_.push_back(std::move(json));
+
+        if (table_) print(row, differs, has_answer);
+        rows_.push_back(std::move(row));
+    }
+
+    void note(const std::string& text) const
+    {
+        if (table_) std::printf("%-14s %s\n", "", text.c_str());
+    }
+    /// After the last system of one scene and size.
+    void next_scene() { answers_.clear(); }
+
+    [[nodiscard]] const nlohmann::ordered_json& json() const { return json_; }
+    [[nodiscard]] std::span<const jostle_bench::ReportRow> rows() const { return rows_; }
+    [[nodiscard]] const std::string& difference() const { return difference_; }
+
+  private:
+    bool agrees(const std::string& system, const std::string& scene, std::size_t n,
+                const std::vector<Answer>& answers)
+    {
+        if (answers_.empty()) {
+            answers_ = answers;
+            first_system_ = system;
+            return true;
+        }
+        for (std::size_t frame = 0; frame < std::min(answers.size(), answers_.size()); ++frame)
+            if (answers[frame] != answers_[frame]) {
+                if (difference_.empty())
+                    difference_ = "scene " + scene + ", n = " + std::to_string(n) + ", seed " +
+                                  std::to_string(options_.seed) + ", frame " + std::to_string(frame) + ": " +
+                                  first_system_ + " finds " + std::to_string(answers_[frame].pairs) +
+                                  " pairs (checksum " + hex(answers_[frame].checksum) + "), " + system + " " +
+                                  std::to_string(answers[frame].pairs) + " (checksum " +
+                                  hex(answers[frame].checksum) + ")";
+                return false;
+            }
+        return true;
+    }
+
+    void print(const jostle_bench::ReportRow& row, bool differs, bool has_answer) const
+    {
+        std::string remark;
+        for (const auto& [name, ms] : row.stages) {
+            char text[64];
+            std::snprintf(text, sizeof text, "%s%s %.3f", remark.empty() ? "" : ", ", name.c_str(), ms);
+            remark += text;
+        }
+        if (row.system != "jostle") // beside ours of the same scene, size and threads
+            for (const jostle_bench::ReportRow& other : rows_)
+                if (other.system == "jostle" && other.scene == row.scene && other.n == row.n &&
+                    other.threads == row.threads && other.median_ms > 0) {
+                    char text[64];
+                    std::snprintf(text, sizeof text, "%.1f x jostle", row.median_ms / other.median_ms);
+                    remark = text;
+                }
+        if (differs) remark += "  DIFFERENT PAIRS";
+        std::printf("%-14s %10s %7u  %-10s %10.3f %9.3f %9.3f %11s  %s\n", row.scene.c_str(),
+                    grouped(row.n).c_str(), row.threads, row.system.c_str(), row.median_ms, row.min_ms,
+                    row.max_ms, has_answer ? grouped(row.pairs).c_str() : "", remark.c_str());
+        std::fflush(stdout);
+    }
+
+    const Options& options_;
+    bool table_;
+    nlohmann::ordered_json json_ = nlohmann::ordered_json::array();
+    std::vector<jostle_bench::ReportRow> rows_;
+    std::vector<Answer> answers_; // of the first system on the present scene
+    std::string first_system_;
+    std::string difference_;
+};
+
+/// Scenes in which every pair of many touches would fill the memory before anybody saw why.
+void check_pairs(const std::string& scene, std::uint64_t n)
+{
+    const std::uint64_t crowd = scene == "identical" ? n : scene == "half-identical" ? n / 2 : 0;
+    constexpr std::uint64_t most = 200'000'000;
+    if (crowd * crowd / 2 > most)
+        throw UsageError("scene " + scene + " with -n " + std::to_string(n) + " has " +
+                         std::to_string(crowd * crowd / 2) + " pairs; give -n at most " +
+                         (scene == "identical" ? "20000" : "40000"));
+}
+
+template <int Dim, class T>
+void measure_scene(const Options& options, const std::string& name, std::uint64_t n, Results& results)
+{
+    const Scene<Dim, T> initial(name, n, options.seed);
+    const std::string system_name = options.engine == Engine::fast      ? "jostle"
+                                    : options.engine == Engine::chapter ? "chapter"
+                                                                        : "brute";
+#ifdef JOSTLE_WITH_PEERS
+    std::vector<std::string> one_threaded_done;
+#endif
+    for (const std::uint32_t count : options.threads) {
+        const auto label = [&](const std::string& system, std::uint32_t threads) {
+            return name + ", " + grouped(n) + " boxes, " + std::to_string(threads) +
+                   (threads == 1 ? " thread, " : " threads, ") + system;
+        };
+        const Threads threads(count);
+        std::unique_ptr<System<Dim, T>> ours;
+        if (options.engine == Engine::fast)
+            ours = std::make_unique<Fast<Dim, T>>(threads.executor(), options.instruction_set);
+        else
+            ours = std::make_unique<Slow<Dim, T>>(threads.executor(), options.engine);
+        {
+            // The search by brute force has a progress bar of its own for every frame.
+            std::unique_ptr<Progress> progress;
+            if (options.engine != Engine::brute)
+                progress = std::make_unique<Progress>(label(system_name, threads.count()), options.frames);
+            const Measurement measurement = measure(*ours, initial, options.frames, progress.get());
+            progress.reset();
+            results.add(system_name, name, initial.boxes(), threads.count(), measurement, true);
+        }
+        ours.reset();
+#ifdef JOSTLE_WITH_PEERS
+        if constexpr (std::is_same_v<T, float>) {
+            if (!options.peers) continue;
+            for (const auto& peer : jostle_bench::make_peers<Dim>()) {
+                const jostle_bench::PeerInfo& info = peer->info();
+                const std::uint32_t used = info.uses_threads ? threads.count() : 1;
+                if (!info.uses_threads) {
+                    if (std::count(one_threaded_done.begin(), one_threaded_done.end(), info.name) > 0)
+                        continue;
+                    one_threaded_done.push_back(info.name);
+                }
+                if (n > info.max_objects) {
+                    results.note(std::string(info.name) +
+                                 " left out: it takes minutes a frame with more than " +
+                                 grouped(info.max_objects) + " boxes");
+                    continue;
+                }
+                PeerSystem<Dim> system(*peer, used);
+                Measurement measurement;
+                {
+                    Progress progress(label(info.name, used), options.frames);
+                    measurement = measure(system, initial, options.frames, &progress);
+                }
+                results.add(info.name, name, initial.boxes(), used, measurement, info.finds_pairs);
+            }
+        }
+#endif
+    }
+    results.next_scene();
+}
+
+std::string about(const Options& options)
+{
+    char host[256] = "";
+    gethostname(host, sizeof host - 1);
+    char date[64];
+    const std::time_t now = std::time(nullptr);
+    std::strftime(date, sizeof date, "%Y-%m-%d %H:%M", std::localtime(&now));
+    return std::string(host) + ", " + date + ", " + std::to_string(options.dim) + "D " +
+           (options.with_double ? "double" : "float") + ", " + std::to_string(options.frames) +
+           " frames after " + std::to_string(warm_up) + ", " + jostle::name(options.instruction_set);
+}
+
+void run(Options options)
+{
+    if (options.scenes.empty())
+        for (const auto& info : jostle_scenes::scene_list())
+            if (!info.hostile) options.scenes.emplace_back(info.name);
+    for (const std::string& name : options.scenes) {
+        try {
+            (void)jostle_scenes::scene_info(name);
+        } catch (const std::invalid_argument& error) {
+            throw UsageError(error.what());
+        }
+        for (const std::uint64_t n : options.sizes)
+            check_pairs(name, n);
+    }
+#ifndef JOSTLE_WITH_PEERS
+    if (options.peers)
+        throw UsageError(
+            "--peers: this build has no peers; install the packages of bench/packages, configure "
+            "with cmake -DJOSTLE_BENCH=ON and build again");
+#endif
+    if (options.peers && options.with_double)
+        throw UsageError("--peers: the other systems work on float; leave --double out");
+    if (options.report == "-") throw UsageError("--report: give a file, such as report.html");
+    if (!options.report.empty()) {
+        const auto folder = std::filesystem::absolute(options.report).parent_path();
+        if (!std::filesystem::is_directory(folder))
+            throw UsageError("--report: " + folder.string() + " is no folder; make it first");
+    }
+
+    std::unique_ptr<OutputFile> json; // before the work: a name that can't be written is said at once
+    if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+    Results results(options, options.json != "-");
+    for (const std::string& name : options.scenes)
+        for (const std::uint64_t n : options.sizes) {
+            if (options.dim == 2 && options.with_double)
+                measure_scene<2, double>(options, name, n, results);
+            else if (options.dim == 2)
+                measure_scene<2, float>(options, name, n, results);
+            else if (options.with_double)
+                measure_scene<3, double>(options, name, n, results);
+            else
+                measure_scene<3, float>(options, name, n, results);
+        }
+    if (json) {
+        std::string text = "[\n"; // one row a line, which versions and compares well
+        for (std::size_t i = 0; i < results.json().size(); ++i)
+            text += results.json()[i].dump() + (i + 1 < results.json().size() ? ",\n" : "\n");
+        json->write(text + "]\n");
+        json->commit();
+    }
+    if (!options.report.empty()) {
+        try {
+            jostle_bench::write_report(results.rows(), about(options), options.report);
+        } catch (const std::runtime_error& error) {
+            throw UsageError(std::string("--report: ") + error.what());
+        }
+    }
+    if (!results.difference().empty()) throw std::runtime_error(results.difference());
+}
+
+std::string help()
+{
+    std::string text = "Scenes:\n";
+    for (const auto& info : jostle_scenes::scene_list()) {
+        char line[160];
+        std::snprintf(line, sizeof line, "  %-15s %s%s\n", std::string(info.name).c_str(),
+                      std::string(info.summary).c_str(), info.hostile ? " (hostile)" : "");
+        text += line;
+    }
+    return text + R"(
+Each row is the median of the frames after 3 that aren't counted. Frames in which the operating system took
+a core away are replaced by further ones, as many again at most. All systems on a scene must find the same
+pairs in every frame: if they don't, the exit status is 1.
+
+Examples:
+  jostle bench                                    the seven usual scenes, 100,000 boxes
+  jostle bench uniform dense -n 1000000 --threads 1,2
+  jostle bench lattice --dim 2 --double --json -  rows as JSON on stdout
+  jostle bench uniform -n 1000,10000 --engine chapter
+  jostle bench --peers --report report.html       beside other systems, with plots)";
+}
+
+} // namespace
+
+void add_bench_command(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand("bench", "How long a frame of moving boxes takes");
+    command->footer(help());
+    const auto options = std::make_shared<Options>();
+    command->add_option("SCENE", options->scenes, "Which scenes; the seven usual ones if none is given")
+        ->type_name("");
+    command->add_option("-n", options->sizes, "How many boxes, 1 to 10,000,000; several with commas (100000)")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
+        ->type_name("N");
+    command
+        ->add_option("--threads", options->threads,
+                     "How many threads, several with commas; one per core "
+                     "if not given")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(1u, Threads::most).description(""))
+        ->type_name("T");
+    command->add_option("--frames", options->frames, "How many frames are counted (20)")
+        ->check(CLI::Range(1u, 100'000u).description(""))
+        ->type_name("F");
+    add_engine_option(*command, options->engine);
+    command->add_option("--dim", options->dim, "2 or 3 dimensions (3)")
+        ->check(CLI::IsMember({2, 3}).description(""))
+        ->type_name("D");
+    command->add_flag("--double", options->with_double, "Coordinates in double rather than float");
+    command->add_option("--seed", options->seed, "Other boxes of the same kind (1)")->type_name("S");
+    command
+        ->add_option_function<std::string>(
+            "--isa",
+            [options](const std::string& name) {
+                std::string known;
+                for (const InstructionSet set : jostle::supported_instruction_sets()) {
+                    if (name == jostle::name(set)) {
+                        options->instruction_set = set;
+                        return;
+                    }
+                    known += (known.empty() ? "" : ", ") + std::string(jostle::name(set));
+                }
+                throw CLI::ValidationError("--isa", name + " is not on this machine; choose from " + known);
+            },
+            "Instruction set of the default engine; the best there is if not given")
+        ->type_name("NAME");
+    command
+        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
+        ->type_name("FILE");
+    command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
+    command->add_option("--report", options->report, "Write tables and plots as one HTML page; wants gnuplot")
+        ->type_name("FILE");
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool
