@@ -8,6 +8,7 @@
 
 #include "engine/engine.hpp"
 #include "pair_arena.hpp"
+#include "pair_finder_access.hpp"
 #include "validate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -30,6 +31,8 @@ struct PairFinder::Implementation
     }
     PairBuffer& sort(std::size_t objects);
 
+    std::size_t slice = std::size_t{1} << engine::index_bits; // objects that the engine can number at a time
+
     engine::Engine engine;
     PairBuffer result;
     PairBuffer sorted; // used when asked for
@@ -38,8 +41,6 @@ struct PairFinder::Implementation
 };
 
 namespace {
-
-constexpr std::size_t slice = std::size_t{1} << engine::index_bits;
 
 template <int Dim, class T>
 void check_sizes(const engine::Boxes<Dim, T>& boxes)
@@ -124,8 +125,8 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
         request.first_block = engine.next_block;
     };
     try {
-        const auto slices = [](std::size_t size) { return (size + slice - 1) / slice; };
-        const auto part_of = [](const BoxView<Dim, T>& set, std::size_t k) {
+        const auto slices = [&](std::size_t size) { return (size + slice - 1) / slice; };
+        const auto part_of = [&](const BoxView<Dim, T>& set, std::size_t k) {
             return set.subview(k * slice, std::min(slice, set.size() - k * slice));
         };
         if (boxes.cross) {
@@ -191,6 +192,11 @@ PairFinder::PairFinder(const FinderOptions& options)
 PairFinder::PairFinder(PairFinder&&) noexcept = default;
 PairFinder& PairFinder::operator=(PairFinder&&) noexcept = default;
 PairFinder::~PairFinder() = default;
+
+void PairFinderAccess::search_in_slices_of(PairFinder& finder, std::size_t objects)
+{
+    finder.implementation_->slice = objects;
+}
 
 const Stats& PairFinder::stats() const noexcept
 {

@@ -168,6 +168,7 @@ class JOSTLE_API PairFinder
     void release_memory() noexcept;
 
   private:
+    friend class PairFinderAccess;
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
