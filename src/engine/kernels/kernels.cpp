@@ -3,8 +3,9 @@
 // between HWY_BEFORE_NAMESPACE and HWY_AFTER_NAMESPACE becomes that set's kernels. HWY_ONCE marks the choice
 // at run time.
 #ifdef JOSTLE_WITH_SIMD
-// SSSE3 has no unsigned 32-bit minimum and no machine of its own left to serve; AVX-512 starts at Skylake's.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3)
+// SSSE3 has no unsigned 32-bit minimum and no machine of its own left to serve. SVE's vectors have no length at compile
+// time, and machines with SVE have NEON.
+#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/kernels/kernels.cpp"
 #include <hwy/foreach_target.h>
@@ -119,7 +120,9 @@ struct Supported
     Supported()
     {
 #ifdef JOSTLE_WITH_SIMD
-        [[maybe_unused]] const auto runnable = hwy::SupportedTargets();
+#if HWY_ARCH_X86
+        const auto runnable = hwy::SupportedTargets();
+#endif
 #if HWY_TARGETS & HWY_AVX3
         if (runnable & HWY_AVX3) add(engine::N_AVX3::kernels());
 #endif
