@@ -99,15 +99,26 @@ class Scripts(unittest.TestCase):
         out = self.run_script("check_targets", rows, options=["--threads", "2"])[1]
         self.assertRegex(out, r"1000000 uniform +2 +8 +100 +fcl +12\.5 +20 MISS")
 
+    def test_a_busy_machine_proves_nothing(self):
+        rows = [row("embree", "uniform", 1000, 1, 3.2, frames=20, preempted=11),
+                row("jostle", "uniform", 1000, 1, 0.1)]
+        self.assertRegex(self.run_script("check_targets", rows)[1], r"pass \(busy\)")
+        rows[0] = row("embree", "uniform", 1000, 1, 3.2, frames=20, preempted=2, cpu_ms=2)
+        self.assertRegex(self.run_script("check_targets", rows)[1], r"pass \(busy\)")
+        rows[0] = row("embree", "uniform", 1000, 1, 3.2, frames=20, preempted=2, cpu_ms=3.1)
+        self.assertNotIn("busy", self.run_script("check_targets", rows)[1])
+
     def test_own_targets(self):
         rows = [row("jostle", "uniform", 1000000, 1, 20), row("jostle", "uniform", 1000000, 2, 11),
                 row("floor", "uniform", 1000000, 1, 11, checksum="0"), row("floor", "uniform", 1000000, 2, 5, checksum="0"),
-                row("jostle", "uniform", 1000000, 1, 23, type="double")]
+                row("jostle", "uniform", 1000000, 1, 23, type="double"),
+                row("jostle", "uniform", 1000000, 1, 20, isa="avx512"), row("jostle", "uniform", 1000000, 1, 42, isa="sse4")]
         code, out, _ = self.run_script("check_targets", rows)
         self.assertEqual(code, 1)
         self.assertRegex(out, r"uniform 1M / floor, 1 threads +1\.818 +<= +2 pass")
         self.assertRegex(out, r"uniform 1M / floor, 2 threads +2\.200 +<= +2 MISS")
         self.assertRegex(out, r"uniform 1000000: 1 thread / 2 threads +1\.818 +>= +1\.8 pass")
+        self.assertRegex(out, r"uniform 1000000: sse4 / avx512, 1 threads +2\.100 +<= +2 MISS")
         self.assertRegex(out, r"uniform 1000000: double / float, 1 threads +1\.150 +<= +1\.1 MISS")
 
 
