@@ -420,10 +420,11 @@ class Results
 void check_pairs(const std::string& scene, std::uint64_t n)
 {
     const std::uint64_t crowd = scene == "identical" ? n : scene == "half-identical" ? n / 2 : 0;
+    const std::uint64_t pairs = crowd == 0 ? 0 : crowd * (crowd - 1) / 2;
     constexpr std::uint64_t most = 200'000'000;
-    if (crowd * crowd / 2 > most)
+    if (pairs > most)
         throw UsageError("scene " + scene + " with -n " + std::to_string(n) + " has " +
-                         std::to_string(crowd * crowd / 2) + " pairs; give -n at most " +
+                         std::to_string(pairs) + " pairs; give -n at most " +
                          (scene == "identical" ? "20000" : "40000"));
 }
 

@@ -176,7 +176,7 @@ void play(jostle_scenes::RecordingReader& recording, jostle::PairFinder& finder)
         }
     }
     if (frames == 0) throw UsageError("the recording has no frames; give another with --recording");
-    all.print("median", pairs_of_all / frames);
+    all.print("typical", pairs_of_all / frames);
     std::printf("  %s frames checked against brute force, every box against every other: same pairs.\n\n",
                 grouped(checked).c_str());
 }
