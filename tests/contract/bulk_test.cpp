@@ -85,7 +85,7 @@ Question<Dim, T> smaller_example(Question<Dim, T> question, const Manner& manner
 
 /// Empty, or what is wrong with the library's answer to a scene drawn from `random`.
 template <int Dim, class T>
-std::string check_scene(Random& random, jostle::PairFinder* shared, std::uint64_t& found)
+std::string check_scene(Random& random, jostle::PairFinder& shared, std::uint64_t& found)
 {
     std::string description = kind_name<Dim, T>();
     Question<Dim, T> question;
@@ -114,9 +114,9 @@ std::string check_scene(Random& random, jostle::PairFinder* shared, std::uint64_
     const std::vector<Pair> expected =
         question.a.size() + question.b.size() > 1000 ? sweep_oracle(question) : oracle(question);
     found += expected.size();
-    if (shared != nullptr && random.one_in(2)) {
+    if (random.one_in(2)) {
         Manner with_shared = manner;
-        with_shared.finder = shared;
+        with_shared.finder = &shared;
         if (ask(question, with_shared) != ask(question, manner))
             return description + ": a used finder answers otherwise than a new one";
     }
@@ -136,13 +136,13 @@ TEST(Bulk, TenThousandScenesEqualTheOracle)
     const bool one = std::getenv("JOSTLE_TEST_SEED") != nullptr;
     const std::uint64_t first = environment_number("JOSTLE_TEST_SEED", 0);
     const std::uint64_t scenes = one ? 1 : environment_number("JOSTLE_TEST_SCENES", default_scenes);
-    std::vector<jostle::PairFinder> shared(4); // one per kind, asked again and again
+    std::vector<jostle::PairFinder> shared(4); // asked again and again, for boxes of several kinds
     std::uint64_t found = 0;
     int failures = 0;
     for (std::uint64_t seed = first; seed < first + scenes && failures < 5; ++seed) {
         Random random(seed * 0x9e3779b97f4a7c15u + 1);
         const std::uint32_t kind = random.below(4);
-        jostle::PairFinder* finder = one ? nullptr : &shared[(kind + random.below(2)) % 4];
+        jostle::PairFinder& finder = shared[(kind + random.below(2)) % 4];
         const std::string wrong = kind == 0   ? check_scene<2, float>(random, finder, found)
                                   : kind == 1 ? check_scene<3, float>(random, finder, found)
                                   : kind == 2 ? check_scene<2, double>(random, finder, found)
@@ -151,7 +151,7 @@ TEST(Bulk, TenThousandScenesEqualTheOracle)
         ++failures;
         ADD_FAILURE() << "again with JOSTLE_TEST_SEED=" << seed << ": " << wrong;
     }
-    EXPECT_TRUE(one || found > scenes * 100) << found;
+    EXPECT_TRUE(one || found > scenes * 50) << found;
     RecordProperty("pairs", std::to_string(found));
 }
 

@@ -62,7 +62,7 @@ void for_each_question(F&& f)
 template <class F>
 void for_each_large_question(F&& f)
 {
-    constexpr std::size_t n = 4'000;
+    constexpr std::size_t n = 40'000;
     f(question_of<3, float>(Scene::dense, n, false), "3f_dense_large");
     f(question_of<3, double>(Scene::nested_clusters, n, false), "3d_nested_clusters_large");
     f(question_of<2, float>(Scene::piles_among_large, n, false), "2f_piles_among_large_large");

@@ -332,7 +332,7 @@ Boxes<Dim, T> make_scene(Scene scene, std::size_t n, std::uint64_t seed)
     case Scene::nested_clusters:
         for (Box& box : boxes) {
             const int depth = 1 + static_cast<int>(random.below(5)); // a tenth of the size at each level
-            T scale = 1000;
+            T scale = edge;
             for (int d = 0; d < Dim; ++d)
                 box.lo[d] = 0;
             for (int level = 0; level < depth; ++level, scale /= 16)
