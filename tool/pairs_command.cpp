@@ -92,11 +92,7 @@ Found find(const std::vector<jostle::Aabb<Dim, T>>& boxes, const Options& option
             found.pairs = find_pairs_brute(view, executor); // comes sorted
         } else {
             const Progress progress("finding pairs", 0);
-#ifdef JOSTLE_TOOL_WITH_CHAPTER
             found.pairs = jostle::chapter::find_pairs(view, executor);
-#else
-            throw UsageError("--engine: chapter is not in this build; choose default or brute");
-#endif
             std::sort(found.pairs.begin(), found.pairs.end());
         }
         found.blocks.push_back(found.pairs);
@@ -218,8 +214,8 @@ void add_pairs_command(CLI::App& app)
     add_engine_option(*command, options->engine);
     add_threads_option(*command, options->threads);
     command->add_flag("--parts", options->read.parts, "Meshes: one box per part as the scene places it");
-    command
-        ->add_option("--frame", options->read.frame, "Recordings: the frame, from 0; the first if not given")
+    add_number_option(*command, "--frame", options->read.frame, 0u, ~0u,
+                      "Recordings: the frame, from 0; the first if not given")
         ->type_name("K");
     command->callback([options] { run(*options); });
 }

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 
 #include "jostle/executor.hpp"
+#include "options.hpp"
 
 #ifdef JOSTLE_TOOL_WITH_TBB
 #include <tbb/global_control.h>
@@ -49,8 +50,8 @@ class Threads
 /// The option --threads, the same in all commands. `threads` stays 0 if it isn't given.
 inline void add_threads_option(CLI::App& command, std::uint32_t& threads)
 {
-    command.add_option("--threads", threads, "How many threads; one per core if not given")
-        ->check(CLI::Range(1u, Threads::most).description(""))
+    add_number_option(command, "--threads", threads, 1u, Threads::most,
+                      "How many threads; one per core if not given")
         ->type_name("T");
 }
 

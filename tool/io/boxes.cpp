@@ -86,6 +86,7 @@ BoxSet read_boxes(const std::string& path, const ReadOptions& options)
     }
     if (extension == ".csv") return read_csv(path);
     if (extension == ".npy") return read_npy(path);
+    if (extension == ".jrec") return read_recording(path, options.frame.value_or(0));
     if (mesh) return read_mesh(path, options.parts);
     throw UsageError(
         path + ": " +

@@ -70,6 +70,7 @@ OutputFile::OutputFile(const std::string& path) : name_(path == "-" ? "stdout" :
     has_unfinished = true;
     for (const int signal : {SIGINT, SIGTERM, SIGHUP})
         std::signal(signal, remove_unfinished_and_die);
+    std::signal(SIGXFSZ, SIG_IGN); // a limit on file sizes is then an error like a full disk
 }
 
 OutputFile::~OutputFile()

@@ -2,6 +2,7 @@
 // Meshes through Assimp, in a process of its own: a damaged file can crash an importer, and a message that
 // names the file is worth more than a core dump.
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -124,6 +125,15 @@ constexpr char tag_boxes = 'B', tag_error = 'E';
         dup2(nowhere, STDOUT_FILENO);
         dup2(nowhere, STDERR_FILENO);
     }
+    // On some damaged files an importer never ends. Sound ones take well under a second per megabyte.
+    std::error_code no_size;
+    const std::uintmax_t size = std::filesystem::file_size(path, no_size);
+    const rlim_t seconds = 60 + (no_size ? 0 : size >> 16);
+    rlimit limit;
+    if (getrlimit(RLIMIT_CPU, &limit) == 0 && limit.rlim_cur > seconds) {
+        limit.rlim_cur = seconds;
+        setrlimit(RLIMIT_CPU, &limit);
+    }
     std::string message;
     try {
         const std::vector<Aabb3f> boxes = import(path, parts);
@@ -191,7 +201,8 @@ BoxSet read_mesh(const std::string& path, bool parts)
         ;
     if (tag == tag_error) throw UsageError(path + ": " + message);
     if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || tag != tag_boxes || received % sizeof(Aabb3f) != 0)
-        throw UsageError(path + ": is damaged: the mesh importer (Assimp) crashed on it; export it again");
+        throw UsageError(
+            path + ": is damaged: the mesh importer (Assimp) crashed on it or found no end; export it again");
     if (boxes.size() > ~std::uint32_t{0})
         throw UsageError(path + ": has more triangles than 32 bits can number; split it");
     BoxSet set;
