@@ -3,8 +3,8 @@
 // between HWY_BEFORE_NAMESPACE and HWY_AFTER_NAMESPACE becomes that set's kernels. HWY_ONCE marks the choice
 // at run time.
 #ifdef JOSTLE_WITH_SIMD
-// SSSE3 has no unsigned 32-bit minimum and no machine of its own left to serve. SVE's vectors have no length at compile
-// time, and machines with SVE have NEON.
+// SSSE3 has no unsigned 32-bit minimum and no machine of its own left to serve. SVE's vectors have no length
+// at compile time, and machines with SVE have NEON.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/kernels/kernels.cpp"
