@@ -410,6 +410,23 @@ TEST_F(Pairs, ModelsOfTheAssimpPackage)
     EXPECT_EQ(json::parse(run({"pairs", spider, "--stats", "--parts"}).out)["objects"], 19);
 }
 
+TEST_F(Pairs, TheRecordingInTheRepository)
+{
+    const std::string file = JOSTLE_DATA_DIR "/tumble.jrec";
+    const json brute =
+        json::parse(run({"pairs", file, "--frame", "200", "--stats", "--engine", "brute"}).out);
+    ASSERT_GT(brute["pairs"], 1000);
+    for (const char* engine : {"default", "chapter"})
+        for (const char* threads : {"1", "2", "7"}) {
+            const Result result =
+                run({"pairs", file, "--frame", "200", "--stats", "--threads", threads, "--engine", engine});
+            EXPECT_EQ(result.err, "");
+            const json stats = json::parse(result.out);
+            EXPECT_EQ(stats["pairs"], brute["pairs"]) << threads << engine;
+            EXPECT_EQ(stats["checksum"], brute["checksum"]) << threads << engine;
+        }
+}
+
 // ---- Help ----
 
 TEST_F(Pairs, HelpHasExamples)

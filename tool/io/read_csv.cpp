@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <memory>
-#include <span>
+#include <utility>
 
 #include <fast_float/fast_float.h>
 
@@ -105,11 +105,23 @@ class CsvReader
             ++next_;
     }
 
-    void add(int c)
+    void add(const char* bytes, std::size_t count)
     {
-        if (text_.size() == longest_record)
+        if (text_.size() + count > longest_record)
             fail(ends_.size(), "the row is longer than a megabyte; is this a CSV file?");
-        text_ += static_cast<char>(c);
+        text_.append(bytes, count);
+    }
+
+    /// All that is left of a field without quotes, as much at a time as the buffer holds.
+    void read_plain()
+    {
+        while (!at_field_end()) { // which fills the buffer
+            const char* const first = buffer_.data() + next_;
+            const char* const last = std::find_if(first, std::as_const(buffer_).data() + filled_,
+                                                  [](char c) { return c == ',' || c == '\n' || c == '\r'; });
+            add(first, static_cast<std::size_t>(last - first));
+            next_ += static_cast<std::size_t>(last - first);
+        }
     }
 
     /// False if the record is a blank line.
@@ -126,8 +138,7 @@ class CsvReader
                 read_quoted();
             } else {
                 const std::size_t begin = text_.size();
-                for (; !at_field_end(); ++next_)
-                    add(peek());
+                read_plain();
                 while (text_.size() > begin && (text_.back() == ' ' || text_.back() == '\t'))
                     text_.pop_back();
             }
@@ -151,7 +162,8 @@ class CsvReader
                 if (peek() != '"') break; // "" stands for one "
             }
             if (c == '\n') ++line_;
-            add(c);
+            const char byte = static_cast<char>(c);
+            add(&byte, 1);
         }
         skip_spaces();
         if (!at_field_end())
