@@ -22,8 +22,8 @@ template <int Dim, Coordinate T>
 std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const BoxView<Dim, T>& boxes_b,
                                          const CrossFilter& filter)
 {
-    validate_boxes(boxes_a);
-    validate_boxes(boxes_b);
+    validate_boxes_of(boxes_a, "a ");
+    validate_boxes_of(boxes_b, "b ");
     check_filter(filter, boxes_a.size(), boxes_b.size());
     std::vector<Pair> pairs;
     for (std::uint32_t a = 0; a < boxes_a.size(); ++a)

@@ -31,13 +31,19 @@ void throw_bad_box(const Aabb<Dim, T>& box, std::uint64_t index, const char* set
 }
 
 template <int Dim, Coordinate T>
-void validate_boxes(const BoxView<Dim, T>& boxes)
+void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set)
 {
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         const Aabb<Dim, T> box = boxes[i];
         for (int d = 0; d < Dim; ++d)
-            if (!(box.lo[d] <= box.hi[d])) throw_bad_box(box, i, "");
+            if (!(box.lo[d] <= box.hi[d])) throw_bad_box(box, i, set);
     }
+}
+
+template <int Dim, Coordinate T>
+void validate_boxes(const BoxView<Dim, T>& boxes)
+{
+    validate_boxes_of(boxes, "");
 }
 
 namespace {
@@ -111,6 +117,7 @@ bool passes(const CrossFilter& filter, std::uint32_t a, std::uint32_t b) noexcep
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template void throw_bad_box<Dim, T>(const Aabb<Dim, T>&, std::uint64_t, const char*);                    \
+    template void validate_boxes_of<Dim, T>(const BoxView<Dim, T>&, const char*);                            \
     template void validate_boxes<Dim, T>(const BoxView<Dim, T>&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)

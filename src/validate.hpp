@@ -11,6 +11,10 @@ JOSTLE_NAMESPACE_BEGIN
 template <int Dim, Coordinate T>
 [[noreturn]] void throw_bad_box(const Aabb<Dim, T>& box, std::uint64_t index, const char* set);
 
+/// validate_boxes for one of two sets, named as in throw_bad_box.
+template <int Dim, Coordinate T>
+void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set);
+
 /// Throws unless every array that is given has one element per object.
 void check_filter(const Filter& filter, std::size_t size);
 void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t size_b);

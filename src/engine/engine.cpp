@@ -246,20 +246,20 @@ class Engine::Run
         const auto t3 = Clock::now();
 
         finish();
-        Stats& stats = engine_.stats;
-        stats.objects += boxes_.size();
+        Stats& total = engine_.stats;
+        total.objects += boxes_.size();
         for (std::uint32_t s = 0; s < slots_; ++s) {
             const Counts& counts = slot(s).counts;
-            stats.records += counts.records;
-            stats.candidates += counts.blocks * 2 * block_size;
-            stats.ties += counts.ties;
-            stats.bricks += counts.bricks;
-            stats.nested_grids += counts.nested;
+            total.records += counts.records;
+            total.candidates += counts.blocks * 2 * block_size;
+            total.ties += counts.ties;
+            total.bricks += counts.bricks;
+            total.nested_grids += counts.nested;
         }
-        stats.ms_tune += milliseconds(t0, t1);
-        stats.ms_scatter += milliseconds(t1, t2);
-        stats.ms_sweep += milliseconds(t2, t3);
-        stats.ms_finish += milliseconds(t3, Clock::now());
+        total.ms_tune += milliseconds(t0, t1);
+        total.ms_scatter += milliseconds(t1, t2);
+        total.ms_sweep += milliseconds(t2, t3);
+        total.ms_finish += milliseconds(t3, Clock::now());
         return !stopped_;
     }
 

@@ -85,7 +85,9 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
         size[p] = bounds[grid.axis[p]].size();
     const std::size_t m = sample.size;
 
-    // The density that a box sees around it: pairs of sampled boxes in one bin of a coarse histogram.
+    // The density that a box sees around it: pairs of sampled boxes in one bin of a coarse histogram. From
+    // here on lengths are shares of the grid's size on their axis, for products of lengths near the largest
+    // or smallest numbers leave the range of double.
     double volume = 1;
     int bins_of[3] = {1, 1, 1};
     int bins_per_axis = 1;
@@ -97,7 +99,7 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
     for (int p = 0; p < Dim; ++p) {
         if (size[p] > 0) {
             bins_of[p] = bins_per_axis;
-            volume *= size[p] / bins_per_axis;
+            volume /= bins_per_axis;
         }
     }
     std::uint16_t histogram[16 * 16 * 16] = {};
@@ -110,14 +112,14 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
             const int a = grid.axis[p];
             const double lo = std::max(sample.lo[a][k], bounds[a].lo),
                          hi = std::min(sample.hi[a][k], bounds[a].hi);
-            extent[p] = std::max(0.0, hi - lo);
+            if (size[p] > 0) extent[p] = std::max(0.0, hi - lo) / size[p];
             if (bins_of[p] == 1) continue;
             const double place = (0.5 * lo + 0.5 * hi - bounds[a].lo) / size[p] * bins_of[p];
             bin = bin * bins_of[p] +
                   (place > 0 ? std::min(static_cast<int>(std::min(place, 1e6)), bins_of[p] - 1) : 0);
         }
         pairs_in_bins += 2.0 * histogram[bin]++;
-        const double relative = size[0] > 0 ? extent[0] / size[0] : 1; // 1/2 .. 1 is class 0, and so on
+        const double relative = size[0] > 0 ? extent[0] : 1; // 1/2 .. 1 is class 0, and so on
         int e = 0;
         for (double bound = 0.5; e < 23 && relative < bound; bound *= 0.5)
             ++e;
@@ -144,8 +146,8 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
 
     // What a grid of cy x cz columns costs per box.
     const auto evaluate = [&](std::int32_t cy, std::int32_t cz, std::int32_t& cx) {
-        const double sy = size[1] > 0 ? size[1] / cy : 1, sz = size[2] > 0 ? size[2] / cz : 1;
-        const double section = (size[1] > 0 ? sy : 1) * (size[2] > 0 ? sz : 1);
+        const double sy = size[1] > 0 ? 1.0 / cy : 1, sz = size[2] > 0 ? 1.0 / cz : 1;
+        const double section = sy * sz;
         const bool has_y = size[1] > 0, has_z = size[2] > 0;
         const auto copies = [&](const ExtentClass& c) {
             return c.count + (has_y ? c.y / sy : 0) + (has_z ? c.z / sz : 0) +
@@ -163,7 +165,7 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
         cx = static_cast<std::int32_t>(
             std::clamp(std::floor(n * records / columns / brick_records) + 1, 1.0, 4096.0));
         if (!(size[0] > 0)) cx = 1;
-        const double crossing = cx > 1 ? total.x / samples / (size[0] / cx) : 0;
+        const double crossing = cx > 1 ? total.x / samples * cx : 0;
         return (ns_per_record * records + ns_per_block * blocks) * (1 + crossing) +
                ns_per_brick * columns * cx / n;
     };
@@ -173,10 +175,11 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
     grid.cells[0] = best_cx;
     const double area = std::max(size[1], size[2]);
     const double most_bricks = std::max(1.0, n / static_cast<double>(most_bricks_per_box_inverse));
-    for (double s = area / 1.19; area > 0; s /= 1.19) {
+    // Bricks as a share of the longer side, down to where no axis can be cut finer.
+    for (double share = 1 / 1.19; area > 0 && share > 0.5 / most_cells_per_axis; share /= 1.19) {
         const auto cells_of = [&](double length) {
-            return static_cast<std::int32_t>(
-                std::clamp(std::floor(length / s + 0.5), 1.0, static_cast<double>(most_cells_per_axis)));
+            return static_cast<std::int32_t>(std::clamp(std::floor(length / area / share + 0.5), 1.0,
+                                                        static_cast<double>(most_cells_per_axis)));
         };
         const std::int32_t cy = cells_of(size[1]), cz = cells_of(size[2]);
         if (static_cast<double>(cy) * cz > most_bricks) break;

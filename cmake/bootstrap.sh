@@ -1,0 +1,104 @@
+# Sourced by ./run and ./test: installs what is missing, builds, and says in one line what went wrong.
+# Everything here talks on stderr: stdout belongs to the program that is run in the end.
+
+# Debian's packages, by purpose.
+packages_library=(g++ cmake ninja-build libtbb-dev libhwy-dev)
+packages_run=("${packages_library[@]}" libcli11-dev nlohmann-json3-dev libfast-float-dev libassimp-dev libzstd-dev)
+packages_test=("${packages_run[@]}" libgtest-dev librapidcheck-dev clang-19 libclang-rt-19-dev clang-format-19
+               pkg-config assimp-testmodels python3 gnuplot-nox)
+
+say() { printf '%s\n' "$*" >&2; }
+fail() {
+    say "${0##*/}: $*"
+    exit 1
+}
+
+# as_root COMMAND...
+as_root() {
+    if [ "$(id -u)" = 0 ]; then
+        "$@"
+    elif [ -t 0 ]; then
+        sudo "$@"
+    else
+        sudo -n "$@" # nobody there to type a password
+    fi
+}
+
+# install_packages PACKAGE...: those of them that are missing.
+install_packages() {
+    if ! command -v dpkg-query >/dev/null; then
+        command -v cmake >/dev/null && command -v ninja >/dev/null ||
+            fail "this system has no apt; install by hand what these Debian packages hold, then try again: $*"
+        return 0 # they may all be there under other names; CMake says which one isn't
+    fi
+    local missing=() installed package
+    installed=" $(dpkg-query -W -f '${db:Status-Status}:${Package} ' "$@" 2>/dev/null)"
+    for package in "$@"; do
+        [[ $installed == *" installed:$package "* ]] || missing+=("$package")
+    done
+    [ ${#missing[@]} = 0 ] && return 0
+
+    command -v apt-get >/dev/null || fail "this system has no apt-get; install these packages by hand: ${missing[*]}"
+    [ "$(id -u)" = 0 ] || command -v sudo >/dev/null ||
+        fail "no root and no sudo here; have an administrator run: apt-get install ${missing[*]}"
+    say "Installing with apt: ${missing[*]}"
+    mkdir -p build || fail "can't write to $PWD"
+    local log=build/apt.log apt=(env DEBIAN_FRONTEND=noninteractive apt-get -y -o Dpkg::Use-Pty=0
+                                 -o DPkg::Lock::Timeout=400)
+    if { as_root "${apt[@]}" update && as_root "${apt[@]}" install --no-install-recommends "${missing[@]}"; } \
+        </dev/null 2>&1 | tee "$log" | sed -u -n 's/^\(Get:[0-9]*\|Setting up\|E:\|sudo:\) /  &/p' >&2; then
+        return 0
+    fi
+    if grep -qE 'sudo: .*(password|not allowed)' "$log"; then
+        fail "sudo wants a password; run as root: apt-get install ${missing[*]}"
+    elif grep -qiE 'no space left|enough free space' "$log"; then
+        fail "the disk is full; free at least 3 GB and try again"
+    elif grep -q 'Could not get lock' "$log"; then
+        fail "another program holds apt's lock for minutes; let it finish and try again"
+    elif grep -qiE 'temporary failure|could not resolve|could not connect|unreachable|connection failed|timed out' "$log"; then
+        fail "apt can't reach its servers; check the network connection and try again (all it said: $log)"
+    elif grep -qE 'Unable to locate package|has no installation candidate' "$log"; then
+        fail "$(grep -oE -m1 "(Unable to locate package .*|Package '.*' has no installation candidate)" "$log"):" \
+            "this isn't Debian 12; install its like by hand"
+    fi
+    fail "apt-get failed: $(grep -m1 '^E:' "$log"); all it said is in $log"
+}
+
+# How many compilers at a time: one a core, but each may need 1.5 GB of memory.
+job_count() {
+    local cores memory
+    cores=$(nproc)
+    memory=$(awk '/^MemAvailable:/ { print int($2 / 1500000) }' /proc/meminfo)
+    ((memory < 1)) && memory=1
+    echo $((cores < memory ? cores : memory))
+}
+
+# build PRESET TARGET...: configures where that is due and builds with visible progress.
+build() {
+    local preset=$1 dir=build/$1 key
+    shift
+    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD
+    if [ ! -f "$dir/build.ninja" ] || [ "$(cat "$dir/configured" 2>/dev/null)" != "$key" ]; then
+        if grep -qs '^CMAKE_HOME_DIRECTORY' "$dir/CMakeCache.txt" &&
+            ! grep -q "^CMAKE_HOME_DIRECTORY:INTERNAL=$PWD\$" "$dir/CMakeCache.txt"; then
+            rm -rf "$dir" # this folder was moved or copied, and CMake refuses what it made elsewhere
+        fi
+        say "Configuring $dir"
+        mkdir -p "$dir" || fail "can't write to $PWD/build"
+        cmake --preset "$preset" >"$dir/configure.log" 2>&1 || {
+            cat "$dir/configure.log" >&2
+            fail_build "CMake couldn't configure $dir; what it said is above"
+        }
+        echo "$key" >"$dir/configured" || fail_build "can't write to $dir"
+    fi
+    NINJA_STATUS='[%f/%t, %es] ' cmake --build "$dir" --parallel "$(job_count)" --target "$@" >&2 ||
+        fail_build "the build failed; the compiler's first message is above. If the sources are unchanged, remove $dir and try again"
+}
+
+# fail_build MESSAGE: unless the reason is plain.
+fail_build() {
+    local free
+    free=$(df -Pk . | awk 'NR == 2 { print $4 }')
+    ((free < 100000)) && fail "the disk is full; free at least 3 GB and try again"
+    fail "$1"
+}

@@ -1,0 +1,48 @@
+# cmake -D source= -D scratch= -D how=find_package|pkg_config|subdirectory [-D install=BUILD_FOLDER] [-D flags=]
+#   -P consume.cmake
+#
+# Installs Jostle from its build folder and builds and runs the project beside this file with it.
+set(project ${CMAKE_CURRENT_LIST_DIR}/project)
+set(prefix ${scratch}/moved)
+file(REMOVE_RECURSE ${scratch})
+file(MAKE_DIRECTORY ${scratch})
+
+function(step)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "Failed (${result}): ${command}")
+  endif()
+endfunction()
+
+if(install)
+  # Moved afterwards: nothing installed may know where it was put.
+  step(${CMAKE_COMMAND} --install ${install} --prefix ${scratch}/installed)
+  file(RENAME ${scratch}/installed ${prefix})
+endif()
+
+if(how STREQUAL "pkg_config")
+  file(GLOB_RECURSE pc ${prefix}/jostle.pc)
+  get_filename_component(pc_dir ${pc} DIRECTORY)
+  get_filename_component(lib_dir ${pc_dir} DIRECTORY)
+  set(ENV{PKG_CONFIG_PATH} ${pc_dir})
+  execute_process(COMMAND pkg-config --cflags --libs jostle OUTPUT_VARIABLE flags RESULT_VARIABLE result
+    OUTPUT_STRIP_TRAILING_WHITESPACE)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "pkg-config doesn't find jostle in ${pc_dir}")
+  endif()
+  separate_arguments(flags UNIX_COMMAND "${flags}")
+  step(c++ -std=c++20 ${project}/stranger.cpp -o ${scratch}/stranger ${flags} -Wl,-rpath,${lib_dir})
+  step(${scratch}/stranger)
+  return()
+endif()
+
+set(arguments -D CMAKE_BUILD_TYPE=Release -D CMAKE_CXX_FLAGS=${flags})
+if(how STREQUAL "find_package")
+  list(APPEND arguments -D CMAKE_PREFIX_PATH=${prefix})
+else()
+  list(APPEND arguments -D JOSTLE_SOURCE=${source})
+endif()
+step(${CMAKE_COMMAND} -S ${project} -B ${scratch}/build -G Ninja ${arguments})
+step(${CMAKE_COMMAND} --build ${scratch}/build --parallel 2)
+step(${CMAKE_CTEST_COMMAND} --test-dir ${scratch}/build --output-on-failure --no-tests=error)

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: MIT
+// The same pairs in the same order from any threads, instruction set, executor, compiler, and history.
+//
+// golden.txt holds one line per scene: its name, count and checksum of the pairs, and a hash of their order.
+// The set is checked against the oracle too, so the file can be made again without fear when an engine
+// changes the order on purpose:
+//   JOSTLE_REGENERATE_GOLDEN=1 ctest -R Golden
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "harness.hpp"
+
+namespace contract {
+namespace {
+
+/// Depends on the order: FNV-1a over a and b of each pair in turn.
+std::uint64_t order_hash(const std::vector<Pair>& pairs)
+{
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const Pair& pair : pairs)
+        for (const std::uint32_t value : {pair.a, pair.b})
+            for (int byte = 0; byte < 4; ++byte)
+                hash = (hash ^ (value >> 8 * byte & 0xff)) * 0x100000001b3u;
+    return hash;
+}
+
+std::string hex(std::uint64_t value)
+{
+    std::ostringstream text;
+    text << std::hex << std::setw(16) << std::setfill('0') << value;
+    return text.str();
+}
+
+/// Both sets of a cross form are drawn from one seed: then lines lie on one axis and identical boxes meet.
+template <int Dim, class T>
+Question<Dim, T> question_of(Scene scene, std::size_t n, bool cross)
+{
+    Question<Dim, T> question;
+    question.cross = cross;
+    question.a = make_scene<Dim, T>(scene, n, 1);
+    if (cross) question.b = make_scene<Dim, T>(scene, n / 2, 1);
+    return question;
+}
+
+/// Calls f(question, its name) for every scene, kind, and form.
+template <class F>
+void for_each_question(F&& f)
+{
+    for_each_kind([&]<class K>(K) {
+        using T = typename K::Number;
+        for (const Scene scene : all_scenes())
+            for (const bool cross : {false, true})
+                f(question_of<K::dim, T>(scene, everything_touches(scene) ? 300 : 1'200, cross),
+                  kind_name<K::dim, T>() + (cross ? "x_" : "_") + name(scene));
+    });
+}
+
+/// The same for a few scenes that are large enough for every thread to have its share.
+template <class F>
+void for_each_large_question(F&& f)
+{
+    constexpr std::size_t n = 40'000;
+    f(question_of<3, float>(Scene::dense, n, false), "3f_dense_large");
+    f(question_of<3, double>(Scene::nested_clusters, n, false), "3d_nested_clusters_large");
+    f(question_of<2, float>(Scene::piles_among_large, n, false), "2f_piles_among_large_large");
+    f(question_of<3, float>(Scene::touching_voxels, n, true), "3fx_touching_voxels_large");
+}
+
+class OrderOn : public ::testing::TestWithParam<std::size_t>
+{
+};
+INSTANTIATE_TEST_SUITE_P(Executors, OrderOn, ::testing::Range(std::size_t{0}, all_executors().size()),
+                         [](const auto& instance) {
+                             std::string text = all_executors()[instance.param].name;
+                             std::replace(text.begin(), text.end(), ' ', '_');
+                             return text;
+                         });
+
+TEST_P(OrderOn, EqualsTheSerialOne)
+{
+    // One finder for everything, so that what it was asked before would show too.
+    jostle::FinderOptions options;
+    options.executor = all_executors()[GetParam()].executor.get();
+    jostle::PairFinder finder(options);
+    Manner serial, here;
+    serial.options.executor = &jostle::serial_executor();
+    here.finder = &finder;
+    const auto compare = [&](const auto& question, const std::string& what) {
+        const std::vector<Pair> expected = ask(question, serial);
+        for (const auto form : {Manner::canonical, Manner::streamed}) {
+            here.form = form;
+            ASSERT_TRUE(ask(question, here) == expected) << what; // too long to print
+        }
+    };
+    for_each_question(compare);
+    for_each_large_question(compare);
+}
+
+TEST(Order, SameOnEveryInstructionSetAndLayout)
+{
+    const auto sets = jostle::supported_instruction_sets();
+    ASSERT_EQ(std::count(sets.begin(), sets.end(), jostle::InstructionSet::scalar), 1);
+    std::uint64_t found = 0;
+    const auto compare = [&](const auto& question, const std::string& what) {
+        const std::vector<Pair> expected = ask(question);
+        found += expected.size();
+        for (const auto set : sets)
+            for (const Layout layout : {Layout::boxes, Layout::columns, Layout::backwards}) {
+                Manner manner;
+                manner.options.instruction_set = set;
+                manner.layout = layout;
+                ASSERT_TRUE(ask(question, manner) == expected) << what << " on " << jostle::name(set);
+            }
+    };
+    for_each_question(compare);
+    for_each_large_question(compare);
+    EXPECT_GT(found, 300'000u);
+}
+
+TEST(Order, SameInManyRuns)
+{
+    const Question<3, float> question{make_scene<3, float>(Scene::dense, 10'000, 1)};
+    const std::unique_ptr<jostle::Executor> executor = jostle::make_thread_executor(4);
+    Manner manner;
+    manner.options.executor = executor.get();
+    const std::vector<Pair> expected = ask(question, manner);
+    jostle::PairFinder finder(manner.options);
+    for (int run = 0; run < 10; ++run) {
+        manner.finder = run % 2 == 0 ? &finder : nullptr;
+        ASSERT_TRUE(ask(question, manner) == expected) << run;
+    }
+}
+
+using Golden = std::map<std::string, std::string>;
+
+Golden compute_golden(jostle::InstructionSet set)
+{
+    Golden lines;
+    const auto add = [&](const auto& question, const std::string& what) {
+        Manner manner;
+        manner.options.instruction_set = set;
+        const std::vector<Pair> pairs = ask(question, manner);
+        EXPECT_TRUE(sorted(pairs) == sweep_oracle(question)) << what;
+        lines[what] = std::to_string(pairs.size()) + " " + hex(jostle::pair_checksum(pairs)) + " " +
+                      hex(order_hash(pairs));
+    };
+    for_each_question(add);
+    for_each_large_question(add);
+    return lines;
+}
+
+TEST(Order, EqualsTheGoldenFile)
+{
+    if (environment_number("JOSTLE_REGENERATE_GOLDEN", 0) != 0) {
+        const Golden lines = compute_golden(jostle::InstructionSet::scalar);
+        ASSERT_FALSE(HasFailure()) << "the file is as it was: the pairs themselves are wrong";
+        std::ofstream file(JOSTLE_GOLDEN_FILE);
+        for (const auto& [what, values] : lines)
+            file << what << " " << values << "\n";
+        ASSERT_TRUE(file.flush()) << "cannot write " << JOSTLE_GOLDEN_FILE;
+    }
+    Golden expected;
+    std::ifstream file(JOSTLE_GOLDEN_FILE);
+    for (std::string what, values; file >> what && std::getline(file >> std::ws, values);)
+        expected[what] = values;
+    ASSERT_FALSE(expected.empty())
+        << JOSTLE_GOLDEN_FILE << " is missing or empty; make it: JOSTLE_REGENERATE_GOLDEN=1 ctest -R Golden";
+    for (const auto set : jostle::supported_instruction_sets())
+        EXPECT_EQ(compute_golden(set), expected) << jostle::name(set);
+}
+
+} // namespace
+} // namespace contract

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/box.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <numeric>
+#include <vector>
+
+using namespace jostle;
+
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+TEST(Overlaps, TouchingCounts)
+{
+    constexpr Aabb2f unit{{0, 0}, {1, 1}};
+    static_assert(overlaps(unit, unit));
+    static_assert(overlaps(unit, Aabb2f{{1, 1}, {2, 2}})); // a corner
+    static_assert(overlaps(unit, Aabb2f{{0.25f, 1}, {0.5f, 3}}));
+    static_assert(!overlaps(unit, Aabb2f{{1.0000001f, 0}, {2, 1}}));
+    static_assert(!overlaps(unit, Aabb2f{{0, -2}, {1, -0.0000001f}}));
+    static_assert(overlaps(unit, Aabb2f{{-1, -1}, {2, 2}})); // around it
+}
+
+TEST(Overlaps, EveryAxisCanSeparate)
+{
+    const Aabb3d unit{{0, 0, 0}, {1, 1, 1}};
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double shift : {-1.5, 1.5}) {
+            Aabb3d other = unit;
+            other.lo[axis] += shift, other.hi[axis] += shift;
+            EXPECT_FALSE(overlaps(unit, other));
+            EXPECT_FALSE(overlaps(other, unit));
+        }
+}
+
+TEST(Overlaps, PointsInfinitiesAndZeros)
+{
+    const Aabb2f point{{1, 1}, {1, 1}}, everything{{-infinity, -infinity}, {infinity, infinity}};
+    const Aabb2f at_infinity{{infinity, 0}, {infinity, 1}}, half_plane{{0, -infinity}, {infinity, infinity}};
+    EXPECT_TRUE(overlaps(point, point));
+    EXPECT_TRUE(overlaps(point, everything));
+    EXPECT_TRUE(overlaps(at_infinity, half_plane));
+    EXPECT_FALSE(overlaps(at_infinity, point));
+    EXPECT_TRUE(overlaps(Aabb2f{{-1, -1}, {-0.0f, -0.0f}}, Aabb2f{{0.0f, 0.0f}, {1, 1}}));
+}
+
+/// What users have: a box somewhere inside a struct.
+struct Body
+{
+    double mass;
+    Aabb3f box;
+    std::uint32_t group;
+};
+
+std::vector<Body> bodies(std::size_t n)
+{
+    std::vector<Body> all(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const auto x = static_cast<float>(i);
+        all[i] = {x, {{x, x + 1, x + 2}, {x + 10, x + 11, x + 12}}, static_cast<std::uint32_t>(i * i)};
+    }
+    return all;
+}
+
+void expect_bodies(const BoxView<3, float>& view, std::size_t n, std::size_t first = 0, int step = 1)
+{
+    ASSERT_EQ(view.size(), n);
+    EXPECT_EQ(view.empty(), n == 0);
+    for (std::size_t i = 0; i < n; ++i) {
+        const float x = static_cast<float>(first) + static_cast<float>(i) * static_cast<float>(step);
+        const Aabb3f box = view[i];
+        for (int d = 0; d < 3; ++d) {
+            EXPECT_EQ(view.lo(d, i), x + static_cast<float>(d));
+            EXPECT_EQ(view.hi(d, i), x + static_cast<float>(10 + d));
+            EXPECT_EQ(box.lo[d], view.lo(d, i));
+            EXPECT_EQ(box.hi[d], view.hi(d, i));
+            EXPECT_EQ(*view.lo_pointer(d, i), view.lo(d, i));
+            EXPECT_EQ(*view.hi_pointer(d, i), view.hi(d, i));
+        }
+    }
+}
+
+TEST(BoxView, OfBoxesInContainers)
+{
+    std::vector<Aabb3f> boxes;
+    for (const Body& body : bodies(4))
+        boxes.push_back(body.box);
+    const std::array<Aabb3f, 4> array = {boxes[0], boxes[1], boxes[2], boxes[3]};
+    expect_bodies(BoxView<3, float>(boxes), 4);
+    expect_bodies(BoxView<3, float>(array), 4);
+    expect_bodies(BoxView<3, float>(std::span(boxes)), 4);
+    expect_bodies(BoxView(std::span<const Aabb3f>(boxes)), 4); // deduces <3, float>
+    const BoxView<3, float> view(boxes);
+    EXPECT_EQ(view.stride_bytes(), 24);
+    EXPECT_EQ(view.lo_pointer(0), boxes[0].lo); // in place
+}
+
+TEST(BoxView, InsideStructsForwardsAndBackwards)
+{
+    const std::vector<Body> all = bodies(5);
+    const auto stride = static_cast<std::ptrdiff_t>(sizeof(Body));
+    expect_bodies(BoxView<3, float>::strided(all[0].box.lo, all[0].box.hi, 5, stride), 5);
+    expect_bodies(BoxView<3, float>::strided(all[4].box.lo, all[4].box.hi, 5, -stride), 5, 4, -1);
+    expect_bodies(BoxView<3, float>::strided(all[0].box.lo, all[0].box.hi, 3, 2 * stride), 3, 0, 2);
+    const auto one_box_nine_times = BoxView<3, float>::strided(all[0].box.lo, all[0].box.hi, 9, 0);
+    EXPECT_EQ(one_box_nine_times.hi(2, 8), 12);
+}
+
+TEST(BoxView, OneArrayPerCoordinate)
+{
+    std::array<std::vector<float>, 6> columns;
+    for (const Body& body : bodies(6))
+        for (std::size_t d = 0; d < 3; ++d) {
+            columns[d].push_back(body.box.lo[d]);
+            columns[3 + d].push_back(body.box.hi[d]);
+        }
+    expect_bodies(BoxView<3, float>::arrays({columns[0].data(), columns[1].data(), columns[2].data()},
+                                            {columns[3].data(), columns[4].data(), columns[5].data()}, 6),
+                  6);
+}
+
+TEST(BoxView, Subviews)
+{
+    const std::vector<Body> all = bodies(6);
+    const auto view = BoxView<3, float>::strided(all[0].box.lo, all[0].box.hi, 6, sizeof(Body));
+    expect_bodies(view.subview(2, 3), 3, 2);
+    expect_bodies(view.subview(2, 3).subview(1, 2), 2, 3);
+    expect_bodies(view.subview(6, 0), 0);
+}
+
+TEST(BoxView, OfNothing)
+{
+    expect_bodies(BoxView<3, float>(), 0);
+    expect_bodies(BoxView<3, float>(std::vector<Aabb3f>()), 0);
+    expect_bodies(BoxView<3, float>::strided(nullptr, nullptr, 0, 24), 0);
+}
+
+TEST(StridedView, MembersArraysAndStrides)
+{
+    const std::vector<Body> all = bodies(4);
+    const StridedView<std::uint32_t> groups(std::span<const Body>(all), &Body::group);
+    ASSERT_EQ(groups.size(), 4u);
+    EXPECT_EQ(groups[3], 9u);
+    EXPECT_EQ(&groups[1], &all[1].group); // in place
+    std::vector<std::uint32_t> values(10);
+    std::iota(values.begin(), values.end(), 0u);
+    const StridedView<std::uint32_t> plain{std::span<const std::uint32_t>(values)};
+    const StridedView<std::uint32_t> backwards(&values[9], 10, -4), every_third(values.data(), 4, 12);
+    for (std::uint32_t i = 0; i < 10; ++i) {
+        EXPECT_EQ(plain[i], i);
+        EXPECT_EQ(backwards[i], 9 - i);
+    }
+    EXPECT_EQ(every_third[3], 9u);
+    EXPECT_TRUE(StridedView<std::uint32_t>().empty());
+    EXPECT_TRUE(StridedView<std::uint32_t>(std::span<const Body>(), &Body::group).empty());
+}
+
+} // namespace

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/executor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace jostle;
+
+namespace {
+
+void run_forwards(void* calls, std::uint32_t count, void (*task)(void*, std::uint32_t), void* context)
+{
+    ++*static_cast<int*>(calls);
+    for (std::uint32_t i = 0; i < count; ++i)
+        task(context, i);
+}
+
+int callback_calls = 0;
+
+std::unique_ptr<Executor> make(const std::string& sort, std::uint32_t threads)
+{
+    if (sort == "tbb") return make_tbb_executor(threads);
+    if (sort == "thread") return make_thread_executor(threads);
+    return std::make_unique<CallbackExecutor>(threads, &callback_calls, run_forwards);
+}
+
+class ExecutorOf : public ::testing::TestWithParam<std::tuple<std::string, std::uint32_t>>
+{
+  protected:
+    std::unique_ptr<Executor> executor_ = make(std::get<0>(GetParam()), std::get<1>(GetParam()));
+};
+INSTANTIATE_TEST_SUITE_P(Sorts, ExecutorOf,
+                         ::testing::Combine(::testing::Values("tbb", "thread", "callback"),
+                                            ::testing::Values(1u, 2u, 5u, 16u)),
+                         [](const auto& instance) {
+                             return std::get<0>(instance.param) + std::to_string(std::get<1>(instance.param));
+                         });
+
+void expect_each_task_once(Executor& executor, std::uint32_t count)
+{
+    std::vector<std::atomic<int>> calls(count);
+    executor.run(count, [&](std::uint32_t i) { ++calls[i]; });
+    for (std::uint32_t i = 0; i < count; ++i)
+        ASSERT_EQ(calls[i], 1) << "task " << i << " of " << count;
+}
+
+TEST_P(ExecutorOf, RunsEachTaskOnceHoweverMany)
+{
+    for (const std::uint32_t count : {0u, 1u, 2u, 3u, 17u, 1'000u, 100'000u})
+        expect_each_task_once(*executor_, count);
+}
+
+TEST_P(ExecutorOf, ReturnsAfterTheLastTask)
+{
+    for (int round = 0; round < 500; ++round) {
+        std::vector<int> written(8, 0); // plain memory: a task still running would be a race and show
+        executor_->run(8, [&](std::uint32_t i) { written[i] = static_cast<int>(i) + round; });
+        for (int i = 0; i < 8; ++i)
+            ASSERT_EQ(written[static_cast<std::size_t>(i)], i + round);
+    }
+}
+
+TEST_P(ExecutorOf, ServesManyCallersAtATime)
+{
+    if (std::get<0>(GetParam()) == "callback") callback_calls = 0; // counts calls below
+    std::atomic<int> sum{0};
+    if (std::get<0>(GetParam()) == "callback") {
+        executor_->run(3, [&](std::uint32_t i) { sum += static_cast<int>(i); });
+        EXPECT_EQ(callback_calls, 1); // the host's function is what ran the tasks
+        EXPECT_EQ(sum, 3);
+        return;
+    }
+    std::vector<std::thread> callers;
+    for (int caller = 0; caller < 6; ++caller)
+        callers.emplace_back([&] {
+            for (int round = 0; round < 100; ++round)
+                executor_->run(10, [&](std::uint32_t i) { sum += static_cast<int>(i); });
+        });
+    for (std::thread& caller : callers)
+        caller.join();
+    EXPECT_EQ(sum, 6 * 100 * 45);
+}
+
+TEST_P(ExecutorOf, RunsInsideAnothersTask)
+{
+    const std::unique_ptr<Executor> inner = make_thread_executor(2);
+    std::atomic<int> count{0};
+    executor_->run(4, [&](std::uint32_t) {
+        inner->run(4, [&](std::uint32_t) { ++count; });
+        serial_executor().run(4, [&](std::uint32_t) { ++count; });
+        default_executor().run(4, [&](std::uint32_t) { ++count; });
+    });
+    EXPECT_EQ(count, 48);
+}
+
+TEST_P(ExecutorOf, ConcurrencyIsAtLeastOneAndAtMostWhatWasAskedFor)
+{
+    EXPECT_GE(executor_->concurrency(), 1u);
+    EXPECT_LE(executor_->concurrency(), std::get<1>(GetParam()));
+}
+
+TEST(Executor, ThreadsAsAsked)
+{
+    for (const std::uint32_t threads : {1u, 2u, 7u}) {
+        EXPECT_EQ(make_thread_executor(threads)->concurrency(), threads);
+        EXPECT_EQ(CallbackExecutor(threads, nullptr, run_forwards).concurrency(), threads);
+    }
+    EXPECT_EQ(CallbackExecutor(0, nullptr, run_forwards).concurrency(), 1u);
+    EXPECT_GE(make_thread_executor(0)->concurrency(), 1u);
+    EXPECT_GE(make_tbb_executor(0)->concurrency(), 1u);
+    EXPECT_GE(default_executor().concurrency(), 1u);
+    EXPECT_EQ(&default_executor(), &default_executor());
+    EXPECT_EQ(serial_executor().concurrency(), 1u);
+}
+
+TEST(Executor, ThreadsReallyTakePart)
+{
+    // Every task waits until all have begun, which only ends if each has a thread of its own.
+    const std::unique_ptr<Executor> executor = make_thread_executor(4);
+    std::atomic<int> begun{0};
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    executor->run(4, [&](std::uint32_t) {
+        ++begun;
+        while (begun < 4)
+            std::this_thread::yield();
+        const std::lock_guard lock(mutex);
+        threads.insert(std::this_thread::get_id());
+    });
+    EXPECT_EQ(threads.size(), 4u);
+    EXPECT_EQ(threads.count(std::this_thread::get_id()), 1u); // the caller's included
+}
+
+TEST(Executor, SerialRunsInOrderOnTheCaller)
+{
+    std::vector<std::uint32_t> order;
+    serial_executor().run(5, [&](std::uint32_t i) { order.push_back(i); });
+    EXPECT_EQ(order, (std::vector<std::uint32_t>{0, 1, 2, 3, 4}));
+}
+
+TEST(Executor, ComesAndGoesQuickly)
+{
+    for (int round = 0; round < 200; ++round)
+        expect_each_task_once(*make_thread_executor(3), round % 5 == 0 ? 0 : 4);
+}
+
+} // namespace
