@@ -131,7 +131,7 @@ inline bool everything_touches(Scene scene)
 {
     return scene == Scene::identical || scene == Scene::half_identical || scene == Scene::special ||
            scene == Scene::huge || scene == Scene::infinite || scene == Scene::rods ||
-           scene == Scene::plates || scene == Scene::denormal || scene == Scene::sizes_to_million;
+           scene == Scene::plates || scene == Scene::denormal;
 }
 
 /// The edge of a cube that holds n unit cells `sparseness` times over.
@@ -319,7 +319,7 @@ Boxes<Dim, T> make_scene(Scene scene, std::size_t n, std::uint64_t seed)
     case Scene::sizes_to_million:
         for (Box& box : boxes) {
             const T size = std::ldexp(random.between(T(1), T(2)), static_cast<int>(random.below(20)));
-            box = box_between<Dim, T>(random, 0, edge * 1000, size / 2, size);
+            box = box_between<Dim, T>(random, 0, world_edge<Dim, T>(n / 8, 4) * 0x1p19f, size / 2, size);
         }
         break;
     case Scene::giant_among_dust:
