@@ -191,6 +191,8 @@ class BoxView
 
 template <int Dim, Coordinate T, std::size_t Extent>
 BoxView(std::span<const Aabb<Dim, T>, Extent>) -> BoxView<Dim, T>;
+template <int Dim, Coordinate T, std::size_t Extent>
+BoxView(std::span<Aabb<Dim, T>, Extent>) -> BoxView<Dim, T>;
 
 namespace detail {
 template <int Dim, class T>

@@ -25,21 +25,21 @@ struct Filter
 
     /// Bit sets, one per object: a and b pair only if category[a] & mask[b] and category[b] & mask[a] are
     /// both non-zero. Give both or neither.
-    StridedView<std::uint32_t> category;
-    StridedView<std::uint32_t> mask;
+    StridedView<std::uint32_t> category = {};
+    StridedView<std::uint32_t> mask = {};
     /// Objects of one owner never pair with each other: the parts of a robot, the colliders of a body.
-    StridedView<std::uint32_t> owner;
+    StridedView<std::uint32_t> owner = {};
     /// Asked last, for the pairs that are left, with a and b as they would be reported. It is called from
     /// several threads at a time. What it throws ends the search and leaves the call as it is.
-    FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept;
+    FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
 };
 
 /// The same for pairs between two sets: `a` filters objects of the first set, `b` those of the second.
 struct CrossFilter
 {
-    StridedView<std::uint32_t> category_a, mask_a, owner_a;
-    StridedView<std::uint32_t> category_b, mask_b, owner_b;
-    FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept;
+    StridedView<std::uint32_t> category_a = {}, mask_a = {}, owner_a = {};
+    StridedView<std::uint32_t> category_b = {}, mask_b = {}, owner_b = {};
+    FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
 };
 
 enum class Order
