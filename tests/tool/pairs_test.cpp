@@ -375,7 +375,7 @@ TEST_F(Pairs, PartsArePlacedByTheirNodes)
     write("touching.gltf", gltf("1"));
     write("apart.gltf", gltf("1.5"));
     // One triangle per part: the same boxes.
-    for (const std::vector<std::string> more : {std::vector<std::string>{}, {"--parts"}}) {
+    for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--parts"}}) {
         std::vector<std::string> arguments{"pairs", "touching.gltf"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         EXPECT_EQ(run(arguments).out, "a,b\n0,1\n0,2\n1,2\n");
