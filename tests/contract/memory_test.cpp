@@ -12,6 +12,17 @@ namespace {
 std::atomic<std::uint64_t> news{0}; // calls of the global operator new
 } // namespace
 
+// The thread sanitizer brings its own, and refuses a second one.
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define JOSTLE_OWN_NEW 0
+#endif
+#endif
+#ifndef JOSTLE_OWN_NEW
+#define JOSTLE_OWN_NEW 1
+#endif
+
+#if JOSTLE_OWN_NEW
 // Not inlined, or the compiler takes malloc and delete for a mismatched pair.
 [[gnu::noinline]] void* operator new(std::size_t size)
 {
@@ -42,6 +53,7 @@ std::atomic<std::uint64_t> news{0}; // calls of the global operator new
 {
     std::free(memory);
 }
+#endif
 
 namespace contract {
 namespace {

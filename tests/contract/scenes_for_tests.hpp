@@ -318,7 +318,8 @@ Boxes<Dim, T> make_scene(Scene scene, std::size_t n, std::uint64_t seed)
         break;
     case Scene::sizes_to_million:
         for (Box& box : boxes) {
-            const T size = std::ldexp(random.between(T(1), T(2)), static_cast<int>(random.below(20)));
+            const int magnitude = static_cast<int>(random.below(20)); // drawn first: arguments have no order
+            const T size = std::ldexp(random.between(T(1), T(2)), magnitude);
             box = box_between<Dim, T>(random, 0, world_edge<Dim, T>(n / 8, 4) * 0x1p19f, size / 2, size);
         }
         break;
