@@ -302,7 +302,8 @@ bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
                 folded |= static_cast<Bits<T>>(Bits<T>{planes_[plane + b * info_.objects + i]} << (8 * b));
             const Bits<T> difference = (folded >> 1) ^ (Bits<T>{0} - (folded & 1));
             const T value = from_ordered<T>(to_ordered(expected) + difference);
-            (coordinate % 2 == 0 ? boxes[i].lo : boxes[i].hi)[coordinate / 2] = value;
+            T* const side = coordinate % 2 == 0 ? boxes[i].lo : boxes[i].hi;
+            side[coordinate / 2] = value;
             return value;
         });
     before_last_.swap(last_);

@@ -64,7 +64,8 @@ void PairBuffer::release() noexcept
 {
     clear();
     for (const Chunk& chunk : chunks_)
-        memory_->deallocate(chunk.pairs, chunk.capacity * sizeof(Pair), alignof(Pair));
+        if (chunk.pairs != nullptr)
+            memory_->deallocate(chunk.pairs, chunk.capacity * sizeof(Pair), alignof(Pair));
     chunks_.clear();
     bytes_reserved_ = 0;
 }

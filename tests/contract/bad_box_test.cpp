@@ -58,7 +58,9 @@ TEST(BadBox, NaNAtAnyPlaceNamesTheLowestBox)
                 const std::size_t lowest = place == 0 ? n - 1 : random.below(static_cast<std::uint32_t>(n));
                 const T nan = std::copysign(std::numeric_limits<T>::quiet_NaN(), T(place % 3) - 1);
                 const auto spoil = [&](std::size_t i, int where) {
-                    (where < K::dim ? boxes[i].lo : boxes[i].hi)[where % K::dim] = nan;
+                    // Not (... ? lo : hi)[...]: g++ 12 with -fsanitize=bounds takes a wrong index there.
+                    T* const side = where < K::dim ? boxes[i].lo : boxes[i].hi;
+                    side[where % K::dim] = nan;
                 };
                 spoil(lowest, place);
                 for (std::size_t more = lowest + 1; more < n; more += 1 + more / 4)
