@@ -14,6 +14,8 @@ class PairBufferAccess
     /// A run of memory for at least one pair, reused from before if `index` was allocated already and is big
     /// enough. Index is the caller's numbering of its chunks, from 0 up without gaps.
     std::span<Pair> chunk(std::size_t index, std::size_t capacity);
+    /// Room for that many blocks more, and some to spare where it has to grow.
+    void reserve_blocks(std::size_t count);
     void append(std::span<const Pair> pairs);
 
   private:

@@ -107,6 +107,12 @@ std::span<Pair> PairBufferAccess::chunk(std::size_t index, std::size_t capacity)
     return {chunk.pairs, chunk.capacity};
 }
 
+void PairBufferAccess::reserve_blocks(std::size_t count)
+{
+    const std::size_t wanted = buffer_.blocks_.size() + count;
+    if (wanted > buffer_.blocks_.capacity()) buffer_.blocks_.reserve(wanted + wanted / 4);
+}
+
 void PairBufferAccess::append(std::span<const Pair> pairs)
 {
     if (pairs.empty()) return;

@@ -65,6 +65,17 @@ class BrickStore
             order[--first[brick_of_[c]]] = blocks_[c / chunks_per_block].data() + c % chunks_per_block;
     }
 
+    /// Takes as much memory as `other` has, so that it could hold the same.
+    void match(const BrickStore& other)
+    {
+        while (blocks_.size() < other.blocks_.size())
+            add_block();
+        free_.reserve_exactly(other.free_.capacity());
+        brick_of_.reserve_exactly(other.brick_of_.capacity());
+        first_.reserve_exactly(other.first_.capacity());
+        order_.reserve_exactly(other.order_.capacity());
+    }
+
     [[nodiscard]] std::uint32_t chunks(std::uint32_t brick) const noexcept
     {
         return first_.data()[brick + 1] - first_.data()[brick];
@@ -100,14 +111,16 @@ class BrickStore
             __builtin_prefetch(reinterpret_cast<char*>(chunk) + offset, 1);
         return chunk->record;
     }
+    void add_block()
+    {
+        Buffer<Chunk> memory(memory_);
+        memory.reserve_exactly(chunks_per_block);
+        blocks_.push_back(std::move(memory));
+    }
     void open_block()
     {
         const std::size_t block = chunks_ / chunks_per_block;
-        if (block == blocks_.size()) {
-            Buffer<Chunk> memory(memory_);
-            memory.reserve_exactly(chunks_per_block);
-            blocks_.push_back(std::move(memory));
-        }
+        if (block == blocks_.size()) add_block();
         brick_of_.grow(chunks_ + chunks_per_block, chunks_);
         next_ = blocks_[block].data();
         room_ = chunks_ + chunks_per_block;

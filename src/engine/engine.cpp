@@ -96,6 +96,7 @@ struct Engine::Job
 {
     explicit Job(std::pmr::memory_resource* memory) : records(memory), window_end(memory) {}
 
+    bool in_use = false;
     std::uint64_t block = 0; // where it was found: what orders jobs independently of who found them
     std::uint32_t number = 0;
     int depth = 0;
@@ -139,10 +140,7 @@ struct alignas(128) Engine::Slot
     Buffer<std::uint32_t> objects;
     Buffer<Pair> buffer; // of pairs on their way to a sink
     std::pmr::vector<std::span<const Pair>> segments;
-    std::pmr::vector<std::unique_ptr<Job>>
-        jobs; // kept for their memory; `jobs_used` of them belong to this call
-    std::uint32_t jobs_used = 0;
-    std::uint32_t jobs_taken = 0;
+    std::pmr::vector<Job*> jobs; // found and not yet taken, in the order of their bricks
     std::pmr::vector<std::unique_ptr<BrickStore>> nested; // by depth
 
     Pair* chunk_next = nullptr; // what is left of the last chunk of the result
@@ -150,6 +148,25 @@ struct alignas(128) Engine::Slot
     std::uint64_t bad_box = ~std::uint64_t{0};
     Counts counts;
     std::exception_ptr error;
+
+    /// Has as much memory as `other`: next time the work may be shared out the other way round.
+    void match(const Slot& other)
+    {
+        bucket.reserve_exactly(other.bucket.capacity());
+        sorted.reserve_exactly(other.sorted.capacity());
+        columns.reserve_exactly(other.columns.capacity());
+        window_end.reserve_exactly(other.window_end.capacity());
+        ties.reserve_exactly(other.ties.capacity());
+        objects.reserve_exactly(other.objects.capacity());
+        buffer.reserve_exactly(other.buffer.capacity());
+        sample.reserve_exactly(other.sample.capacity());
+        unit_float.reserve_exactly(other.unit_float.capacity());
+        unit_double.reserve_exactly(other.unit_double.capacity());
+        segments.reserve(other.segments.capacity());
+        jobs.reserve(other.jobs.capacity());
+        for (std::size_t depth = 0; depth < other.nested.size(); ++depth)
+            nested_store(static_cast<int>(depth)).match(*other.nested[depth]);
+    }
 
     BrickStore& nested_store(int depth)
     {
@@ -173,8 +190,6 @@ struct alignas(128) Engine::Slot
                             segments.capacity() * sizeof(segments[0]);
         for (const auto& each : nested)
             sum += each->bytes();
-        for (const auto& each : jobs)
-            sum += each->records.bytes() + each->window_end.bytes();
         return sum;
     }
 
@@ -201,10 +216,12 @@ class Engine::Run
         engine.use_slots(slots_);
         blocks_.clear();
         jobs_.clear();
+        for (const std::unique_ptr<Job>& job : engine.job_pool_)
+            job->in_use = false;
         for (std::uint32_t s = 0; s < slots_; ++s) {
             Slot& slot = *engine.slots_[s];
             slot.segments.clear();
-            slot.jobs_used = slot.jobs_taken = 0;
+            slot.jobs.clear();
             slot.chunk_next = slot.chunk_end = nullptr;
             slot.bad_box = ~std::uint64_t{0};
             slot.counts = {};
@@ -625,15 +642,36 @@ class Engine::Run
     void add_job(Slot& mine, Output& out, int depth, bool is_sorted, std::uint32_t count)
     {
         const std::uint32_t size = padded(count);
-        if (mine.jobs_used == mine.jobs.size()) mine.jobs.push_back(std::make_unique<Job>(memory_));
-        Job& job = *mine.jobs[mine.jobs_used];
+        Job& job = job_of_size(size);
         std::copy_n(mine.sorted.data(), size, job.records.reserve(size));
         if (is_sorted) std::copy_n(mine.window_end.data(), count + 1, job.window_end.reserve(size));
         job.block = out.block;
-        job.number = mine.jobs_used++;
+        job.number = static_cast<std::uint32_t>(mine.jobs.size());
         job.depth = depth;
         job.sorted = is_sorted;
         job.count = count;
+        mine.jobs.push_back(&job);
+    }
+
+    /// Kept jobs are reused for their memory: the smallest that is big enough, so that a steady frame needs
+    /// no new memory whoever finds which first.
+    Job& job_of_size(std::uint32_t size)
+    {
+        std::lock_guard lock(mutex_);
+        Job* best = nullptr;
+        for (const std::unique_ptr<Job>& job : engine_.job_pool_)
+            if (!job->in_use &&
+                (best == nullptr ||
+                 (job->records.capacity() >= size
+                      ? best->records.capacity() < size || job->records.capacity() < best->records.capacity()
+                      : best->records.capacity() < job->records.capacity())))
+                best = job.get();
+        if (best == nullptr) {
+            engine_.job_pool_.push_back(std::make_unique<Job>(memory_));
+            best = engine_.job_pool_.back().get();
+        }
+        best->in_use = true;
+        return *best;
     }
 
     bool take_jobs()
@@ -641,8 +679,8 @@ class Engine::Run
         jobs_.clear();
         for (std::uint32_t s = 0; s < slots_; ++s) {
             Slot& each = slot(s);
-            for (; each.jobs_taken < each.jobs_used; ++each.jobs_taken)
-                jobs_.push_back(each.jobs[each.jobs_taken].get());
+            jobs_.insert(jobs_.end(), each.jobs.begin(), each.jobs.end());
+            each.jobs.clear();
         }
         // A block's jobs come from one slot, numbered in the order of its bricks.
         std::sort(jobs_.begin(), jobs_.end(), [](const Job* x, const Job* y) {
@@ -684,23 +722,35 @@ class Engine::Run
 
     std::span<Pair> new_chunk()
     {
-        std::lock_guard lock(chunk_mutex_);
+        std::lock_guard lock(mutex_);
         return PairBufferAccess(*request_.result).chunk(engine_.chunks_used_++, chunk_pairs);
     }
 
     void finish()
     {
         engine_.next_block = request_.first_block + blocks_.size();
+        std::size_t segments = 0;
+        for (std::uint32_t s = 0; s < slots_; ++s)
+            segments += slot(s).segments.size();
+        for (std::uint32_t s = 0; s < slots_; ++s)
+            if (slot(s).segments.capacity() < segments) slot(s).segments.reserve(segments + segments / 4);
+        for (std::uint32_t s = 1; s < slots_; ++s)
+            slot(0).match(slot(s));
+        for (std::uint32_t s = 1; s < slots_; ++s)
+            slot(s).match(slot(0));
         if (request_.sink) return;
         PairBufferAccess result(*request_.result);
+        result.reserve_blocks(segments);
         for (const Block& block : blocks_)
             for (std::uint32_t k = block.first; k < block.last; ++k)
                 result.append(slot(block.slot).segments[k]);
-        // How chunks are shared out varies with the threads' luck. A few to spare keep the next frames from
-        // allocating.
-        if (slots_ > 1)
-            for (std::uint32_t spare = 0; spare < slots_ + engine_.chunks_used_ / 16; ++spare)
-                result.chunk(engine_.chunks_used_ + spare, chunk_pairs);
+        // How many chunks the same pairs fill varies by one per slot with the threads' luck. Some to spare,
+        // and twice that when they run short, keep steady frames from allocating.
+        const std::uint64_t chunks = request_.result->bytes_reserved() / (chunk_pairs * sizeof(Pair));
+        const std::uint32_t used = engine_.chunks_used_;
+        if (slots_ > 1 && chunks < used + slots_)
+            for (std::uint64_t c = chunks; c < used + 2 * slots_ + used / 16; ++c)
+                result.chunk(c, chunk_pairs);
     }
 
     Engine& engine_;
@@ -710,7 +760,7 @@ class Engine::Run
     std::pmr::memory_resource* memory_;
     std::uint32_t slots_;
     std::atomic<bool> stopped_{false};
-    std::mutex chunk_mutex_;
+    std::mutex mutex_; // guards what is shared while tasks run: the result's chunks and the pool of jobs
     std::pmr::vector<Block>& blocks_;
     std::pmr::vector<Job*>& jobs_; // of the round under way
 };
@@ -736,12 +786,15 @@ std::uint64_t Engine::bytes() const noexcept
     std::uint64_t sum = 0;
     for (const auto& each : slots_)
         sum += each->bytes();
+    for (const auto& job : job_pool_)
+        sum += job->records.bytes() + job->window_end.bytes();
     return sum;
 }
 
 void Engine::release()
 {
     slots_.clear();
+    job_pool_.clear();
     blocks_ = std::pmr::vector<Block>(options_.memory);
     jobs_ = std::pmr::vector<Job*>(options_.memory);
 }

@@ -80,6 +80,7 @@ class Engine
     };
     std::pmr::vector<Block> blocks_;
     std::pmr::vector<Job*> jobs_;
+    std::vector<std::unique_ptr<Job>> job_pool_;
     std::uint32_t chunks_used_ = 0; // of the result's memory
 };
 
