@@ -130,8 +130,7 @@ class ThreadExecutor final : public Executor
 class TbbExecutor final : public Executor
 {
   public:
-    // An arena never holds more threads than the process has: asking for more would make oneTBB print a
-    // warning.
+    // Asked for more threads than the process may have, oneTBB runs with those it has.
     explicit TbbExecutor(std::uint32_t threads)
         : arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads))
     {

@@ -102,7 +102,7 @@ struct FinderOptions
 /// Errors    `Error` naming the lowest bad box, `std::bad_alloc`, or what a callback threw. The finder is
 /// usable
 ///           afterwards; a result buffer is empty then.
-/// Source    hierarchical grids: Mirtich (1996), ch. 2.4; store-in-every-cell with an owner rule in place of
+/// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule in place of
 /// a set
 ///           of seen pairs: docs/guide/engine.md.
 class JOSTLE_API PairFinder

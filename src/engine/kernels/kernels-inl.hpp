@@ -122,6 +122,12 @@ void quantise(const Grid<T>& grid, Unit<T>& unit)
 // candidates. Before the first row's successor a block is masked; behind a window's end no mask is needed,
 // since those records begin later and fail the test on the sweep axis by themselves.
 
+inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates, std::uint32_t row)
+{
+    for (; ties != 0; ties &= ties - 1)
+        out.ties[out.tie_count++] = {row, candidates[std::countr_zero(ties)] & object_mask};
+}
+
 #if JOSTLE_KERNEL_WIDE
 
 // AVX-512: one 32-bit word per axis, both differences of a candidate in one lane; compress in registers.
@@ -173,12 +179,6 @@ inline Pair* emit(Pair* out, __mmask16 hits, __m512i candidates, __m512i row)
     if (count > 8)
         _mm512_storeu_si512(out + 8, _mm512_and_si512(_mm512_permutex2var_epi32(a, other_half, b), index));
     return out + count;
-}
-
-inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates, std::uint32_t row)
-{
-    for (; ties != 0; ties &= ties - 1)
-        out.ties[out.tie_count++] = {row, candidates[__builtin_ctz(ties)] & object_mask};
 }
 
 template <int Dim>
@@ -311,12 +311,6 @@ inline void arrange(const Record* records, SortedBrick& brick)
     }
 }
 
-inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates, std::uint32_t row)
-{
-    for (; ties != 0; ties &= ties - 1)
-        out.ties[out.tie_count++] = {row, candidates[std::countr_zero(ties)] & object_mask};
-}
-
 /// Bit 15 of each lane as bits 0 to 3: the multiplication moves lane k's bit to bit 48 + k.
 inline unsigned lane_bits(std::uint64_t lanes)
 {
@@ -413,12 +407,6 @@ inline void arrange(const Record* __restrict records, SortedBrick& brick)
         to.object[i] = records[i].object;
         to.flags[i] = static_cast<std::uint16_t>((records[i].object & ~index_mask) >> 16);
     }
-}
-
-inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates, std::uint32_t row)
-{
-    for (; ties != 0; ties &= ties - 1)
-        out.ties[out.tie_count++] = {row, candidates[std::countr_zero(ties)] & object_mask};
 }
 
 template <int Dim>
