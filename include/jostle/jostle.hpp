@@ -3,11 +3,13 @@
 
 /// Everything. The parts are usable on their own.
 #include "jostle/box.hpp"
+#include "jostle/box_index.hpp"
 #include "jostle/chapter.hpp"
 #include "jostle/error.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/function_ref.hpp"
 #include "jostle/pair_buffer.hpp"
+#include "jostle/query.hpp"
 #include "jostle/stats.hpp"
 #include "jostle/version.hpp"

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <memory_resource>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "jostle/box.hpp"
+#include "jostle/error.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/pair_buffer.hpp"
+#include "jostle/query.hpp"
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Executor, memory and instruction set: the same for all that Jostle does.
+using IndexOptions = FinderOptions;
+
+/// What an index is made of at the moment, and how much was done to keep it that way.
+struct IndexStats
+{
+    std::uint64_t objects = 0;
+    std::uint64_t bricks = 0; ///< groups of at most 256 objects
+    std::uint64_t blocks = 0; ///< groups of at most 16 objects, what is tested at once
+    std::uint64_t nodes = 0;  ///< groups of at most 16 bricks or nodes
+    std::uint64_t depth = 0;  ///< nodes on the longest way to a brick
+    std::uint64_t bytes = 0;  ///< memory held
+    std::uint64_t sorts = 0;  ///< bricks put in order since the index was made
+    std::uint64_t splits = 0; ///< bricks split since then
+};
+
+/// Boxes that stay, and questions about them: which are touched by a ray, a moving box, a box, a sphere, a
+/// view volume; which are nearest; which touch any of a batch of others.
+///
+/// Objects are known by ids that the caller chooses, any 32-bit numbers but the greatest; memory is four
+/// bytes per id up to the greatest one in use, so keep them dense. The index keeps the exact boxes itself,
+/// `box(id)` returns them: there is no need to keep them elsewhere.
+///
+/// Exact     answers are what hit_fraction, squared_distance and overlaps say about each box. No result is
+///           dropped or capped unless `max_results` asks for it.
+/// Same      the same boxes give the same answers in the same order, however they came into the index, for
+/// any
+///           executor, number of threads and instruction set.
+/// Nothing to configure or to call from time to time: no bounds, no cell size, no optimise(). Boxes may be of
+///           any sizes, anywhere, infinite too, all in one place or all moving away.
+/// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps; a
+///           question about the logarithm of the number of objects plus its results.
+/// Threads   questions (the const members) may be asked from any number of threads at a time while no other
+///           member runs.
+/// Errors    `Error` naming the bad box, id or question and what is wrong with it, std::bad_alloc, or what a
+///           callback threw: the index is as before the call, a result buffer is empty or cut short.
+/// Source    docs/guide/queries.md
+template <int Dim, Coordinate T>
+class JOSTLE_API BoxIndex
+{
+  public:
+    using Box = Aabb<Dim, T>;
+    /// Where a call takes `max_results`: all of them.
+    static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
+
+    explicit BoxIndex(const IndexOptions& options = {});
+    BoxIndex(BoxIndex&&) noexcept;
+    BoxIndex& operator=(BoxIndex&&) noexcept;
+    ~BoxIndex();
+
+    /// ---- Objects ---------------------------------------------------------------------------------------
+
+    /// Forgets everything and takes these boxes: box i gets the id i, or ids[i].
+    void build(const BoxView<Dim, T>& boxes);
+    void build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
+    /// Adds objects. No id may be in the index already, or twice in the call.
+    void insert(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
+    /// Removes objects. Every id must be in the index, and once in the call.
+    void erase(std::span<const std::uint32_t> ids);
+    /// Gives objects new boxes; those that stay nearby cost the least. Every id must be in the index, and
+    /// once in the call.
+    void move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
+    /// Removes all objects, keeps the memory.
+    void clear() noexcept;
+
+    [[nodiscard]] std::size_t size() const noexcept;
+    [[nodiscard]] bool contains(std::uint32_t id) const noexcept;
+    /// The box of an object that is in the index.
+    [[nodiscard]] Box box(std::uint32_t id) const;
+    [[nodiscard]] IndexStats stats() const noexcept;
+
+    /// ---- Many boxes at once ------------------------------------------------------------------------------
+
+    /// All pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is the
+    /// position in `boxes`, b the object's id. Uses the executor. `out` is refilled.
+    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out) const;
+
+    /// ---- Along a line
+    /// --------------------------------------------------------------------------------------
+    // `Line` is Ray<Dim, T> or Sweep<Dim, T>. `first` is the hit with the least fraction, of several the one
+    // with the lowest id. `all` refills `out`, ascending by (fraction, id), with the first `max_results` of
+    // the hits, and returns whether there are more.
+
+    [[nodiscard]] std::optional<Hit<T>> first(const Ray<Dim, T>& ray, const QueryFilter& filter = {}) const;
+    [[nodiscard]] std::optional<Hit<T>> first(const Sweep<Dim, T>& sweep,
+                                              const QueryFilter& filter = {}) const;
+    bool all(const Ray<Dim, T>& ray, std::vector<Hit<T>>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    bool all(const Sweep<Dim, T>& sweep, std::vector<Hit<T>>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+
+    /// ---- In a region
+    /// ---------------------------------------------------------------------------------------
+    // A box, a sphere or a frustum. `all` refills `out`, ascending by id, with the first `max_results` of the
+    // objects that touch the region, and returns whether there are more.
+
+    bool all(const Box& region, std::vector<std::uint32_t>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    bool all(const Sphere<Dim, T>& region, std::vector<std::uint32_t>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    bool all(const Frustum<Dim, T>& region, std::vector<std::uint32_t>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+
+    /// ---- Near a point
+    /// --------------------------------------------------------------------------------------
+
+    /// Refills `out`, ascending by (squared distance, id).
+    void nearest(const Nearest<Dim, T>& question, std::vector<Hit<T>>& out,
+                 const QueryFilter& filter = {}) const;
+
+    /// ---- Only whether, or how many
+    /// -------------------------------------------------------------------------
+    // `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
+
+    template <class Question>
+    [[nodiscard]] bool any(const Question& question, const QueryFilter& filter = {}) const;
+    template <class Question>
+    [[nodiscard]] std::uint64_t count(const Question& question, const QueryFilter& filter = {}) const;
+
+    /// ---- Many questions at once
+    /// ----------------------------------------------------------------------------
+    // The same answers, found on the executor's threads. One filter serves all; `accept` is told the
+    // question. An array of results wants one element per question; `first` says "none" by Hit<T>::none.
+
+    template <class Line>
+    void first(std::span<const Line> lines, std::span<Hit<T>> out, const QueryFilter& filter = {}) const;
+    template <class Line>
+    void all(std::span<const Line> lines, ResultLists<Hit<T>>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    template <class Region>
+    void all(std::span<const Region> regions, ResultLists<std::uint32_t>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
+                 const QueryFilter& filter = {}) const;
+    template <class Question>
+    void any(std::span<const Question> questions, std::span<bool> out, const QueryFilter& filter = {}) const;
+    template <class Question>
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
+               const QueryFilter& filter = {}) const;
+
+  private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+JOSTLE_NAMESPACE_END

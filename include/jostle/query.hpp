@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory_resource>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "jostle/box.hpp"
+#include "jostle/function_ref.hpp"
+#include "jostle/version.hpp"
+
+// The questions that can be asked of boxes, and what their answers mean. Each is defined here by one function
+// in the user's own numbers, evaluated exactly as written (no fused operations), whatever the index does to
+// be fast.
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// The points origin + f * direction for 0 <= f <= max_fraction.
+///
+/// Units     a fraction counts in lengths of `direction`, which may have any length but zero.
+/// Valid     origin and direction finite, some component of direction not zero, max_fraction >= 0 (may be
+///           infinite).
+template <int Dim, Coordinate T>
+struct Ray
+{
+    T origin[Dim];
+    T direction[Dim];
+    T max_fraction = std::numeric_limits<T>::infinity();
+};
+
+/// A box that moves from where it is by f * motion for 0 <= f <= max_fraction, without turning.
+///
+/// Valid     the box valid and finite, motion finite and not all zero, max_fraction >= 0. For a box that
+///           doesn't move ask for the overlaps of the box.
+template <int Dim, Coordinate T>
+struct Sweep
+{
+    Aabb<Dim, T> box;
+    T motion[Dim];
+    T max_fraction = 1;
+};
+
+/// The points no further than `radius` from `center`. Valid: center finite, radius >= 0 (may be infinite).
+template <int Dim, Coordinate T>
+struct Sphere
+{
+    T center[Dim];
+    T radius;
+};
+
+/// The points p with dot(normal, p) + offset >= 0. The normal may have any length. Valid: all finite, normal
+/// not all zero.
+template <int Dim, Coordinate T>
+struct Plane
+{
+    T normal[Dim];
+    T offset;
+};
+
+/// What lies inside all of its planes, of any number: a camera's view, a shadow volume, a slab. No plane: all
+/// space.
+///
+/// Meaning   a box counts as inside unless it lies wholly outside of one of the planes. Near the edges of the
+///           volume that lets a box pass which touches no point of it, as view culling does everywhere.
+/// Lifetime  a view: the planes must outlive it.
+template <int Dim, Coordinate T>
+struct Frustum
+{
+    std::span<const Plane<Dim, T>> planes;
+};
+
+/// The `count` boxes nearest to a point and no further than `max_distance`. A box that contains the point is
+/// at distance 0. Valid: point finite, max_distance >= 0 (may be infinite).
+template <int Dim, Coordinate T>
+struct Nearest
+{
+    T point[Dim];
+    std::uint32_t count = 1;
+    T max_distance = std::numeric_limits<T>::infinity();
+};
+
+/// An object found along a ray or sweep or near a point.
+template <Coordinate T>
+struct Hit
+{
+    /// The id where there is no object.
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+
+    std::uint32_t id = none;
+    /// Rays and sweeps: the least fraction at which the box is touched, 0 if it is from the beginning.
+    /// Nearest: the squared distance.
+    T at = 0;
+
+    friend constexpr bool operator==(const Hit&, const Hit&) = default;
+    /// The order of all results: by `at`, then id.
+    friend constexpr bool operator<(const Hit& a, const Hit& b) noexcept
+    {
+        return a.at < b.at || (a.at == b.at && a.id < b.id);
+    }
+};
+
+/// Which objects a question is about. Everything given must agree; what is left empty doesn't filter.
+struct QueryFilter
+{
+    /// Bit sets of the objects, by id up to the greatest that the index has held, and those of the asker: an
+    /// object counts only if category[id] & this->asker_mask and asker_category & mask[id] are both non-zero.
+    /// Give both views or neither.
+    StridedView<std::uint32_t> category = {};
+    StridedView<std::uint32_t> mask = {};
+    std::uint32_t asker_category = ~std::uint32_t{0};
+    std::uint32_t asker_mask = ~std::uint32_t{0};
+    /// Objects of this owner don't count: the asker's own parts. By id; Filter::no_owner belongs to nobody.
+    StridedView<std::uint32_t> owner = {};
+    std::uint32_t asker_owner = ~std::uint32_t{0};
+    /// This object doesn't count: the asker itself.
+    std::uint32_t exclude = ~std::uint32_t{0};
+    /// Asked last, with the number of the question (0 for a single one) and an object that would be a result,
+    /// or that might become one: how often and in which order depends on the index. A batch calls it from
+    /// several threads at a time. What it throws ends the call.
+    FunctionRef<bool(std::uint32_t question, std::uint32_t id)> accept = {};
+};
+
+/// The answers of a batch: list i belongs to question i. Refilled by the next call; keeps its memory.
+template <class Item>
+class ResultLists
+{
+  public:
+    explicit ResultLists(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
+        : first_(memory), items_(memory), more_(memory)
+    {
+    }
+
+    [[nodiscard]] std::size_t size() const noexcept { return more_.size(); }
+    [[nodiscard]] std::span<const Item> operator[](std::size_t i) const noexcept
+    {
+        return std::span<const Item>(items_).subspan(first_[i], first_[i + 1] - first_[i]);
+    }
+    /// Whether question i has more results than `max_results`, which list i was cut to.
+    [[nodiscard]] bool more(std::size_t i) const noexcept { return more_[i] != 0; }
+    /// All lists, one behind the other.
+    [[nodiscard]] std::span<const Item> items() const noexcept { return items_; }
+
+  private:
+    template <int Dim, Coordinate T>
+    friend class BoxIndex;
+    std::pmr::vector<std::size_t> first_;
+    std::pmr::vector<Item> items_;
+    std::pmr::vector<std::uint8_t> more_;
+};
+
+/// ---- What the answers are ------------------------------------------------------------------------------
+
+/// The least fraction at which the moving box touches `target`, if it does at all.
+///
+/// On an axis with motion m, and with 1 / m finite, the two are in touch from `enter` to `leave`, both
+/// (difference of bounds) * (1 / m); on any other axis they touch all the time or never, by their bounds. The
+/// result is the greatest of 0 and all `enter`, if that is at most max_fraction and every `leave`.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr std::optional<T> hit_fraction(const Sweep<Dim, T>& sweep,
+                                                      const Aabb<Dim, T>& target) noexcept
+{
+    T first = 0, last = sweep.max_fraction;
+    for (int d = 0; d < Dim; ++d) {
+        const T inverse = T(1) / sweep.motion[d];
+        if (!(inverse >= -std::numeric_limits<T>::max() && inverse <= std::numeric_limits<T>::max())) {
+            if (!(target.lo[d] <= sweep.box.hi[d] && sweep.box.lo[d] <= target.hi[d])) return std::nullopt;
+            continue;
+        }
+        const T to_lo = (target.lo[d] - sweep.box.hi[d]) * inverse;
+        const T to_hi = (target.hi[d] - sweep.box.lo[d]) * inverse;
+        const T enter = inverse > 0 ? to_lo : to_hi;
+        const T leave = inverse > 0 ? to_hi : to_lo;
+        if (enter > first) first = enter;
+        if (leave < last) last = leave;
+    }
+    if (first <= last) return first;
+    return std::nullopt;
+}
+
+/// A ray is the sweep of a point: it touches faces that it runs along, and boxes it begins in at 0.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr std::optional<T> hit_fraction(const Ray<Dim, T>& ray,
+                                                      const Aabb<Dim, T>& target) noexcept
+{
+    Sweep<Dim, T> sweep{};
+    for (int d = 0; d < Dim; ++d) {
+        sweep.box.lo[d] = sweep.box.hi[d] = ray.origin[d];
+        sweep.motion[d] = ray.direction[d];
+    }
+    sweep.max_fraction = ray.max_fraction;
+    return hit_fraction(sweep, target);
+}
+
+/// The squared distance from a point to a box, summed from the first axis to the last.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr T squared_distance(const T (&point)[Dim], const Aabb<Dim, T>& box) noexcept
+{
+    T sum = 0;
+    for (int d = 0; d < Dim; ++d) {
+        const T below = box.lo[d] - point[d], above = point[d] - box.hi[d];
+        const T gap = below > 0 ? below : (above > 0 ? above : T(0));
+        sum += gap * gap;
+    }
+    return sum;
+}
+
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool overlaps(const Sphere<Dim, T>& sphere, const Aabb<Dim, T>& box) noexcept
+{
+    return squared_distance(sphere.center, box) <= sphere.radius * sphere.radius;
+}
+
+/// Whether for every plane the box's corner furthest along the normal has normal * corner, summed from the
+/// first axis to the last, plus offset, >= 0. An axis on which the normal is 0 isn't summed.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool overlaps(const Frustum<Dim, T>& frustum, const Aabb<Dim, T>& box) noexcept
+{
+    for (const Plane<Dim, T>& plane : frustum.planes) {
+        T sum = 0;
+        for (int d = 0; d < Dim; ++d) {
+            if (plane.normal[d] > 0) sum += plane.normal[d] * box.hi[d];
+            if (plane.normal[d] < 0) sum += plane.normal[d] * box.lo[d];
+        }
+        if (!(sum + plane.offset >= 0)) return false;
+    }
+    return true;
+}
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,544 @@
+// SPDX-License-Identifier: MIT
+// The edge of the index: arguments checked, filters, batches, the order of results.
+#include "jostle/box_index.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <string>
+
+#include "index/check.hpp"
+#include "index/tree.hpp"
+#include "validate.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+using index::Wanted;
+
+namespace {
+
+constexpr std::size_t questions_per_claim = 32;
+
+/// A filter applied to the objects of one question.
+class Asked
+{
+  public:
+    explicit Asked(const QueryFilter& filter, std::uint32_t question = 0)
+        : filter_(filter), question_(question)
+    {
+    }
+    bool operator()(std::uint32_t id) const
+    {
+        if (id == filter_.exclude) return false;
+        if (!filter_.mask.empty() && ((filter_.category[id] & filter_.asker_mask) == 0 ||
+                                      (filter_.asker_category & filter_.mask[id]) == 0))
+            return false;
+        if (!filter_.owner.empty() && filter_.asker_owner != Filter::no_owner &&
+            filter_.owner[id] == filter_.asker_owner)
+            return false;
+        return !filter_.accept || filter_.accept(question_, id);
+    }
+    /// Null if everything passes.
+    static bool trivial(const QueryFilter& filter)
+    {
+        return filter.exclude == ~std::uint32_t{0} && filter.mask.empty() && filter.owner.empty() &&
+               !filter.accept;
+    }
+
+  private:
+    const QueryFilter& filter_;
+    std::uint32_t question_;
+};
+
+/// Calls body(wanted) with the filter of one question.
+template <class Body>
+auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& body)
+{
+    if (Asked::trivial(filter)) return body(Wanted());
+    const Asked asked(filter, question);
+    return body(Wanted(asked));
+}
+
+/// Sorts what was appended from `begin` on and cuts it to max_results. Returns whether it was cut.
+template <class Item>
+bool order_and_cut(std::vector<Item>& items, std::size_t begin, std::uint64_t max_results)
+{
+    const auto first = items.begin() + static_cast<std::ptrdiff_t>(begin);
+    const bool more = items.size() - begin > max_results;
+    if (more) {
+        const auto last = first + static_cast<std::ptrdiff_t>(max_results);
+        if (last != first) std::nth_element(first, last, items.end());
+        items.erase(last, items.end());
+    }
+    std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin), items.end());
+    return more;
+}
+
+/// Calls body(i) for each i in [0, count), spread over the executor in runs of `per_claim`: body(slot, begin,
+/// end). The first exception leaves the call after all have ended.
+template <class Body>
+void share_out(Executor& executor, std::size_t count, std::size_t per_claim, const Body& body)
+{
+    const std::size_t claims = (count + per_claim - 1) / per_claim;
+    const auto slots = static_cast<std::uint32_t>(std::min<std::size_t>(executor.concurrency(), claims));
+    std::atomic<std::size_t> next{0};
+    std::atomic<bool> failed{false};
+    std::exception_ptr failure;
+    const auto task = [&](std::uint32_t slot) {
+        try {
+            for (std::size_t claim; (claim = next.fetch_add(1, std::memory_order_relaxed)) < claims;) {
+                if (failed.load(std::memory_order_relaxed)) return;
+                body(slot, claim * per_claim, std::min(count, (claim + 1) * per_claim));
+            }
+        } catch (...) {
+            if (!failed.exchange(true)) failure = std::current_exception();
+        }
+    };
+    if (slots == 1)
+        task(0);
+    else if (slots > 1)
+        executor.run(slots, task);
+    if (failure) std::rethrow_exception(failure);
+}
+
+} // namespace
+
+template <int Dim, Coordinate T>
+struct BoxIndex<Dim, T>::Implementation
+{
+    explicit Implementation(const IndexOptions& given)
+        : options(given),
+          executor(given.executor != nullptr ? given.executor : &default_executor()),
+          tree(given)
+    {
+    }
+
+    /// Throws unless the ids belong to the boxes, none twice, and are all known or all unknown.
+    void check_ids(std::span<const std::uint32_t> ids, bool wanted_here) const
+    {
+        for (std::size_t i = 0; i < ids.size(); ++i) {
+            if (ids[i] == Hit<T>::none)
+                throw Error(ErrorCode::invalid_argument,
+                            "entry " + std::to_string(i) + ": 4294967295 is no id; choose a smaller one", i);
+            if (tree.contains(ids[i]) != wanted_here)
+                throw Error(ErrorCode::invalid_argument,
+                            "entry " + std::to_string(i) + ": id " + std::to_string(ids[i]) +
+                                (wanted_here ? " is not in the index"
+                                             : " is in the index already; move it or erase it"),
+                            i);
+        }
+        std::vector<std::uint32_t> sorted(ids.begin(), ids.end());
+        std::sort(sorted.begin(), sorted.end());
+        const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+        if (twice == sorted.end()) return;
+        const auto second = std::find(std::find(ids.begin(), ids.end(), *twice) + 1, ids.end(), *twice);
+        throw Error(ErrorCode::invalid_argument,
+                    "entry " + std::to_string(second - ids.begin()) + ": id " + std::to_string(*twice) +
+                        " comes twice in one call",
+                    static_cast<std::uint64_t>(second - ids.begin()));
+    }
+    static void check_sizes(std::size_t ids, std::size_t boxes)
+    {
+        if (ids != boxes)
+            throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " + std::to_string(boxes) +
+                                                      " boxes; give one for each");
+    }
+
+    template <class Question>
+    void check(const Question& question, const QueryFilter& filter) const
+    {
+        index::check(question, Error::no_index);
+        index::check(filter, tree.id_end());
+    }
+    template <class Question>
+    void check(std::span<const Question> questions, const QueryFilter& filter) const
+    {
+        for (std::size_t i = 0; i < questions.size(); ++i)
+            index::check(questions[i], i);
+        index::check(filter, tree.id_end());
+    }
+
+    /// Finds the results of a batch: find(i, wanted, items) appends those of question i to `items`, in order,
+    /// and returns whether there are more.
+    template <class Item, class Find>
+    void lists(std::size_t count, ResultLists<Item>& out, std::pmr::vector<std::size_t>& first,
+               std::pmr::vector<Item>& items, std::pmr::vector<std::uint8_t>& more, const QueryFilter& filter,
+               const Find& find) const
+    {
+        (void)out;
+        more.clear(); // empty if anything below throws
+        items.clear();
+        first.assign(1, 0);
+        first.resize(count + 1);
+        const std::size_t claims = (count + questions_per_claim - 1) / questions_per_claim;
+        struct Part
+        {
+            std::uint32_t slot = 0;
+            std::size_t begin = 0;
+        };
+        std::vector<Part> parts(claims);
+        std::vector<std::vector<Item>> found(executor->concurrency());
+        std::vector<std::uint8_t> cut(count);
+        share_out(*executor, count, questions_per_claim,
+                  [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
+                      std::vector<Item>& mine = found[slot];
+                      parts[begin / questions_per_claim] = {slot, mine.size()};
+                      for (std::size_t i = begin; i < end; ++i) {
+                          const std::size_t before = mine.size();
+                          cut[i] = filtered(filter, static_cast<std::uint32_t>(i),
+                                            [&](Wanted wanted) { return find(i, wanted, mine); });
+                          first[i + 1] = mine.size() - before;
+                      }
+                  });
+        for (std::size_t i = 0; i < count; ++i)
+            first[i + 1] += first[i];
+        items.resize(first[count]);
+        share_out(*executor, claims, 64, [&](std::uint32_t, std::size_t begin, std::size_t end) {
+            for (std::size_t claim = begin; claim < end; ++claim) {
+                const std::size_t from = first[claim * questions_per_claim];
+                const std::size_t to = first[std::min(count, (claim + 1) * questions_per_claim)];
+                std::copy_n(found[parts[claim].slot].data() + parts[claim].begin, to - from,
+                            items.data() + from);
+            }
+        });
+        more.assign(cut.begin(), cut.end());
+    }
+
+    IndexOptions options;
+    Executor* executor;
+    index::Tree<Dim, T> tree;
+};
+
+template <int Dim, Coordinate T>
+BoxIndex<Dim, T>::BoxIndex(const IndexOptions& options)
+    : implementation_(std::make_unique<Implementation>(options))
+{
+}
+template <int Dim, Coordinate T>
+BoxIndex<Dim, T>::BoxIndex(BoxIndex&&) noexcept = default;
+template <int Dim, Coordinate T>
+BoxIndex<Dim, T>& BoxIndex<Dim, T>::operator=(BoxIndex&&) noexcept = default;
+template <int Dim, Coordinate T>
+BoxIndex<Dim, T>::~BoxIndex() = default;
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::build(const BoxView<Dim, T>& boxes)
+{
+    if (boxes.size() >= Hit<T>::none)
+        throw Error(ErrorCode::too_many_objects,
+                    std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967295");
+    std::vector<std::uint32_t> ids(boxes.size());
+    for (std::size_t i = 0; i < ids.size(); ++i)
+        ids[i] = static_cast<std::uint32_t>(i);
+    build(ids, boxes);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
+{
+    auto fresh = std::make_unique<Implementation>(implementation_->options);
+    Implementation::check_sizes(ids.size(), boxes.size());
+    fresh->check_ids(ids, false);
+    validate_boxes(boxes);
+    fresh->tree.insert(ids, boxes);
+    implementation_ = std::move(fresh);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
+{
+    Implementation::check_sizes(ids.size(), boxes.size());
+    implementation_->check_ids(ids, false);
+    validate_boxes(boxes);
+    implementation_->tree.insert(ids, boxes);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::erase(std::span<const std::uint32_t> ids)
+{
+    implementation_->check_ids(ids, true);
+    implementation_->tree.erase(ids);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
+{
+    Implementation::check_sizes(ids.size(), boxes.size());
+    implementation_->check_ids(ids, true);
+    validate_boxes(boxes);
+    implementation_->tree.move(ids, boxes);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::clear() noexcept
+{
+    implementation_->tree.clear();
+}
+
+template <int Dim, Coordinate T>
+std::size_t BoxIndex<Dim, T>::size() const noexcept
+{
+    return implementation_->tree.size();
+}
+
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::contains(std::uint32_t id) const noexcept
+{
+    return implementation_->tree.contains(id);
+}
+
+template <int Dim, Coordinate T>
+Aabb<Dim, T> BoxIndex<Dim, T>::box(std::uint32_t id) const
+{
+    if (!contains(id))
+        throw Error(ErrorCode::invalid_argument, "id " + std::to_string(id) + " is not in the index", id);
+    return implementation_->tree.box(id);
+}
+
+template <int Dim, Coordinate T>
+IndexStats BoxIndex<Dim, T>::stats() const noexcept
+{
+    IndexStats stats;
+    stats.objects = size();
+    return stats;
+}
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out) const
+{
+    out.clear();
+    validate_boxes(boxes);
+    std::vector<Pair> pairs;
+    implementation_->tree.join(boxes, 0, static_cast<std::uint32_t>(boxes.size()), pairs);
+    out.assign(pairs.begin(), pairs.end());
+}
+
+/// ---- Single questions ----------------------------------------------------------------------------------
+
+template <int Dim, Coordinate T>
+std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Ray<Dim, T>& ray, const QueryFilter& filter) const
+{
+    implementation_->check(ray, filter);
+    const Hit<T> hit =
+        filtered(filter, 0, [&](Wanted wanted) { return implementation_->tree.first(ray, wanted); });
+    return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
+}
+
+template <int Dim, Coordinate T>
+std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const QueryFilter& filter) const
+{
+    implementation_->check(sweep, filter);
+    const Hit<T> hit =
+        filtered(filter, 0, [&](Wanted wanted) { return implementation_->tree.first(sweep, wanted); });
+    return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
+}
+
+#define JOSTLE_ALL(Question, Item)                                                                           \
+    template <int Dim, Coordinate T>                                                                         \
+    bool BoxIndex<Dim, T>::all(const Question<Dim, T>& question, std::vector<Item>& out,                     \
+                               const QueryFilter& filter, std::uint64_t max_results) const                   \
+    {                                                                                                        \
+        out.clear();                                                                                         \
+        implementation_->check(question, filter);                                                            \
+        return filtered(filter, 0, [&](Wanted wanted) {                                                      \
+            implementation_->tree.all(question, wanted, out);                                                \
+            return order_and_cut(out, 0, max_results);                                                       \
+        });                                                                                                  \
+    }
+JOSTLE_ALL(Ray, Hit<T>)
+JOSTLE_ALL(Sweep, Hit<T>)
+JOSTLE_ALL(Aabb, std::uint32_t)
+JOSTLE_ALL(Sphere, std::uint32_t)
+JOSTLE_ALL(Frustum, std::uint32_t)
+#undef JOSTLE_ALL
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<Hit<T>>& out,
+                               const QueryFilter& filter) const
+{
+    out.clear();
+    implementation_->check(question, filter);
+    filtered(filter, 0, [&](Wanted wanted) {
+        implementation_->tree.nearest(question, wanted, out);
+        return order_and_cut(out, 0, question.count);
+    });
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+bool BoxIndex<Dim, T>::any(const Question& question, const QueryFilter& filter) const
+{
+    bool found = false;
+    any(std::span<const Question>(&question, 1), std::span<bool>(&found, 1), filter);
+    return found;
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilter& filter) const
+{
+    std::uint64_t found = 0;
+    count(std::span<const Question>(&question, 1), std::span<std::uint64_t>(&found, 1), filter);
+    return found;
+}
+
+/// ---- Batches -------------------------------------------------------------------------------------------
+
+namespace {
+
+void check_out(std::size_t questions, std::size_t results)
+{
+    if (questions != results)
+        throw Error(ErrorCode::size_mismatch, "room for " + std::to_string(results) + " results of " +
+                                                  std::to_string(questions) +
+                                                  " questions; give one for each");
+}
+
+template <class T>
+struct ItemOf;
+template <int Dim, class T>
+struct ItemOf<Ray<Dim, T>>
+{
+    using Item = Hit<T>;
+};
+template <int Dim, class T>
+struct ItemOf<Sweep<Dim, T>>
+{
+    using Item = Hit<T>;
+};
+template <class Region>
+struct ItemOf
+{
+    using Item = std::uint32_t;
+};
+
+} // namespace
+
+template <int Dim, Coordinate T>
+template <class Line>
+void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out,
+                             const QueryFilter& filter) const
+{
+    check_out(lines.size(), out.size());
+    implementation_->check(lines, filter);
+    share_out(*implementation_->executor, lines.size(), questions_per_claim,
+              [&](std::uint32_t, std::size_t begin, std::size_t end) {
+                  for (std::size_t i = begin; i < end; ++i)
+                      out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
+                          return implementation_->tree.first(lines[i], wanted);
+                      });
+              });
+}
+
+template <int Dim, Coordinate T>
+template <class Line>
+void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out, const QueryFilter& filter,
+                           std::uint64_t max_results) const
+{
+    implementation_->check(lines, filter);
+    implementation_->lists(lines.size(), out, out.first_, out.items_, out.more_, filter,
+                           [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
+                               const std::size_t begin = items.size();
+                               implementation_->tree.all(lines[i], wanted, items);
+                               return order_and_cut(items, begin, max_results);
+                           });
+}
+
+template <int Dim, Coordinate T>
+template <class Region>
+void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uint32_t>& out,
+                           const QueryFilter& filter, std::uint64_t max_results) const
+{
+    implementation_->check(regions, filter);
+    implementation_->lists(regions.size(), out, out.first_, out.items_, out.more_, filter,
+                           [&](std::size_t i, Wanted wanted, std::vector<std::uint32_t>& items) {
+                               const std::size_t begin = items.size();
+                               implementation_->tree.all(regions[i], wanted, items);
+                               return order_and_cut(items, begin, max_results);
+                           });
+}
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
+                               const QueryFilter& filter) const
+{
+    implementation_->check(questions, filter);
+    implementation_->lists(questions.size(), out, out.first_, out.items_, out.more_, filter,
+                           [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
+                               const std::size_t begin = items.size();
+                               implementation_->tree.nearest(questions[i], wanted, items);
+                               order_and_cut(items, begin, questions[i].count);
+                               return false;
+                           });
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> out,
+                           const QueryFilter& filter) const
+{
+    check_out(questions.size(), out.size());
+    implementation_->check(questions, filter);
+    share_out(*implementation_->executor, questions.size(), questions_per_claim,
+              [&](std::uint32_t, std::size_t begin, std::size_t end) {
+                  std::vector<typename ItemOf<Question>::Item> found;
+                  for (std::size_t i = begin; i < end; ++i)
+                      out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
+                          found.clear();
+                          implementation_->tree.all(questions[i], wanted, found);
+                          return !found.empty();
+                      });
+              });
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,
+                             const QueryFilter& filter) const
+{
+    check_out(questions.size(), out.size());
+    implementation_->check(questions, filter);
+    share_out(*implementation_->executor, questions.size(), questions_per_claim,
+              [&](std::uint32_t, std::size_t begin, std::size_t end) {
+                  std::vector<typename ItemOf<Question>::Item> found;
+                  for (std::size_t i = begin; i < end; ++i)
+                      out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
+                          found.clear();
+                          implementation_->tree.all(questions[i], wanted, found);
+                          return static_cast<std::uint64_t>(found.size());
+                      });
+              });
+}
+
+#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \
+    template JOSTLE_API bool BoxIndex<Dim, T>::any(const Question<Dim, T>&, const QueryFilter&) const;       \
+    template JOSTLE_API std::uint64_t BoxIndex<Dim, T>::count(const Question<Dim, T>&, const QueryFilter&)   \
+        const;                                                                                               \
+    template JOSTLE_API void BoxIndex<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>,       \
+                                                   const QueryFilter&) const;                                \
+    template JOSTLE_API void BoxIndex<Dim, T>::count(std::span<const Question<Dim, T>>,                      \
+                                                     std::span<std::uint64_t>, const QueryFilter&) const;
+#define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line)                                                                \
+    template JOSTLE_API void BoxIndex<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<Hit<T>>,       \
+                                                     const QueryFilter&) const;                              \
+    template JOSTLE_API void BoxIndex<Dim, T>::all(std::span<const Line<Dim, T>>, ResultLists<Hit<T>>&,      \
+                                                   const QueryFilter&, std::uint64_t) const;
+#define JOSTLE_INSTANTIATE_REGION(Dim, T, Region)                                                            \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Region)                                                              \
+    template JOSTLE_API void BoxIndex<Dim, T>::all(std::span<const Region<Dim, T>>,                          \
+                                                   ResultLists<std::uint32_t>&, const QueryFilter&,          \
+                                                   std::uint64_t) const;
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
+    JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
+    JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
+    JOSTLE_INSTANTIATE_REGION(Dim, T, Aabb)                                                                  \
+    JOSTLE_INSTANTIATE_REGION(Dim, T, Sphere)                                                                \
+    JOSTLE_INSTANTIATE_REGION(Dim, T, Frustum)
+JOSTLE_INSTANTIATE(2, float)
+JOSTLE_INSTANTIATE(2, double)
+JOSTLE_INSTANTIATE(3, float)
+JOSTLE_INSTANTIATE(3, double)
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+#include "index/check.hpp"
+
+#include <limits>
+#include <locale>
+#include <sstream>
+#include <string>
+
+#include "jostle/error.hpp"
+#include "jostle/find_pairs.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+namespace {
+
+constexpr const char* axis_name[] = {".x", ".y", ".z"};
+
+/// What a message begins with: "ray 7: " in a batch, else "ray: ".
+class Report
+{
+  public:
+    Report(const char* what, std::uint64_t number) : number_(number)
+    {
+        text_.imbue(std::locale::classic());
+        text_ << what;
+        if (number != Error::no_index) text_ << ' ' << number;
+        text_ << ": ";
+    }
+    template <class T>
+    Report& operator<<(const T& value)
+    {
+        text_.precision(std::numeric_limits<double>::max_digits10);
+        text_ << value;
+        return *this;
+    }
+    Report& operator<<(float value)
+    {
+        text_.precision(std::numeric_limits<float>::max_digits10);
+        text_ << value;
+        return *this;
+    }
+    [[noreturn]] void raise(ErrorCode code) const { throw Error(code, text_.str(), number_); }
+
+  private:
+    std::ostringstream text_;
+    std::uint64_t number_;
+};
+
+template <class T>
+bool finite(T value)
+{
+    return value >= -std::numeric_limits<T>::max() && value <= std::numeric_limits<T>::max();
+}
+
+template <class T>
+void check_finite(T value, const char* what, std::uint64_t number, const char* name, int axis)
+{
+    if (finite(value)) return;
+    Report report(what, number);
+    report << name << axis_name[axis] << " is " << value << "; it must be a finite number";
+    report.raise(value != value ? ErrorCode::nan_coordinate : ErrorCode::invalid_argument);
+}
+
+template <class T>
+void check_not_negative(T value, const char* what, std::uint64_t number, const char* name)
+{
+    if (value >= 0) return;
+    Report report(what, number);
+    report << name << " is " << value << "; it must be 0 or more";
+    report.raise(value != value ? ErrorCode::nan_coordinate : ErrorCode::invalid_argument);
+}
+
+template <int Dim, class T>
+void check_direction(const T (&direction)[Dim], const char* what, std::uint64_t number, const char* name,
+                     const char* instead)
+{
+    bool zero = true;
+    for (int d = 0; d < Dim; ++d) {
+        check_finite(direction[d], what, number, name, d);
+        zero = zero && direction[d] == 0;
+    }
+    if (!zero) return;
+    Report report(what, number);
+    report << name << " is zero on every axis; " << instead;
+    report.raise(ErrorCode::invalid_argument);
+}
+
+template <int Dim, class T>
+void check_box(const Aabb<Dim, T>& box, const char* what, std::uint64_t number)
+{
+    for (int d = 0; d < Dim; ++d) {
+        if (box.lo[d] <= box.hi[d]) continue;
+        Report report(what, number);
+        if (box.lo[d] != box.lo[d] || box.hi[d] != box.hi[d]) {
+            report << (box.lo[d] != box.lo[d] ? "lo" : "hi") << axis_name[d]
+                   << " is NaN; it must be a number";
+            report.raise(ErrorCode::nan_coordinate);
+        }
+        report << "lo" << axis_name[d] << " = " << box.lo[d] << " is greater than hi" << axis_name[d] << " = "
+               << box.hi[d] << "; swap them or drop the question";
+        report.raise(ErrorCode::inverted_box);
+    }
+}
+
+void check_ids(const StridedView<std::uint32_t>& column, std::uint64_t ids, const char* name)
+{
+    if (column.empty() || column.size() >= ids) return;
+    throw Error(ErrorCode::size_mismatch, std::string("query filter ") + name + " has " +
+                                              std::to_string(column.size()) +
+                                              " entries, but the index has held ids up to " +
+                                              std::to_string(ids - 1) + "; give one for every id, or none");
+}
+
+} // namespace
+
+template <int Dim, class T>
+void check(const Ray<Dim, T>& ray, std::uint64_t number)
+{
+    for (int d = 0; d < Dim; ++d)
+        check_finite(ray.origin[d], "ray", number, "origin", d);
+    check_direction(ray.direction, "ray", number, "direction", "for a point ask for the overlaps of a box");
+    check_not_negative(ray.max_fraction, "ray", number, "max_fraction");
+}
+
+template <int Dim, class T>
+void check(const Sweep<Dim, T>& sweep, std::uint64_t number)
+{
+    check_box(sweep.box, "sweep", number);
+    for (int d = 0; d < Dim; ++d) {
+        check_finite(sweep.box.lo[d], "sweep", number, "box.lo", d);
+        check_finite(sweep.box.hi[d], "sweep", number, "box.hi", d);
+    }
+    check_direction(sweep.motion, "sweep", number, "motion", "ask for the overlaps of the box");
+    check_not_negative(sweep.max_fraction, "sweep", number, "max_fraction");
+}
+
+template <int Dim, class T>
+void check(const Aabb<Dim, T>& region, std::uint64_t number)
+{
+    check_box(region, "region", number);
+}
+
+template <int Dim, class T>
+void check(const Sphere<Dim, T>& sphere, std::uint64_t number)
+{
+    for (int d = 0; d < Dim; ++d)
+        check_finite(sphere.center[d], "sphere", number, "center", d);
+    check_not_negative(sphere.radius, "sphere", number, "radius");
+}
+
+template <int Dim, class T>
+void check(const Frustum<Dim, T>& frustum, std::uint64_t number)
+{
+    for (const Plane<Dim, T>& plane : frustum.planes) {
+        check_direction(plane.normal, "frustum", number, "normal of a plane", "drop the plane");
+        if (finite(plane.offset)) continue;
+        Report report("frustum", number);
+        report << "offset of a plane is " << plane.offset << "; it must be a finite number";
+        report.raise(plane.offset != plane.offset ? ErrorCode::nan_coordinate : ErrorCode::invalid_argument);
+    }
+}
+
+template <int Dim, class T>
+void check(const Nearest<Dim, T>& nearest, std::uint64_t number)
+{
+    for (int d = 0; d < Dim; ++d)
+        check_finite(nearest.point[d], "nearest", number, "point", d);
+    check_not_negative(nearest.max_distance, "nearest", number, "max_distance");
+}
+
+void check(const QueryFilter& filter, std::uint64_t ids)
+{
+    check_ids(filter.category, ids, "category");
+    check_ids(filter.mask, ids, "mask");
+    check_ids(filter.owner, ids, "owner");
+    if (ids != 0 && filter.category.empty() != filter.mask.empty())
+        throw Error(ErrorCode::size_mismatch,
+                    std::string("query filter ") + (filter.category.empty() ? "mask" : "category") +
+                        " is given without " + (filter.category.empty() ? "category" : "mask") +
+                        "; give both or neither");
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template void check<Dim, T>(const Ray<Dim, T>&, std::uint64_t);                                          \
+    template void check<Dim, T>(const Sweep<Dim, T>&, std::uint64_t);                                        \
+    template void check<Dim, T>(const Aabb<Dim, T>&, std::uint64_t);                                         \
+    template void check<Dim, T>(const Sphere<Dim, T>&, std::uint64_t);                                       \
+    template void check<Dim, T>(const Frustum<Dim, T>&, std::uint64_t);                                      \
+    template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t);
+JOSTLE_INSTANTIATE(2, float)
+JOSTLE_INSTANTIATE(2, double)
+JOSTLE_INSTANTIATE(3, float)
+JOSTLE_INSTANTIATE(3, double)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace index
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: MIT
+// What a ray, a sweep, a distance and a region mean, by hand; and which questions are refused.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "jostle/box_index.hpp"
+
+namespace {
+
+using namespace jostle;
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
+constexpr Aabb3f cube{{1, 1, 1}, {3, 3, 3}};
+
+TEST(Definition, RayEntersAtTheNearestFace)
+{
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{-1, 2, 2}, {1, 0, 0}}, cube), 2.0f);
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{-1, 2, 2}, {4, 0, 0}}, cube), 0.5f);
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{5, 2, 2}, {-1, 0, 0}}, cube), 2.0f);
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{0, 0, 0}, {1, 1, 1}}, cube), 1.0f);
+    EXPECT_FALSE(hit_fraction(Ray<3, float>{{-1, 2, 2}, {-1, 0, 0}}, cube)); // behind it
+    EXPECT_FALSE(hit_fraction(Ray<3, float>{{-1, 2, 2}, {1, 0, 0}, 1.5f}, cube));
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{-1, 2, 2}, {1, 0, 0}, 2.0f}, cube), 2.0f); // just reaches it
+}
+
+TEST(Definition, RayFromInsideOrAlongAFaceTouches)
+{
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{2, 2, 2}, {0, 1, 0}}, cube), 0.0f);
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{2, 2, 2}, {0, 1, 0}, 0.0f}, cube), 0.0f);
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{-1, 3, 2}, {1, 0, 0}}, cube), 2.0f); // in the face y = 3
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{-1, 3, 3}, {1, 0, 0}}, cube), 2.0f); // along an edge
+    EXPECT_FALSE(hit_fraction(Ray<3, float>{{-1, std::nextafter(3.0f, 4.0f), 2}, {1, 0, 0}}, cube));
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{3, 2, 2}, {1, 0, 0}}, cube), 0.0f); // leaves at once
+}
+
+TEST(Definition, InfiniteAndFlatBoxesAreHit)
+{
+    const Aabb3f wall{{4, -infinity, -infinity}, {4, infinity, infinity}};
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{0, 7, 7}, {2, 1, 0}}, wall), 2.0f);
+    const Aabb3f all{{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}};
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{0, 7, 7}, {2, 1, 0}}, all), 0.0f);
+    // A component whose reciprocal is no number counts as none.
+    const float tiny = std::numeric_limits<float>::denorm_min();
+    EXPECT_EQ(hit_fraction(Ray<3, float>{{-1, 1, 1}, {1, tiny, -tiny}}, cube), 2.0f);
+}
+
+TEST(Definition, SweepTouchesWhereTheBoxesFirstMeet)
+{
+    const Aabb3f box{{-2, 0, 0}, {-1, 1, 1}};
+    EXPECT_EQ(hit_fraction(Sweep<3, float>{box, {4, 0, 0}}, cube), 0.5f);
+    EXPECT_FALSE(hit_fraction(Sweep<3, float>{box, {1, 0, 0}}, cube));
+    EXPECT_FALSE(hit_fraction(Sweep<3, float>{box, {4, -1, 0}}, cube)); // slides off the touching edge
+    EXPECT_EQ(hit_fraction(Sweep<3, float>{{{0, 0, 0}, {1, 1, 1}}, {-1, -1, -1}}, cube), 0.0f);
+}
+
+TEST(Definition, Regions)
+{
+    const Aabb3f at_origin{{-1, -1, -1}, {0, 0, 0}};
+    EXPECT_EQ(squared_distance({3.0f, 4.0f, -0.5f}, at_origin), 25.0f);
+    EXPECT_EQ(squared_distance({-0.5f, 0.0f, -1.0f}, at_origin), 0.0f);
+    EXPECT_TRUE(overlaps(Sphere<3, float>{{3, 4, 0}, 5}, at_origin));
+    EXPECT_FALSE(overlaps(Sphere<3, float>{{3, 4, 0}, 4.99f}, at_origin));
+    const std::array<Plane<3, float>, 2> slab{{{{1, 0, 0}, -3}, {{-1, 0, 0}, 5}}}; // 3 <= x <= 5
+    const Frustum<3, float> frustum{slab};
+    EXPECT_TRUE(overlaps(frustum, cube)); // touches x = 3
+    EXPECT_FALSE(overlaps(frustum, at_origin));
+    EXPECT_TRUE(overlaps(Frustum<3, float>{}, at_origin));
+    const Aabb3f endless{{0, -infinity, -infinity}, {4, infinity, infinity}};
+    EXPECT_TRUE(overlaps(frustum, endless));
+}
+
+/// Calls `ask` and returns what it is refused with.
+template <class Ask>
+std::string refusal(ErrorCode code, const Ask& ask)
+{
+    try {
+        ask();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), code) << error.what();
+        return error.what();
+    }
+    ADD_FAILURE() << "nothing was refused";
+    return {};
+}
+
+TEST(Refusals, NameTheValueAndTheQuestion)
+{
+    BoxIndex<3, float> index;
+    const std::vector<Aabb3f> boxes{cube};
+    index.build(boxes);
+    std::vector<Hit<float>> hits;
+    std::vector<std::uint32_t> ids;
+    const auto bad = ErrorCode::invalid_argument;
+    EXPECT_EQ(refusal(ErrorCode::nan_coordinate,
+                      [&] { index.all(Ray<3, float>{{0, nan_value, 0}, {1, 0, 0}}, hits); }),
+              "ray: origin.y is nan; it must be a finite number");
+    EXPECT_EQ(refusal(bad, [&] { (void)index.first(Ray<3, float>{{0, 0, 0}, {0, 0, 0}}); }),
+              "ray: direction is zero on every axis; for a point ask for the overlaps of a box");
+    EXPECT_EQ(refusal(bad, [&] { (void)index.any(Ray<3, float>{{0, 0, 0}, {0, 1, 0}, -2}); }),
+              "ray 0: max_fraction is -2; it must be 0 or more");
+    const std::vector<Ray<3, float>> rays{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, infinity}, {1, 0, 0}}};
+    std::vector<Hit<float>> firsts(2);
+    EXPECT_EQ(
+        refusal(bad,
+                [&] { index.first(std::span<const Ray<3, float>>(rays), std::span<Hit<float>>(firsts)); }),
+        "ray 1: origin.z is inf; it must be a finite number");
+    EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.all(Aabb3f{{0, 2, 0}, {1, 1.5f, 1}}, ids); }),
+              "region: lo.y = 2 is greater than hi.y = 1.5; swap them or drop the question");
+    EXPECT_EQ(
+        refusal(ErrorCode::nan_coordinate, [&] { index.all(Aabb3f{{0, 2, 0}, {1, 3, nan_value}}, ids); }),
+        "region: hi.z is NaN; it must be a number");
+    EXPECT_EQ(refusal(bad, [&] { index.all(Sphere<3, float>{{0, 0, 0}, -1}, ids); }),
+              "sphere: radius is -1; it must be 0 or more");
+    EXPECT_EQ(refusal(bad, [&] { (void)index.first(Sweep<3, float>{cube, {0, 0, 0}}); }),
+              "sweep: motion is zero on every axis; ask for the overlaps of the box");
+    const Plane<3, float> no_plane{{0, 0, 0}, 1};
+    EXPECT_EQ(refusal(bad, [&] { index.all(Frustum<3, float>{{&no_plane, 1}}, ids); }),
+              "frustum: normal of a plane is zero on every axis; drop the plane");
+    EXPECT_EQ(refusal(ErrorCode::nan_coordinate,
+                      [&] { index.nearest(Nearest<3, float>{{0, 0, 0}, 1, nan_value}, hits); }),
+              "nearest: max_distance is nan; it must be 0 or more");
+    const std::vector<std::uint32_t> none;
+    QueryFilter filter;
+    const std::uint32_t masks[1] = {1};
+    filter.mask = std::span<const std::uint32_t>(masks);
+    EXPECT_EQ(refusal(ErrorCode::size_mismatch, [&] { (void)index.first(rays[0], filter); }),
+              "query filter mask is given without category; give both or neither");
+    index.insert(std::vector<std::uint32_t>{5}, boxes);
+    filter.category = filter.mask;
+    EXPECT_EQ(refusal(ErrorCode::size_mismatch, [&] { (void)index.first(rays[0], filter); }),
+              "query filter category has 1 entries, but the index has held ids up to 5; give one for every "
+              "id, or none");
+}
+
+TEST(Refusals, OfObjectsLeaveTheIndexAsItWas)
+{
+    BoxIndex<3, float> index;
+    const std::vector<Aabb3f> two{cube, cube};
+    index.build(two);
+    using Ids = std::vector<std::uint32_t>;
+    const auto bad = ErrorCode::invalid_argument;
+    EXPECT_EQ(refusal(bad, [&] { index.insert(Ids{7, 1}, two); }),
+              "entry 1: id 1 is in the index already; move it or erase it");
+    EXPECT_EQ(refusal(bad, [&] { index.insert(Ids{7, 7}, two); }), "entry 1: id 7 comes twice in one call");
+    EXPECT_EQ(refusal(bad, [&] { index.insert(Ids{7, ~0u}, two); }),
+              "entry 1: 4294967295 is no id; choose a smaller one");
+    EXPECT_EQ(refusal(ErrorCode::size_mismatch, [&] { index.insert(Ids{7}, two); }),
+              "1 ids for 2 boxes; give one for each");
+    EXPECT_EQ(refusal(bad, [&] { index.erase(Ids{0, 9}); }), "entry 1: id 9 is not in the index");
+    EXPECT_EQ(refusal(bad, [&] { index.erase(Ids{0, 0}); }), "entry 1: id 0 comes twice in one call");
+    EXPECT_EQ(refusal(bad, [&] { (void)index.box(3); }), "id 3 is not in the index");
+    const std::vector<Aabb3f> broken{cube, {{0, 0, 0}, {1, -1, 1}}};
+    EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.move(Ids{0, 1}, broken); }),
+              "box 1: lo.y = 0 is greater than hi.y = -1; swap them or drop the box");
+    EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.build(broken); }),
+              "box 1: lo.y = 0 is greater than hi.y = -1; swap them or drop the box");
+    EXPECT_EQ(index.size(), 2u);
+    EXPECT_FALSE(index.contains(7));
+    EXPECT_EQ(index.box(1).hi[1], 3.0f);
+    EXPECT_EQ(index.count(cube), 2u);
+}
+
+} // namespace
