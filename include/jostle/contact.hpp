@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <memory_resource>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "jostle/box.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/function_ref.hpp"
+#include "jostle/pair_buffer.hpp"
+#include "jostle/shapes.hpp"
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// One point of a contact: the middle between the two surfaces, seen from both objects.
+template <int Dim, Coordinate T>
+struct ContactPoint
+{
+    /// From the position of a's pose to the point, in world axes: what a solver calls r. In world coordinates
+    /// the point is pose_a.position + from_a. Relative, so that nothing is lost far from the origin.
+    Vec<Dim, T> from_a;
+    Vec<Dim, T> from_b;
+    /// How far the surfaces overlap along the normal; below 0 is a gap, no wider than the margin asked for.
+    T depth;
+    /// Which features meet: a's in the low 16 bits, b's in the high 16. The same from frame to frame while
+    /// the same vertices, edges and faces meet; a solver matches points by (pair, parts, feature).
+    std::uint32_t feature;
+};
+
+/// Where two objects touch: a normal and up to 4 points (2 in 2D) that span the region of contact.
+///
+/// Convex shapes have one contact a pair; with a mesh, height field or compound a pair has one for each pair
+/// of parts that touch.
+template <int Dim, Coordinate T>
+struct Contact
+{
+    static constexpr std::uint32_t max_points = Dim == 3 ? 4 : 2;
+
+    Pair pair;                ///< as given
+    std::uint32_t part_a = 0; ///< triangle, segment or child; 0 for shapes without parts
+    std::uint32_t part_b = 0;
+    Vec<Dim, T> normal; ///< unit, from a to b: the direction to move b out of a
+    std::uint32_t count = 0;
+    std::array<ContactPoint<Dim, T>, max_points> point; ///< the first `count` are filled; deepest first
+};
+
+/// All contacts of one call, as blocks of contiguous memory.
+///
+/// Order     that of the pairs given; contacts of one pair by ascending (part_a, part_b).
+/// Lifetime  as PairBuffer: until refilled, cleared, moved or destroyed. Refilling reuses the memory.
+template <int Dim, Coordinate T>
+class ContactBuffer
+{
+  public:
+    using value_type = Contact<Dim, T>;
+    class Iterator;
+
+    explicit ContactBuffer(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
+        : memory_(memory), blocks_(memory), chunks_(memory)
+    {
+    }
+    ContactBuffer(ContactBuffer&& other) noexcept
+        : memory_(other.memory_),
+          blocks_(std::move(other.blocks_)),
+          chunks_(std::move(other.chunks_)),
+          size_(std::exchange(other.size_, 0))
+    {
+        other.blocks_.clear();
+        other.chunks_.clear();
+    }
+    ContactBuffer& operator=(ContactBuffer&&) = delete;
+    ~ContactBuffer() { release(); }
+
+    [[nodiscard]] std::uint64_t size() const noexcept { return size_; }
+    [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
+    /// The contacts, in order; no block is empty.
+    [[nodiscard]] std::span<const std::span<const value_type>> blocks() const noexcept { return blocks_; }
+    [[nodiscard]] Iterator begin() const noexcept
+    {
+        return {blocks_.data(), blocks_.data() + blocks_.size()};
+    }
+    [[nodiscard]] Iterator end() const noexcept
+    {
+        return {blocks_.data() + blocks_.size(), blocks_.data() + blocks_.size()};
+    }
+    [[nodiscard]] std::vector<value_type> to_vector() const
+    {
+        std::vector<value_type> all;
+        all.reserve(size_);
+        for (const auto& block : blocks_)
+            all.insert(all.end(), block.begin(), block.end());
+        return all;
+    }
+
+    /// Forgets the contacts, keeps the memory.
+    void clear() noexcept
+    {
+        blocks_.clear();
+        size_ = 0;
+    }
+    /// Gives the memory back.
+    void release() noexcept
+    {
+        clear();
+        for (const Chunk& chunk : chunks_)
+            if (chunk.capacity != 0)
+                memory_->deallocate(chunk.contacts, chunk.capacity * sizeof(value_type), alignof(value_type));
+        chunks_.clear();
+    }
+
+  private:
+    friend struct narrow::ShapeAccess;
+    struct Chunk
+    {
+        value_type* contacts = nullptr;
+        std::size_t capacity = 0, size = 0;
+    };
+    std::pmr::memory_resource* memory_;
+    std::pmr::vector<std::span<const value_type>> blocks_;
+    std::pmr::vector<Chunk> chunks_; // one for each block of work
+    std::uint64_t size_ = 0;
+};
+
+/// Goes through all blocks as if they were one array.
+template <int Dim, Coordinate T>
+class ContactBuffer<Dim, T>::Iterator
+{
+  public:
+    using value_type = Contact<Dim, T>;
+    using difference_type = std::ptrdiff_t;
+    using reference = const value_type&;
+    using pointer = const value_type*;
+    using iterator_category = std::forward_iterator_tag;
+
+    Iterator() = default;
+    Iterator(const std::span<const value_type>* block, const std::span<const value_type>* last) noexcept
+        : block_(block), last_(last)
+    {
+    }
+    reference operator*() const noexcept { return (*block_)[index_]; }
+    pointer operator->() const noexcept { return &(*block_)[index_]; }
+    Iterator& operator++() noexcept
+    {
+        if (++index_ == block_->size()) {
+            ++block_;
+            index_ = 0;
+        }
+        return *this;
+    }
+    Iterator operator++(int) noexcept
+    {
+        Iterator before = *this;
+        ++*this;
+        return before;
+    }
+    friend bool operator==(const Iterator& x, const Iterator& y) noexcept
+    {
+        return x.block_ == y.block_ && x.index_ == y.index_;
+    }
+
+  private:
+    const std::span<const value_type>* block_ = nullptr;
+    const std::span<const value_type>* last_ = nullptr;
+    std::size_t index_ = 0;
+};
+
+/// The signed distance of two objects and the points that have it.
+template <int Dim, Coordinate T>
+struct Distance
+{
+    T distance;          ///< below 0: the least motion that separates them
+    Vec<Dim, T> normal;  ///< unit, from a to b
+    Vec<Dim, T> point_a; ///< on a's surface, from the position of a's pose, in world axes
+    Vec<Dim, T> point_b; ///< on b's surface, from the position of b's pose
+};
+
+/// A pose that moves: at time t in [0, 1] the object is at pose.position + t * linear, turned from
+/// pose.rotation by the angle |angular| * t about the world axis `angular` through its position.
+template <int Dim, Coordinate T>
+struct Motion
+{
+    Pose<Dim, T> pose;
+    Vec<Dim, T> linear = {};                      ///< length per whole motion
+    std::array<T, Dim == 3 ? 3 : 1> angular = {}; ///< radians per whole motion
+};
+
+/// When and where two moving objects first touch.
+template <int Dim, Coordinate T>
+struct Impact
+{
+    T time;             ///< 0: they touch at the start
+    Vec<Dim, T> normal; ///< unit, from a to b, at that time
+    Vec<Dim, T> from_a; ///< from a's position at that time
+    Vec<Dim, T> from_b;
+};
+
+/// What a user's own test is given; everything in double, whatever the poses are stored in.
+template <int Dim>
+struct PairTestInput
+{
+    const Shape<Dim>& shape_a;
+    const Pose<Dim, double>& pose_a; ///< position counted from a's: zero
+    const Shape<Dim>& shape_b;
+    const Pose<Dim, double>& pose_b; ///< position counted from a's
+    double margin;                   ///< contacts with a gap of up to this much are wanted
+};
+
+/// A user's own test for the shapes of two types, built-in ones included. It replaces the library's.
+///
+/// `test` gets a of type_a and b of type_b, whichever way round the pair is, and calls `emit` for each
+/// contact (its `pair` is filled in by the library).
+/// Threads  called from several threads at a time; must not throw. Its answer must depend on the input alone.
+template <int Dim>
+struct PairTest
+{
+    using Emit = FunctionRef<void(const Contact<Dim, double>&)>;
+    ShapeType type_a, type_b;
+    void (*test)(void* context, const PairTestInput<Dim>& input, Emit emit);
+    void* context = nullptr;
+};
+
+struct ContactOptions
+{
+    /// Null means default_executor(). It must outlive the finder.
+    Executor* executor = nullptr;
+    /// Where working memory and results come from. Used from several threads at a time: give a synchronised
+    /// resource.
+    std::pmr::memory_resource* memory = std::pmr::get_default_resource();
+    /// One of supported_instruction_sets(); for tests and measurements.
+    InstructionSet instruction_set = supported_instruction_sets().front();
+};
+
+namespace narrow {
+template <class Value, class Container>
+StridedView<Value> view_of(const Container& values)
+{
+    return StridedView<Value>(std::span<const Value>(values));
+}
+} // namespace narrow
+
+/// Finds where the objects of pairs touch: the detailed test behind a broad phase.
+///
+/// Shapes and poses have one element per object; pairs name objects by position, in any order, also b < a.
+///
+/// Touching  closed shapes: depth >= 0 up to rounding. Computed in double, relative to one of the two
+/// objects. Order     that of the pairs. The same bits for any number of threads, instruction set and
+/// compiler, and
+///           whichever way round a pair is given: that swaps a and b and negates the normal.
+/// Threads   one call at a time per finder.
+/// Cost      see docs/guide/contacts.md. Working memory is kept; steady frames allocate nothing.
+/// Errors    `Error` naming the lowest object whose pose has a number that is not finite or a rotation of
+///           zero; size_mismatch where shapes and poses differ in number; invalid_argument naming the first
+///           pair that names no object, and for a negative or infinite margin. `std::bad_alloc`. The result
+///           is empty then.
+/// Source    docs/guide/contacts.md.
+template <int Dim, Coordinate T>
+class JOSTLE_API ContactFinder
+{
+  public:
+    using Shapes = StridedView<Shape<Dim>>;
+    using Poses = StridedView<Pose<Dim, T>>;
+    using Motions = StridedView<Motion<Dim, T>>;
+
+    explicit ContactFinder(const ContactOptions& options = {});
+    ContactFinder(ContactFinder&&) noexcept;
+    ContactFinder& operator=(ContactFinder&&) noexcept;
+    ~ContactFinder();
+
+    /// Adds a user's own test, for all calls from now on. The last one for two types counts.
+    void add_test(const PairTest<Dim>& test);
+
+    /// All contacts of the pairs whose shapes touch or have a gap of up to `margin`. The result lies in the
+    /// finder and is valid until its next call.
+    const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
+                                      T margin = 0);
+    const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, const PairBuffer& pairs,
+                                      T margin = 0);
+    /// Pairs of an object of the first set and one of the second.
+    const ContactBuffer<Dim, T>& find(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
+                                      const Poses& poses_b, const PairBuffer& pairs, T margin = 0);
+
+    /// out[i] says whether the shapes of pairs[i] touch: 1 or 0. `out` has one element per pair.
+    void touching(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
+                  std::span<std::uint8_t> out);
+    /// out[i] is the distance of pairs[i], or, further apart than `max_distance`, one with distance infinity.
+    void distances(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs, T max_distance,
+                   std::span<Distance<Dim, T>> out);
+    /// out[i] is the first impact of pairs[i], or one with time infinity. See time_of_impact.
+    void impacts(const Shapes& shapes, const Motions& motions, std::span<const Pair> pairs, T tolerance,
+                 std::span<Impact<Dim, T>> out);
+
+    /// With contiguous containers.
+    template <class ShapeContainer, class PoseContainer, class Pairs>
+        requires std::convertible_to<const ShapeContainer&, std::span<const Shape<Dim>>> &&
+                 std::convertible_to<const PoseContainer&, std::span<const Pose<Dim, T>>>
+    const ContactBuffer<Dim, T>& find(const ShapeContainer& shapes, const PoseContainer& poses,
+                                      const Pairs& pairs, T margin = 0)
+    {
+        return find(narrow::view_of<Shape<Dim>>(shapes), narrow::view_of<Pose<Dim, T>>(poses), pairs, margin);
+    }
+
+  private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+using ContactFinder2f = ContactFinder<2, float>;
+using ContactFinder3f = ContactFinder<3, float>;
+using ContactFinder2d = ContactFinder<2, double>;
+using ContactFinder3d = ContactFinder<3, double>;
+
+/// One pair. Answers are the same bits as ContactFinder's. Custom shapes are met by their support function.
+///
+/// Errors    `Error` for an invalid pose, margin or tolerance.
+
+/// Do the shapes share a point?
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                                       const Pose<Dim, T>& pose_b);
+
+/// The contacts, with pair {0, 1}.
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API std::vector<Contact<Dim, T>>
+contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b,
+         T margin = 0);
+
+/// The signed distance, or nothing if it is more than `max_distance` (which may be infinite).
+///
+/// Of several parts the nearest counts; of shapes that overlap the deepest.
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API std::optional<Distance<Dim, T>>
+distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b,
+         T max_distance);
+
+/// The first time in [0, 1] at which the distance is at most `tolerance` (> 0, a length), or nothing. Never
+/// later than the true first touch, so no tunnelling, and at the time given the shapes are no further apart.
+///
+/// Source   conservative advancement: Mirtich, Impulse-based Dynamic Simulation (1996), sec. 2.3.
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API std::optional<Impact<Dim, T>>
+time_of_impact(const Shape<Dim>& a, const Motion<Dim, T>& motion_a, const Shape<Dim>& b,
+               const Motion<Dim, T>& motion_b, T tolerance);
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "jostle/box.hpp"
+#include "jostle/error.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// A point or direction, one number per axis.
+template <int Dim, Coordinate T>
+using Vec = std::array<T, static_cast<std::size_t>(Dim)>;
+
+/// Where an object is: world = rotate(local) + position.
+///
+/// Valid    finite numbers, a rotation other than zero. Rotations are normalised where they are read, so one
+///          that has drifted from length 1 is no error and doesn't scale the shape.
+template <int Dim, Coordinate T>
+struct Pose;
+
+template <Coordinate T>
+struct Pose<3, T>
+{
+    Vec<3, T> position = {};
+    std::array<T, 4> rotation = {0, 0, 0, 1}; ///< a quaternion: x, y, z, w
+};
+template <Coordinate T>
+struct Pose<2, T>
+{
+    Vec<2, T> position = {};
+    std::array<T, 2> rotation = {1, 0}; ///< cosine and sine of the angle, counterclockwise
+};
+
+using Pose2f = Pose<2, float>;
+using Pose3f = Pose<3, float>;
+using Pose2d = Pose<2, double>;
+using Pose3d = Pose<3, double>;
+
+namespace narrow {
+template <int Dim>
+struct HullData;
+template <int Dim>
+struct MeshData;
+template <int Dim>
+struct CompoundData;
+struct HeightData;
+struct ShapeAccess;
+} // namespace narrow
+
+/// The convex hull of points: in 3D a polyhedron, in 2D a polygon.
+///
+/// Valid    at least one point, all finite. Flat, straight and one-point hulls are valid.
+/// Order    vertices() are those of the given points that are corners, in the order they were given;
+///          features of contacts number them.
+/// Value    copies share the same read-only memory.
+/// Threads  const members from any number of threads.
+/// Cost     O(n * faces) to build. A contact with a hull costs one pass over its vertices per step of the
+///          search: above a few hundred vertices simplify the points first.
+/// Errors   `Error` naming the lowest point that is not finite; `std::bad_alloc`.
+template <int Dim>
+class JOSTLE_API ConvexHull
+{
+  public:
+    template <Coordinate T>
+    explicit ConvexHull(std::span<const Vec<Dim, T>> points);
+    explicit ConvexHull(const std::vector<Vec<Dim, float>>& points)
+        : ConvexHull(std::span<const Vec<Dim, float>>(points))
+    {
+    }
+    explicit ConvexHull(const std::vector<Vec<Dim, double>>& points)
+        : ConvexHull(std::span<const Vec<Dim, double>>(points))
+    {
+    }
+    [[nodiscard]] std::span<const Vec<Dim, double>> vertices() const noexcept;
+    /// Faces in 3D, edges in 2D; coplanar ones are one.
+    [[nodiscard]] std::size_t face_count() const noexcept;
+
+  private:
+    friend struct narrow::ShapeAccess;
+    std::shared_ptr<const narrow::HullData<Dim>> data_;
+};
+
+/// A surface that doesn't deform: triangles in 3D; in 2D a chain or any set of segments. It has no inside: an
+/// object is pushed out on the side where its centre is.
+///
+/// Valid    finite vertices, indices below their count. Triangles without area are valid: they are segments
+///          or points.
+/// Order    part numbers in contacts are positions in `elements`.
+/// Value    copies share the same read-only memory.
+/// Cost     O(n log n) to build; 200 bytes an element.
+/// Errors   `Error` naming the lowest bad vertex, or the lowest element with an index out of range.
+template <int Dim>
+class JOSTLE_API Mesh
+{
+  public:
+    using Element = std::array<std::uint32_t, static_cast<std::size_t>(Dim)>; ///< indices of vertices
+
+    template <Coordinate T>
+    Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements);
+    template <Coordinate T>
+    Mesh(const std::vector<Vec<Dim, T>>& vertices, const std::vector<Element>& elements)
+        : Mesh(std::span<const Vec<Dim, T>>(vertices), std::span<const Element>(elements))
+    {
+    }
+    [[nodiscard]] std::size_t size() const noexcept; ///< elements
+
+  private:
+    friend struct narrow::ShapeAccess;
+    std::shared_ptr<const narrow::MeshData<Dim>> data_;
+};
+
+/// Terrain: heights (local y) over a regular grid in the local x-z plane, solid below.
+///
+/// Shape    columns x rows heights, row by row; height [row * columns + column] stands at
+///          x = column * spacing_x, z = row * spacing_z. Each cell is two triangles that share the diagonal
+///          from its corner of lowest x and z to its opposite.
+/// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface, however deep, is
+///          pushed up.
+/// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one
+///          towards z.
+template <Coordinate T>
+struct HeightGrid
+{
+    std::span<const T> heights;
+    std::uint32_t columns, rows;
+    T spacing_x, spacing_z;
+};
+class JOSTLE_API HeightField
+{
+  public:
+    explicit HeightField(const HeightGrid<float>& grid);
+    explicit HeightField(const HeightGrid<double>& grid);
+
+  private:
+    friend struct narrow::ShapeAccess;
+    std::shared_ptr<const narrow::HeightData> data_;
+};
+
+template <int Dim>
+class Shape;
+
+/// Several shapes that move as one.
+///
+/// Valid    at least one child; children of any kind but meshes, height fields and compounds.
+/// Order    part numbers in contacts are positions in `children`.
+/// Value    copies share the same read-only memory; it holds what its children refer to, custom shapes
+///          excepted.
+template <int Dim>
+class JOSTLE_API Compound
+{
+  public:
+    struct Child
+    {
+        Shape<Dim> shape;
+        Pose<Dim, double> pose;
+    };
+    explicit Compound(std::span<const Child> children);
+
+  private:
+    friend struct narrow::ShapeAccess;
+    std::shared_ptr<const narrow::CompoundData<Dim>> data_;
+};
+
+/// What a contact's test is chosen by. A user's own shapes have types from `first_custom` on.
+using ShapeType = std::uint16_t;
+
+struct ShapeTypes
+{
+    static constexpr ShapeType sphere = 0; ///< in 2D a circle
+    static constexpr ShapeType capsule = 1;
+    static constexpr ShapeType box = 2;
+    static constexpr ShapeType convex = 3; ///< hull or polygon
+    static constexpr ShapeType half_space = 4;
+    static constexpr ShapeType mesh = 5;
+    static constexpr ShapeType height_field = 6;
+    static constexpr ShapeType compound = 7;
+    static constexpr ShapeType first_custom = 16;
+};
+
+/// A user's own shape. Give `support`, and it is a convex shape that meets every other one; or leave that
+/// and give an own test for each type it can meet (PairTest in contact.hpp).
+///
+/// Threads  called from several threads at a time; must not throw.
+template <int Dim>
+class JOSTLE_API CustomShape
+{
+  public:
+    virtual ~CustomShape();
+    /// The radius of a ball around the local origin that holds the shape.
+    [[nodiscard]] virtual double radius() const noexcept = 0;
+    /// A point of the shape that is furthest in `direction` (any length but zero), both in local axes.
+    [[nodiscard]] virtual Vec<Dim, double> support(const Vec<Dim, double>& direction) const noexcept;
+    /// False for a shape that has only its own tests: pairs without one are no contact.
+    [[nodiscard]] virtual bool has_support() const noexcept { return true; }
+};
+
+/// One collision shape in its local frame, 48 bytes: the numbers of a simple one, a pointer to a big one.
+/// Angles and rotations belong to the pose.
+///
+/// Units     the same length unit as the poses.
+/// Lifetime  hulls, meshes, height fields, compounds and custom shapes are pointed to: they must outlive it.
+/// Errors    an `Error` that names the number: radius or half length negative, NaN, infinite, normal zero.
+///           Zero-size shapes are valid: a sphere of radius 0 is a point.
+template <int Dim>
+class JOSTLE_API Shape
+{
+  public:
+    /// A point.
+    Shape() = default;
+
+    /// In 2D a circle.
+    [[nodiscard]] static Shape sphere(double radius);
+    /// All points within `radius` of the segment from -half_length to +half_length on the local y axis.
+    [[nodiscard]] static Shape capsule(double half_length, double radius);
+    /// |x| <= half[0] and so on.
+    [[nodiscard]] static Shape box(const Vec<Dim, double>& half);
+    /// The points p with normal . p <= offset * |normal|: everything below a plane. It has no end.
+    [[nodiscard]] static Shape half_space(const Vec<Dim, double>& normal, double offset);
+
+    Shape(const ConvexHull<Dim>& hull) noexcept;
+    Shape(const Mesh<Dim>& mesh) noexcept;
+    Shape(const HeightField& field) noexcept
+        requires(Dim == 3);
+    Shape(const Compound<Dim>& compound) noexcept;
+    /// `type` at least ShapeTypes::first_custom.
+    Shape(const CustomShape<Dim>& custom, ShapeType type);
+
+    [[nodiscard]] ShapeType type() const noexcept { return type_; }
+    /// Of sphere and capsule; else 0.
+    [[nodiscard]] double radius() const noexcept { return radius_; }
+    /// box: half edges; capsule: {0, half length, 0}; half-space: unit normal; else zeros.
+    [[nodiscard]] const Vec<Dim, double>& size() const noexcept { return size_; }
+    /// Of a half-space; else 0.
+    [[nodiscard]] double offset() const noexcept { return type_ == ShapeTypes::half_space ? reach_ : 0; }
+    [[nodiscard]] const CustomShape<Dim>* custom() const noexcept
+    {
+        return type_ >= ShapeTypes::first_custom ? static_cast<const CustomShape<Dim>*>(data_) : nullptr;
+    }
+
+  private:
+    friend struct narrow::ShapeAccess;
+    ShapeType type_ = ShapeTypes::sphere;
+    double radius_ = 0;
+    Vec<Dim, double> size_ = {};
+    double reach_ = 0; // radius of a ball around the local origin that holds it; a half-space's offset
+    const void* data_ = nullptr;
+};
+
+using Shape2 = Shape<2>;
+using Shape3 = Shape<3>;
+
+/// The tightest box around a posed shape, rounded outwards, with `margin` (>= 0) added on every side: what
+/// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's is infinite.
+///
+/// Errors   none for a valid pose; the box of an invalid one has NaN bounds, which every search reports.
+/// Source   Ericson, Real-Time Collision Detection (2005), sec. 4.2.6.
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, T margin = 0);
+
+/// The same for all objects: out[i] from shapes[i] and poses[i], spread over the executor.
+/// Errors   `Error` where the three sizes differ.
+template <int Dim, Coordinate T>
+JOSTLE_API void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses,
+                       std::span<Aabb<Dim, T>> out, T margin = 0, Executor& executor = serial_executor());
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include <limits>
+#include <string>
+
+#include "narrow/shape_data.hpp"
+#include "narrow/share_out.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+namespace narrow {
+namespace {
+
+template <int Dim>
+struct Extent
+{
+    double lo[Dim], hi[Dim]; // from the position
+    void add(const V<Dim>& p)
+    {
+        for (int d = 0; d < Dim; ++d) {
+            lo[d] = std::min(lo[d], p[d]);
+            hi[d] = std::max(hi[d], p[d]);
+        }
+    }
+};
+
+Vec3 column(const Mat3& r, int axis)
+{
+    return axis == 0 ? r.x : axis == 1 ? r.y : r.z;
+}
+Vec2 column(const Mat2& r, int axis)
+{
+    return axis == 0 ? Vec2{r.c, r.s} : Vec2{-r.s, r.c};
+}
+
+void add_hull(const HullData<3>& hull, const Mat3& r, const Vec3& p, Extent<3>& e)
+{
+    for (const auto& corner : hull.corners)
+        e.add(r * load(corner) + p);
+}
+void add_hull(const HullData<2>& hull, const Mat2& r, const Vec2& p, Extent<2>& e)
+{
+    for (const auto& corner : hull.corners)
+        e.add(r * load(corner) + p);
+}
+void add_heights(const HeightData& field, const Mat3& r, const Vec3& p, Extent<3>& e)
+{
+    for (std::uint32_t row = 0; row < field.rows; ++row)
+        for (std::uint32_t column = 0; column < field.columns; ++column)
+            e.add(r * Vec3{column * field.spacing_x, field.heights[std::size_t{row} * field.columns + column],
+                           row * field.spacing_z} +
+                  p);
+}
+void add_heights(const HeightData&, const Mat2&, const Vec2&, Extent<2>&) {}
+
+template <int Dim>
+void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent<Dim>& e)
+{
+    const V<Dim> size = load(ShapeAccess::size(shape));
+    const double radius = ShapeAccess::radius(shape);
+    const auto add_symmetric = [&](const auto& half_of) {
+        for (int d = 0; d < Dim; ++d) {
+            const double half = half_of(d);
+            e.lo[d] = std::min(e.lo[d], p[d] - half);
+            e.hi[d] = std::max(e.hi[d], p[d] + half);
+        }
+    };
+    switch (shape.type()) {
+    case ShapeTypes::sphere:
+        add_symmetric([&](int) { return radius; });
+        return;
+    case ShapeTypes::capsule:
+        add_symmetric([&](int d) { return std::abs(column(r, 1)[d]) * size[1] + radius; });
+        return;
+    case ShapeTypes::box:
+        add_symmetric([&](int d) {
+            double half = 0;
+            for (int axis = 0; axis < Dim; ++axis)
+                half += std::abs(column(r, axis)[d]) * size[axis];
+            return half;
+        });
+        return;
+    case ShapeTypes::convex:
+        add_hull(ShapeAccess::data<HullData<Dim>>(shape), r, p, e);
+        return;
+    case ShapeTypes::half_space: {
+        const V<Dim> normal = r * size;
+        for (int d = 0; d < Dim; ++d) {
+            e.lo[d] = -HUGE_VAL, e.hi[d] = HUGE_VAL;
+            // Along an axis it ends at the plane.
+            bool along = true;
+            for (int other = 0; other < Dim; ++other)
+                along = along && (other == d || normal[other] == 0);
+            if (along && normal[d] > 0) e.hi[d] = p[d] + shape.offset();
+            if (along && normal[d] < 0) e.lo[d] = p[d] - shape.offset();
+        }
+        return;
+    }
+    case ShapeTypes::mesh:
+        for (const V<Dim>& v : ShapeAccess::data<MeshData<Dim>>(shape).vertices)
+            e.add(r * v + p);
+        return;
+    case ShapeTypes::height_field:
+        add_heights(ShapeAccess::data<HeightData>(shape), r, p, e);
+        return;
+    case ShapeTypes::compound:
+        for (const auto& child : ShapeAccess::data<CompoundData<Dim>>(shape).children)
+            add_shape(child.shape, r * child.frame.r, r * child.frame.p + p, e);
+        return;
+    default:
+        break;
+    }
+    const CustomShape<Dim>& custom = *shape.custom();
+    if (!custom.has_support()) {
+        add_symmetric([&](int) { return ShapeAccess::reach(shape); });
+        return;
+    }
+    for (int d = 0; d < Dim; ++d)
+        for (const double sign : {-1.0, 1.0}) {
+            V<Dim> axis;
+            axis[d] = sign;
+            Vec<Dim, double> local;
+            store(r.back(axis), local);
+            e.add(r * load(custom.support(local)) + p);
+        }
+}
+
+template <class T>
+T rounded_down(double value)
+{
+    const T near = static_cast<T>(value);
+    return double{near} > value ? std::nextafter(near, -std::numeric_limits<T>::infinity()) : near;
+}
+template <class T>
+T rounded_up(double value)
+{
+    return -rounded_down<T>(-value);
+}
+
+} // namespace
+} // namespace narrow
+
+template <int Dim, Coordinate T>
+Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, T margin)
+{
+    narrow::Extent<Dim> e;
+    for (int d = 0; d < Dim; ++d)
+        e.lo[d] = HUGE_VAL, e.hi[d] = -HUGE_VAL;
+    narrow::add_shape(shape, narrow::rotation(pose), narrow::V<Dim>{}, e);
+    const narrow::V<Dim> p = narrow::load(pose.position);
+    Aabb<Dim, T> box;
+    // What rotations, sums and the tests themselves round: some 8 units in the last place of a double.
+    const double reach = narrow::ShapeAccess::reach(shape) < HUGE_VAL ? narrow::ShapeAccess::reach(shape) : 0;
+    for (int d = 0; d < Dim; ++d) {
+        const double rounding = 2e-15 * (std::abs(p[d]) + reach + double{margin});
+        box.lo[d] = narrow::rounded_down<T>(p[d] + e.lo[d] - double{margin} - rounding);
+        box.hi[d] = narrow::rounded_up<T>(p[d] + e.hi[d] + double{margin} + rounding);
+    }
+    return box;
+}
+
+template <int Dim, Coordinate T>
+void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses, std::span<Aabb<Dim, T>> out,
+            T margin, Executor& executor)
+{
+    if (shapes.size() != poses.size() || shapes.size() != out.size())
+        throw Error(ErrorCode::size_mismatch, "bounds was given " + std::to_string(shapes.size()) +
+                                                  " shapes, " + std::to_string(poses.size()) + " poses and " +
+                                                  std::to_string(out.size()) +
+                                                  " boxes to write; give as many of each");
+    constexpr std::size_t block = 1024;
+    narrow::share_out(executor, (out.size() + block - 1) / block, [&](std::uint32_t, std::uint64_t k) {
+        const std::size_t first = k * block, last = std::min(first + block, out.size());
+        for (std::size_t i = first; i < last; ++i)
+            out[i] = bounds(shapes[i], poses[i], margin);
+    });
+}
+
+#define JOSTLE_BOUNDS(Dim, T)                                                                                \
+    template JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>&, const Pose<Dim, T>&, T);                      \
+    template JOSTLE_API void bounds(StridedView<Shape<Dim>>, StridedView<Pose<Dim, T>>,                      \
+                                    std::span<Aabb<Dim, T>>, T, Executor&)
+JOSTLE_BOUNDS(2, float);
+JOSTLE_BOUNDS(2, double);
+JOSTLE_BOUNDS(3, float);
+JOSTLE_BOUNDS(3, double);
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,826 @@
+// SPDX-License-Identifier: MIT
+#include "narrow/convex3.hpp"
+
+#include "narrow/small_vector.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+// ---- Topology of the simple cores
+
+// Vertex i of a box has sign bit d of i set where coordinate d is positive.
+constexpr std::uint32_t box_loop_begin[] = {0, 4, 8, 12, 16, 20, 24};
+constexpr std::uint32_t box_loop[] = {0, 4, 6, 2, /**/ 1, 3, 7, 5, /**/ 0, 1, 5, 4, /**/
+                                      2, 6, 7, 3, /**/ 0, 2, 3, 1, /**/ 4, 5, 7, 6};
+constexpr Edge box_edge[] = {{{0, 1}}, {{2, 3}}, {{4, 5}}, {{6, 7}}, {{0, 2}}, {{1, 3}},
+                             {{4, 6}}, {{5, 7}}, {{0, 4}}, {{1, 5}}, {{2, 6}}, {{3, 7}}};
+constexpr double box_normals[] = {-1, 1, 0, 0, 0,      0, 0, 0, /**/ 0, 0, -1, 1,
+                                  0,  0, 0, 0, /**/ 0, 0, 0, 0, -1,     1, 0,  0};
+const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+constexpr std::uint32_t triangle_loop_begin[] = {0, 3, 6};
+constexpr std::uint32_t triangle_loop[] = {0, 1, 2, 0, 2, 1};
+constexpr Edge triangle_edge[] = {{{0, 1}}, {{1, 2}}, {{2, 0}}};
+
+void put(double* coordinates, std::uint32_t i, const Vec3& v)
+{
+    coordinates[i] = v.x;
+    coordinates[lanes + i] = v.y;
+    coordinates[2 * lanes + i] = v.z;
+}
+
+} // namespace
+
+void Core3::set(const Shape<3>& shape, const Frame<3>& where)
+{
+    frame = where;
+    radius = ShapeAccess::radius(shape);
+    reach = ShapeAccess::reach(shape) - radius;
+    custom = nullptr;
+    const Vec<3, double>& size = ShapeAccess::size(shape);
+    polytope = {};
+    polytope.x = coordinates;
+    polytope.stride = lanes;
+    switch (shape.type()) {
+    case ShapeTypes::sphere:
+        polytope.vertices = 1;
+        for (double& c : coordinates)
+            c = 0;
+        break;
+    case ShapeTypes::capsule:
+        polytope.vertices = 2;
+        for (std::uint32_t i = 0; i < lanes; ++i)
+            put(coordinates, i, {0, i == 1 ? size[1] : -size[1], 0});
+        polytope.edge = box_edge; // 0 to 1
+        polytope.edges = 1;
+        polytope.direction = axes + 1;
+        polytope.directions = 1;
+        break;
+    case ShapeTypes::box:
+        polytope.vertices = 8;
+        for (std::uint32_t i = 0; i < 8; ++i)
+            put(coordinates, i,
+                {i & 1 ? size[0] : -size[0], i & 2 ? size[1] : -size[1], i & 4 ? size[2] : -size[2]});
+        polytope.faces = 6;
+        polytope.nx = box_normals;
+        polytope.face_stride = lanes;
+        polytope.loop_begin = box_loop_begin;
+        polytope.loop = box_loop;
+        polytope.edge = box_edge;
+        polytope.edges = 12;
+        polytope.direction = axes;
+        polytope.directions = 3;
+        break;
+    case ShapeTypes::convex:
+        polytope = ShapeAccess::data<HullData<3>>(shape).polytope;
+        break;
+    default:
+        custom = shape.custom();
+        break;
+    }
+}
+
+void Core3::set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where)
+{
+    frame = where;
+    radius = 0;
+    reach = std::sqrt(std::max({length2(a), length2(b), length2(c)}));
+    custom = nullptr;
+    polytope = {};
+    polytope.x = coordinates;
+    polytope.stride = lanes;
+    polytope.vertices = 3;
+    put(coordinates, 1, b);
+    put(coordinates, 2, c);
+    for (const std::uint32_t i : {0u, 3u, 4u, 5u, 6u, 7u})
+        put(coordinates, i, a);
+    polytope.edge = triangle_edge;
+    polytope.edges = 3;
+    polytope.direction = directions;
+    const Vec3 corner[] = {a, b, c};
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        const Vec3 d = corner[(i + 1) % 3] - corner[i];
+        const double size = length(d);
+        if (size > 0) directions[polytope.directions++] = d * (1 / size);
+    }
+    const Vec3 n = cross(b - a, c - a);
+    const double size = length(n);
+    // Thinner than this and the normal is noise: then it is a segment.
+    const double longest = std::max({length2(b - a), length2(c - b), length2(a - c)});
+    if (size > 1e-13 * longest) {
+        const Vec3 unit = n * (1 / size);
+        for (int d = 0; d < 3; ++d) {
+            normals[2 * d] = unit[d];
+            normals[2 * d + 1] = -unit[d];
+        }
+        polytope.faces = 2;
+        polytope.nx = normals;
+        polytope.face_stride = 2;
+        polytope.loop_begin = triangle_loop_begin;
+        polytope.loop = triangle_loop;
+    }
+}
+
+namespace {
+
+struct Support
+{
+    std::uint32_t vertex;
+    Vec3 p; ///< as seen from a's position
+};
+
+Support support(const Core3& core, const Vec3& direction)
+{
+    const Vec3 d = core.frame.r.back(direction);
+    if (core.custom != nullptr) return {0, core.frame * load(core.custom->support({d.x, d.y, d.z}))};
+    const Polytope& hull = core.polytope;
+    std::uint32_t best = 0;
+    double most = -HUGE_VAL;
+    for (std::uint32_t i = 0; i < hull.vertices; ++i) {
+        const double h = d.x * hull.x[i] + d.y * hull.x[hull.stride + i] + d.z * hull.x[2 * hull.stride + i];
+        if (h > most) most = h, best = i;
+    }
+    return {best, core.frame * hull.vertex(best)};
+}
+
+// ---- GJK
+
+struct SimplexPoint
+{
+    Vec3 w, a, b; ///< w = a - b
+    std::uint32_t ia, ib;
+};
+struct Simplex
+{
+    SimplexPoint point[4];
+    double weight[4];
+    int count = 0;
+};
+
+void keep(Simplex& s, std::initializer_list<int> which, std::initializer_list<double> weights)
+{
+    SimplexPoint kept[4];
+    int n = 0;
+    for (const int i : which)
+        kept[n++] = s.point[i];
+    for (int i = 0; i < n; ++i)
+        s.point[i] = kept[i];
+    n = 0;
+    for (const double w : weights)
+        s.weight[n++] = w;
+    s.count = n;
+}
+
+void closest_on_segment(Simplex& s)
+{
+    const Vec3 a = s.point[0].w, ab = s.point[1].w - a;
+    const double t = -dot(a, ab), size = length2(ab);
+    if (t <= 0 || size == 0)
+        keep(s, {0}, {1});
+    else if (t >= size)
+        keep(s, {1}, {1});
+    else
+        s.weight[1] = t / size, s.weight[0] = 1 - s.weight[1];
+}
+
+/// Ericson sec. 5.1.5, for the origin.
+void closest_on_triangle(Simplex& s)
+{
+    const Vec3 a = s.point[0].w, b = s.point[1].w, c = s.point[2].w;
+    const Vec3 ab = b - a, ac = c - a;
+    const double d1 = -dot(ab, a), d2 = -dot(ac, a);
+    if (d1 <= 0 && d2 <= 0) return keep(s, {0}, {1});
+    const double d3 = -dot(ab, b), d4 = -dot(ac, b);
+    if (d3 >= 0 && d4 <= d3) return keep(s, {1}, {1});
+    const double d5 = -dot(ab, c), d6 = -dot(ac, c);
+    if (d6 >= 0 && d5 <= d6) return keep(s, {2}, {1});
+    const Vec3 n = cross(ab, ac);
+    // The signed areas as the origin sees them; as triple products, which lose less than d1 * d4 - d3 * d2.
+    const double vc = dot(n, cross(a, b)), va = dot(n, cross(b, c)), vb = dot(n, cross(c, a));
+    if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+        const double t = d1 / (d1 - d3);
+        return keep(s, {0, 1}, {1 - t, t});
+    }
+    if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+        const double t = d2 / (d2 - d6);
+        return keep(s, {0, 2}, {1 - t, t});
+    }
+    if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
+        const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return keep(s, {1, 2}, {1 - t, t});
+    }
+    const double sum = va + vb + vc;
+    if (!(sum > 0)) { // no area
+        s.count = 2;
+        return closest_on_segment(s);
+    }
+    s.weight[0] = va / sum, s.weight[1] = vb / sum, s.weight[2] = vc / sum;
+}
+
+Vec3 position(const Simplex& s)
+{
+    Vec3 v;
+    for (int i = 0; i < s.count; ++i)
+        v += s.point[i].w * s.weight[i];
+    return v;
+}
+
+/// Returns true if the origin is inside.
+bool closest_on_tetrahedron(Simplex& s)
+{
+    static constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}};
+    Simplex best;
+    double least = HUGE_VAL;
+    bool outside = false;
+    for (const auto& face : faces) {
+        const Vec3 a = s.point[face[0]].w;
+        const Vec3 n = cross(s.point[face[1]].w - a, s.point[face[2]].w - a);
+        const double origin = -dot(a, n), other = dot(s.point[face[3]].w - a, n);
+        if (origin * other > 0) continue; // on the inner side
+        outside = true;
+        Simplex candidate;
+        candidate.count = 3;
+        for (int i = 0; i < 3; ++i)
+            candidate.point[i] = s.point[face[i]];
+        closest_on_triangle(candidate);
+        const double distance = length2(position(candidate));
+        if (distance < least) least = distance, best = candidate;
+    }
+    if (outside) s = best;
+    return !outside;
+}
+
+/// Returns whether the cores overlap or touch, as well as doubles can tell; else the gap is complete.
+bool gjk(const Core3& a, const Core3& b, double enough, Simplex& s, Gap<3>& gap)
+{
+    Vec3 v = a.frame.p - b.frame.p;
+    if (length2(v) == 0) v = {1, 0, 0};
+    double least = HUGE_VAL, extent = 0;
+    s.count = 0;
+    for (int step = 0; step < 100; ++step) {
+        const Support pa = support(a, -v), pb = support(b, v);
+        const SimplexPoint w{pa.p - pb.p, pa.p, pb.p, pa.vertex, pb.vertex};
+        extent = std::max(extent, length2(w.w));
+        const double along = dot(v, w.w), size = length2(v);
+        if (along > 0 && along * along > enough * enough * size) {
+            gap.distance = HUGE_VAL;
+            return false;
+        }
+        if (step > 0) {
+            // v . w / |v| is a lower bound of the distance, |v| an upper one.
+            bool done = size - along <= 1e-14 * size;
+            for (int i = 0; i < s.count; ++i)
+                done = done || (a.custom == nullptr && b.custom == nullptr && s.point[i].ia == w.ia &&
+                                s.point[i].ib == w.ib);
+            if (done) break;
+        }
+        const Simplex before = s;
+        s.point[s.count] = w;
+        s.weight[s.count] = 1;
+        ++s.count;
+        if (s.count == 2)
+            closest_on_segment(s);
+        else if (s.count == 3)
+            closest_on_triangle(s);
+        else if (s.count == 4 && closest_on_tetrahedron(s))
+            return true;
+        const Vec3 next = position(s);
+        const double next_size = length2(next);
+        if (next_size <= 1e-26 * extent) return true;
+        if (!(next_size < least)) { // rounding: the last one was the best
+            s = before;
+            break;
+        }
+        least = next_size;
+        v = next;
+    }
+    const double distance = length(v);
+    // A gap this small has a direction of few digits: the overlap's is better.
+    if (distance <= 1e-9 * std::sqrt(extent)) return true;
+    gap.distance = distance;
+    gap.normal = v * (-1 / distance);
+    gap.on_a = gap.on_b = {};
+    for (int i = 0; i < s.count; ++i) {
+        gap.on_a += s.point[i].a * s.weight[i];
+        gap.on_b += s.point[i].b * s.weight[i];
+    }
+    return false;
+}
+
+// ---- Separating axes
+
+struct Range
+{
+    double lo, hi;
+};
+Range range(const Core3& core, const Vec3& axis)
+{
+    const Vec3 d = core.frame.r.back(axis);
+    const Polytope& hull = core.polytope;
+    Range r{HUGE_VAL, -HUGE_VAL};
+    for (std::uint32_t i = 0; i < hull.vertices; ++i) {
+        const double h = d.x * hull.x[i] + d.y * hull.x[hull.stride + i] + d.z * hull.x[2 * hull.stride + i];
+        r.lo = std::min(r.lo, h);
+        r.hi = std::max(r.hi, h);
+    }
+    const double shift = dot(axis, core.frame.p);
+    return {r.lo + shift, r.hi + shift};
+}
+
+struct Axis
+{
+    Vec3 normal;
+    double separation = -HUGE_VAL;
+};
+void consider(Axis& best, const Core3& a, const Core3& b, const Vec3& n, bool both, double advantage)
+{
+    const Range ra = range(a, n), rb = range(b, n);
+    const double forth = rb.lo - ra.hi, back = ra.lo - rb.hi;
+    if (forth > best.separation + advantage) best = {n, forth};
+    if (both && back > best.separation + advantage) best = {-n, back};
+}
+
+Axis best_axis(const Core3& a, const Core3& b)
+{
+    Axis best;
+    for (std::uint32_t f = 0; f < a.polytope.faces; ++f)
+        consider(best, a, b, a.frame.r * a.polytope.normal(f), false, 0);
+    for (std::uint32_t f = 0; f < b.polytope.faces; ++f)
+        consider(best, a, b, -(b.frame.r * b.polytope.normal(f)), false, 0);
+    // Edges have to be better by more than rounding, or parallel faces would meet along noise.
+    const double advantage = 1e-10 * (a.reach + b.reach);
+    for (std::uint32_t i = 0; i < a.polytope.directions; ++i) {
+        const Vec3 da = a.frame.r * a.polytope.direction[i];
+        for (std::uint32_t j = 0; j < b.polytope.directions; ++j) {
+            const Vec3 n = cross(da, b.frame.r * b.polytope.direction[j]);
+            const double size = length(n);
+            if (size < 1e-7) continue; // parallel: a face's normal or another edge says it better
+            consider(best, a, b, n * (1 / size), true, advantage);
+        }
+    }
+    if (best.separation == -HUGE_VAL) {
+        // Points and parallel segments, in one place: any direction across.
+        Vec3 n{0, 1, 0}, other;
+        if (a.polytope.directions > 0)
+            basis(a.frame.r * a.polytope.direction[0], n, other);
+        else if (b.polytope.directions > 0)
+            basis(b.frame.r * b.polytope.direction[0], n, other);
+        consider(best, a, b, n, true, 0);
+    }
+    return best;
+}
+
+// ---- Features and clipping
+
+/// What of a core faces a direction: a face, an edge or a vertex.
+struct Feature
+{
+    SmallVector<Vec3, 16> point;
+    SmallVector<std::uint32_t, 16> vertex;
+    Vec3 normal; ///< of a face
+    std::uint32_t id = 0;
+    std::uint16_t kind = vertex_feature;
+};
+
+/// The face that looks most into `direction`, in local axes.
+std::uint32_t best_face(const Polytope& hull, const Vec3& d, double& alignment)
+{
+    std::uint32_t best = 0;
+    alignment = -HUGE_VAL;
+    for (std::uint32_t f = 0; f < hull.faces; ++f) {
+        const double along =
+            d.x * hull.nx[f] + d.y * hull.nx[hull.face_stride + f] + d.z * hull.nx[2 * hull.face_stride + f];
+        if (along > alignment) alignment = along, best = f;
+    }
+    return best;
+}
+
+constexpr double exactly_face = 0.9998; // about 1 degree
+constexpr double nearly_face = 0.996;   // about 5 degrees
+constexpr double other_face = 0.5;      // what meets a face: at most 60 degrees off
+constexpr double nearly_level = 0.087;  // the sine of 5 degrees
+
+void take_face(const Core3& core, std::uint32_t f, Feature& feature)
+{
+    const Polytope& hull = core.polytope;
+    feature.kind = face_feature;
+    feature.id = f;
+    feature.normal = core.frame.r * hull.normal(f);
+    for (std::uint32_t k = hull.loop_begin[f]; k < hull.loop_begin[f + 1]; ++k) {
+        feature.vertex.push_back(hull.loop[k]);
+        feature.point.push_back(core.frame * hull.vertex(hull.loop[k]));
+    }
+}
+
+/// An edge if one is level within `slope`, or lies highest of all at any slope where that is 1.
+void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature& feature)
+{
+    const Polytope& hull = core.polytope;
+    double most = -HUGE_VAL;
+    std::uint32_t best = 0;
+    for (std::uint32_t e = 0; e < hull.edges; ++e) {
+        const Vec3 p = hull.vertex(hull.edge[e].v[0]), q = hull.vertex(hull.edge[e].v[1]);
+        const double hp = dot(d, p), hq = dot(d, q);
+        const double low = std::min(hp, hq);
+        // The highest edge by its middle: the one whose lower end is highest could be a short steep one.
+        const double height = low + 0.5 * std::max(hp - low, hq - low);
+        if (height > most && std::abs(hp - hq) <= slope * length(q - p)) most = height, best = e;
+    }
+    if (most != -HUGE_VAL) {
+        // It must carry the support vertex, or it is the edge of another region.
+        const Edge& edge = hull.edge[best];
+        const double top = std::max(dot(d, hull.vertex(edge.v[0])), dot(d, hull.vertex(edge.v[1])));
+        double highest = -HUGE_VAL;
+        for (std::uint32_t i = 0; i < hull.vertices; ++i)
+            highest = std::max(highest, dot(d, hull.vertex(i)));
+        if (top >= highest - 1e-9 * core.reach) {
+            feature.kind = edge_feature;
+            feature.id = best;
+            for (const std::uint32_t v : edge.v) {
+                feature.vertex.push_back(v);
+                feature.point.push_back(core.frame * hull.vertex(v));
+            }
+            return;
+        }
+    }
+    const Support s = support(core, core.frame.r * d);
+    feature.kind = vertex_feature;
+    feature.id = s.vertex;
+    feature.vertex.push_back(s.vertex);
+    feature.point.push_back(s.p);
+}
+
+void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, Feature& fb)
+{
+    const Vec3 da = a.frame.r.back(n), db = b.frame.r.back(-n);
+    double along_a = -1, along_b = -1;
+    const std::uint32_t face_a = best_face(a.polytope, da, along_a);
+    const std::uint32_t face_b = best_face(b.polytope, db, along_b);
+    const bool exact_a = along_a > exactly_face, exact_b = along_b > exactly_face;
+    // Against a face the other shape shows all it has, and what is too high falls away by its depth:
+    // points come and go continuously. Where no face is hit squarely only what is nearly level counts.
+    const double threshold_a = exact_b ? other_face : nearly_face;
+    const double threshold_b = exact_a ? other_face : nearly_face;
+    if (along_a > threshold_a)
+        take_face(a, face_a, fa);
+    else
+        take_edge_or_vertex(a, da, exact_b ? 1 : nearly_level, fa);
+    if (along_b > threshold_b)
+        take_face(b, face_b, fb);
+    else
+        take_edge_or_vertex(b, db, exact_a ? 1 : nearly_level, fb);
+}
+
+/// The plane at right angles to the normal.
+struct Lateral
+{
+    Vec3 n, u, v;
+    [[nodiscard]] Vec2 flat(const Vec3& p) const { return {dot(p, u), dot(p, v)}; }
+};
+
+/// The height along n of a face's plane over a lateral point.
+struct Slope
+{
+    double base, du, dv;
+    Slope(const Lateral& lateral, const Feature& face)
+    {
+        const double up = 1 / dot(face.normal, lateral.n);
+        base = dot(face.normal, face.point[0]) * up;
+        du = -dot(face.normal, lateral.u) * up;
+        dv = -dot(face.normal, lateral.v) * up;
+    }
+    [[nodiscard]] double at(const Vec2& p) const { return base + du * p.x + dv * p.y; }
+};
+
+struct Clip
+{
+    Lateral lateral;
+    double radius_a, radius_b, margin;
+    SmallVector<ManifoldPoint<3>, 24> found;
+
+    void add(const Vec2& at, double height_a, double height_b, std::uint16_t feature_a,
+             std::uint16_t feature_b)
+    {
+        const double top = height_a + radius_a, bottom = height_b - radius_b;
+        const double depth = top - bottom;
+        if (!(depth >= -margin)) return;
+        const Vec3 p = lateral.u * at.x + lateral.v * at.y + lateral.n * (0.5 * (top + bottom));
+        found.push_back({p, depth, feature_a, feature_b});
+    }
+};
+
+std::uint16_t edge_of(const Feature& face, std::uint32_t i)
+{
+    return feature_id(edge_feature, face.vertex[i]);
+}
+
+/// Sutherland and Hodgman (1974): b's polygon cut by a's sides, both seen along the normal. Each corner knows
+/// the features it comes from, whichever of the two polygons is cut.
+void clip_faces(Clip& clip, const Feature& a, const Feature& b)
+{
+    struct Corner
+    {
+        Vec2 p;
+        std::uint16_t feature_a, feature_b;
+        std::uint32_t side; // that leads to the next corner: of b, or of a with the top bit set
+    };
+    constexpr std::uint32_t of_a = 0x80000000u;
+    SmallVector<Corner, 24> polygon, next;
+    const std::uint16_t face_a = feature_id(face_feature, a.id), face_b = feature_id(face_feature, b.id);
+    // b's loop runs clockwise as a sees it: backwards, side i - 1 leads from corner i.
+    const std::size_t sides_a = a.point.size(), sides_b = b.point.size();
+    for (std::size_t k = sides_b; k-- > 0;)
+        polygon.push_back({clip.lateral.flat(b.point[k]), face_a, feature_id(vertex_feature, b.vertex[k]),
+                           static_cast<std::uint32_t>((k + sides_b - 1) % sides_b)});
+    Vec2 from = clip.lateral.flat(a.point[0]);
+    for (std::size_t i = 0; i < sides_a && !polygon.empty(); ++i) {
+        const std::size_t after = i + 1 == sides_a ? 0 : i + 1;
+        const Vec2 to = clip.lateral.flat(a.point[after]);
+        const Vec2 side = to - from;
+        next.clear();
+        const std::size_t size = polygon.size();
+        double here = cross(side, polygon[0].p - from);
+        for (std::size_t k = 0; k < size; ++k) {
+            const Corner& corner = polygon[k];
+            const Corner& other = polygon[k + 1 == size ? 0 : k + 1];
+            const double there = cross(side, other.p - from);
+            if (here >= 0) next.push_back(corner);
+            if ((here >= 0) != (there >= 0)) {
+                const double t = here / (here - there);
+                Corner made;
+                made.p = corner.p + (other.p - corner.p) * t;
+                if ((corner.side & of_a) != 0) {
+                    const bool previous = (corner.side & ~of_a) == i - 1;
+                    made.feature_a = feature_id(vertex_feature, a.vertex[previous ? i : after]);
+                    made.feature_b = face_b;
+                } else {
+                    made.feature_a = edge_of(a, static_cast<std::uint32_t>(i));
+                    made.feature_b = edge_of(b, corner.side);
+                }
+                // Going out, what follows lies on a's side; coming in, on the polygon's own.
+                made.side = here >= 0 ? static_cast<std::uint32_t>(i) | of_a : corner.side;
+                next.push_back(made);
+            }
+            here = there;
+        }
+        std::swap(polygon, next);
+        from = to;
+    }
+    const Slope height_a(clip.lateral, a), height_b(clip.lateral, b);
+    for (std::size_t k = 0; k < polygon.size(); ++k) {
+        const Corner& corner = polygon[k];
+        clip.add(corner.p, height_a.at(corner.p), height_b.at(corner.p), corner.feature_a, corner.feature_b);
+    }
+}
+
+/// The part of `edge` over the polygon of `face`. `swapped`: the face is a's.
+void clip_edge(Clip& clip, const Feature& edge, const Feature& face, bool swapped)
+{
+    const Vec2 e0 = clip.lateral.flat(edge.point[0]), e1 = clip.lateral.flat(edge.point[1]);
+    const double h0 = dot(clip.lateral.n, edge.point[0]), h1 = dot(clip.lateral.n, edge.point[1]);
+    const std::uint16_t whole_face = feature_id(face_feature, face.id);
+    double begin = 0, end = 1;
+    std::uint16_t edge_begin = feature_id(vertex_feature, edge.vertex[0]),
+                  edge_end = feature_id(vertex_feature, edge.vertex[1]);
+    std::uint16_t face_begin = whole_face, face_end = whole_face;
+    const std::size_t sides = face.point.size();
+    const double turn = swapped ? 1 : -1; // b's loop runs clockwise
+    Vec2 from = clip.lateral.flat(face.point[0]);
+    for (std::size_t i = 0; i < sides; ++i) {
+        const Vec2 to = clip.lateral.flat(face.point[i + 1 == sides ? 0 : i + 1]);
+        const double d0 = turn * cross(to - from, e0 - from), d1 = turn * cross(to - from, e1 - from);
+        from = to;
+        if (d0 >= 0 && d1 >= 0) continue;
+        if (d0 < 0 && d1 < 0) return;
+        const double t = d0 / (d0 - d1);
+        if (d0 < 0) {
+            if (t > begin) {
+                begin = t;
+                edge_begin = feature_id(edge_feature, edge.id);
+                face_begin = edge_of(face, static_cast<std::uint32_t>(i));
+            }
+        } else if (t < end) {
+            end = t;
+            edge_end = feature_id(edge_feature, edge.id);
+            face_end = edge_of(face, static_cast<std::uint32_t>(i));
+        }
+    }
+    if (begin > end) return;
+    const Slope slope(clip.lateral, face);
+    const auto add = [&](double t, std::uint16_t on_edge, std::uint16_t on_face) {
+        const Vec2 p = e0 + (e1 - e0) * t;
+        const double height_edge = h0 + (h1 - h0) * t, height_face = slope.at(p);
+        if (swapped)
+            clip.add(p, height_face, height_edge, on_face, on_edge);
+        else
+            clip.add(p, height_edge, height_face, on_edge, on_face);
+    };
+    add(begin, edge_begin, face_begin);
+    if (end > begin) add(end, edge_end, face_end);
+}
+
+void clip_edges(Clip& clip, const Feature& a, const Feature& b)
+{
+    const Vec2 a0 = clip.lateral.flat(a.point[0]), a1 = clip.lateral.flat(a.point[1]);
+    const Vec2 b0 = clip.lateral.flat(b.point[0]), b1 = clip.lateral.flat(b.point[1]);
+    const Vec2 da = a1 - a0, db = b1 - b0;
+    const double size_a = length2(da), size_b = length2(db);
+    const double turn = cross(da, db);
+    const auto height = [&](const Feature& f, double t) {
+        return dot(clip.lateral.n, f.point[0] + (f.point[1] - f.point[0]) * t);
+    };
+    const std::uint16_t edge_a = feature_id(edge_feature, a.id), edge_b = feature_id(edge_feature, b.id);
+    if (size_a > 0 && size_b > 0 && turn * turn < nearly_level * nearly_level * size_a * size_b) {
+        // Side by side: the ends of what they share along a.
+        double t0 = dot(b0 - a0, da) / size_a, t1 = dot(b1 - a0, da) / size_a;
+        const bool backwards = t0 > t1;
+        if (backwards) std::swap(t0, t1);
+        const double begin = std::max(0.0, t0), end = std::min(1.0, t1);
+        if (begin <= end) {
+            const auto add = [&](double t, bool of_a, std::uint32_t end_a, std::uint32_t end_b) {
+                const Vec2 p = a0 + da * t;
+                const double s = std::clamp(dot(p - b0, db) / size_b, 0.0, 1.0);
+                clip.add((p + b0 + db * s) * 0.5, height(a, t), height(b, s),
+                         of_a ? feature_id(vertex_feature, a.vertex[end_a]) : edge_a,
+                         of_a ? edge_b : feature_id(vertex_feature, b.vertex[end_b]));
+            };
+            add(begin, t0 <= 0, 0, backwards ? 1 : 0);
+            if (end > begin) add(end, t1 >= 1, 1, backwards ? 0 : 1);
+        }
+        return;
+    }
+    if (turn == 0) return;
+    const double t = std::clamp(cross(b0 - a0, db) / turn, 0.0, 1.0);
+    const double s = std::clamp(cross(b0 - a0, da) / turn, 0.0, 1.0);
+    clip.add((a0 + da * t + b0 + db * s) * 0.5, height(a, t), height(b, s), edge_a, edge_b);
+}
+
+std::uint16_t id_of(const Feature& f)
+{
+    return feature_id(f.kind, f.id);
+}
+
+} // namespace
+
+void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t count, Manifold<3>& manifold)
+{
+    const auto swap_to = [&](std::uint32_t place, std::uint32_t from) {
+        std::swap(candidates[place], candidates[from]);
+    };
+    std::uint32_t best = 0;
+    for (std::uint32_t i = 1; i < count; ++i)
+        if (candidates[i].depth > candidates[best].depth) best = i;
+    if (count > 0) swap_to(0, best);
+    if (count > 4) {
+        double most = -1;
+        for (std::uint32_t i = 1; i < count; ++i) {
+            const double far = length2(candidates[i].p - candidates[0].p);
+            if (far > most) most = far, best = i;
+        }
+        swap_to(1, best);
+        const Vec3 across = cross(normal, candidates[1].p - candidates[0].p);
+        most = -1;
+        for (std::uint32_t i = 2; i < count; ++i) {
+            const double far = std::abs(dot(across, candidates[i].p - candidates[0].p));
+            if (far > most) most = far, best = i;
+        }
+        swap_to(2, best);
+        // The triangle's sides with the triangle on their left; the last point is the furthest outside.
+        const bool left = dot(across, candidates[2].p - candidates[0].p) >= 0;
+        const Vec3 corner[3] = {candidates[0].p, candidates[left ? 1 : 2].p, candidates[left ? 2 : 1].p};
+        most = 0;
+        best = 0;
+        for (std::uint32_t i = 3; i < count; ++i)
+            for (int side = 0; side < 3; ++side) {
+                const Vec3 edge = corner[(side + 1) % 3] - corner[side];
+                const double outside = -dot(cross(normal, edge), candidates[i].p - corner[side]);
+                if (outside > most) most = outside, best = i;
+            }
+        count = 3;
+        if (best != 0) swap_to(3, best), count = 4;
+    }
+    manifold.normal = normal;
+    manifold.count = count;
+    for (std::uint32_t i = 0; i < count; ++i)
+        manifold.point[i] = candidates[i];
+}
+
+void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold)
+{
+    const Vec3& n = cores.normal;
+    Clip clip;
+    clip.lateral.n = n;
+    basis(n, clip.lateral.u, clip.lateral.v);
+    clip.radius_a = a.radius;
+    clip.radius_b = b.radius;
+    clip.margin = margin;
+    const double depth = a.radius + b.radius - cores.distance;
+    Feature fa, fb;
+    if (a.custom == nullptr && b.custom == nullptr) {
+        take_features(a, b, n, fa, fb);
+        if (fa.kind == face_feature && fb.kind == face_feature)
+            clip_faces(clip, fa, fb);
+        else if (fa.kind == edge_feature && fb.kind == face_feature)
+            clip_edge(clip, fa, fb, false);
+        else if (fa.kind == face_feature && fb.kind == edge_feature)
+            clip_edge(clip, fb, fa, true);
+        else if (fa.kind == edge_feature && fb.kind == edge_feature)
+            clip_edges(clip, fa, fb);
+    }
+    double deepest = -HUGE_VAL;
+    for (std::size_t i = 0; i < clip.found.size(); ++i)
+        deepest = std::max(deepest, clip.found[i].depth);
+    // What is left: a vertex against anything, custom shapes, and rounding.
+    if (!(std::abs(deepest - depth) <= 1e-7 * (a.reach + b.reach + std::abs(depth)))) {
+        clip.found.clear();
+        Vec3 on_a = cores.on_a, on_b = cores.on_b;
+        if (cores.distance <= 0) { // no points known: below or above the sharper of the two
+            if (fa.kind <= fb.kind) {
+                on_a = support(a, n).p;
+                on_b = on_a + n * cores.distance;
+            } else {
+                on_b = support(b, -n).p;
+                on_a = on_b - n * cores.distance;
+            }
+        }
+        const Vec3 middle = (on_a + n * a.radius + on_b - n * b.radius) * 0.5;
+        clip.found.push_back({middle, depth, id_of(fa), id_of(fb)});
+    }
+    reduce(n, clip.found.data(), static_cast<std::uint32_t>(clip.found.size()), manifold);
+}
+
+void core_gap_by_axes(const Core3& a, const Core3& b, Gap<3>& gap)
+{
+    const Axis axis = best_axis(a, b);
+    gap.normal = axis.normal;
+    gap.distance = std::min(0.0, axis.separation);
+    gap.on_a = gap.on_b = {};
+}
+
+void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+{
+    Simplex simplex;
+    if (!gjk(a, b, enough, simplex, gap)) return;
+    core_gap_by_axes(a, b, gap);
+}
+
+void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+{
+    Gap<3> cores;
+    core_gap(a, b, enough + a.radius + b.radius, cores);
+    gap.distance = cores.distance - a.radius - b.radius;
+    gap.normal = cores.normal;
+    if (cores.distance == HUGE_VAL) return;
+    if (cores.distance > 0) {
+        gap.on_a = cores.on_a + cores.normal * a.radius;
+        gap.on_b = cores.on_b - cores.normal * b.radius;
+        return;
+    }
+    Manifold<3> manifold;
+    make_manifold(a, b, cores, 0, manifold);
+    const Vec3 half = gap.normal * (0.5 * gap.distance);
+    gap.on_a = manifold.point[0].p - half;
+    gap.on_b = manifold.point[0].p + half;
+}
+
+bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& manifold)
+{
+    Gap<3> cores;
+    const double enough = a.radius + b.radius + margin;
+    core_gap(a, b, enough, cores);
+    if (!(cores.distance <= enough)) return false;
+    make_manifold(a, b, cores, margin, manifold);
+    return true;
+}
+
+void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap)
+{
+    const Support lowest = support(a, -normal);
+    gap.distance = dot(normal, lowest.p) - offset - a.radius;
+    gap.normal = -normal;
+    gap.on_a = lowest.p - normal * a.radius;
+    gap.on_b = gap.on_a - normal * gap.distance;
+}
+
+bool half_space_contact(const Core3& a, const Vec3& normal, double offset, double margin,
+                        Manifold<3>& manifold)
+{
+    SmallVector<ManifoldPoint<3>, 24> found;
+    const auto add = [&](const Vec3& p, std::uint32_t vertex) {
+        const double depth = offset + a.radius - dot(normal, p);
+        if (depth >= -margin)
+            found.push_back({p + normal * (0.5 * depth - a.radius), depth, feature_id(vertex_feature, vertex),
+                             feature_id(face_feature, 0)});
+    };
+    if (a.custom != nullptr)
+        add(support(a, -normal).p, 0);
+    else
+        for (std::uint32_t i = 0; i < a.polytope.vertices; ++i)
+            add(a.frame * a.polytope.vertex(i), i);
+    if (found.empty()) return false;
+    reduce(-normal, found.data(), static_cast<std::uint32_t>(found.size()), manifold);
+    return true;
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: MIT
+// Any two convex shapes in 3D. A shape is a core polytope with a radius around it: a sphere is a point, a
+// capsule a segment, the others have radius 0.
+#pragma once
+
+#include "narrow/shape_data.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// A feature's number: 14 bits of index below 2 bits of kind.
+inline constexpr std::uint16_t vertex_feature = 0, edge_feature = 0x4000, face_feature = 0x8000;
+inline std::uint16_t feature_id(std::uint16_t kind, std::uint32_t index)
+{
+    return static_cast<std::uint16_t>(kind | (index & 0x3fff));
+}
+
+template <int Dim>
+struct ManifoldPoint
+{
+    V<Dim> p; ///< from a's position
+    double depth;
+    std::uint16_t feature_a, feature_b;
+};
+/// A contact seen from a's position, in world axes.
+template <int Dim>
+struct Manifold
+{
+    V<Dim> normal;
+    std::uint32_t count = 0;
+    ManifoldPoint<Dim> point[Contact<Dim, double>::max_points];
+};
+
+/// Signed distance and the points on the surfaces, both seen from a's position.
+template <int Dim>
+struct Gap
+{
+    double distance;
+    V<Dim> normal, on_a, on_b;
+};
+
+/// A core with its place. `polytope` points into the object itself for small shapes: it doesn't move.
+struct Core3
+{
+    Polytope polytope;
+    Frame<3> frame;
+    double radius = 0;
+    double reach = 0; ///< radius of a ball around frame.p that holds the core
+    const CustomShape<3>* custom = nullptr;
+    double coordinates[3 * lanes];
+    double normals[6];
+    Vec3 directions[3];
+
+    Core3() = default;
+    Core3(const Core3&) = delete;
+    Core3& operator=(const Core3&) = delete;
+
+    void set(const Shape<3>& convex, const Frame<3>& where);
+    void set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where);
+};
+
+/// The distance between cores (not their radii), or how much they overlap.
+///
+/// Ends early with `distance` infinite once they are known to be further apart than `enough`.
+/// Source   Gilbert, Johnson, Keerthi, IEEE J. Robotics and Automation 4(2), 1988; van den Bergen, Collision
+///          Detection in Interactive 3D Environments (2003), ch. 4; penetration by separating axes
+///          (Gottschalk 1996; Ericson sec. 5.2.1) where edges are few, else by the expanding polytope
+///          algorithm (van den Bergen, GDC 2001).
+void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
+
+/// The same with penetration always by separating axes: every pair of edges. The slow twin.
+void core_gap_by_axes(const Core3& a, const Core3& b, Gap<3>& gap);
+
+/// With radii.
+void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
+
+/// From a gap between cores no wider than the radii and `margin` to the points of the contact.
+void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold);
+
+/// Returns whether there is one.
+bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& manifold);
+
+/// Of a convex core and the half-space normal . p <= offset (from a's position, in world axes).
+bool half_space_contact(const Core3& a, const Vec3& normal, double offset, double margin,
+                        Manifold<3>& manifold);
+void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap);
+
+/// Keeps the deepest of `candidates`, the one furthest from it, and the two that add most area.
+void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t count, Manifold<3>& manifold);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// One pair of any two shapes: which test, and which way round.
+#pragma once
+
+#include <memory_resource>
+#include <vector>
+
+#include "narrow/convex3.hpp"
+#include "narrow/shape_data.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// A pair as the tests see it: all positions counted from a's, so that nothing is lost far from the origin.
+template <int Dim>
+struct Placed
+{
+    const Shape<Dim>* a;
+    const Shape<Dim>* b;
+    M<Dim> ra, rb;
+    V<Dim> d; ///< from a's position to b's
+};
+
+/// Puts a pair into the order in which it is computed, whichever way round it came: by type, then by place,
+/// turn and size. Returns whether a and b changed places.
+template <int Dim>
+bool arrange(Placed<Dim>& pair);
+
+template <int Dim>
+struct Found
+{
+    Manifold<Dim> manifold;
+    std::uint32_t part_a = 0, part_b = 0;
+};
+template <int Dim>
+using FoundList = std::pmr::vector<Found<Dim>>;
+
+/// Appends the contacts of an arranged pair, by ascending (part_a, part_b).
+template <int Dim>
+void find_contacts(const Placed<Dim>& pair, double margin, FoundList<Dim>& found);
+/// The least signed distance of an arranged pair. `gap.distance` is infinite if it is more than `enough`.
+template <int Dim>
+void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& gap);
+
+template <int Dim, class T>
+Placed<Dim> place(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                  const Pose<Dim, T>& pose_b)
+{
+    return {&a, &b, rotation(pose_a), rotation(pose_b), load(pose_b.position) - load(pose_a.position)};
+}
+
+/// Shapes whose balls don't meet aren't looked at: differences that overflow end here.
+template <int Dim>
+bool within_reach(const Placed<Dim>& pair, double margin)
+{
+    const double reach = ShapeAccess::reach(*pair.a) + ShapeAccess::reach(*pair.b) + margin;
+    double size = 0;
+    for (int d = 0; d < Dim; ++d)
+        size = std::max(size, std::abs(pair.d[d]));
+    return size <= reach * (1 + 1e-14);
+}
+
+/// From the frame of an arranged pair to the user's.
+template <int Dim, class T>
+void finish(const Manifold<Dim>& manifold, const V<Dim>& d, bool swapped, Contact<Dim, T>& contact)
+{
+    store(swapped ? -manifold.normal : manifold.normal, contact.normal);
+    contact.count = manifold.count;
+    for (std::uint32_t i = 0; i < manifold.count; ++i) {
+        const ManifoldPoint<Dim>& from = manifold.point[i];
+        ContactPoint<Dim, T>& to = contact.point[i];
+        store(from.p, swapped ? to.from_b : to.from_a);
+        store(from.p - d, swapped ? to.from_a : to.from_b);
+        to.depth = static_cast<T>(from.depth);
+        const std::uint32_t fa = from.feature_a, fb = from.feature_b;
+        to.feature = swapped ? fb | fa << 16 : fa | fb << 16;
+    }
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+// What shapes point to.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "jostle/contact.hpp"
+#include "narrow/math.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// Coordinates are stored per axis and padded to whole groups of this many by repeating the first vertex,
+/// so that a pass over them needs no tail.
+inline constexpr std::uint32_t lanes = 8;
+inline constexpr std::uint32_t padded(std::uint32_t n)
+{
+    return (n + lanes - 1) / lanes * lanes;
+}
+
+struct Edge
+{
+    std::uint32_t v[2];
+};
+
+/// A polytope: vertices, outward face planes, and each face's vertices counterclockwise seen from outside.
+/// A flat one has two faces, a straight one none and one edge, a point neither. The memory is somebody
+/// else's.
+struct Polytope
+{
+    std::uint32_t vertices = 0, faces = 0, edges = 0, directions = 0;
+    const double* x = nullptr; ///< y and z follow, `stride` apart
+    std::uint32_t stride = 0;
+    const double* nx = nullptr; ///< face normals, same way, `face_stride` apart
+    std::uint32_t face_stride = 0;
+    const std::uint32_t* loop_begin = nullptr; ///< faces + 1 positions in `loop`
+    const std::uint32_t* loop = nullptr;
+    const Edge* edge = nullptr;
+    const Vec3* direction = nullptr; ///< of edges, unit, parallel ones once
+
+    [[nodiscard]] Vec3 vertex(std::uint32_t i) const { return {x[i], x[stride + i], x[2 * stride + i]}; }
+    [[nodiscard]] Vec3 normal(std::uint32_t f) const
+    {
+        return {nx[f], nx[face_stride + f], nx[2 * face_stride + f]};
+    }
+};
+
+template <>
+struct HullData<3>
+{
+    std::vector<Vec<3, double>> corners;
+    std::vector<double> coordinates, normals;
+    std::vector<std::uint32_t> loop_begin, loop;
+    std::vector<Edge> edge;
+    std::vector<Vec3> direction;
+    double reach = 0;
+    Polytope polytope;
+};
+
+template <>
+struct HullData<2>
+{
+    std::vector<Vec<2, double>> corners; ///< as given in order
+    std::vector<Vec2> loop;              ///< counterclockwise
+    std::vector<std::uint32_t> corner;   ///< of loop[i], its position in `corners`
+    double reach = 0;
+};
+
+/// A box tree over a mesh's elements, in preorder: a node's first child follows it.
+struct TreeNode
+{
+    double lo[3], hi[3];
+    std::uint32_t skip;  ///< the node after this subtree
+    std::uint32_t first; ///< of a leaf, its first position in `order`
+    std::uint32_t count; ///< 0 for inner nodes
+};
+
+template <int Dim>
+struct MeshData
+{
+    std::vector<V<Dim>> vertices;
+    std::vector<typename Mesh<Dim>::Element> elements;
+    std::vector<TreeNode> nodes;
+    std::vector<std::uint32_t> order; ///< elements, leaf by leaf
+    double reach = 0;
+};
+
+struct HeightData
+{
+    std::vector<double> heights;
+    std::uint32_t columns = 0, rows = 0;
+    double spacing_x = 1, spacing_z = 1;
+    double lowest = 0, highest = 0;
+    double reach = 0;
+};
+
+template <int Dim>
+struct CompoundData
+{
+    struct Child
+    {
+        Shape<Dim> shape;
+        Frame<Dim> frame;
+    };
+    std::vector<Child> children;
+    double reach = 0;
+};
+
+struct ShapeAccess
+{
+    template <int Dim>
+    static const Vec<Dim, double>& size(const Shape<Dim>& shape)
+    {
+        return shape.size_;
+    }
+    template <int Dim>
+    static double radius(const Shape<Dim>& shape)
+    {
+        return shape.radius_;
+    }
+    /// Radius of a ball around the local origin that holds the shape; infinite for half-spaces.
+    template <int Dim>
+    static double reach(const Shape<Dim>& shape)
+    {
+        return shape.type_ == ShapeTypes::half_space ? HUGE_VAL : shape.reach_;
+    }
+    template <class Data, int Dim>
+    static const Data& data(const Shape<Dim>& shape)
+    {
+        return *static_cast<const Data*>(shape.data_);
+    }
+    template <class Value>
+    static const auto& data_of(const Value& value)
+    {
+        return *value.data_;
+    }
+    template <class Value, class Data>
+    static void set(Value& value, std::shared_ptr<const Data> data)
+    {
+        value.data_ = std::move(data);
+    }
+    template <int Dim>
+    static void fill(Shape<Dim>& shape, ShapeType type, double reach, const void* data)
+    {
+        shape.type_ = type;
+        shape.reach_ = reach;
+        shape.data_ = data;
+    }
+
+    template <class Buffer>
+    static auto& chunks(Buffer& buffer)
+    {
+        return buffer.chunks_;
+    }
+    template <class Buffer>
+    static auto& blocks(Buffer& buffer)
+    {
+        return buffer.blocks_;
+    }
+    template <class Buffer>
+    static auto& size_of(Buffer& buffer)
+    {
+        return buffer.size_;
+    }
+    template <class Buffer>
+    static std::pmr::memory_resource* memory(Buffer& buffer)
+    {
+        return buffer.memory_;
+    }
+};
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

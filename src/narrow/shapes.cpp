@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/shapes.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "narrow/shape_data.hpp"
+#include "narrow/share_out.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& what, double value, const std::string& wanted)
+{
+    throw Error(ErrorCode::invalid_argument, what + " is " + std::to_string(value) + "; give " + wanted);
+}
+void check_length(const char* what, double value)
+{
+    if (!(value >= 0 && value <= std::numeric_limits<double>::max()))
+        refuse(what, value, "a finite length, 0 or more");
+}
+
+} // namespace
+
+template <int Dim>
+CustomShape<Dim>::~CustomShape() = default;
+
+template <int Dim>
+Vec<Dim, double> CustomShape<Dim>::support(const Vec<Dim, double>&) const noexcept
+{
+    return {};
+}
+
+template <int Dim>
+Shape<Dim> Shape<Dim>::sphere(double radius)
+{
+    check_length("a sphere's radius", radius);
+    Shape shape;
+    shape.radius_ = shape.reach_ = radius;
+    return shape;
+}
+
+template <int Dim>
+Shape<Dim> Shape<Dim>::capsule(double half_length, double radius)
+{
+    check_length("a capsule's half length", half_length);
+    check_length("a capsule's radius", radius);
+    Shape shape;
+    shape.type_ = ShapeTypes::capsule;
+    shape.radius_ = radius;
+    shape.size_[1] = half_length;
+    shape.reach_ = half_length + radius;
+    return shape;
+}
+
+template <int Dim>
+Shape<Dim> Shape<Dim>::box(const Vec<Dim, double>& half)
+{
+    Shape shape;
+    shape.type_ = ShapeTypes::box;
+    for (const double h : half)
+        check_length("a box's half edge", h);
+    shape.size_ = half;
+    shape.reach_ = narrow::length(narrow::load(half));
+    return shape;
+}
+
+template <int Dim>
+Shape<Dim> Shape<Dim>::half_space(const Vec<Dim, double>& normal, double offset)
+{
+    double big = 0;
+    for (const double n : normal) {
+        if (!(std::abs(n) <= std::numeric_limits<double>::max()))
+            refuse("a half-space's normal", n, "finite numbers");
+        big = std::max(big, std::abs(n));
+    }
+    if (big == 0) refuse("a half-space's normal", 0, "one that isn't zero");
+    if (!(std::abs(offset) <= std::numeric_limits<double>::max()))
+        refuse("a half-space's offset", offset, "a finite length");
+    Shape shape;
+    shape.type_ = ShapeTypes::half_space;
+    narrow::V<Dim> n = narrow::load(normal) * (1 / big);
+    narrow::store(n * (1 / narrow::length(n)), shape.size_);
+    shape.reach_ = offset;
+    return shape;
+}
+
+template <int Dim>
+Shape<Dim>::Shape(const CustomShape<Dim>& custom, ShapeType type)
+{
+    if (type < ShapeTypes::first_custom) refuse("a custom shape's type", type, "one from first_custom on");
+    const double radius = custom.radius();
+    check_length("a custom shape's radius()", radius);
+    narrow::ShapeAccess::fill(*this, type, radius, &custom);
+}
+
+template class JOSTLE_API CustomShape<2>;
+template class JOSTLE_API CustomShape<3>;
+template class JOSTLE_API Shape<2>;
+template class JOSTLE_API Shape<3>;
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/contact.hpp"
+
+#include <gtest/gtest.h>
+
+using namespace jostle;
+
+namespace {
+
+Contact<3, double> only(const Shape3& a, const Pose3d& pose_a, const Shape3& b, const Pose3d& pose_b,
+                        double margin = 0)
+{
+    const Shape3 shapes[] = {a, b};
+    const Pose3d poses[] = {pose_a, pose_b};
+    const Pair pairs[] = {{0, 1}};
+    ContactFinder3d finder;
+    const auto& found =
+        finder.find(StridedView<Shape3>(shapes, 2), StridedView<Pose3d>(poses, 2), pairs, margin);
+    EXPECT_EQ(found.size(), 1u);
+    return found.empty() ? Contact<3, double>{} : *found.begin();
+}
+
+TEST(Manifold, TwoSpheres)
+{
+    const auto c = only(Shape3::sphere(1), {{0, 0, 0}}, Shape3::sphere(2), {{0, 2.5, 0}});
+    EXPECT_EQ(c.count, 1u);
+    EXPECT_DOUBLE_EQ(c.normal[1], 1);
+    EXPECT_DOUBLE_EQ(c.point[0].depth, 0.5);
+    EXPECT_DOUBLE_EQ(c.point[0].from_a[1], 0.75);
+    EXPECT_DOUBLE_EQ(c.point[0].from_b[1], -1.75);
+}
+
+TEST(Manifold, BoxLiesOnBox)
+{
+    const auto c = only(Shape3::box({2, 1, 2}), {{0, 0, 0}}, Shape3::box({1, 1, 1}), {{0.5, 1.9, 0}});
+    EXPECT_EQ(c.count, 4u);
+    EXPECT_DOUBLE_EQ(c.normal[1], 1);
+    for (std::uint32_t i = 0; i < c.count; ++i) {
+        EXPECT_NEAR(c.point[i].depth, 0.1, 1e-12);
+        EXPECT_NEAR(c.point[i].from_a[1], 0.95, 1e-12);
+        EXPECT_NEAR(std::abs(c.point[i].from_b[0]), 1, 1e-12);
+        EXPECT_NEAR(std::abs(c.point[i].from_b[2]), 1, 1e-12);
+    }
+}
+
+TEST(Manifold, BoxOnHalfSpace)
+{
+    const auto c =
+        only(Shape3::half_space({0, 2, 0}, -1), {{5, 0, 0}}, Shape3::box({1, 1, 1}), {{0, -0.25, 0}});
+    EXPECT_EQ(c.count, 4u);
+    EXPECT_DOUBLE_EQ(c.normal[1], 1);
+    EXPECT_NEAR(c.point[0].depth, 0.25, 1e-12);
+    EXPECT_NEAR(c.point[0].from_b[1], -0.875, 1e-12);
+}
+
+TEST(Manifold, SphereInBox)
+{
+    const auto c = only(Shape3::box({1, 1, 1}), {}, Shape3::sphere(0.25), {{0.9, 0, 0}});
+    EXPECT_EQ(c.count, 1u);
+    EXPECT_NEAR(c.normal[0], 1, 1e-12);
+    EXPECT_NEAR(c.point[0].depth, 0.35, 1e-12);
+}
+
+} // namespace
