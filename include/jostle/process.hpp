@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <span>
+
+#include "jostle/executor.hpp"
+#include "jostle/function_ref.hpp"
+#include "jostle/pair_buffer.hpp"
+#include "jostle/version.hpp"
+
+/// Work on pairs, or on anything that can be numbered, shared out evenly over the cores however unevenly it
+/// is spread: contacts, responses, whatever follows from "these two boxes touch".
+///
+/// Work is cut into blocks of consecutive items. How it is cut depends on the number of items alone, never on
+/// threads, so that what is kept per block is the same on every machine (see responses.hpp). Tasks claim one
+/// block after another, in ascending order; a claim costs one atomic addition.
+///
+/// Errors   what a callback throws ends the work and leaves the call: the exception of the lowest block that
+///          throws, whatever the number of threads. Blocks above it may or may not have run.
+/// Threads  callbacks run on several threads at a time, those of one block on one thread, one after another.
+/// Memory   none is allocated.
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Where a callback stands.
+struct Work
+{
+    /// Names scratch memory: no two tasks that run at the same time have the same. Below WorkPlan::slots.
+    /// Results must not depend on it.
+    std::uint32_t slot;
+    /// The piece of work, numbered from 0 in the order of the items. Results may depend on it.
+    std::uint32_t block;
+};
+
+struct ProcessOptions
+{
+    /// Null means default_executor().
+    Executor* executor = nullptr;
+    /// Items per block; 0 chooses 8 to 256, some thousand blocks where there are enough items. Fewer balance
+    /// better, more cost fewer claims. Raised where there would be more than 2^32 - 1 blocks.
+    std::uint64_t block_items = 0;
+};
+
+/// How work is cut. All but `slots` depends on the items and block_items alone.
+struct WorkPlan
+{
+    std::uint64_t items = 0;
+    std::uint64_t block_items = 1; ///< the last block may have fewer; 0 where each block has its own number
+    std::uint32_t blocks = 0;
+    std::uint32_t slots = 1; ///< min(executor's concurrency, blocks), at least 1
+};
+
+/// How process_items and process_pairs cut that many items.
+[[nodiscard]] JOSTLE_API WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options = {});
+
+/// Calls work_on(begin, end, work) for each block [begin, end) of the items 0 to `items` - 1.
+JOSTLE_API void process_items(std::uint64_t items,
+                              FunctionRef<void(std::uint64_t begin, std::uint64_t end, Work work)> work_on,
+                              const ProcessOptions& options = {});
+
+/// A run of pairs of one block.
+struct PairBatch
+{
+    std::span<const Pair> pairs; ///< never empty
+    std::uint64_t first;         ///< the first one's place among all pairs
+    Work work;
+};
+
+namespace detail {
+JOSTLE_API void process_batches(std::span<const std::span<const Pair>> runs, std::uint64_t pairs,
+                                FunctionRef<void(const PairBatch&)> process, const ProcessOptions& options);
+
+template <class F>
+void process_runs(std::span<const std::span<const Pair>> runs, std::uint64_t pairs, F& process,
+                  const ProcessOptions& options)
+{
+    if constexpr (std::invocable<F&, const PairBatch&>) {
+        process_batches(runs, pairs, process, options);
+    } else {
+        const auto each = [&process](const PairBatch& batch) {
+            for (const Pair& pair : batch.pairs)
+                process(pair, batch.work);
+        };
+        process_batches(runs, pairs, each, options);
+    }
+}
+} // namespace detail
+
+template <class F>
+concept PairProcess = std::invocable<F&, const PairBatch&> || std::invocable<F&, const Pair&, Work>;
+
+/// Calls process(pair, work) for every pair, or process(batch) for runs of them, whichever `process` takes.
+///
+/// Order    the pairs of a block in the buffer's order; blocks at the same time. A block whose pairs don't
+/// lie
+///          in one piece of memory comes as several batches, one after another.
+template <PairProcess F>
+void process_pairs(const PairBuffer& pairs, F&& process, const ProcessOptions& options = {})
+{
+    detail::process_runs(pairs.blocks(), pairs.size(), process, options);
+}
+template <PairProcess F>
+void process_pairs(std::span<const Pair> pairs, F&& process, const ProcessOptions& options = {})
+{
+    detail::process_runs(std::span(&pairs, 1), pairs.size(), process, options);
+}
+
+/// How the rows of process_all_pairs are shared out. All three call the same pairs in the same blocks.
+enum class Schedule
+{
+    /// A task takes the next rows when it is done with its last: balanced whatever a pair costs.
+    dynamic,
+    /// Settled beforehand, long and short rows in turn: balanced if all pairs cost the same.
+    /// Source   thesis, ch. 4, Alg. 14.
+    zigzag,
+    /// Settled beforehand, equal blocks of objects: the first gets most of the pairs, for comparison.
+    /// Source   thesis, ch. 4, Alg. 13.
+    equal_blocks,
+};
+
+/// One object and those of higher number: a block of process_all_pairs.
+struct PairRow
+{
+    std::uint32_t a;
+    std::uint32_t b_begin, b_end; ///< b runs from b_begin = a + 1 to b_end - 1
+    Work work;                    ///< work.block is a
+};
+
+namespace detail {
+JOSTLE_API void process_rows(std::uint32_t objects, FunctionRef<void(const PairRow&)> process,
+                             const ProcessOptions& options, Schedule schedule);
+}
+
+/// How process_all_pairs cuts its work: one block for each object but the last, whatever block_items says.
+[[nodiscard]] JOSTLE_API WorkPlan plan_all_pairs(std::uint32_t objects, const ProcessOptions& options = {});
+
+/// Calls process(pair, work) for all n (n - 1) / 2 pairs a < b of n objects, or process(row) for the pairs of
+/// one a. For tests without a broad phase, and as the chapter does it.
+template <class F>
+    requires std::invocable<F&, const PairRow&> || std::invocable<F&, const Pair&, Work>
+void process_all_pairs(std::uint32_t objects, F&& process, const ProcessOptions& options = {},
+                       Schedule schedule = Schedule::dynamic)
+{
+    if constexpr (std::invocable<F&, const PairRow&>) {
+        detail::process_rows(objects, process, options, schedule);
+    } else {
+        const auto each = [&process](const PairRow& row) {
+            for (std::uint32_t b = row.b_begin; b < row.b_end; ++b)
+                process(Pair{row.a, b}, row.work);
+        };
+        detail::process_rows(objects, each, options, schedule);
+    }
+}
+
+JOSTLE_NAMESPACE_END

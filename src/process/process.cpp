@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/process.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <limits>
+#include <mutex>
+
+JOSTLE_NAMESPACE_BEGIN
+
+namespace {
+
+Executor& executor_of(const ProcessOptions& options)
+{
+    return options.executor == nullptr ? default_executor() : *options.executor;
+}
+
+std::uint32_t slots_for(std::uint32_t blocks, const ProcessOptions& options)
+{
+    return std::max(1u, std::min(executor_of(options).concurrency(), blocks));
+}
+
+/// What callbacks throw. Blocks up to the lowest one that throws all run, so that its exception is the one
+/// that leaves, on any number of threads.
+class Failure
+{
+  public:
+    [[nodiscard]] bool allows(std::uint64_t block) const noexcept
+    {
+        return block < lowest_.load(std::memory_order_relaxed);
+    }
+    /// In a handler.
+    void note(std::uint64_t block) noexcept
+    {
+        const std::lock_guard lock(mutex_);
+        if (!allows(block)) return;
+        lowest_.store(block, std::memory_order_relaxed);
+        error_ = std::current_exception();
+    }
+    void rethrow() const
+    {
+        if (error_) std::rethrow_exception(error_);
+    }
+
+  private:
+    std::atomic<std::uint64_t> lowest_{std::numeric_limits<std::uint64_t>::max()};
+    std::mutex mutex_;
+    std::exception_ptr error_;
+};
+
+/// On lines of its own: every claim writes it.
+struct alignas(128) Cursor
+{
+    std::atomic<std::uint64_t> next{0};
+};
+
+/// make_task() gives each task a function of its own for (begin, end, work).
+template <class MakeTask>
+void run_blocks(const WorkPlan& plan, const ProcessOptions& options, MakeTask make_task)
+{
+    Cursor cursor;
+    Failure failure;
+    const auto task = [&](std::uint32_t slot) {
+        auto work_on = make_task();
+        for (std::uint64_t block;
+             (block = cursor.next.fetch_add(1, std::memory_order_relaxed)) < plan.blocks &&
+             failure.allows(block);) {
+            const std::uint64_t begin = block * plan.block_items;
+            const std::uint64_t end = begin + std::min(plan.block_items, plan.items - begin);
+            try {
+                work_on(begin, end, Work{slot, static_cast<std::uint32_t>(block)});
+            } catch (...) {
+                failure.note(block);
+            }
+        }
+    };
+    if (plan.slots == 1)
+        task(0);
+    else
+        executor_of(options).run(plan.slots, task);
+    failure.rethrow();
+}
+
+} // namespace
+
+WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options)
+{
+    constexpr std::uint64_t most_blocks = std::numeric_limits<std::uint32_t>::max();
+    WorkPlan plan;
+    plan.items = items;
+    plan.block_items =
+        options.block_items == 0 ? std::clamp<std::uint64_t>(items / 1024, 8, 256) : options.block_items;
+    plan.block_items = std::max(plan.block_items, items / most_blocks + 1);
+    plan.blocks =
+        static_cast<std::uint32_t>(items / plan.block_items + (items % plan.block_items == 0 ? 0 : 1));
+    plan.slots = slots_for(plan.blocks, options);
+    return plan;
+}
+
+void process_items(std::uint64_t items, FunctionRef<void(std::uint64_t, std::uint64_t, Work)> work_on,
+                   const ProcessOptions& options)
+{
+    run_blocks(plan_work(items, options), options, [&] { return work_on; });
+}
+
+void detail::process_batches(std::span<const std::span<const Pair>> runs, std::uint64_t pairs,
+                             FunctionRef<void(const PairBatch&)> process, const ProcessOptions& options)
+{
+    run_blocks(plan_work(pairs, options), options, [&] {
+        // A task's blocks ascend, so it finds their pairs by walking on from where it was.
+        return [&, run = std::size_t{0}, before = std::uint64_t{0}](std::uint64_t begin, std::uint64_t end,
+                                                                    Work work) mutable {
+            while (begin < end) {
+                for (; begin >= before + runs[run].size(); ++run)
+                    before += runs[run].size();
+                const std::uint64_t count = std::min(end, before + runs[run].size()) - begin;
+                process({runs[run].subspan(begin - before, count), begin, work});
+                begin += count;
+            }
+        };
+    });
+}
+
+WorkPlan plan_all_pairs(std::uint32_t objects, const ProcessOptions& options)
+{
+    WorkPlan plan;
+    plan.items = objects == 0 ? 0 : std::uint64_t{objects} * (objects - 1) / 2;
+    plan.block_items = 0;
+    plan.blocks = objects == 0 ? 0 : objects - 1;
+    plan.slots = slots_for(plan.blocks, options);
+    return plan;
+}
+
+void detail::process_rows(std::uint32_t objects, FunctionRef<void(const PairRow&)> process,
+                          const ProcessOptions& options, Schedule schedule)
+{
+    const WorkPlan plan = plan_all_pairs(objects, options);
+    const std::uint64_t rows = plan.blocks, tasks = plan.slots;
+    // Short rows are claimed several at a time: some thousand claims, if there are enough pairs for it.
+    const std::uint64_t pairs_per_claim = std::clamp<std::uint64_t>(plan.items / 1024, 1, 1024);
+    Cursor cursor;
+    Failure failure;
+    // False when the rest of the task's rows, which ascend, needn't be done.
+    const auto do_row = [&](std::uint64_t row, std::uint32_t slot) {
+        if (!failure.allows(row)) return false;
+        const auto a = static_cast<std::uint32_t>(row);
+        try {
+            process({a, a + 1, objects, {slot, a}});
+        } catch (...) {
+            failure.note(row);
+            return false;
+        }
+        return true;
+    };
+    const auto task = [&](std::uint32_t slot) {
+        switch (schedule) {
+        case Schedule::dynamic:
+            for (std::uint64_t row = cursor.next.load(std::memory_order_relaxed); row < rows;) {
+                const std::uint64_t claimed = std::max<std::uint64_t>(1, pairs_per_claim / (rows - row));
+                const std::uint64_t end = std::min(rows, row + claimed);
+                if (!cursor.next.compare_exchange_weak(row, end, std::memory_order_relaxed)) continue;
+                for (; row < end; ++row)
+                    if (!do_row(row, slot)) return;
+                row = cursor.next.load(std::memory_order_relaxed);
+            }
+            break;
+        case Schedule::zigzag: {
+            const std::uint64_t delta = tasks * 2 - 1;
+            for (std::uint64_t row = slot; row < rows; row += delta - 2 * (row % tasks))
+                if (!do_row(row, slot)) return;
+            break;
+        }
+        case Schedule::equal_blocks: {
+            const std::uint64_t size = objects / tasks;
+            const std::uint64_t end = slot + 1 == tasks ? rows : std::min(rows, (slot + 1) * size);
+            for (std::uint64_t row = slot * size; row < end; ++row)
+                if (!do_row(row, slot)) return;
+            break;
+        }
+        }
+    };
+    if (tasks == 1)
+        task(0);
+    else
+        executor_of(options).run(plan.slots, task);
+    failure.rethrow();
+}
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/responses.hpp"
+
+#include <cstring>
+#include <mutex>
+#include <string>
+
+JOSTLE_NAMESPACE_BEGIN
+namespace detail {
+
+namespace {
+
+constexpr std::size_t line = 128; // two cache lines: neighbours are fetched together
+constexpr std::size_t chunks_per_grant = 8;
+constexpr std::uint32_t most_bins = 256; // so that a slot's open chunks stay in its cache
+
+std::size_t rounded_up(std::size_t size, std::size_t step)
+{
+    return (size + step - 1) / step * step;
+}
+
+} // namespace
+
+/// Chunks for the lists. A slot is granted several at a time; which slot gets how many depends on the
+/// threads, so there is room for the most unfavourable share.
+struct ResponseStore::Pool
+{
+    struct Slab
+    {
+        std::byte* bytes;
+        std::size_t size; ///< whole grants
+    };
+    explicit Pool(std::pmr::memory_resource* memory) : slabs(memory) {}
+
+    std::mutex mutex;
+    std::pmr::vector<Slab> slabs;
+    std::size_t slab = 0, used = 0; ///< the next grant lies there
+    std::size_t granted = 0;        ///< since start(), bytes
+
+    void add_slab(std::size_t size, std::pmr::memory_resource* memory)
+    {
+        slabs.reserve(slabs.size() + 1);
+        slabs.push_back({static_cast<std::byte*>(memory->allocate(size, line)), size});
+    }
+};
+
+ResponseStore::ResponseStore(const ResponsesOptions& given, std::size_t value_size, std::size_t entry_size,
+                             std::size_t entry_align)
+    : options(given),
+      value_size_(value_size),
+      entry_size_(entry_size),
+      header_size_(rounded_up(sizeof(Chunk), entry_align)),
+      // At least 8 entries, and no line that two slots write.
+      chunk_size_(rounded_up(std::max<std::size_t>(1024, header_size_ + 8 * entry_size), line)),
+      pool_(std::make_unique<Pool>(given.memory))
+{
+}
+
+ResponseStore::~ResponseStore()
+{
+    release();
+}
+
+void ResponseStore::release() noexcept
+{
+    for (const Pool::Slab& slab : pool_->slabs)
+        options.memory->deallocate(slab.bytes, slab.size, line);
+    pool_->slabs.clear();
+    pool_->slab = pool_->used = pool_->granted = 0;
+    if (frame_ != nullptr) options.memory->deallocate(frame_, frame_size_, line);
+    frame_ = nullptr;
+    frame_size_ = 0;
+    bytes_reserved = 0;
+    rows = values = nullptr;
+    rows_clean = false;
+    objects = blocks = slot_count = bin_count = 0;
+}
+
+std::size_t ResponseStore::entries_per_chunk() const noexcept
+{
+    return (chunk_size_ - header_size_) / entry_size_;
+}
+
+std::size_t ResponseStore::entries_added(std::uint32_t of_slots) const noexcept
+{
+    std::size_t chunks = pool_->granted / chunk_size_, entries = 0;
+    for (std::uint32_t i = 0; i < of_slots; ++i) {
+        chunks -= static_cast<std::size_t>(slots[i].chunks_end - slots[i].chunks) / chunk_size_;
+        for (std::uint32_t bin = 0; bin < bin_count; ++bin)
+            if (const Place& place = slots[i].places[bin]; place.end != nullptr) {
+                --chunks; // isn't full
+                entries +=
+                    entries_per_chunk() - static_cast<std::size_t>(place.end - place.next) / entry_size_;
+            }
+    }
+    return entries + chunks * entries_per_chunk();
+}
+
+void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
+{
+    // Nothing can be added if this fails.
+    const std::uint32_t old_objects = std::exchange(objects, 0), old_slots = std::exchange(slot_count, 0);
+    const std::size_t new_row_size = rounded_up(std::size_t{new_objects} * value_size_, line);
+    const bool dense =
+        options.form == ResponseForm::dense || (options.form == ResponseForm::automatic && plan.blocks > 0 &&
+                                                new_row_size <= 2 * plan.items * entry_size_ / plan.blocks);
+    int shift = 9;
+    while ((std::uint64_t{new_objects} + (std::uint64_t{1} << shift) - 1) >> shift > most_bins)
+        ++shift;
+    const std::uint32_t new_bins =
+        static_cast<std::uint32_t>((std::uint64_t{new_objects} + (std::uint64_t{1} << shift) - 1) >> shift);
+    ProcessOptions merging;
+    merging.executor = options.executor;
+    merging.block_items = 1;
+    const std::uint32_t merging_slots = plan_work(new_bins, merging).slots;
+
+    const bool same_shape = frame_ != nullptr && new_objects == old_objects && new_bins == bin_count &&
+                            plan.slots <= old_slots && merging_slots <= merging_slots_ &&
+                            dense == (rows != nullptr) && (!dense || plan.blocks == blocks);
+    const std::uint32_t new_slots = same_shape ? old_slots : plan.slots;
+    const std::size_t last_entries = rows == nullptr ? entries_added(old_slots) : 0;
+    if (!same_shape) {
+        const std::size_t slots_used = dense ? 0 : plan.slots;
+        std::size_t size = 0;
+        const auto place = [&size](std::size_t bytes) {
+            return std::exchange(size, size + rounded_up(bytes, line));
+        };
+        const std::size_t at_values = place(std::size_t{new_objects} * value_size_);
+        const std::size_t at_rows = place(dense ? plan.blocks * new_row_size : 0);
+        const std::size_t at_slots = place(slots_used * sizeof(Slot));
+        const std::size_t places_size = rounded_up(new_bins * sizeof(Place), line);
+        const std::size_t at_places = place(slots_used * places_size);
+        const std::size_t first_size = rounded_up(new_bins * sizeof(Chunk*), line);
+        const std::size_t at_first = place(slots_used * first_size);
+        const std::size_t lists_size = rounded_up(plan.slots * sizeof(List), line);
+        const std::size_t at_lists = place(dense ? 0 : merging_slots * lists_size);
+        const std::size_t per_bin = dense ? 0 : std::size_t{1} << shift;
+        const std::size_t at_partial = place(merging_slots * per_bin * value_size_);
+        const std::size_t at_partial_block = place(merging_slots * per_bin * sizeof(std::uint32_t));
+        const std::size_t at_dirty = place(new_bins + 1); // never nothing
+        if (size > frame_size_) {
+            // Some to spare, for scenes that grow object by object.
+            const std::size_t wanted = size + size / 8;
+            auto* const grown = static_cast<std::byte*>(options.memory->allocate(wanted, line));
+            if (frame_ != nullptr) options.memory->deallocate(frame_, frame_size_, line);
+            bytes_reserved += wanted - frame_size_;
+            frame_ = grown;
+            frame_size_ = wanted;
+        }
+        values = frame_ + at_values;
+        rows = dense ? frame_ + at_rows : nullptr;
+        rows_clean = false;
+        row_size = new_row_size;
+        slots = reinterpret_cast<Slot*>(frame_ + at_slots);
+        for (std::size_t i = 0; i < slots_used; ++i) {
+            slots[i].places = reinterpret_cast<Place*>(frame_ + at_places + i * places_size);
+            slots[i].first = reinterpret_cast<Chunk**>(frame_ + at_first + i * first_size);
+        }
+        lists_ = reinterpret_cast<List*>(frame_ + at_lists);
+        partial_ = frame_ + at_partial;
+        partial_block_ = reinterpret_cast<std::uint32_t*>(frame_ + at_partial_block);
+        dirty_ = reinterpret_cast<bool*>(frame_ + at_dirty);
+        std::memset(dirty_, 1, new_bins);
+        bin_shift = shift;
+        bin_count = new_bins;
+        merging_slots_ = merging_slots;
+    }
+    blocks = plan.blocks;
+
+    if (!dense) {
+        Pool& pool = *pool_;
+        const std::size_t grant = chunk_size_ * chunks_per_grant;
+        std::size_t capacity = 0;
+        for (const Pool::Slab& slab : pool.slabs)
+            capacity += slab.size;
+        // For as many entries as last time, shared out among slots in the most unfavourable way.
+        const std::size_t enough = rounded_up(
+            (last_entries / entries_per_chunk() + std::size_t{new_slots} * (new_bins + chunks_per_grant)) *
+                chunk_size_,
+            grant);
+        if (last_entries != 0 && capacity < enough) {
+            const std::size_t wanted = rounded_up(enough + enough / 8 - capacity, grant);
+            pool.add_slab(wanted, options.memory);
+            bytes_reserved += wanted;
+        }
+        pool.slab = pool.used = pool.granted = 0;
+        for (std::uint32_t i = 0; i < new_slots; ++i) {
+            std::memset(static_cast<void*>(slots[i].places), 0, bin_count * sizeof(Place));
+            slots[i].chunks = slots[i].chunks_end = nullptr;
+            slots[i].last_block = 0;
+            slots[i].ascending = true;
+        }
+    }
+    objects = new_objects;
+    slot_count = new_slots;
+}
+
+void ResponseStore::refill(Slot& slot, Place& place)
+{
+    if (slot.chunks == slot.chunks_end) {
+        Pool& pool = *pool_;
+        const std::size_t grant = chunk_size_ * chunks_per_grant;
+        const std::lock_guard lock(pool.mutex);
+        while (pool.slab < pool.slabs.size() && pool.used == pool.slabs[pool.slab].size) {
+            ++pool.slab;
+            pool.used = 0;
+        }
+        if (pool.slab == pool.slabs.size()) {
+            const std::size_t size = grant * std::max<std::size_t>(4, pool.granted / grant / 2);
+            pool.add_slab(size, options.memory);
+            bytes_reserved += size;
+        }
+        slot.chunks = pool.slabs[pool.slab].bytes + pool.used;
+        slot.chunks_end = slot.chunks + grant;
+        pool.used += grant;
+        pool.granted += grant;
+    }
+    auto* const chunk = reinterpret_cast<Chunk*>(std::exchange(slot.chunks, slot.chunks + chunk_size_));
+    chunk->next = nullptr;
+    const std::size_t entries_size = entries_per_chunk() * entry_size_;
+    if (place.end == nullptr) {
+        slot.first[&place - slot.places] = chunk;
+    } else {
+        auto* const full = reinterpret_cast<Chunk*>(place.end - entries_size - header_size_);
+        full->next = chunk;
+        full->end = place.end;
+    }
+    place.next = reinterpret_cast<std::byte*>(chunk) + header_size_;
+    place.end = place.next + entries_size;
+}
+
+ResponseStore::Bin ResponseStore::open_bin(std::uint32_t bin, std::uint32_t merging_slot) noexcept
+{
+    Bin opened{};
+    opened.first = bin << bin_shift;
+    opened.count = std::min(objects - opened.first, std::uint32_t{1} << bin_shift);
+    opened.dirty = dirty_ + bin;
+    opened.ascending = true;
+    if (rows != nullptr) return opened;
+    const std::size_t per_bin = std::size_t{1} << bin_shift;
+    opened.partial = partial_ + merging_slot * per_bin * value_size_;
+    opened.block = partial_block_ + merging_slot * per_bin;
+    List* const lists = reinterpret_cast<List*>(reinterpret_cast<std::byte*>(lists_) +
+                                                merging_slot * rounded_up(slot_count * sizeof(List), line));
+    std::size_t count = 0;
+    for (std::uint32_t i = 0; i < slot_count; ++i) {
+        const Place& place = slots[i].places[bin];
+        if (place.end == nullptr) continue;
+        Chunk* chunk = slots[i].first[bin];
+        // Of the last chunk only its slot knows the end.
+        const std::size_t entries_size = entries_per_chunk() * entry_size_;
+        reinterpret_cast<Chunk*>(place.end - entries_size - header_size_)->end = place.next;
+        lists[count++] = {reinterpret_cast<std::byte*>(chunk) + header_size_, chunk->end, chunk};
+        opened.ascending = opened.ascending && slots[i].ascending;
+    }
+    opened.lists = {lists, count};
+    return opened;
+}
+
+bool ResponseStore::next_chunk(List& list) const noexcept
+{
+    if (list.chunk->next == nullptr) return false;
+    list.chunk = list.chunk->next;
+    list.next = reinterpret_cast<std::byte*>(list.chunk) + header_size_;
+    list.end = list.chunk->end;
+    return true;
+}
+
+void ResponseStore::throw_bad_add(Work work, std::uint32_t object) const
+{
+    if (slot_count == 0)
+        throw Error(ErrorCode::invalid_argument,
+                    "add before start, or after a start that failed: call start");
+    const auto fail = [](const char* what, std::uint32_t value, std::uint32_t limit, std::uint64_t index) {
+        throw Error(ErrorCode::invalid_argument,
+                    std::string("add to ") + what + " " + std::to_string(value) + ", but start was told of " +
+                        std::to_string(limit) + "; give it as many as there are",
+                    index);
+    };
+    if (object >= objects) fail("object", object, objects, object);
+    if (work.block >= blocks) fail("block", work.block, blocks, Error::no_index);
+    fail("slot", work.slot, slot_count, Error::no_index);
+    throw; // not reached
+}
+
+} // namespace detail
+JOSTLE_NAMESPACE_END

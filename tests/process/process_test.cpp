@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+// Every pair and item once, whoever works; and what callbacks throw.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+
+#include "executors.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/process.hpp"
+
+namespace {
+
+using jostle::Pair;
+using jostle::PairBatch;
+using jostle::ProcessOptions;
+using jostle::Schedule;
+using jostle::Work;
+using process_test::all_executors;
+
+ProcessOptions with(jostle::Executor& executor, std::uint64_t block_items = 0)
+{
+    ProcessOptions options;
+    options.executor = &executor;
+    options.block_items = block_items;
+    return options;
+}
+
+/// Boxes that give `wanted` pairs or so, in a buffer of many runs.
+jostle::PairBuffer some_pairs(int boxes)
+{
+    std::vector<jostle::Aabb3f> all;
+    for (int i = 0; i < boxes; ++i) {
+        const float x = float(i % 19), y = float(i / 19 % 19), z = float(i / 361);
+        all.push_back({{x, y, z}, {x + 1, y + 1, z + 1}});
+    }
+    return jostle::find_pairs(all);
+}
+
+TEST(ProcessItems, EveryItemOnceInBlocksThatDependOnTheItemsAlone)
+{
+    for (const std::uint64_t items : {0u, 1u, 7u, 8u, 9u, 1000u, 5000u, 300'000u})
+        for (const std::uint64_t block : {0u, 1u, 3u, 1'000'000u}) {
+            std::vector<std::pair<std::uint64_t, std::uint64_t>> expected; // by block, from the serial run
+            for (const auto& [name, executor] : all_executors()) {
+                const jostle::WorkPlan plan = jostle::plan_work(items, with(*executor, block));
+                ASSERT_EQ(plan.items, items);
+                std::vector<std::pair<std::uint64_t, std::uint64_t>> found(plan.blocks);
+                std::atomic<int> calls = 0, bad = 0;
+                jostle::process_items(
+                    items,
+                    [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                        ++calls;
+                        if (work.slot >= plan.slots || work.block >= plan.blocks || begin >= end)
+                            ++bad;
+                        else
+                            found[work.block] = {begin, end};
+                    },
+                    with(*executor, block));
+                ASSERT_EQ(bad, 0) << name;
+                ASSERT_EQ(calls, static_cast<int>(plan.blocks)) << name;
+                std::uint64_t next = 0;
+                for (const auto& [begin, end] : found) {
+                    ASSERT_EQ(begin, next) << name;
+                    next = end;
+                }
+                ASSERT_EQ(next, items) << name;
+                if (executor.get() == &jostle::serial_executor()) expected = found;
+                ASSERT_EQ(found, expected) << name;
+            }
+        }
+}
+
+TEST(ProcessItems, PlansOfHugeWork)
+{
+    constexpr std::uint64_t most = ~std::uint64_t{0};
+    const ProcessOptions options = with(jostle::serial_executor(), 1);
+    for (const std::uint64_t items : {most, most - 1, std::uint64_t{1} << 32, (std::uint64_t{1} << 32) - 1}) {
+        const jostle::WorkPlan plan = jostle::plan_work(items, options);
+        EXPECT_GE(plan.block_items * (plan.blocks - 1), items - plan.block_items);
+        EXPECT_LT(plan.block_items * (plan.blocks - 1), items);
+    }
+    EXPECT_EQ(jostle::plan_work(10, with(jostle::serial_executor(), most)).blocks, 1u);
+    EXPECT_EQ(jostle::plan_all_pairs(0).blocks, 0u);
+    EXPECT_EQ(jostle::plan_all_pairs(~0u).items, 4'294'967'295ull * 4'294'967'294u / 2);
+}
+
+TEST(ProcessItems, TwoTasksNeverShareASlot)
+{
+    const auto executor = jostle::make_thread_executor(7);
+    std::vector<std::atomic<int>> inside(7);
+    std::atomic<int> shared = 0;
+    jostle::process_items(
+        2'000,
+        [&](std::uint64_t, std::uint64_t, Work work) {
+            if (++inside[work.slot] != 1) ++shared;
+            std::this_thread::yield();
+            --inside[work.slot];
+        },
+        with(*executor, 1));
+    EXPECT_EQ(shared, 0);
+}
+
+TEST(ProcessPairs, EveryPairOnceInItsPlace)
+{
+    for (const int boxes : {0, 1, 2, 9, 400, 4'000}) {
+        const jostle::PairBuffer buffer = some_pairs(boxes);
+        const std::vector<Pair> pairs = buffer.to_vector();
+        for (const auto& [name, executor] : all_executors())
+            for (const std::uint64_t block : {0u, 1u, 100u}) {
+                const ProcessOptions options = with(*executor, block);
+                const jostle::WorkPlan plan = jostle::plan_work(pairs.size(), options);
+                for (const bool from_span : {false, true}) {
+                    std::vector<Pair> placed(pairs.size());
+                    std::vector<std::uint64_t> next_in(plan.blocks);
+                    std::atomic<std::uint64_t> taken = 0, misplaced = 0;
+                    const auto take = [&](const PairBatch& batch) {
+                        taken += batch.pairs.size();
+                        const std::uint64_t begin = batch.work.block * plan.block_items;
+                        // Batches of a block follow one another.
+                        if (batch.first != begin + next_in[batch.work.block] ||
+                            batch.first + batch.pairs.size() > begin + plan.block_items)
+                            ++misplaced;
+                        next_in[batch.work.block] += batch.pairs.size();
+                        std::copy(batch.pairs.begin(), batch.pairs.end(), placed.begin() + long(batch.first));
+                    };
+                    if (from_span)
+                        jostle::process_pairs(pairs, take, options);
+                    else
+                        jostle::process_pairs(buffer, take, options);
+                    ASSERT_EQ(taken, pairs.size()) << name;
+                    ASSERT_EQ(misplaced, 0u) << name;
+                    ASSERT_EQ(placed, pairs) << name;
+                }
+                std::atomic<std::uint64_t> sum = 0;
+                jostle::process_pairs(
+                    buffer,
+                    [&](const Pair& pair, Work work) {
+                        sum += work.block < plan.blocks ? jostle::pair_checksum({&pair, 1}) : 1;
+                    },
+                    options);
+                ASSERT_EQ(sum, jostle::pair_checksum(pairs)) << name;
+            }
+    }
+}
+
+constexpr Schedule schedules[] = {Schedule::dynamic, Schedule::zigzag, Schedule::equal_blocks};
+
+TEST(ProcessAllPairs, EverySchedulePassesEveryPairOnceInTheSameBlocks)
+{
+    for (const std::uint32_t objects : {0u, 1u, 2u, 3u, 9u, 10u, 64u, 401u})
+        for (const auto& [name, executor] : all_executors())
+            for (const Schedule schedule : schedules) {
+                const ProcessOptions options = with(*executor);
+                const jostle::WorkPlan plan = jostle::plan_all_pairs(objects, options);
+                std::vector<std::vector<Pair>> of_block(plan.blocks);
+                std::atomic<int> bad = 0;
+                jostle::process_all_pairs(
+                    objects,
+                    [&](const Pair& pair, Work work) {
+                        if (work.block != pair.a || work.slot >= plan.slots) ++bad;
+                        of_block[pair.a].push_back(pair);
+                    },
+                    options, schedule);
+                ASSERT_EQ(bad, 0) << name;
+                std::vector<Pair> all, expected;
+                for (const std::vector<Pair>& row : of_block)
+                    all.insert(all.end(), row.begin(), row.end());
+                for (std::uint32_t a = 0; a < objects; ++a)
+                    for (std::uint32_t b = a + 1; b < objects; ++b)
+                        expected.push_back({a, b});
+                ASSERT_EQ(all, expected) << name;
+                std::atomic<std::uint64_t> pairs = 0;
+                jostle::process_all_pairs(
+                    objects, [&](const jostle::PairRow& row) { pairs += row.b_end - row.b_begin; }, options,
+                    schedule);
+                ASSERT_EQ(pairs, plan.items) << name;
+            }
+}
+
+TEST(ProcessAllPairs, StaticSharesAreTheChapters)
+{
+    // The chapter's example: 9 objects on 3 processors.
+    const auto share = [](Schedule schedule) {
+        std::vector<std::uint32_t> shares(3);
+        process_test::ShuffledExecutor three(3);
+        jostle::process_all_pairs(
+            9, [&](const Pair&, Work work) { ++shares[work.slot]; }, with(three), schedule);
+        return shares;
+    };
+    EXPECT_EQ(share(Schedule::equal_blocks), (std::vector<std::uint32_t>{21, 12, 3}));
+    EXPECT_EQ(share(Schedule::zigzag), (std::vector<std::uint32_t>{13, 12, 11}));
+}
+
+TEST(Process, TheLowestBlocksExceptionLeavesTheCall)
+{
+    for (const auto& [name, executor] : all_executors()) {
+        for (int repeat = 0; repeat < 20; ++repeat) {
+            std::atomic<std::uint64_t> below = 0;
+            try {
+                jostle::process_items(
+                    1'000,
+                    [&](std::uint64_t begin, std::uint64_t, Work work) {
+                        if (begin < 137) ++below;
+                        if (begin >= 137) throw std::runtime_error(std::to_string(work.block));
+                    },
+                    with(*executor, 1));
+                FAIL() << name;
+            } catch (const std::runtime_error& error) {
+                ASSERT_STREQ(error.what(), "137") << name;
+                ASSERT_EQ(below, 137u) << name;
+            }
+        }
+        for (const Schedule schedule : schedules)
+            try {
+                jostle::process_all_pairs(
+                    300,
+                    [](const Pair& pair, Work) {
+                        if (pair.a >= 41 && pair.b == 200) throw pair;
+                    },
+                    with(*executor), schedule);
+                FAIL() << name;
+            } catch (const Pair& pair) {
+                EXPECT_EQ(pair, (Pair{41, 200})) << name;
+            }
+    }
+}
+
+TEST(Process, WorkGoesOnAfterAnException)
+{
+    const jostle::PairBuffer pairs = some_pairs(500);
+    const auto executor = jostle::make_thread_executor(3);
+    for (int repeat = 0; repeat < 50; ++repeat) {
+        EXPECT_THROW(
+            jostle::process_pairs(pairs, [](const PairBatch&) { throw 1; }, with(*executor, 5)), int);
+        std::atomic<std::uint64_t> count = 0;
+        jostle::process_pairs(
+            pairs, [&](const PairBatch& batch) { count += batch.pairs.size(); }, with(*executor, 5));
+        ASSERT_EQ(count, pairs.size());
+    }
+}
+
+} // namespace
