@@ -22,7 +22,13 @@ struct PairFinder::Implementation
 
     /// One call of the interface: boxes of up to 2^32 objects a set, in slices that the engine can number.
     template <int Dim, class T, class AnyFilter>
-    bool search(const engine::Boxes<Dim, T>& boxes, PairSink sink, const AnyFilter& filter);
+    bool search(const engine::Boxes<Dim, T>& boxes, PairSink sink, const AnyFilter& filter)
+    {
+        return search(boxes, sink, filter, {}, result);
+    }
+    template <int Dim, class T, class AnyFilter>
+    bool search(const engine::Boxes<Dim, T>& boxes, PairSink sink, const AnyFilter& filter,
+                engine::PairSelection selection, PairBuffer& into);
     template <int Dim, class T, class AnyFilter>
     PairBuffer& store(const engine::Boxes<Dim, T>& boxes, const AnyFilter& filter, Order order)
     {
@@ -87,10 +93,11 @@ void validate(const engine::Boxes<Dim, T>& boxes)
 
 template <int Dim, class T, class AnyFilter>
 bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, PairSink sink,
-                                        const AnyFilter& filter)
+                                        const AnyFilter& filter, engine::PairSelection selection,
+                                        PairBuffer& into)
 {
     const auto start = std::chrono::steady_clock::now();
-    result.clear();
+    into.clear();
     stats = {};
     engine.begin_call();
     check_sizes(boxes);
@@ -107,9 +114,10 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
         return sink(chunk);
     };
     engine::Request request;
+    request.select = selection;
     if (!is_empty(filter)) request.select = select;
     if (sink) request.sink = count_and_pass;
-    request.result = &result;
+    request.result = &into;
 
     bool complete = true;
     const auto run = [&](const engine::Boxes<Dim, T>& part, std::size_t offset_a, std::size_t offset_b) {
@@ -142,12 +150,12 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
             }
         }
     } catch (...) {
-        result.clear();
+        into.clear();
         throw;
     }
     stats = engine.stats;
     stats.objects = boxes.size();
-    stats.pairs = sink ? pairs.load() : result.size();
+    stats.pairs = sink ? pairs.load() : into.size();
     stats.bytes_reserved = engine.bytes();
     stats.ms_total =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -192,6 +200,20 @@ PairFinder::PairFinder(const FinderOptions& options)
 PairFinder::PairFinder(PairFinder&&) noexcept = default;
 PairFinder& PairFinder::operator=(PairFinder&&) noexcept = default;
 PairFinder::~PairFinder() = default;
+
+template <int Dim, Coordinate T>
+void PairFinderAccess::find(PairFinder& finder, const BoxView<Dim, T>& boxes, Selection select,
+                            PairBuffer& result)
+{
+    finder.implementation_->search(engine::Boxes<Dim, T>{boxes, {}, false}, {}, Filter{}, select, result);
+}
+
+template <int Dim, Coordinate T>
+void PairFinderAccess::find(PairFinder& finder, const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
+                            Selection select, PairBuffer& result)
+{
+    finder.implementation_->search(engine::Boxes<Dim, T>{a, b, true}, {}, CrossFilter{}, select, result);
+}
 
 void PairFinderAccess::search_in_slices_of(PairFinder& finder, std::size_t objects)
 {
@@ -259,7 +281,10 @@ PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, 
                                      const CrossFilter&);                                                    \
     template PairBuffer PairFinder::take(const BoxView<Dim, T>&, const Filter&, Order);                      \
     template PairBuffer PairFinder::take(const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&, \
-                                         Order);
+                                         Order);                                                             \
+    template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, Selection, PairBuffer&);       \
+    template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, const BoxView<Dim, T>&,        \
+                                         Selection, PairBuffer&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

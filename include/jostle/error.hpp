@@ -17,6 +17,8 @@ enum class ErrorCode
     too_many_objects,   ///< more objects than a 32-bit index can name
     size_mismatch,      ///< per-object arrays of different lengths
     invalid_argument,   ///< anything else that the documentation of the call forbids
+    stale_id,           ///< an `ObjectId` that names no object of the world
+    bad_snapshot,       ///< a snapshot that is cut short, altered, or of another kind of world
 };
 
 /// Thrown for what the user's data can cause. The message says what to do and names the object and value;

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <iosfwd>
+#include <memory>
+#include <memory_resource>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "jostle/box.hpp"
+#include "jostle/error.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/function_ref.hpp"
+#include "jostle/pair_buffer.hpp"
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Names an object of a World for as long as it lives. `index` is small and dense, good for indexing the
+/// user's own arrays; it is used again for another object after this one's removal, `generation` isn't.
+struct ObjectId
+{
+    std::uint32_t index = ~std::uint32_t{0};
+    std::uint32_t generation = 0; ///< 0 names nothing
+    friend constexpr bool operator==(const ObjectId&, const ObjectId&) = default;
+    friend constexpr auto operator<=>(const ObjectId&, const ObjectId&) = default;
+};
+
+/// Whom an object pairs with; as in `Filter`.
+struct ObjectFilter
+{
+    std::uint32_t category = 1;
+    std::uint32_t mask = ~std::uint32_t{0};
+    std::uint32_t owner = Filter::no_owner; ///< objects of one owner never pair with each other
+    bool is_static = false;                 ///< static objects never pair with static ones
+    friend constexpr bool operator==(const ObjectFilter&, const ObjectFilter&) = default;
+};
+
+template <class T>
+struct ObjectOptions
+{
+    ObjectFilter filter = {};
+    bool enabled = true; ///< disabled objects keep their id and their box, and touch nothing
+    T margin = 0;        ///< added to `WorldOptions::margin`
+};
+
+struct ObjectPair
+{
+    ObjectId a, b; ///< a.index < b.index
+    friend constexpr bool operator==(const ObjectPair&, const ObjectPair&) = default;
+};
+
+enum class EndReason : std::uint8_t
+{
+    moved_apart, ///< the boxes touch no more
+    removed,     ///< one of the objects is gone
+    disabled,    ///< one of the objects was disabled
+    filtered,    ///< the boxes touch, but a filter or `accept` is against it now
+};
+
+struct EndedPair
+{
+    ObjectId a, b; ///< a.index < b.index; a removed object's id names nothing any more
+    EndReason reason;
+    friend constexpr bool operator==(const EndedPair&, const EndedPair&) = default;
+};
+
+struct WorldOptions
+{
+    /// Null means default_executor(). It must outlive the world.
+    Executor* executor = nullptr;
+    /// Where memory comes from. Used from several threads at a time: give a synchronised resource.
+    std::pmr::memory_resource* memory = std::pmr::get_default_resource();
+    /// One of supported_instruction_sets(); for tests and measurements.
+    InstructionSet instruction_set = supported_instruction_sets().front();
+    /// Every box is this much bigger on every side: pairs begin before their boxes touch. Units of the boxes.
+    double margin = 0;
+    /// Asked once about each pair that would begin, and again about the pairs of an object whose filter is
+    /// set; its answer holds until the pair ends. It is called inside update(), on its thread, in ascending
+    /// order of the pairs. It may queue commands and read the world. What it throws ends the update and
+    /// leaves the world as it was.
+    std::function<bool(ObjectId a, ObjectId b)> accept = {};
+};
+
+/// What the last update did, and what there is. Counts depend on neither threads nor instruction set; times
+/// do.
+struct WorldStats
+{
+    std::uint64_t objects = 0;  ///< in the world
+    std::uint64_t resting = 0;  ///< of these: kept in the index, cost nothing
+    std::uint64_t active = 0;   ///< of these: moved in one of the last updates
+    std::uint64_t disabled = 0; ///< of these
+    std::uint64_t refused = 0;  ///< pairs that `accept` has refused and that still touch
+
+    std::uint64_t commands = 0;        ///< applied by the last update
+    std::uint64_t dropped = 0;         ///< of these: for objects removed before the command's turn came
+    std::uint64_t changed = 0;         ///< objects that differ from the update before
+    std::uint64_t woken = 0;           ///< resting objects that became active
+    std::uint64_t settled = 0;         ///< active objects that came to rest
+    std::uint64_t candidates = 0;      ///< pairs whose boxes, old or new, were looked at
+    std::uint64_t false_positives = 0; ///< of these: no pair, neither before nor now
+    std::uint64_t began = 0, persisted = 0, ended = 0;
+
+    std::uint64_t bytes_reserved = 0; ///< all memory that the world holds
+
+    /// Wall-clock microseconds of the last update and its stages: applying commands, finding pairs among
+    /// active objects, finding those between active and resting ones, ordering the events, and bringing the
+    /// index up to date.
+    double us_total = 0, us_apply = 0, us_active = 0, us_resting = 0, us_events = 0, us_index = 0;
+};
+
+/// What a world draws of itself.
+enum class DrawKind : std::uint8_t
+{
+    active,
+    resting,
+    disabled, ///< boxes
+    began,
+    persisted,
+    ended, ///< lines from centre to centre
+};
+
+/// Objects that live, move and rest, and the pairs between them: which began, persist and ended.
+///
+/// What callers do between updates is *queued* and takes effect, all at once, in the next update(). Between
+/// two updates everything that can be read stays as it is.
+///
+/// Cost      an update is proportional to the objects that changed and their pairs. Resting objects cost
+///           nothing, however many. There is nothing to configure: no capacity, bounds, cell size or order of
+///           insertion.
+/// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
+/// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
+///           Everything that reads: from any number of threads, not during update(), restore or moves.
+///           update(), one at a time.
+/// Order     the result depends on what was queued, not on which thread was first. Commands of one thread
+///           take effect in its order. If several threads set the same property (box, filter, margin,
+///           enabled) of the same object for the same update, the greatest `sequence` wins, and of equals a
+///           fixed choice by the values. A removal beats everything.
+///           Which ids add() hands out does depend on who asks first: where that matters, add from one
+///           thread at a time.
+/// Errors    `Error` that names the object and the value, from the call that was given it: stale ids, NaN
+///           or inverted boxes. `std::bad_alloc`. Either leaves the world as it was before the call.
+template <int Dim, Coordinate T>
+class JOSTLE_API World
+{
+  public:
+    using Box = Aabb<Dim, T>;
+    using Boxes = BoxView<Dim, T>;
+    using Options = ObjectOptions<T>;
+    using Vector = const T (&)[Dim];
+
+    explicit World(const WorldOptions& options = {});
+    World(World&&) noexcept;
+    World& operator=(World&&) noexcept;
+    ~World();
+
+    // --- Commands: queued, from any thread at any time ---
+
+    /// A new object. The id is good at once; the object is there from the next update on.
+    ObjectId add(const Box& box, const Options& options = {});
+    /// As many as there are boxes; ids[i] becomes that of boxes[i].
+    void add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options = {});
+    void remove(ObjectId id);
+    void remove(std::span<const ObjectId> ids);
+
+    /// The object's box is now this one, of whatever size.
+    void move(ObjectId id, const Box& box, std::uint32_t sequence = 0);
+    void move(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t sequence = 0);
+    /// The object's box is now this one, and during the coming step moves by `displacement`: it touches what
+    /// lies on its way, until it is moved again.
+    void move(ObjectId id, const Box& box, Vector displacement, std::uint32_t sequence = 0);
+    /// Like move, for leaps: neither place need be near the other. Only a hint: leaps are noticed.
+    void teleport(ObjectId id, const Box& box, std::uint32_t sequence = 0);
+    /// New edge lengths, the same centre.
+    void resize(ObjectId id, Vector size, std::uint32_t sequence = 0);
+    void set_filter(ObjectId id, const ObjectFilter& filter, std::uint32_t sequence = 0);
+    void set_margin(ObjectId id, T margin, std::uint32_t sequence = 0);
+    void set_enabled(ObjectId id, bool enabled, std::uint32_t sequence = 0);
+
+    // --- Update ---
+
+    /// Applies what was queued before the call and finds out what that did to the pairs.
+    void update();
+    /// move(ids, boxes) by this thread, then update(); the boxes are read in place.
+    void update(std::span<const ObjectId> ids, const Boxes& boxes);
+
+    // --- The pairs, as of the last update ---
+
+    /// Those that touch now and didn't before, and those that did and don't, ascending by (a.index,
+    /// b.index). Every pair that began ends, with a reason, however it ends. Valid until the next update.
+    [[nodiscard]] std::span<const ObjectPair> began() const noexcept;
+    [[nodiscard]] std::span<const EndedPair> ended() const noexcept;
+    /// Those that touched before and still do, and of which one object at least changed; by index, a < b.
+    /// In an order that depends on the objects alone, grouped by place. Valid until the next update.
+    [[nodiscard]] const PairBuffer& persisted() const noexcept;
+    /// All that touch, changed or not, ascending by (a, b), by index. Searched for in this call: costs as
+    /// much as `PairFinder` takes for all objects.
+    [[nodiscard]] PairBuffer pairs() const;
+
+    // --- The objects, as of the last update ---
+
+    [[nodiscard]] std::size_t size() const noexcept;
+    /// Every index is less than this.
+    [[nodiscard]] std::uint32_t index_end() const noexcept;
+    [[nodiscard]] bool contains(ObjectId id) const noexcept;
+    /// Of the object with this index; `ObjectId{}` if there is none.
+    [[nodiscard]] ObjectId id(std::uint32_t index) const noexcept;
+    /// As it was given, without margin and displacement.
+    [[nodiscard]] Box box(ObjectId id) const;
+    /// As it is compared with others, margin and displacement included.
+    [[nodiscard]] Box bounds(ObjectId id) const;
+    [[nodiscard]] ObjectFilter filter(ObjectId id) const;
+    [[nodiscard]] bool enabled(ObjectId id) const;
+    [[nodiscard]] T margin(ObjectId id) const;
+
+    // --- Seeing inside ---
+
+    [[nodiscard]] const WorldStats& stats() const noexcept;
+    /// What the world looks like and what the last update spent its time on, in words.
+    [[nodiscard]] std::string explain() const;
+    /// Calls `box` for every object and `line` for every pair of the last update's lists.
+    void draw(FunctionRef<void(const Box& box, DrawKind kind)> box,
+              FunctionRef<void(Vector from, Vector to, DrawKind kind)> line = {}) const;
+
+    struct Implementation;
+
+  private:
+    std::unique_ptr<Implementation> implementation_;
+};
+
+extern template class World<2, float>;
+extern template class World<2, double>;
+extern template class World<3, float>;
+extern template class World<3, double>;
+
+using World2f = World<2, float>;
+using World2d = World<2, double>;
+using World3f = World<3, float>;
+using World3d = World<3, double>;
+
+JOSTLE_NAMESPACE_END

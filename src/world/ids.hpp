@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <memory_resource>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "jostle/error.hpp"
+#include "jostle/world.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// Hands out ids and knows which are good. Everything from any thread at any time; looking one up takes no
+/// lock, because the table grows by segments that never move.
+class IdTable
+{
+  public:
+    struct Free
+    {
+        std::uint32_t index, generation; // to be handed out next
+    };
+
+    explicit IdTable(std::pmr::memory_resource* memory) : memory_(memory), free_(memory) {}
+    IdTable(const IdTable&) = delete;
+    IdTable& operator=(const IdTable&) = delete;
+    ~IdTable()
+    {
+        for (std::uint32_t s = 0; s < segments; ++s)
+            if (Generation* segment = segment_[s].load(std::memory_order_relaxed))
+                memory_->deallocate(segment, segment_size(s) * sizeof(Generation), alignof(Generation));
+    }
+
+    void take(std::span<ObjectId> ids)
+    {
+        const std::lock_guard lock(mutex_);
+        const std::size_t reused = std::min(free_.size(), ids.size());
+        grow(ids.size() - reused);
+        for (std::size_t i = 0; i < ids.size(); ++i) {
+            if (i < reused) {
+                ids[i] = {free_.back().index, free_.back().generation};
+                free_.pop_back();
+            } else {
+                ids[i] = {end_.load(std::memory_order_relaxed), 1};
+                end_.store(ids[i].index + 1, std::memory_order_release);
+            }
+            at(ids[i].index).store(ids[i].generation, std::memory_order_release);
+        }
+    }
+
+    /// The id is good no longer; its index may be handed out again. There is room for it: see grow.
+    void release(ObjectId id) noexcept
+    {
+        const std::lock_guard lock(mutex_);
+        at(id.index).store(0, std::memory_order_release);
+        // An index whose generations are used up is retired.
+        if (id.generation != std::numeric_limits<std::uint32_t>::max())
+            free_.push_back({id.index, id.generation + 1});
+    }
+
+    /// Of the object with this index, also of one still to be added; 0 if there is none.
+    [[nodiscard]] std::uint32_t generation(std::uint32_t index) const noexcept
+    {
+        return index < end() ? at(index).load(std::memory_order_acquire) : 0;
+    }
+    [[nodiscard]] bool is_good(ObjectId id) const noexcept
+    {
+        return id.generation != 0 && generation(id.index) == id.generation;
+    }
+    void check(ObjectId id) const
+    {
+        if (!is_good(id)) throw_stale(id);
+    }
+    [[noreturn]] void throw_stale(ObjectId id) const;
+
+    /// One more than the greatest index handed out.
+    [[nodiscard]] std::uint32_t end() const noexcept { return end_.load(std::memory_order_acquire); }
+
+    [[nodiscard]] std::pmr::vector<Free> free_list() const
+    {
+        const std::lock_guard lock(mutex_);
+        return {free_, memory_};
+    }
+    /// For a table that has handed out nothing yet.
+    void restore(std::span<const std::uint32_t> generations, std::span<const Free> free)
+    {
+        const std::lock_guard lock(mutex_);
+        grow(generations.size());
+        for (std::uint32_t i = 0; i < generations.size(); ++i)
+            at(i).store(generations[i], std::memory_order_relaxed);
+        free_.assign(free.begin(), free.end());
+        end_.store(static_cast<std::uint32_t>(generations.size()), std::memory_order_release);
+    }
+    [[nodiscard]] std::uint64_t bytes() const noexcept
+    {
+        const std::lock_guard lock(mutex_);
+        std::uint64_t sum = free_.capacity() * sizeof(Free);
+        for (std::uint32_t s = 0; s < segments; ++s)
+            if (segment_[s].load(std::memory_order_relaxed) != nullptr)
+                sum += segment_size(s) * sizeof(Generation);
+        return sum;
+    }
+
+  private:
+    using Generation = std::atomic<std::uint32_t>;
+    static constexpr std::uint32_t first_bits = 10;
+    static constexpr std::uint32_t segments = 32 - first_bits + 1;
+
+    // Segment 0 has the first 2^first_bits indices, each further one as many as all before it.
+    static std::uint32_t segment_of(std::uint32_t index) noexcept
+    {
+        return 32 - static_cast<std::uint32_t>(std::countl_zero(index >> first_bits));
+    }
+    static std::size_t segment_size(std::uint32_t s) noexcept
+    {
+        return std::size_t{1} << (first_bits + (s == 0 ? 0 : s - 1));
+    }
+    [[nodiscard]] Generation& at(std::uint32_t index) const noexcept
+    {
+        const std::uint32_t s = segment_of(index);
+        const std::uint32_t first = s == 0 ? 0 : static_cast<std::uint32_t>(segment_size(s));
+        return segment_[s].load(std::memory_order_acquire)[index - first];
+    }
+    void grow(std::size_t fresh)
+    {
+        const std::uint64_t wanted = std::uint64_t{end_.load(std::memory_order_relaxed)} + fresh;
+        if (wanted > std::numeric_limits<std::uint32_t>::max())
+            throw Error(ErrorCode::too_many_objects,
+                        "the world would have " + std::to_string(wanted) +
+                            " objects: ids number them with 32 bits; use several worlds");
+        if (wanted > free_.capacity()) free_.reserve(wanted + wanted / 2);
+        for (std::uint32_t s = 0; wanted != 0 && s <= segment_of(static_cast<std::uint32_t>(wanted - 1)); ++s)
+            if (segment_[s].load(std::memory_order_relaxed) == nullptr) {
+                auto* segment = static_cast<Generation*>(
+                    memory_->allocate(segment_size(s) * sizeof(Generation), alignof(Generation)));
+                for (std::size_t i = 0; i < segment_size(s); ++i)
+                    new (segment + i) Generation(0);
+                segment_[s].store(segment, std::memory_order_release);
+            }
+    }
+
+    mutable std::mutex mutex_; // guards all but looking up
+    std::pmr::memory_resource* memory_;
+    std::pmr::vector<Free> free_;
+    std::array<std::atomic<Generation*>, segments> segment_ = {};
+    std::atomic<std::uint32_t> end_{0};
+};
+
+} // namespace world
+JOSTLE_NAMESPACE_END

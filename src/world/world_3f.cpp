@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: MIT
+#include "world/world-inl.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+template class World<3, float>;
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <limits>
+#include <memory>
+
+#include "twin.hpp"
+
+namespace world_tests {
+
+using jostle_scenes::Random;
+
+/// Boxes that touch now and then, with many bounds in common, and some that are hard on everybody.
+template <int Dim, class T>
+Aabb<Dim, T> random_box(Random& random, double extent)
+{
+    Aabb<Dim, T> box;
+    const std::uint32_t kind = random.below(64);
+    for (int d = 0; d < Dim; ++d) {
+        double lo = random.uniform(0, extent), size = random.uniform(0.5, 1.5);
+        if (kind < 16) lo = random.below(static_cast<std::uint32_t>(extent) + 1), size = 1;
+        if (kind == 16) size = 0;
+        if (kind == 17) size = extent / 4;
+        if (kind == 18) lo += 1e9;
+        if (kind == 19) lo = extent / 2;
+        box.lo[d] = static_cast<T>(lo);
+        box.hi[d] = static_cast<T>(lo + size);
+        if (kind == 20 && random.below(2) == 0) box.lo[d] = -std::numeric_limits<T>::infinity();
+        if (kind == 20 && random.below(2) == 0) box.hi[d] = std::numeric_limits<T>::infinity();
+    }
+    return box;
+}
+
+inline ObjectFilter random_filter(Random& random)
+{
+    ObjectFilter filter;
+    if (random.below(3) == 0) {
+        filter.category = 1u << random.below(3);
+        filter.mask = random.below(3) == 0 ? ~0u : random.below(8);
+    }
+    if (random.below(4) == 0) filter.owner = random.below(6);
+    filter.is_static = random.below(4) == 0;
+    return filter;
+}
+
+/// A world and its twin under random commands.
+template <int Dim, class T>
+class Churn
+{
+  public:
+    using Box = Aabb<Dim, T>;
+    jostle::WorldOptions options;
+    std::unique_ptr<jostle::World<Dim, T>> world;
+    Twin<Dim, T> twin;
+    Random random;
+    double extent;
+    std::uint64_t operations = 0;
+    std::uint64_t began = 0, persisted = 0, ended[4] = {};
+
+    Churn(std::uint64_t seed, double space, bool callback, jostle::WorldOptions with = {})
+        : options(with), random(seed), extent(space)
+    {
+        twin.has_callback = callback;
+        if (callback) options.accept = [this](ObjectId a, ObjectId b) { return accepts(twin.salt, a, b); };
+        world = std::make_unique<jostle::World<Dim, T>>(options);
+    }
+
+    typename Twin<Dim, T>::Thing& any_thing()
+    {
+        auto at = twin.things.lower_bound(random.below(twin.things.rbegin()->first + 1));
+        return at->second;
+    }
+
+    void add()
+    {
+        typename Twin<Dim, T>::Thing thing;
+        thing.box = random_box<Dim, T>(random, extent);
+        jostle::ObjectOptions<T> with;
+        with.filter = thing.filter = random_filter(random);
+        with.enabled = thing.enabled = random.below(8) != 0;
+        if (random.below(8) == 0) with.margin = T(0.25);
+        thing.margin = static_cast<T>(options.margin) + with.margin;
+        thing.id = world->add(thing.box, with);
+        twin.things[thing.id.index] = thing;
+    }
+    void remove()
+    {
+        const ObjectId id = any_thing().id;
+        world->remove(id);
+        twin.things.erase(id.index);
+    }
+    Box nudged(Box box)
+    {
+        for (int d = 0; d < Dim; ++d) {
+            const T by = static_cast<T>(random.uniform(-0.3, 0.3));
+            box.lo[d] += by;
+            box.hi[d] += by;
+            if (!(box.lo[d] <= box.hi[d])) return random_box<Dim, T>(random, extent);
+        }
+        return box;
+    }
+    void move()
+    {
+        auto& thing = any_thing();
+        thing.displacement = {};
+        switch (random.below(8)) {
+        case 0:
+            thing.box = random_box<Dim, T>(random, extent);
+            world->teleport(thing.id, thing.box);
+            break;
+        case 1:
+            thing.box = random_box<Dim, T>(random, extent);
+            world->move(thing.id, thing.box);
+            break;
+        case 2: {
+            thing.box = nudged(thing.box);
+            T by[Dim];
+            for (std::size_t d = 0; d < Dim; ++d)
+                by[d] = thing.displacement[d] = static_cast<T>(random.uniform(-2, 2));
+            world->move(thing.id, thing.box, by);
+            break;
+        }
+        case 3: // the same again: nothing changes
+            world->move(thing.id, thing.box);
+            break;
+        default:
+            thing.box = nudged(thing.box);
+            world->move(thing.id, thing.box);
+        }
+    }
+    void resize()
+    {
+        auto& thing = any_thing();
+        T size[Dim];
+        for (int d = 0; d < Dim; ++d) {
+            size[d] = static_cast<T>(random.uniform(0, 2));
+            const T centre = thing.box.lo[d] + (thing.box.hi[d] - thing.box.lo[d]) / 2;
+            if (!(centre - size[d] / 2 <= centre + size[d] / 2)) continue;
+            thing.box.lo[d] = centre - size[d] / 2;
+            thing.box.hi[d] = centre + size[d] / 2;
+        }
+        world->resize(thing.id, size);
+    }
+    void set_filter()
+    {
+        auto& thing = any_thing();
+        if (random.below(4) != 0) thing.filter = random_filter(random);
+        world->set_filter(thing.id, thing.filter);
+        twin.filter_was_set.insert(thing.id.index);
+    }
+    void set_margin()
+    {
+        auto& thing = any_thing();
+        const T own = random.below(2) == 0 ? T(0) : T(0.5);
+        thing.margin = static_cast<T>(options.margin) + own;
+        world->set_margin(thing.id, own);
+    }
+    void set_enabled()
+    {
+        auto& thing = any_thing();
+        thing.enabled = random.below(2) != 0;
+        world->set_enabled(thing.id, thing.enabled);
+    }
+
+    /// One command, so that there are about `target` objects in the long run.
+    void operate(std::size_t target)
+    {
+        ++operations;
+        const std::uint32_t kind = random.below(32);
+        if (twin.things.empty() || (twin.things.size() < target && kind < 12)) return add();
+        if (kind < (twin.things.size() < target ? 14u : 4u)) return remove();
+        if (kind < 26) return move();
+        if (kind < 28) return resize();
+        if (kind < 30) return set_filter();
+        if (kind < 31) return set_margin();
+        return set_enabled();
+    }
+
+    testing::AssertionResult update(bool with_pairs = true)
+    {
+        world->update();
+        twin.update();
+        began += twin.began.size();
+        persisted += twin.persisted.size();
+        for (const EndedPair& pair : twin.ended)
+            ++ended[static_cast<std::size_t>(pair.reason)];
+        return agree(*world, twin, with_pairs);
+    }
+};
+
+} // namespace world_tests

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "jostle/world.hpp"
+#include "scenes/random.hpp"
+
+/// What a World answers to, written to be obviously right: every box against every other, and an explicit
+/// set of the pairs that there are.
+namespace world_tests {
+
+using jostle::Aabb;
+using jostle::EndedPair;
+using jostle::EndReason;
+using jostle::ObjectFilter;
+using jostle::ObjectId;
+using jostle::ObjectPair;
+using jostle::Pair;
+
+/// Does the callback take this pair, while the rule is `salt`? 0: it takes all.
+inline bool accepts(std::uint64_t salt, ObjectId a, ObjectId b)
+{
+    std::uint64_t x = salt ^ (std::uint64_t{a.index} << 32 | b.index) * 0x9e3779b97f4a7c15u;
+    x ^= x >> 29;
+    x *= 0xbf58476d1ce4e5b9u;
+    x ^= x >> 32;
+    return salt == 0 || x % 4 != 0;
+}
+
+template <int Dim, class T>
+class Twin
+{
+  public:
+    using Box = Aabb<Dim, T>;
+    struct Thing
+    {
+        ObjectId id;
+        Box box;
+        std::array<T, Dim> displacement{};
+        T margin = 0;
+        ObjectFilter filter;
+        bool enabled = true;
+
+        Box bounds() const
+        {
+            Box all = box;
+            for (int d = 0; d < Dim; ++d) {
+                const T by = displacement[static_cast<std::size_t>(d)];
+                all.lo[d] = std::min(box.lo[d], box.lo[d] + by) - margin;
+                all.hi[d] = std::max(box.hi[d], box.hi[d] + by) + margin;
+            }
+            return all;
+        }
+    };
+    std::map<std::uint32_t, Thing> things; ///< by index; what the next update will see
+    std::uint64_t salt = 0;                ///< of the callback
+    bool has_callback = false;
+    std::set<std::uint32_t> filter_was_set; ///< since the last update
+
+    std::vector<ObjectPair> began;
+    std::vector<EndedPair> ended;
+    std::vector<Pair> persisted, all; ///< sorted
+
+    void update()
+    {
+        std::set<std::pair<std::uint32_t, std::uint32_t>> now, now_accepted;
+        began.clear();
+        ended.clear();
+        persisted.clear();
+        all.clear();
+        for (auto a = things.begin(); a != things.end(); ++a)
+            for (auto b = std::next(a); b != things.end(); ++b)
+                if (meets(a->second, b->second)) now.insert({a->first, b->first});
+        const auto changed = [&](std::uint32_t i) {
+            const auto old = last_.find(i);
+            const auto is = things.find(i);
+            if (old == last_.end() || is == things.end() || old->second.id != is->second.id) return true;
+            const Box x = old->second.bounds(), y = is->second.bounds();
+            for (int d = 0; d < Dim; ++d)
+                if (x.lo[d] != y.lo[d] || x.hi[d] != y.hi[d]) return true;
+            return old->second.filter != is->second.filter || old->second.enabled != is->second.enabled ||
+                   (has_callback && filter_was_set.count(i) != 0);
+        };
+        for (const auto& pair : now) {
+            const auto [i, j] = pair;
+            const ObjectPair ids{things.at(i).id, things.at(j).id};
+            // A pair of an object that has come in another's place is another pair.
+            const bool same =
+                touching_.count(pair) != 0 && last_.at(i).id == ids.a && last_.at(j).id == ids.b;
+            const bool was_accepted = same && accepted_.count(pair) != 0;
+            bool is_accepted = was_accepted;
+            if (!same || filter_was_set.count(i) != 0 || filter_was_set.count(j) != 0)
+                is_accepted = !has_callback || accepts(salt, ids.a, ids.b);
+            if (is_accepted) {
+                now_accepted.insert(pair);
+                all.push_back({i, j});
+                if (!was_accepted)
+                    began.push_back(ids);
+                else if (changed(i) || changed(j))
+                    persisted.push_back({i, j});
+            }
+        }
+        for (const auto& pair : accepted_) {
+            const auto [i, j] = pair;
+            const Thing &a = last_.at(i), &b = last_.at(j);
+            const auto is_a = things.find(i), is_b = things.find(j);
+            const bool gone = is_a == things.end() || is_b == things.end() || is_a->second.id != a.id ||
+                              is_b->second.id != b.id;
+            if (!gone && now_accepted.count(pair) != 0) continue;
+            EndReason reason = EndReason::filtered;
+            if (gone)
+                reason = EndReason::removed;
+            else if (!is_a->second.enabled || !is_b->second.enabled)
+                reason = EndReason::disabled;
+            else if (apart(is_a->second.bounds(), is_b->second.bounds()))
+                reason = EndReason::moved_apart;
+            ended.push_back({a.id, b.id, reason});
+        }
+        touching_ = std::move(now);
+        accepted_ = std::move(now_accepted);
+        last_ = things;
+        filter_was_set.clear();
+    }
+
+    static bool apart(const Box& a, const Box& b)
+    {
+        for (int d = 0; d < Dim; ++d)
+            if (a.hi[d] < b.lo[d] || b.hi[d] < a.lo[d]) return true;
+        return false;
+    }
+
+  private:
+    static bool meets(const Thing& a, const Thing& b)
+    {
+        if (!a.enabled || !b.enabled || apart(a.bounds(), b.bounds())) return false;
+        if (a.filter.is_static && b.filter.is_static) return false;
+        if ((a.filter.category & b.filter.mask) == 0 || (b.filter.category & a.filter.mask) == 0)
+            return false;
+        return a.filter.owner != b.filter.owner || a.filter.owner == 0xffffffffu;
+    }
+
+    std::map<std::uint32_t, Thing> last_;                                   // as of the last update
+    std::set<std::pair<std::uint32_t, std::uint32_t>> touching_, accepted_; // pairs as of the last update
+};
+
+inline std::vector<Pair> sorted(std::vector<Pair> pairs)
+{
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
+/// The two have seen the same updates.
+template <int Dim, class T>
+testing::AssertionResult agree(const jostle::World<Dim, T>& world, const Twin<Dim, T>& twin,
+                               bool with_pairs = true)
+{
+    const std::vector<ObjectPair> began(world.began().begin(), world.began().end());
+    const std::vector<EndedPair> ended(world.ended().begin(), world.ended().end());
+    if (began != twin.began)
+        return testing::AssertionFailure()
+               << "began: " << began.size() << " pairs, the twin has " << twin.began.size();
+    if (ended != twin.ended)
+        return testing::AssertionFailure()
+               << "ended: " << ended.size() << " pairs, the twin has " << twin.ended.size();
+    if (sorted(world.persisted().to_vector()) != twin.persisted)
+        return testing::AssertionFailure() << "persisted: " << world.persisted().size()
+                                           << " pairs, the twin has " << twin.persisted.size();
+    if (with_pairs && world.pairs().to_vector() != twin.all)
+        return testing::AssertionFailure()
+               << "pairs: " << world.pairs().size() << ", the twin has " << twin.all.size();
+    if (world.size() != twin.things.size())
+        return testing::AssertionFailure()
+               << "size: " << world.size() << ", the twin has " << twin.things.size();
+    return testing::AssertionSuccess();
+}
+
+} // namespace world_tests
