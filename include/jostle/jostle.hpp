@@ -17,3 +17,4 @@
 #include "jostle/shapes.hpp"
 #include "jostle/stats.hpp"
 #include "jostle/version.hpp"
+#include "jostle/world.hpp"

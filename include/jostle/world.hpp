@@ -137,12 +137,12 @@ enum class DrawKind : std::uint8_t
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
 ///           update(), one at a time.
-/// Order     the result depends on what was queued, not on which thread was first. Commands of one thread
-///           take effect in its order. If several threads set the same property (box, filter, margin,
-///           enabled) of the same object for the same update, the greatest `sequence` wins, and of equals a
-///           fixed choice by the values. A removal beats everything.
-///           Which ids add() hands out does depend on who asks first: where that matters, add from one
-///           thread at a time.
+/// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
+///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
+///           the same property (box, filter, margin, enabled) of the same object for the same update, the
+///           greatest `sequence` wins, and of equals a fixed choice by the values. A removal beats
+///           everything. Which ids add() hands out does depend on who asks first: where that matters, add
+///           from one thread at a time.
 /// Errors    `Error` that names the object and the value, from the call that was given it: stale ids, NaN
 ///           or inverted boxes. `std::bad_alloc`. Either leaves the world as it was before the call.
 template <int Dim, Coordinate T>

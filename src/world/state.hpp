@@ -67,6 +67,7 @@ struct World<Dim, T>::Implementation
         return {index, ids.generation(index)};
     }
     [[nodiscard]] const Object& checked(ObjectId id) const;
+    [[nodiscard]] std::uint64_t bytes() const;
 
     WorldOptions options;
     T margin;

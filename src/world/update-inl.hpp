@@ -438,11 +438,10 @@ void World<Dim, T>::Implementation::drop_unchanged()
 {
     const auto is_unchanged = [&](std::uint32_t index) {
         Object& object = objects[index];
-        const bool differs =
-            object.place() == world::Place::none || !object.has(world::flag::alive) ||
-            object.has(world::flag::enabled) != (object.place() != world::Place::disabled) ||
-            object.has(world::flag::refiltered | world::flag::asked) ||
-            !world::same(object.now, object.before);
+        const bool differs = object.place() == world::Place::none || !object.has(world::flag::alive) ||
+                             object.has(world::flag::enabled) != (object.place() != world::Place::disabled) ||
+                             object.has(world::flag::refiltered | world::flag::asked) ||
+                             !world::same(object.now, object.before);
         if (differs) return false;
         object.now = object.before;
         object.state &= ~world::flag::transient;
@@ -847,6 +846,7 @@ void World<Dim, T>::Implementation::update(std::span<const ObjectId> move_ids, c
     next_stats.active = active.size();
     next_stats.disabled = disabled;
     next_stats.refused = refused.size();
+    next_stats.bytes_reserved = bytes();
     stats = next_stats;
 }
 

@@ -59,6 +59,25 @@ auto World<Dim, T>::Implementation::checked(ObjectId id) const -> const Object&
     return objects[id.index];
 }
 
+template <int Dim, Coordinate T>
+std::uint64_t World<Dim, T>::Implementation::bytes() const
+{
+    const auto of = [](const auto&... vectors) {
+        return (std::uint64_t{0} + ... + (vectors.capacity() * sizeof(vectors[0])));
+    };
+    std::uint64_t sum = sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
+                        finder.stats().bytes_reserved + scratch_pairs.bytes_reserved() +
+                        refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
+                        of(active, resting, changed, old_filters, old_filter_scratch, old_shapes, contested,
+                           writer, entry_boxes, entry_index, entry_kind, other_boxes, found_began,
+                           found_asked, found_ended, ended_scratch, key_scratch, index_scratch, newly_refused,
+                           no_longer_refused, next_active, next_resting, settling);
+    for (const Results& result : results)
+        sum += result.among_active.bytes_reserved() + result.with_idle.bytes_reserved() +
+               of(result.others, result.began, result.ended);
+    return sum;
+}
+
 namespace world {
 
 template <int Dim, class T>

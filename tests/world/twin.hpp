@@ -41,6 +41,7 @@ class Twin
 {
   public:
     using Box = Aabb<Dim, T>;
+    using Pairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
     struct Thing
     {
         ObjectId id;
@@ -52,13 +53,13 @@ class Twin
 
         Box bounds() const
         {
-            Box all = box;
+            Box result = box;
             for (int d = 0; d < Dim; ++d) {
                 const T by = displacement[static_cast<std::size_t>(d)];
-                all.lo[d] = std::min(box.lo[d], box.lo[d] + by) - margin;
-                all.hi[d] = std::max(box.hi[d], box.hi[d] + by) + margin;
+                result.lo[d] = std::min(box.lo[d], box.lo[d] + by) - margin;
+                result.hi[d] = std::max(box.hi[d], box.hi[d] + by) + margin;
             }
-            return all;
+            return result;
         }
     };
     std::map<std::uint32_t, Thing> things; ///< by index; what the next update will see
@@ -72,7 +73,7 @@ class Twin
 
     void update()
     {
-        std::set<std::pair<std::uint32_t, std::uint32_t>> now, now_accepted;
+        Pairs now, now_accepted;
         began.clear();
         ended.clear();
         persisted.clear();
@@ -148,8 +149,8 @@ class Twin
         return a.filter.owner != b.filter.owner || a.filter.owner == 0xffffffffu;
     }
 
-    std::map<std::uint32_t, Thing> last_;                                   // as of the last update
-    std::set<std::pair<std::uint32_t, std::uint32_t>> touching_, accepted_; // pairs as of the last update
+    std::map<std::uint32_t, Thing> last_; // as of the last update
+    Pairs touching_, accepted_;           // pairs as of the last update
 };
 
 inline std::vector<Pair> sorted(std::vector<Pair> pairs)

@@ -1,10 +1,457 @@
 // SPDX-License-Identifier: MIT
-#include "twin.hpp"
+// What each call of a World promises.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "jostle/world.hpp"
+
 namespace world_tests {
-TEST(World, Empty)
+namespace {
+
+using jostle::EndedPair;
+using jostle::EndReason;
+using jostle::Error;
+using jostle::ErrorCode;
+using jostle::ObjectFilter;
+using jostle::ObjectId;
+using jostle::ObjectPair;
+using jostle::Pair;
+using jostle::World2f;
+using jostle::World3d;
+using jostle::World3f;
+
+jostle::Aabb3f cube(float at, float edge = 1)
 {
-    jostle::World3f world;
-    world.update();
-    EXPECT_EQ(world.size(), 0u);
+    return {{at, 0, 0}, {at + edge, edge, edge}};
 }
+using Began = std::vector<ObjectPair>;
+using Ended = std::vector<EndedPair>;
+Began began(const World3f& world)
+{
+    return {world.began().begin(), world.began().end()};
+}
+Ended ended(const World3f& world)
+{
+    return {world.ended().begin(), world.ended().end()};
+}
+
+/// The error that `call` throws.
+template <class Call>
+Error error_of(const Call& call)
+{
+    try {
+        call();
+    } catch (const Error& error) {
+        return error;
+    }
+    return {ErrorCode{}, "no error"};
+}
+
+TEST(World, APairBeginsPersistsAndEnds)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(3));
+    EXPECT_FALSE(world.contains(a)) << "not before the update";
+    world.update();
+    EXPECT_TRUE(world.contains(a) && world.contains(b));
+    EXPECT_EQ(began(world), Began{});
+    world.move(b, cube(1)); // touching counts
+    world.update();
+    EXPECT_EQ(began(world), (Began{{a, b}}));
+    EXPECT_EQ(world.pairs().to_vector(), (std::vector<Pair>{{a.index, b.index}}));
+    world.move(a, cube(0.5f));
+    world.update();
+    EXPECT_EQ(began(world), Began{});
+    EXPECT_EQ(world.persisted().to_vector(), (std::vector<Pair>{{a.index, b.index}}));
+    world.update();
+    EXPECT_TRUE(world.persisted().empty()) << "neither changed";
+    EXPECT_EQ(world.pairs().size(), 1u);
+    world.move(b, cube(2));
+    world.update();
+    EXPECT_EQ(ended(world), (Ended{{a, b, EndReason::moved_apart}}));
+    EXPECT_TRUE(world.pairs().empty());
+}
+
+TEST(World, EveryReasonForAnEnd)
+{
+    World3f world;
+    std::vector<ObjectId> ids(5);
+    world.add(std::vector<jostle::Aabb3f>(5, cube(0)), ids);
+    world.update();
+    EXPECT_EQ(world.began().size(), 10u);
+    ObjectFilter nothing;
+    nothing.mask = 0;
+    world.move(ids[0], cube(9));
+    world.remove(ids[1]);
+    world.set_enabled(ids[2], false);
+    world.set_filter(ids[3], nothing);
+    world.update();
+    EXPECT_EQ(ended(world), (Ended{{ids[0], ids[1], EndReason::removed},
+                                   {ids[0], ids[2], EndReason::disabled},
+                                   {ids[0], ids[3], EndReason::moved_apart},
+                                   {ids[0], ids[4], EndReason::moved_apart},
+                                   {ids[1], ids[2], EndReason::removed},
+                                   {ids[1], ids[3], EndReason::removed},
+                                   {ids[1], ids[4], EndReason::removed},
+                                   {ids[2], ids[3], EndReason::disabled},
+                                   {ids[2], ids[4], EndReason::disabled},
+                                   {ids[3], ids[4], EndReason::filtered}}));
+    world.set_enabled(ids[2], true);
+    world.set_filter(ids[3], {});
+    world.update();
+    EXPECT_EQ(began(world), (Began{{ids[2], ids[3]}, {ids[2], ids[4]}, {ids[3], ids[4]}}));
+}
+
+TEST(World, AnIndexIsUsedAgainAnIdIsnt)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(0));
+    world.update();
+    world.remove(a);
+    world.move(a, cube(5)); // legal until the removal is applied, and without effect
+    world.remove(a);
+    world.update();
+    EXPECT_EQ(ended(world), (Ended{{a, b, EndReason::removed}}));
+    EXPECT_FALSE(world.contains(a));
+    const ObjectId c = world.add(cube(0));
+    EXPECT_EQ(c.index, a.index);
+    EXPECT_NE(c.generation, a.generation);
+    world.update();
+    EXPECT_EQ(world.began().size(), 1u);
+    EXPECT_EQ(world.id(c.index), c);
+
+    const Error stale = error_of([&] { world.move(a, cube(1)); });
+    EXPECT_EQ(stale.code(), ErrorCode::stale_id);
+    EXPECT_EQ(stale.index(), a.index);
+    EXPECT_STREQ(stale.what(),
+                 "object 0 (generation 1) was removed, and index 0 now has generation 2; forget "
+                 "an object's id when you remove it");
+    EXPECT_EQ(error_of([&] { (void)world.box(ObjectId{}); }).code(), ErrorCode::stale_id);
+    EXPECT_EQ(error_of([&] { world.remove(ObjectId{77, 1}); }).code(), ErrorCode::stale_id);
+}
+
+TEST(World, AddedAndRemovedBetweenUpdatesIsNothing)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0));
+    world.update();
+    const ObjectId b = world.add(cube(0));
+    world.remove(b);
+    world.update();
+    EXPECT_TRUE(began(world).empty() && ended(world).empty());
+    EXPECT_EQ(world.size(), 1u);
+    EXPECT_FALSE(world.contains(b));
+    EXPECT_TRUE(world.contains(a));
+}
+
+TEST(World, BadBoxesAreRefusedByName)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(0));
+    world.update();
+    jostle::Aabb3f nan = cube(0), inverted = cube(0);
+    nan.hi[1] = std::nanf("");
+    inverted.lo[2] = 2;
+    EXPECT_STREQ(error_of([&] { world.move(b, nan); }).what(),
+                 "box of object 1: hi.y is NaN; every bound must be a number (infinite is allowed)");
+    EXPECT_STREQ(error_of([&] { world.teleport(b, inverted); }).what(),
+                 "box of object 1: lo.z = 2 is greater than hi.z = 1; swap them or drop the box");
+    EXPECT_EQ(error_of([&] { (void)world.add(nan); }).code(), ErrorCode::nan_coordinate);
+    const std::vector<ObjectId> ids = {a, b};
+    const std::vector<jostle::Aabb3f> boxes = {cube(5), nan};
+    EXPECT_EQ(error_of([&] { world.move(ids, boxes); }).index(), b.index);
+    EXPECT_EQ(error_of([&] { world.update(ids, boxes); }).index(), b.index);
+    EXPECT_EQ(error_of([&] { world.update(ids, std::vector<jostle::Aabb3f>(1)); }).code(),
+              ErrorCode::size_mismatch);
+    world.update();
+    EXPECT_EQ(world.box(a).lo[0], 0) << "a batch with a bad box does nothing";
+    EXPECT_EQ(world.stats().commands, 0u);
+    const float nowhere[3] = {0, std::nanf(""), 0}, negative[3] = {1, -1, 1};
+    EXPECT_EQ(error_of([&] { world.move(a, cube(0), nowhere); }).code(), ErrorCode::nan_coordinate);
+    EXPECT_STREQ(error_of([&] { world.resize(a, negative); }).what(),
+                 "size of object 0: size[1] = -1 is not a number >= 0");
+    EXPECT_EQ(error_of([&] { world.set_margin(a, -1); }).code(), ErrorCode::invalid_argument);
+    EXPECT_EQ(error_of([&] { world.set_margin(a, HUGE_VALF); }).code(), ErrorCode::invalid_argument);
+}
+
+TEST(World, AFailedUpdateInPlaceChangesNothingAndKeepsWhatWasQueued)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(9));
+    world.update();
+    world.move(a, cube(8.5f));
+    jostle::Aabb3f nan = cube(0);
+    nan.lo[0] = std::nanf("");
+    const std::vector<ObjectId> ids = {b};
+    EXPECT_THROW(world.update(ids, std::vector<jostle::Aabb3f>{nan}), Error);
+    EXPECT_EQ(world.box(a).lo[0], 0);
+    world.update();
+    EXPECT_EQ(world.box(a).lo[0], 8.5f);
+    EXPECT_EQ(began(world), (Began{{a, b}}));
+}
+
+TEST(World, UpdateWithMovesIsMoveAndUpdate)
+{
+    World3f world;
+    std::vector<ObjectId> ids(3);
+    world.add(std::vector<jostle::Aabb3f>{cube(0), cube(5), cube(10)}, ids);
+    world.update();
+    world.move(ids[0], cube(20)); // by the same thread before: overruled
+    world.update(ids, std::vector<jostle::Aabb3f>{cube(1), cube(2), cube(3)});
+    EXPECT_EQ(began(world), (Began{{ids[0], ids[1]}, {ids[1], ids[2]}}));
+}
+
+TEST(World, StaticObjectsDontPairWithStaticOnes)
+{
+    World3f world;
+    jostle::ObjectOptions<float> fixed;
+    fixed.filter.is_static = true;
+    const ObjectId a = world.add(cube(0), fixed), b = world.add(cube(0), fixed), c = world.add(cube(0));
+    world.update();
+    EXPECT_EQ(began(world), (Began{{a, c}, {b, c}}));
+    EXPECT_EQ(world.stats().resting, 2u) << "at once";
+    world.set_filter(b, {});
+    world.update();
+    EXPECT_EQ(began(world), (Began{{a, b}}));
+}
+
+TEST(World, OwnersAndMasks)
+{
+    World3f world;
+    jostle::ObjectOptions<float> part, robot, wall;
+    part.filter.owner = 7;
+    robot.filter.category = 1;
+    wall.filter.category = 2;
+    wall.filter.mask = 1;
+    const ObjectId a = world.add(cube(0), part), b = world.add(cube(0), part), c = world.add(cube(0), wall),
+                   d = world.add(cube(0), wall);
+    world.update();
+    EXPECT_EQ(began(world), (Began{{a, c}, {a, d}, {b, c}, {b, d}}));
+}
+
+TEST(World, TheCallbackDecidesOnce)
+{
+    int asked = 0;
+    bool answer = false;
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId, ObjectId) {
+        ++asked;
+        return answer;
+    };
+    World3f world(options);
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(0));
+    world.update();
+    EXPECT_EQ(asked, 1);
+    EXPECT_TRUE(began(world).empty());
+    EXPECT_EQ(world.stats().refused, 1u);
+    world.move(a, cube(0.25f));
+    world.update();
+    EXPECT_EQ(asked, 1);
+    EXPECT_TRUE(world.persisted().empty());
+    answer = true;
+    world.set_filter(a, world.filter(a));
+    world.update();
+    EXPECT_EQ(asked, 2);
+    EXPECT_EQ(began(world), (Began{{a, b}}));
+    answer = false;
+    world.set_filter(b, world.filter(b));
+    world.update();
+    EXPECT_EQ(ended(world), (Ended{{a, b, EndReason::filtered}}));
+    world.move(b, cube(5));
+    world.update();
+    EXPECT_TRUE(ended(world).empty());
+    EXPECT_EQ(world.stats().refused, 0u);
+}
+
+TEST(World, ACallbackThatThrowsLeavesTheWorldAsItWas)
+{
+    bool angry = true;
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId, ObjectId) {
+        if (angry) throw std::runtime_error("no");
+        return true;
+    };
+    World3f world(options);
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(0));
+    EXPECT_THROW(world.update(), std::runtime_error);
+    EXPECT_EQ(world.size(), 0u);
+    angry = false;
+    world.update();
+    EXPECT_EQ(began(world), (Began{{a, b}})) << "what was queued is not lost";
+}
+
+TEST(World, CommandsInsideTheCallbackAreForTheNextUpdate)
+{
+    World3f* me = nullptr;
+    jostle::WorldOptions options;
+    ObjectId fresh;
+    options.accept = [&](ObjectId a, ObjectId b) {
+        EXPECT_TRUE(me->contains(a));
+        if (fresh == ObjectId{}) {
+            me->remove(b);
+            fresh = me->add(cube(0));
+        }
+        return true;
+    };
+    World3f world(options);
+    me = &world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(0));
+    world.update();
+    EXPECT_EQ(began(world), (Began{{a, b}}));
+    world.update();
+    EXPECT_EQ(ended(world), (Ended{{a, b, EndReason::removed}}));
+    EXPECT_EQ(began(world), (Began{{a, fresh}}));
+}
+
+TEST(World, MarginsAndSweeps)
+{
+    jostle::WorldOptions options;
+    options.margin = 0.5;
+    World3f world(options);
+    jostle::ObjectOptions<float> wide;
+    wide.margin = 1;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(3), wide);
+    world.update();
+    EXPECT_EQ(began(world), (Began{{a, b}})) << "1 + 0.5 up to 3 - 1.5";
+    EXPECT_EQ(world.box(b).lo[0], 3);
+    EXPECT_EQ(world.bounds(b).lo[0], 1.5f);
+    EXPECT_EQ(world.margin(b), 1.5f);
+    world.set_margin(b, 0);
+    world.update();
+    EXPECT_EQ(world.ended().size(), 1u);
+    const float by[3] = {-1, 0, 0};
+    world.move(b, cube(3), by);
+    world.update();
+    EXPECT_EQ(began(world), (Began{{a, b}}));
+    EXPECT_EQ(world.box(b).lo[0], 3);
+    world.move(b, cube(3));
+    world.update();
+    EXPECT_EQ(world.ended().size(), 1u);
+}
+
+TEST(World, ResizeKeepsTheCentre)
+{
+    World3f world;
+    const float infinite = std::numeric_limits<float>::infinity();
+    const ObjectId a = world.add({{0, -infinite, 2}, {2, infinite, 4}});
+    world.update();
+    const float size[3] = {4, 1, 0};
+    world.resize(a, size);
+    world.update();
+    const jostle::Aabb3f box = world.box(a);
+    EXPECT_EQ(box.lo[0], -1);
+    EXPECT_EQ(box.hi[0], 3);
+    EXPECT_EQ(box.hi[1], infinite) << "has no centre";
+    EXPECT_EQ(box.lo[2], 3);
+    EXPECT_EQ(box.hi[2], 3);
+}
+
+TEST(World, SequencesAndRemovalsOverruleTheOrder)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(0));
+    world.update();
+    world.move(a, cube(1), 2);
+    world.move(a, cube(2), 1);
+    world.move(b, cube(3));
+    world.move(b, cube(4));
+    world.update();
+    EXPECT_EQ(world.box(a).lo[0], 1);
+    EXPECT_EQ(world.box(b).lo[0], 4);
+    world.remove(a);
+    world.move(a, cube(3), 9);
+    world.update();
+    EXPECT_FALSE(world.contains(a));
+}
+
+TEST(World, RestingObjectsCostNothingAndStillMeet)
+{
+    World3f world;
+    std::vector<ObjectId> ids(1000);
+    std::vector<jostle::Aabb3f> boxes;
+    for (int i = 0; i < 1000; ++i)
+        boxes.push_back(cube(static_cast<float>(2 * i)));
+    world.add(boxes, ids);
+    for (int i = 0; i < 5; ++i)
+        world.update();
+    EXPECT_EQ(world.stats().resting, 1000u);
+    EXPECT_EQ(world.stats().candidates, 0u);
+    world.move(ids[0], cube(2 * 500 + 1.0f));
+    world.update();
+    EXPECT_EQ(world.stats().changed, 1u);
+    EXPECT_EQ(world.stats().woken, 1u);
+    EXPECT_EQ(began(world), (Began{{ids[0], ids[500]}, {ids[0], ids[501]}}));
+    EXPECT_LE(world.stats().candidates, 4u);
+    EXPECT_EQ(world.stats().active, 1u);
+}
+
+TEST(World, ManyThatStopAtOnceComeToRestBitByBit)
+{
+    World3f world;
+    std::vector<ObjectId> ids(20'000);
+    std::vector<jostle::Aabb3f> boxes;
+    for (int i = 0; i < 20'000; ++i)
+        boxes.push_back(cube(static_cast<float>(2 * i)));
+    world.add(boxes, ids);
+    world.update();
+    for (int step = 0; step < 5; ++step) {
+        for (auto& box : boxes)
+            box.lo[1] += 0.125f, box.hi[1] += 0.125f;
+        world.update(ids, boxes);
+        EXPECT_EQ(world.stats().active, 20'000u);
+    }
+    int updates = 0;
+    for (; world.stats().active > 0 && updates < 100; ++updates) {
+        world.update();
+        EXPECT_LE(world.stats().settled, 10'000u);
+    }
+    EXPECT_EQ(world.stats().resting, 20'000u);
+    EXPECT_LT(updates, 30);
+}
+
+TEST(World, ExplainsAndDrawsItself)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(0.5f)), c = world.add(cube(7));
+    world.update();
+    world.set_enabled(c, false);
+    world.move(a, cube(0.25f));
+    world.update();
+    EXPECT_NE(world.explain().find("3 objects: "), std::string::npos) << world.explain();
+    EXPECT_NE(world.explain().find("2 objects changed"), std::string::npos) << world.explain();
+    int boxes = 0, off = 0, lines = 0;
+    world.draw(
+        [&](const jostle::Aabb3f&, jostle::DrawKind kind) {
+            ++boxes;
+            off += kind == jostle::DrawKind::disabled;
+        },
+        [&](const float(&from)[3], const float(&to)[3], jostle::DrawKind kind) {
+            EXPECT_EQ(kind, jostle::DrawKind::persisted);
+            EXPECT_EQ(from[0], 0.75f);
+            EXPECT_EQ(to[0], 1.0f);
+            ++lines;
+        });
+    EXPECT_EQ(boxes, 3);
+    EXPECT_EQ(off, 1);
+    EXPECT_EQ(lines, 1);
+    EXPECT_TRUE(world.contains(b));
+}
+
+TEST(World, Moves)
+{
+    World3d first;
+    const ObjectId a = first.add({{0, 0, 0}, {1, 1, 1}});
+    World3d second = std::move(first);
+    second.update();
+    EXPECT_TRUE(second.contains(a));
+    first = World3d();
+    first.update();
+    EXPECT_EQ(first.size(), 0u);
+}
+
+} // namespace
 } // namespace world_tests
