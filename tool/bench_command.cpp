@@ -50,7 +50,7 @@ struct Options
     InstructionSet instruction_set = jostle::supported_instruction_sets().front();
     int dim = 3;
     bool with_double = false;
-    bool peers = false;
+    std::string peers;        // `all`, or names with commas; empty: none
     std::string json, report; // empty: not wanted
 };
 
@@ -424,6 +424,14 @@ void check_pairs(const std::string& scene, std::uint64_t n)
                          (scene == "identical" ? "20000" : "40000"));
 }
 
+#ifdef JOSTLE_WITH_PEERS
+bool is_listed(const std::string& list, std::string_view name)
+{
+    const std::vector<std::string> names = CLI::detail::split(list, ',');
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+#endif
+
 template <int Dim, class T>
 void measure_scene(const Options& options, const std::string& name, std::uint64_t n, Results& results)
 {
@@ -457,9 +465,10 @@ void measure_scene(const Options& options, const std::string& name, std::uint64_
         ours.reset();
 #ifdef JOSTLE_WITH_PEERS
         if constexpr (std::is_same_v<T, float>) {
-            if (!options.peers) continue;
+            if (options.peers.empty()) continue;
             for (const auto& peer : jostle_bench::make_peers<Dim>()) {
                 const jostle_bench::PeerInfo& info = peer->info();
+                if (options.peers != "all" && !is_listed(options.peers, info.name)) continue;
                 const std::uint32_t used = info.uses_threads ? threads.count() : 1;
                 if (!info.uses_threads) {
                     if (std::count(one_threaded_done.begin(), one_threaded_done.end(), info.name) > 0)
@@ -485,6 +494,19 @@ void measure_scene(const Options& options, const std::string& name, std::uint64_
     }
     results.next_scene();
 }
+
+#ifdef JOSTLE_WITH_PEERS
+/// Throws a UsageError for a name that no peer has.
+template <int Dim>
+void check_peers(const std::string& list)
+{
+    std::string known;
+    for (const auto& peer : jostle_bench::make_peers<Dim>())
+        known += (known.empty() ? "" : ",") + std::string(peer->info().name);
+    for (const std::string& name : CLI::detail::split(list, ','))
+        if (!is_listed(known, name)) throw UsageError("--peers=" + name + ": choose from " + known);
+}
+#endif
 
 std::string about(const Options& options)
 {
@@ -513,12 +535,16 @@ void run(Options options)
             check_pairs(name, n);
     }
 #ifndef JOSTLE_WITH_PEERS
-    if (options.peers)
+    if (!options.peers.empty())
         throw UsageError(
             "--peers: this build has no peers; install the packages of bench/packages, configure "
             "with cmake -DJOSTLE_BENCH=ON and build again");
 #endif
-    if (options.peers && options.with_double)
+#ifdef JOSTLE_WITH_PEERS
+    if (!options.peers.empty() && options.peers != "all")
+        options.dim == 2 ? check_peers<2>(options.peers) : check_peers<3>(options.peers);
+#endif
+    if (!options.peers.empty() && options.with_double)
         throw UsageError("--peers: the other systems work on float; leave --double out");
     if (options.report == "-") throw UsageError("--report: give a file, such as report.html");
     if (!options.report.empty()) {
@@ -630,7 +656,8 @@ void add_bench_command(CLI::App& app)
     command
         ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
         ->type_name("FILE");
-    command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
+    command->add_flag("--peers{all}", options->peers,
+                      "Other systems as well, where the build has them; --peers=embree,floor: only these");
     command->add_option("--report", options->report, "Write tables and plots as one HTML page; wants gnuplot")
         ->type_name("FILE");
     command->callback([options] { run(*options); });
