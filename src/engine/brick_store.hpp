@@ -39,6 +39,8 @@ class BrickStore
         next_ = nullptr;
     }
 
+    void prefetch(std::uint32_t brick) const { __builtin_prefetch(free_.data()[brick], 1); }
+
     void append(std::uint32_t brick, const Record& record)
     {
         Record* to = free_.data()[brick];

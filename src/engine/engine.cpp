@@ -82,8 +82,10 @@ template <int Dim, class T>
 void append_unit(const Kernels& kernels, const Grid<T>& grid, Unit<T>& unit, BrickStore& store)
 {
     kernels.quantise<Dim, T>()(grid, unit);
-    for (std::uint32_t i = 0; i < unit.records; ++i)
+    for (std::uint32_t i = 0; i < unit.records; ++i) {
+        store.prefetch(unit.brick[std::min(i + 16, unit.records - 1)]);
         store.append(unit.brick[i], unit.record[i]);
+    }
     for (std::uint32_t k = 0; k < unit.wide; ++k)
         append_wide<Dim>(grid, unit, unit.wide_box[k], store);
 }
@@ -318,6 +320,9 @@ class Engine::Run
         {
             slot.counts.ties += tie_count;
             for (std::uint32_t k = 0; k < tie_count; ++k) {
+                const Pair later = ties[std::min(k + 8, tie_count - 1)];
+                run.boxes_.prefetch(later.a);
+                run.boxes_.prefetch(later.b);
                 const Pair tie = ties[k];
                 if (!overlaps(run.boxes_[tie.a], run.boxes_[tie.b])) continue;
                 if (next == end) hand_over();
@@ -400,12 +405,21 @@ class Engine::Run
     void sample_boxes(Sample& sample)
     {
         const std::size_t boxes = boxes_.size(), wanted = sample_size(boxes);
-        sample.size = 0;
-        for (std::size_t k = 0; k < wanted; ++k) {
+        const auto find = [&](std::size_t k) {
             const std::size_t i = sample_index(k, wanted, boxes);
             const bool in_a = i < boxes_.a.size();
-            const BoxView<Dim, T>& set = in_a ? boxes_.a : boxes_.b;
-            const std::size_t at = in_a ? i : i - boxes_.a.size();
+            return std::pair(in_a ? &boxes_.a : &boxes_.b, in_a ? i : i - boxes_.a.size());
+        };
+        constexpr std::size_t ahead = 16; // boxes on their way from memory
+        sample.size = 0;
+        for (std::size_t k = 0; k < wanted; ++k) {
+            if (k + ahead < wanted) {
+                const auto [set, at] = find(k + ahead);
+                __builtin_prefetch(set->lo_pointer(0, at));
+                __builtin_prefetch(set->hi_pointer(Dim - 1, at));
+            }
+            const auto [view, at] = find(k);
+            const BoxView<Dim, T>& set = *view;
             bool valid = true;
             for (int d = 0; d < Dim; ++d) {
                 valid &= set.lo(d, at) <= set.hi(d, at); // the scatter finds and names the bad ones
@@ -420,18 +434,7 @@ class Engine::Run
     {
         const std::size_t begin = std::size_t{number} * unit_size;
         unit.count = static_cast<std::uint32_t>(std::min<std::size_t>(unit_size, set.size() - begin));
-        const std::ptrdiff_t stride = set.stride_bytes();
-        const char *lo[Dim], *hi[Dim];
-        for (int d = 0; d < Dim; ++d) {
-            lo[d] = reinterpret_cast<const char*>(set.lo_pointer(d, begin));
-            hi[d] = reinterpret_cast<const char*>(set.hi_pointer(d, begin));
-        }
-        for (std::uint32_t i = 0; i < unit.count; ++i)
-            for (int d = 0; d < Dim; ++d) {
-                const std::ptrdiff_t offset = static_cast<std::ptrdiff_t>(i) * stride;
-                unit.lo[d][i] = *reinterpret_cast<const T*>(lo[d] + offset);
-                unit.hi[d][i] = *reinterpret_cast<const T*>(hi[d] + offset);
-            }
+        kernels_.load<Dim, T>()(set, begin, unit);
         for (std::uint32_t i = 0; i < unit.count; ++i)
             unit.object[i] = (static_cast<std::uint32_t>(begin) + i) | side;
         append_unit<Dim>(kernels_, grid, unit, mine.store);

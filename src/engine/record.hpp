@@ -82,6 +82,12 @@ struct Boxes
     {
         return object & side_b ? b[object & index_mask] : a[object & index_mask];
     }
+    void prefetch(std::uint32_t object) const noexcept
+    {
+        const BoxView<Dim, T>& set = object & side_b ? b : a;
+        __builtin_prefetch(set.lo_pointer(0, object & index_mask));
+        __builtin_prefetch(set.hi_pointer(Dim - 1, object & index_mask));
+    }
 };
 
 } // namespace engine

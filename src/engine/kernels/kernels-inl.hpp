@@ -6,6 +6,151 @@
 /// ---- From boxes to records
 /// ------------------------------------------------------------------------------------------
 
+#if JOSTLE_KERNEL_WIDE
+
+/// For each column of a transposition of boxes: where its lanes lie in each couple of registers.
+template <int Columns, int Lanes, class Index>
+struct Transposition
+{
+    static constexpr int couples = Columns / 2;
+    alignas(64) Index from[Columns][couples][Lanes] = {};
+    std::uint16_t lanes[Columns][couples] = {}; // which lanes are found there
+    constexpr Transposition()
+    {
+        for (int column = 0; column < Columns; ++column)
+            for (int lane = 0; lane < Lanes; ++lane) {
+                const int place = column + Columns * lane, couple = place / (2 * Lanes);
+                from[column][couple][lane] = static_cast<Index>(place % (2 * Lanes));
+                lanes[column][couple] = static_cast<std::uint16_t>(lanes[column][couple] | (1u << lane));
+            }
+    }
+};
+
+/// Boxes that lie one behind the other without gaps, as many as a register has lanes, as columns: lo of each
+/// axis, then hi.
+template <int Dim>
+inline void transpose(const float* boxes, float* const (&columns)[2 * Dim])
+{
+    static constexpr Transposition<2 * Dim, 16, std::int32_t> at;
+    __m512 in[2 * Dim];
+    for (int r = 0; r < 2 * Dim; ++r)
+        in[r] = _mm512_loadu_ps(boxes + 16 * r);
+    for (int c = 0; c < 2 * Dim; ++c) {
+        __m512 out = _mm512_permutex2var_ps(in[0], _mm512_load_si512(at.from[c][0]), in[1]);
+        for (int k = 1; k < Dim; ++k)
+            out = _mm512_mask_mov_ps(
+                out, at.lanes[c][k],
+                _mm512_permutex2var_ps(in[2 * k], _mm512_load_si512(at.from[c][k]), in[2 * k + 1]));
+        _mm512_storeu_ps(columns[c], out);
+    }
+}
+template <int Dim>
+inline void transpose(const double* boxes, double* const (&columns)[2 * Dim])
+{
+    static constexpr Transposition<2 * Dim, 8, std::int64_t> at;
+    __m512d in[2 * Dim];
+    for (int r = 0; r < 2 * Dim; ++r)
+        in[r] = _mm512_loadu_pd(boxes + 8 * r);
+    for (int c = 0; c < 2 * Dim; ++c) {
+        __m512d out = _mm512_permutex2var_pd(in[0], _mm512_load_si512(at.from[c][0]), in[1]);
+        for (int k = 1; k < Dim; ++k)
+            out = _mm512_mask_mov_pd(
+                out, static_cast<__mmask8>(at.lanes[c][k]),
+                _mm512_permutex2var_pd(in[2 * k], _mm512_load_si512(at.from[c][k]), in[2 * k + 1]));
+        _mm512_storeu_pd(columns[c], out);
+    }
+}
+
+#endif
+
+/// Boxes [begin, begin + unit.count) into the unit's columns. Fetches those of the next unit meanwhile: past
+/// the last box that is only a hint.
+template <int Dim, class T>
+void load(const BoxView<Dim, T>& boxes, std::size_t begin, Unit<T>& unit)
+{
+    const std::ptrdiff_t stride = boxes.stride_bytes();
+    const char *lo[Dim], *hi[Dim];
+    for (int d = 0; d < Dim; ++d) {
+        lo[d] = reinterpret_cast<const char*>(boxes.lo_pointer(d, begin));
+        hi[d] = reinterpret_cast<const char*>(boxes.hi_pointer(d, begin));
+    }
+    std::uint32_t i = 0;
+#if JOSTLE_KERNEL_WIDE
+    bool packed = stride == 2 * Dim * sizeof(T);
+    for (int d = 0; d < Dim; ++d)
+        packed &= lo[d] == lo[0] + static_cast<std::size_t>(d) * sizeof(T) &&
+                  hi[d] == lo[0] + static_cast<std::size_t>(Dim + d) * sizeof(T);
+    constexpr std::uint32_t lanes = 64 / sizeof(T);
+    if (packed) {
+        const T* from = reinterpret_cast<const T*>(lo[0]);
+        for (; i + lanes <= unit.count; i += lanes) {
+            T* columns[2 * Dim];
+            for (int d = 0; d < Dim; ++d) {
+                columns[d] = unit.lo[d] + i;
+                columns[Dim + d] = unit.hi[d] + i;
+            }
+            for (std::uint32_t line = 0; line < 2 * Dim; ++line)
+                __builtin_prefetch(from + 2 * Dim * (i + unit_size) + lanes * line);
+            transpose<Dim>(from + 2 * Dim * i, columns);
+        }
+    }
+#endif
+    for (; i < unit.count; ++i) {
+        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * stride;
+        __builtin_prefetch(lo[0] + at + static_cast<std::ptrdiff_t>(unit_size) * stride);
+        for (int d = 0; d < Dim; ++d) {
+            unit.lo[d][i] = *reinterpret_cast<const T*>(lo[d] + at);
+            unit.hi[d][i] = *reinterpret_cast<const T*>(hi[d] + at);
+        }
+    }
+}
+
+/// Boxes of a unit that have to be copied into the next brick on the second axis, the third, or both, and
+/// those that take more than that.
+struct CopyLists
+{
+    std::uint16_t y[unit_size], z[unit_size], yz[unit_size];
+    std::uint32_t ys = 0, zs = 0, yzs = 0, wides = 0;
+};
+
+/// `kind`: bits 0 and 1 for the second and third axis, or 4 for wide; room for whole registers behind
+/// `count`.
+inline void list_copies(const std::uint32_t* kind, std::uint32_t count, CopyLists& lists, std::uint16_t* wide)
+{
+#if JOSTLE_KERNEL_WIDE
+    __m512i box = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const auto list = [](std::uint16_t* to, std::uint32_t& size, __m512i boxes, __mmask16 listed) HWY_ATTR {
+        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + size),
+                            _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(listed, boxes)));
+        size += static_cast<std::uint32_t>(std::popcount(static_cast<unsigned>(listed)));
+    };
+    for (std::uint32_t i = 0; i < count; i += 16) {
+        const __mmask16 valid = static_cast<__mmask16>(count - i >= 16 ? 0xffffu : (1u << (count - i)) - 1);
+        const __m512i kinds = _mm512_loadu_si512(kind + i);
+        const __mmask16 y = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(1));
+        const __mmask16 z = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(2));
+        const __mmask16 more = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(4));
+        list(lists.y, lists.ys, box, y);
+        list(lists.z, lists.zs, box, z);
+        list(lists.yz, lists.yzs, box, static_cast<__mmask16>(y & z));
+        if (more != 0) list(wide, lists.wides, box, more);
+        box = _mm512_add_epi32(box, _mm512_set1_epi32(16));
+    }
+#else
+    for (std::uint32_t i = 0; i < count; ++i) { // about one in three is listed, at random: no branches
+        const std::uint16_t box = static_cast<std::uint16_t>(i);
+        lists.y[lists.ys] = box;
+        lists.ys += kind[i] & 1;
+        lists.z[lists.zs] = box;
+        lists.zs += (kind[i] >> 1) & 1;
+        lists.yz[lists.yzs] = box;
+        lists.yzs += (kind[i] & (kind[i] >> 1)) & 1;
+        wide[lists.wides] = box;
+        lists.wides += kind[i] >> 2;
+    }
+#endif
+}
+
 template <int Dim, class T>
 void quantise(const Grid<T>& grid, Unit<T>& unit)
 {
@@ -71,22 +216,9 @@ void quantise(const Grid<T>& grid, Unit<T>& unit)
     for (std::uint32_t i = 0; i < count; ++i)
         unit.record[i] = {{word[0][i], word[1][i], word[2][i]}, flags[i]};
 
-    std::uint16_t y_box[unit_size], z_box[unit_size], yz_box[unit_size];
-    std::uint32_t ys = 0, zs = 0, yzs = 0, wides = 0;
-    for (std::uint32_t i = 0; i < count; ++i) { // about one in three is listed, at random: no branches
-        const std::uint16_t box = static_cast<std::uint16_t>(i);
-        y_box[ys] = box;
-        ys += kind[i] & 1;
-        if constexpr (Dim == 3) {
-            z_box[zs] = box;
-            zs += (kind[i] >> 1) & 1;
-            yz_box[yzs] = box;
-            yzs += (kind[i] & (kind[i] >> 1)) & 1;
-        }
-        unit.wide_box[wides] = box;
-        wides += kind[i] >> 2;
-    }
-    unit.wide = wides;
+    CopyLists lists;
+    list_copies(kind, count, lists, unit.wide_box);
+    unit.wide = lists.wides;
 
     std::uint32_t records = count;
     const auto next_word = [&](int p, std::uint32_t i) {
@@ -95,20 +227,20 @@ void quantise(const Grid<T>& grid, Unit<T>& unit)
     };
     const std::uint32_t step_y = static_cast<std::uint32_t>(cells_x);
     const std::uint32_t step_z = static_cast<std::uint32_t>(cells_x * cells_y);
-    for (std::uint32_t k = 0; k < ys; ++k, ++records) {
-        const std::uint32_t i = y_box[k];
+    for (std::uint32_t k = 0; k < lists.ys; ++k, ++records) {
+        const std::uint32_t i = lists.y[k];
         unit.record[records] = {{word[0][i], next_word(1, i), word[2][i]},
                                 flags[i] | copy_flag(grid.axis[1])};
         unit.brick[records] = unit.brick[i] + step_y;
     }
-    for (std::uint32_t k = 0; k < zs; ++k, ++records) {
-        const std::uint32_t i = z_box[k];
+    for (std::uint32_t k = 0; k < lists.zs; ++k, ++records) {
+        const std::uint32_t i = lists.z[k];
         unit.record[records] = {{word[0][i], word[1][i], next_word(2, i)},
                                 flags[i] | copy_flag(grid.axis[2])};
         unit.brick[records] = unit.brick[i] + step_z;
     }
-    for (std::uint32_t k = 0; k < yzs; ++k, ++records) {
-        const std::uint32_t i = yz_box[k];
+    for (std::uint32_t k = 0; k < lists.yzs; ++k, ++records) {
+        const std::uint32_t i = lists.yz[k];
         unit.record[records] = {{word[0][i], next_word(1, i), next_word(2, i)},
                                 flags[i] | copy_flag(grid.axis[1]) | copy_flag(grid.axis[2])};
         unit.brick[records] = unit.brick[i] + step_y + step_z;
@@ -165,19 +297,32 @@ inline void arrange(const Record* records, SortedBrick& brick)
     }
 }
 
-inline Pair* emit(Pair* out, __mmask16 hits, __m512i candidates, __m512i row)
+/// Writes the pairs of two rows with the candidates of one block, the first row's first.
+inline Pair* emit(Pair* out, __m512i candidates, __mmask16 hits0, __m512i row0, __mmask16 hits1, __m512i row1)
 {
     const __m512i first_half = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
     const __m512i other_half =
         _mm512_setr_epi32(8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
     const __m512i index = _mm512_set1_epi32(static_cast<int>(index_mask));
-    const __m512i others = _mm512_and_si512(_mm512_maskz_compress_epi32(hits, candidates),
-                                            _mm512_set1_epi32(static_cast<int>(object_mask)));
-    const __m512i a = _mm512_min_epu32(others, row), b = _mm512_max_epu32(others, row);
-    const unsigned count = static_cast<unsigned>(std::popcount(static_cast<unsigned>(hits)));
-    _mm512_storeu_si512(out, _mm512_and_si512(_mm512_permutex2var_epi32(a, first_half, b), index));
-    if (count > 8)
-        _mm512_storeu_si512(out + 8, _mm512_and_si512(_mm512_permutex2var_epi32(a, other_half, b), index));
+    const unsigned count0 = static_cast<unsigned>(std::popcount(static_cast<unsigned>(hits0)));
+    const unsigned count = count0 + static_cast<unsigned>(std::popcount(static_cast<unsigned>(hits1)));
+    const auto store = [&](Pair* to, __m512i others, __m512i rows, unsigned pairs) HWY_ATTR {
+        others = _mm512_and_si512(others, _mm512_set1_epi32(static_cast<int>(object_mask)));
+        const __m512i a = _mm512_min_epu32(others, rows), b = _mm512_max_epu32(others, rows);
+        _mm512_storeu_si512(to, _mm512_and_si512(_mm512_permutex2var_epi32(a, first_half, b), index));
+        if (pairs > 8)
+            _mm512_storeu_si512(to + 8, _mm512_and_si512(_mm512_permutex2var_epi32(a, other_half, b), index));
+    };
+    const __m512i others0 = _mm512_maskz_compress_epi32(hits0, candidates);
+    const __m512i others1 = _mm512_maskz_compress_epi32(hits1, candidates);
+    if (__builtin_expect(count > 16, 0)) {
+        store(out, others0, row0, count0);
+        store(out + count0, others1, row1, count - count0);
+    } else { // both rows' in one register: what is stored behind `count` will be overwritten
+        const __mmask16 second = static_cast<__mmask16>(0xffffu << count0);
+        store(out, _mm512_mask_expand_epi32(others0, second, others1),
+              _mm512_mask_mov_epi32(row0, second, row1), count);
+    }
     return out + count;
 }
 
@@ -188,41 +333,38 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
     const __m512i signs = _mm512_set1_epi32(static_cast<int>(0x80008000u));
     const __m512i ones = _mm512_set1_epi16(1);
     const __m512i all_flags = _mm512_set1_epi32(static_cast<int>(~index_mask));
+    const auto broadcast = [](std::uint32_t word)
+                               HWY_ATTR { return _mm512_set1_epi32(static_cast<int>(word)); };
     std::uint64_t blocks = 0;
 
     for (std::uint32_t i = first; i < last; i += 2) {
-        const __m512i x0 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.x[i])), 16);
-        const __m512i y0 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.y[i])), 16);
-        const __m512i z0 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.z[i])), 16);
-        const __m512i x1 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.x[i + 1])), 16);
-        const __m512i y1 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.y[i + 1])), 16);
-        const __m512i z1 = _mm512_rol_epi32(_mm512_set1_epi32(static_cast<int>(column.z[i + 1])), 16);
-        const std::uint32_t object0 = column.object[i], object1 = column.object[i + 1];
-        const __m512i row0 = _mm512_set1_epi32(static_cast<int>(object0 & object_mask));
-        const __m512i row1 = _mm512_set1_epi32(static_cast<int>(object1 & object_mask));
-        const __m512i flags0 = _mm512_and_si512(_mm512_set1_epi32(static_cast<int>(object0)), all_flags);
-        const __m512i flags1 = _mm512_and_si512(_mm512_set1_epi32(static_cast<int>(object1)), all_flags);
-
         std::uint32_t j = (i + 1) & ~3u;
         __mmask16 behind0 = static_cast<__mmask16>(0xffffu << (i + 1 - j));
         __mmask16 behind1 = static_cast<__mmask16>(0xffffu << (i + 2 - j));
         const std::uint32_t end = std::max(brick.window_end[i], brick.window_end[i + 1]);
-
         while (j < end) {
             if (out.end - out.next < sweep_room || out.tie_count > tie_capacity - sweep_room) {
                 if (!out.make_room(out)) return blocks;
             }
             const std::uint32_t stop = std::min(end, j + sweep_segment * block_size);
             blocks += (stop - j + block_size - 1) / block_size;
+            const __m512i x0 = broadcast(column.x[i]), x1 = broadcast(column.x[i + 1]);
+            const __m512i y0 = broadcast(column.y[i]), y1 = broadcast(column.y[i + 1]);
+            const __m512i z0 = broadcast(column.z[i]), z1 = broadcast(column.z[i + 1]);
+            const std::uint32_t object0 = column.object[i], object1 = column.object[i + 1];
+            const __m512i row0 = broadcast(object0 & object_mask), row1 = broadcast(object1 & object_mask);
+            const __m512i flags0 = _mm512_and_si512(broadcast(object0), all_flags);
+            const __m512i flags1 = _mm512_and_si512(broadcast(object1), all_flags);
             Pair* next = out.next;
+            __builtin_prefetch(next + 64, 1);
             for (; j < stop; j += block_size) {
-                const __m512i x = _mm512_loadu_si512(column.x + j);
-                const __m512i y = _mm512_loadu_si512(column.y + j);
+                const __m512i x = _mm512_rol_epi32(_mm512_loadu_si512(column.x + j), 16);
+                const __m512i y = _mm512_rol_epi32(_mm512_loadu_si512(column.y + j), 16);
                 const __m512i objects = _mm512_loadu_si512(column.object + j);
                 __m512i gap0 = _mm512_min_epi16(_mm512_add_epi16(x, x0), _mm512_add_epi16(y, y0));
                 __m512i gap1 = _mm512_min_epi16(_mm512_add_epi16(x, x1), _mm512_add_epi16(y, y1));
                 if constexpr (Dim == 3) {
-                    const __m512i z = _mm512_loadu_si512(column.z + j);
+                    const __m512i z = _mm512_rol_epi32(_mm512_loadu_si512(column.z + j), 16);
                     gap0 = _mm512_min_epi16(gap0, _mm512_add_epi16(z, z0));
                     gap1 = _mm512_min_epi16(gap1, _mm512_add_epi16(z, z1));
                 }
@@ -235,8 +377,7 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
                 const __mmask16 sure1 =
                     _mm512_mask_testn_epi32_mask(hits1, _mm512_sub_epi16(gap1, ones), signs);
                 behind0 = behind1 = 0xffff;
-                next = emit(next, sure0, objects, row0);
-                next = emit(next, sure1, objects, row1);
+                next = emit(next, objects, sure0, row0, sure1, row1);
                 if (__builtin_expect((hits0 ^ sure0) | (hits1 ^ sure1), 0)) {
                     defer_ties(out, static_cast<unsigned>(hits0 ^ sure0), column.object + j,
                                object0 & object_mask);
@@ -531,6 +672,10 @@ HWY_ATTR std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std:
 inline const Kernels& kernels()
 {
     static constexpr Kernels table = {JOSTLE_KERNEL_SET,
+                                      load<2, float>,
+                                      load<2, double>,
+                                      load<3, float>,
+                                      load<3, double>,
                                       quantise<2, float>,
                                       quantise<2, double>,
                                       quantise<3, float>,

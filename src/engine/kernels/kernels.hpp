@@ -66,6 +66,11 @@ inline constexpr std::uint32_t padded(std::uint32_t count)
 struct Kernels
 {
     InstructionSet set;
+    /// Boxes [begin, begin + unit.count) into the unit's columns.
+    void (*load_2f)(const BoxView<2, float>&, std::size_t begin, Unit<float>&);
+    void (*load_2d)(const BoxView<2, double>&, std::size_t begin, Unit<double>&);
+    void (*load_3f)(const BoxView<3, float>&, std::size_t begin, Unit<float>&);
+    void (*load_3d)(const BoxView<3, double>&, std::size_t begin, Unit<double>&);
     void (*quantise_2f)(const Grid<float>&, Unit<float>&);
     void (*quantise_2d)(const Grid<double>&, Unit<double>&);
     void (*quantise_3f)(const Grid<float>&, Unit<float>&);
@@ -80,6 +85,18 @@ struct Kernels
     std::uint64_t (*sweep_3)(const SortedBrick& brick, std::uint32_t first, std::uint32_t last,
                              PairOutput& out);
 
+    template <int Dim, class T>
+    auto load() const noexcept
+    {
+        if constexpr (Dim == 2 && sizeof(T) == 4)
+            return load_2f;
+        else if constexpr (Dim == 2)
+            return load_2d;
+        else if constexpr (sizeof(T) == 4)
+            return load_3f;
+        else
+            return load_3d;
+    }
     template <int Dim, class T>
     auto quantise() const noexcept
     {
