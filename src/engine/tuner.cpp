@@ -23,6 +23,27 @@ struct Bounds
     double size() const { return hi - lo; }
 };
 
+/// The `count` least of the numbers that it is shown, ascending. For few among many: most are turned away by
+/// one comparison, which std::nth_element can't promise.
+struct Least
+{
+    static constexpr std::size_t most = 1023 / 64 + 1; // bounds_of looks at fewer than 1024 boxes
+    double values[most];
+    std::size_t count;
+    explicit Least(std::size_t wanted) : count(wanted)
+    {
+        std::fill_n(values, count, std::numeric_limits<double>::infinity());
+    }
+    void show(double value)
+    {
+        if (!(value < values[count - 1])) return;
+        std::size_t place = count - 1;
+        for (; place > 0 && value < values[place - 1]; --place)
+            values[place] = values[place - 1];
+        values[place] = value;
+    }
+};
+
 /// Where most boxes are: from the 1/64 to the 63/64 quantile of their centres, widened, but no further than
 /// they reach. A few boxes far away must not stretch the grid, they land in border bricks; nor must boxes
 /// without end.
@@ -39,11 +60,12 @@ Bounds bounds_of(Sample& sample, int axis)
         if (k % step == 0) sample.work[size++] = 0.5 * lo + 0.5 * hi;
     }
     if (size == 0) return {0, 0};
-    const std::size_t tail = size / 64;
-    std::nth_element(sample.work, sample.work + tail, sample.work + size);
-    const double low = sample.work[tail];
-    std::nth_element(sample.work, sample.work + (size - 1 - tail), sample.work + size);
-    const double high = sample.work[size - 1 - tail];
+    Least lowest(size / 64 + 1), highest(size / 64 + 1); // the highest by their negatives
+    for (std::size_t k = 0; k < size; ++k) {
+        lowest.show(sample.work[k]);
+        highest.show(-sample.work[k]);
+    }
+    const double low = lowest.values[lowest.count - 1], high = -highest.values[highest.count - 1];
     const double margin = 0.15 * (high - low);
     return {std::max(least, low - margin), std::min(greatest, high + margin)};
 }
