@@ -405,20 +405,21 @@ class Engine::Run
     void sample_boxes(Sample& sample)
     {
         const std::size_t boxes = boxes_.size(), wanted = sample_size(boxes);
-        const auto find = [&](std::size_t k) {
-            const std::size_t i = sample_index(k, wanted, boxes);
+        const auto place = [&](std::uint32_t i) {
             const bool in_a = i < boxes_.a.size();
             return std::pair(in_a ? &boxes_.a : &boxes_.b, in_a ? i : i - boxes_.a.size());
         };
+        std::uint32_t chosen[Sample::capacity];
+        choose_sample(chosen, wanted, boxes);
         constexpr std::size_t ahead = 16; // boxes on their way from memory
         sample.size = 0;
         for (std::size_t k = 0; k < wanted; ++k) {
             if (k + ahead < wanted) {
-                const auto [set, at] = find(k + ahead);
+                const auto [set, at] = place(chosen[k + ahead]);
                 __builtin_prefetch(set->lo_pointer(0, at));
                 __builtin_prefetch(set->hi_pointer(Dim - 1, at));
             }
-            const auto [view, at] = find(k);
+            const auto [view, at] = place(chosen[k]);
             const BoxView<Dim, T>& set = *view;
             bool valid = true;
             for (int d = 0; d < Dim; ++d) {
@@ -617,9 +618,10 @@ class Engine::Run
     void sample_records(Sample& sample, const Record* records, std::uint32_t count)
     {
         const std::size_t wanted = sample_size(count);
+        std::uint32_t chosen[Sample::capacity];
+        choose_sample(chosen, wanted, count);
         for (sample.size = 0; sample.size < wanted; ++sample.size) {
-            const Aabb<Dim, T> box =
-                boxes_[records[sample_index(sample.size, wanted, count)].object & object_mask];
+            const Aabb<Dim, T> box = boxes_[records[chosen[sample.size]].object & object_mask];
             for (int d = 0; d < Dim; ++d)
                 sample.add(d, static_cast<double>(box.lo[d]), static_cast<double>(box.hi[d]));
         }

@@ -74,6 +74,7 @@ Bounds bounds_of(Sample& sample, int axis)
 struct ExtentClass
 {
     double count = 0, x = 0, y = 0, z = 0, yz = 0;
+    double mean_x = 0;
 };
 
 } // namespace
@@ -124,7 +125,8 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
             volume /= bins_per_axis;
         }
     }
-    std::uint16_t histogram[16 * 16 * 16] = {};
+    std::uint16_t histogram[16 * 16 * 16];
+    std::fill_n(histogram, bins_of[0] * bins_of[1] * bins_of[2], std::uint16_t{0});
     double pairs_in_bins = 0;
     ExtentClass classes[24];
     for (std::size_t k = 0; k < m; ++k) {
@@ -161,7 +163,8 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
         total.y += c.y;
         total.z += c.z;
         total.yz += c.yz;
-        classes[class_count++] = c;
+        classes[class_count] = c;
+        classes[class_count++].mean_x = c.x / c.count;
     }
     const double samples = std::max<double>(1, static_cast<double>(m));
     const double density = volume > 0 ? pairs_in_bins / samples / volume * (n / samples) : 0;
@@ -179,7 +182,7 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
         double blocks = 0;
         for (int k = 0; k < class_count; ++k) {
             const ExtentClass& c = classes[k];
-            const double window = c.x / c.count * density * section * records / 16 + 0.5;
+            const double window = c.mean_x * density * section * records / 16 + 0.5;
             blocks += copies(c) * std::max(1.0, window);
         }
         blocks /= samples;

@@ -36,13 +36,18 @@ inline constexpr std::size_t sample_size(std::size_t boxes)
                           : (boxes < 128 ? boxes : 128);
 }
 
-/// Which box to take as sample k of `samples`: spread over all of them by a hash, so that no regular pattern
-/// in the user's array, such as every tenth box being a big one, stays hidden or counts too often.
-inline std::size_t sample_index(std::size_t k, std::size_t samples, std::size_t boxes)
+/// Which boxes to take as samples: one of each `samples`-th of all of them, picked by a hash, so that no
+/// regular pattern in the user's array, such as every tenth box being a big one, stays hidden or counts too
+/// often.
+inline void choose_sample(std::uint32_t* chosen, std::size_t samples, std::size_t boxes)
 {
-    const std::size_t begin = boxes * k / samples, end = boxes * (k + 1) / samples;
-    const std::uint64_t hash = (k + 1) * 0x9e3779b97f4a7c15u;
-    return begin + static_cast<std::size_t>((hash >> 32) % (end > begin ? end - begin : 1));
+    for (std::size_t k = 0, begin = 0; k < samples; ++k) {
+        const std::size_t end = boxes * (k + 1) / samples;
+        const std::uint64_t hash = (k + 1) * 0x9e3779b97f4a7c15u;
+        const auto size = static_cast<std::uint32_t>(end > begin ? end - begin : 1);
+        chosen[k] = static_cast<std::uint32_t>(begin) + static_cast<std::uint32_t>(hash >> 32) % size;
+        begin = end;
+    }
 }
 
 /// A grid and what the cost model expects of it, in model nanoseconds per box.
