@@ -458,53 +458,85 @@ inline unsigned lane_bits(std::uint64_t lanes)
     return static_cast<unsigned>((((lanes & Columns::guard) >> 15) * 0x0001000200040008u) >> 48) & 0xf;
 }
 
-/// The tests of one row against a block of 16, as bit masks of candidates: `sure`, and `ties` the numbers
-/// must decide.
+/// The tests of one row against a block of 16. What they let pass is certain or a tie, and one in sixteen:
+/// which, is told candidate by candidate.
 template <int Dim>
 struct Row
 {
     std::uint64_t hi_guarded[3], lo[3], flags;
-    Row(const Columns& column, std::uint32_t i) : flags(all_lanes(lane(column.flags, i)))
+    std::uint32_t object;
+    Row(const Columns& column, std::uint32_t i)
+        : flags(all_lanes(lane(column.flags, i))), object(column.object[i] & object_mask)
     {
         for (int p = 0; p < Dim; ++p) {
             hi_guarded[p] = all_lanes(lane(column.hi[p], i)) | Columns::guard;
             lo[p] = all_lanes(lane(column.lo[p], i));
         }
     }
-    void test(const Columns& column, std::uint32_t j, unsigned behind, unsigned& sure, unsigned& ties) const
+    /// The candidates of block j that may touch, as a bit mask.
+    unsigned hits(const Columns& column, std::uint32_t j) const
     {
-        std::uint64_t reach[4];
+        unsigned mask = 0;
         for (std::uint32_t k = 0; k < 4; ++k) {
             const std::uint32_t word = j / 4 + k;
-            reach[k] = Columns::guard - (column.flags[word] & flags); // the bit stays where no flag is shared
+            // The bit stays where no flag is shared.
+            std::uint64_t reach = Columns::guard - (column.flags[word] & flags);
             for (int p = 0; p < Dim; ++p)
-                reach[k] &=
+                reach &=
                     ((column.hi[p][word] | Columns::guard) - lo[p]) & (hi_guarded[p] - column.lo[p][word]);
+            mask |= lane_bits(reach) << (4 * k);
         }
-        sure = ties = 0;
-        if (((reach[0] | reach[1] | reach[2] | reach[3]) & Columns::guard) == 0) return;
-        unsigned hits = 0;
-        for (std::uint32_t k = 0; k < 4; ++k) {
-            const std::uint32_t word = j / 4 + k;
-            hits |= lane_bits(reach[k]) << (4 * k);
-            // Surely: even a quantum less would reach. (hi >= 1, so the guard bit is not borrowed from.)
-            for (int p = 0; p < Dim; ++p)
-                reach[k] &= ((column.hi[p][word] | Columns::guard) - lo[p] - Columns::one) &
-                            (hi_guarded[p] - column.lo[p][word] - Columns::one);
-            sure |= lane_bits(reach[k]) << (4 * k);
+        return mask;
+    }
+    bool is_tie(const Columns& column, std::uint32_t j) const
+    {
+        bool tie = false;
+        for (int p = 0; p < Dim; ++p)
+            tie |= lane(column.hi[p], j) == (lo[p] & 0xffff) ||
+                   lane(column.lo[p], j) == (hi_guarded[p] & 0x7fff);
+        return tie;
+    }
+    Pair* emit(Pair* to, unsigned hits, const Columns& column, std::uint32_t j, PairOutput& out) const
+    {
+        for (; hits != 0; hits &= hits - 1) {
+            const std::uint32_t candidate = j + static_cast<std::uint32_t>(std::countr_zero(hits));
+            const std::uint32_t other = column.object[candidate] & object_mask;
+            if (is_tie(column, candidate))
+                out.ties[out.tie_count++] = {object, other};
+            else
+                *to++ = {std::min(object, other) & index_mask, std::max(object, other) & index_mask};
         }
-        sure &= behind;
-        ties = hits & behind & ~sure;
+        return to;
     }
 };
 
-inline Pair* emit(Pair* out, unsigned hits, const std::uint32_t* candidates, std::uint32_t row)
+template <int Dim>
+std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t last, PairOutput& out)
 {
-    for (; hits != 0; hits &= hits - 1) {
-        const std::uint32_t other = candidates[std::countr_zero(hits)] & object_mask;
-        *out++ = {std::min(row, other) & index_mask, std::max(row, other) & index_mask};
+    const Columns column(brick);
+    std::uint64_t blocks = 0;
+    for (std::uint32_t i = first; i < last; i += 2) {
+        const Row<Dim> row0(column, i), row1(column, i + 1);
+        std::uint32_t j = (i + 1) & ~3u;
+        unsigned behind0 = 0xffffu << (i + 1 - j);
+        unsigned behind1 = 0xffffu << (i + 2 - j);
+        const std::uint32_t end = std::max(brick.window_end[i], brick.window_end[i + 1]);
+        while (j < end) {
+            if (out.end - out.next < sweep_room || out.tie_count > tie_capacity - sweep_room) {
+                if (!out.make_room(out)) return blocks;
+            }
+            const std::uint32_t stop = std::min(end, j + sweep_segment * block_size);
+            blocks += (stop - j + block_size - 1) / block_size;
+            Pair* next = out.next;
+            for (; j < stop; j += block_size) {
+                next = row0.emit(next, row0.hits(column, j) & behind0, column, j, out);
+                next = row1.emit(next, row1.hits(column, j) & behind1, column, j, out);
+                behind0 = behind1 = 0xffff;
+            }
+            out.next = next;
+        }
     }
-    return out;
+    return blocks;
 }
 
 #else
@@ -516,7 +548,7 @@ struct Columns
 {
     std::int16_t* hi[3];
     std::int16_t* lo[3];
-    std::uint16_t* flags;
+    std::int16_t* flags; // shifted to be positive
     std::uint32_t* object;
     explicit Columns(const SortedBrick& brick)
     {
@@ -527,7 +559,7 @@ struct Columns
             hi[p] = narrow;
             lo[p] = narrow + stride;
         }
-        flags = reinterpret_cast<std::uint16_t*>(narrow);
+        flags = narrow;
     }
 };
 static_assert(columns_per_record * 4 >= 4 + 7 * 2);
@@ -546,128 +578,216 @@ inline void arrange(const Record* __restrict records, SortedBrick& brick)
     }
     for (std::uint32_t i = 0; i < size; ++i) {
         to.object[i] = records[i].object;
-        to.flags[i] = static_cast<std::uint16_t>((records[i].object & ~index_mask) >> 16);
+        to.flags[i] = static_cast<std::int16_t>((records[i].object & ~index_mask) >> 17);
     }
 }
 
+/// What of a block touches two rows, as bit masks: the first row's in the low half.
+struct Hits
+{
+    unsigned sure, ties;
+};
+
+/// Two neighbouring rows, against blocks of 16.
 template <int Dim>
-struct Row
+struct Rows
 {
     using D = hn::CappedTag<std::int16_t, block_size>;
     using V = hn::Vec<D>;
-    V hi[3], lo[3], flags;
+    V hi0[3], lo0[3], hi1[3], lo1[3], flags0, flags1;
 
-    HWY_ATTR Row(const Columns& column, std::uint32_t i)
+    HWY_ATTR Rows(const Columns& column, std::uint32_t i)
     {
         const D d;
         for (int p = 0; p < Dim; ++p) {
-            hi[p] = hn::Set(d, column.hi[p][i]);
-            lo[p] = hn::Set(d, column.lo[p][i]);
+            hi0[p] = hn::Set(d, column.hi[p][i]);
+            lo0[p] = hn::Set(d, column.lo[p][i]);
+            hi1[p] = hn::Set(d, column.hi[p][i + 1]);
+            lo1[p] = hn::Set(d, column.lo[p][i + 1]);
         }
-        flags = hn::Set(d, static_cast<std::int16_t>(column.flags[i]));
+        flags0 = hn::Set(d, column.flags[i]);
+        flags1 = hn::Set(d, column.flags[i + 1]);
     }
-    HWY_ATTR HWY_INLINE void test(const Columns& column, std::uint32_t j, unsigned behind, unsigned& sure,
-                                  unsigned& ties) const
+    /// How far the nearest of two facing sides of row and candidate reach into each other: negative where the
+    /// pair isn't touching or not this brick's, zero for a tie. Sums of bounds fit 16 bits, and flags 15.
+    HWY_ATTR HWY_INLINE void gaps(const Columns& column, std::uint32_t j, V& gap0, V& gap1) const
     {
         const D d;
-        const auto zero = hn::Zero(d), minus_one = hn::Set(d, std::int16_t{-1});
-        constexpr std::uint32_t lanes = JOSTLE_KERNEL_LANES16;
-        std::uint8_t hit_bits[8] = {}, sure_bits[8] = {};
-        for (std::uint32_t k = 0; k < block_size; k += lanes) {
-            V gap = hn::Min(hn::Add(hn::LoadU(d, column.hi[0] + j + k), lo[0]),
-                            hn::Add(hn::LoadU(d, column.lo[0] + j + k), hi[0]));
-            for (int p = 1; p < Dim; ++p) {
-                gap = hn::Min(gap, hn::Add(hn::LoadU(d, column.hi[p] + j + k), lo[p]));
-                gap = hn::Min(gap, hn::Add(hn::LoadU(d, column.lo[p] + j + k), hi[p]));
-            }
-            const auto shared =
-                hn::And(hn::LoadU(d, reinterpret_cast<const std::int16_t*>(column.flags) + j + k), flags);
-            const auto own = hn::Eq(shared, zero);
-            hn::StoreMaskBits(d, hn::And(own, hn::Gt(gap, zero)), sure_bits + k / 8);
-            hn::StoreMaskBits(d, hn::And(own, hn::Gt(gap, minus_one)), hit_bits + k / 8);
+        const V flags = hn::LoadU(d, column.flags + j);
+        gap0 = hn::Neg(hn::And(flags, flags0));
+        gap1 = hn::Neg(hn::And(flags, flags1));
+        V least0, least1;
+        for (int p = 0; p < Dim; ++p) { // both rows axis by axis: few registers
+            const V hi = hn::LoadU(d, column.hi[p] + j), lo = hn::LoadU(d, column.lo[p] + j);
+            const V here0 = hn::Min(hn::Add(hi, lo0[p]), hn::Add(lo, hi0[p]));
+            const V here1 = hn::Min(hn::Add(hi, lo1[p]), hn::Add(lo, hi1[p]));
+            least0 = p == 0 ? here0 : hn::Min(least0, here0);
+            least1 = p == 0 ? here1 : hn::Min(least1, here1);
         }
-        sure = (sure_bits[0] | (static_cast<unsigned>(sure_bits[1]) << 8)) & behind;
-        ties = (hit_bits[0] | (static_cast<unsigned>(hit_bits[1]) << 8)) & behind & ~sure;
+        gap0 = hn::Or(gap0, least0);
+        gap1 = hn::Or(gap1, least1);
+    }
+    HWY_ATTR HWY_INLINE Hits test(const Columns& column, std::uint32_t j) const
+    {
+        V gap0, gap1;
+        gaps(column, j, gap0, gap1);
+#if HWY_TARGET == HWY_AVX2
+        // Saturation keeps signs and zeros, so both rows' gaps fit one register of bytes.
+        const __m256i bytes = _mm256_permute4x64_epi64(_mm256_packs_epi16(gap0.raw, gap1.raw), 0xd8);
+        const auto negative = static_cast<unsigned>(_mm256_movemask_epi8(bytes));
+        const auto zero =
+            static_cast<unsigned>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(bytes, _mm256_setzero_si256())));
+        return {~(negative | zero), zero};
+#else
+        V next0, next1;
+        gaps(column, j + JOSTLE_KERNEL_LANES16, next0, next1);
+        static_assert(2 * JOSTLE_KERNEL_LANES16 == block_size);
+#if HWY_TARGET == HWY_SSE4
+        const __m128i bytes0 = _mm_packs_epi16(gap0.raw, next0.raw);
+        const __m128i bytes1 = _mm_packs_epi16(gap1.raw, next1.raw);
+        const __m128i none = _mm_setzero_si128();
+        const auto mask = [](__m128i low, __m128i high) {
+            return static_cast<unsigned>(_mm_movemask_epi8(low)) |
+                   (static_cast<unsigned>(_mm_movemask_epi8(high)) << 16);
+        };
+        const unsigned zero = mask(_mm_cmpeq_epi8(bytes0, none), _mm_cmpeq_epi8(bytes1, none));
+        return {~(mask(bytes0, bytes1) | zero), zero};
+#else
+        const D d;
+        const auto zero = hn::Zero(d);
+        std::uint8_t sure[12], ties[12]; // each mask is one byte, and some targets write eight
+        hn::StoreMaskBits(d, hn::Gt(gap0, zero), sure);
+        hn::StoreMaskBits(d, hn::Gt(next0, zero), sure + 1);
+        hn::StoreMaskBits(d, hn::Gt(gap1, zero), sure + 2);
+        hn::StoreMaskBits(d, hn::Gt(next1, zero), sure + 3);
+        hn::StoreMaskBits(d, hn::Eq(gap0, zero), ties);
+        hn::StoreMaskBits(d, hn::Eq(next0, zero), ties + 1);
+        hn::StoreMaskBits(d, hn::Eq(gap1, zero), ties + 2);
+        hn::StoreMaskBits(d, hn::Eq(next1, zero), ties + 3);
+        const auto bits = [](const std::uint8_t* bytes) {
+            return bytes[0] | (static_cast<unsigned>(bytes[1]) << 8) |
+                   (static_cast<unsigned>(bytes[2]) << 16) | (static_cast<unsigned>(bytes[3]) << 24);
+        };
+        return {bits(sure), bits(ties)};
+#endif
+#endif
     }
 };
 
-HWY_ATTR HWY_INLINE Pair* emit(Pair* out, unsigned hits, const std::uint32_t* candidates,
-                               std::uint32_t row_object)
+/// Hits wait here until there are enough of them to make pairs with whole registers.
+struct HitQueue
 {
-    using D = hn::CappedTag<std::uint32_t, 8>;
-    const D d;
-    constexpr std::uint32_t lanes = JOSTLE_KERNEL_LANES32;
-    const auto row = hn::Set(d, row_object);
-    const auto object = hn::Set(d, object_mask);
-    const auto index = hn::Set(d, index_mask);
-    for (std::uint32_t k = 0; k < block_size; k += lanes) {
-        const unsigned part = (hits >> k) & ((1u << lanes) - 1);
-        const unsigned count = static_cast<unsigned>(std::popcount(part));
-        const auto order =
-            hn::PromoteTo(d, hn::LoadU(hn::Rebind<std::uint8_t, D>(), compress_order.of8[part]));
-        const auto others =
-            hn::And(hn::TableLookupLanes(hn::LoadU(d, candidates + k), hn::IndicesFromVec(d, order)), object);
-        const auto a = hn::And(hn::Min(others, row), index);
-        const auto b = hn::And(hn::Max(others, row), index);
-        const auto low = hn::InterleaveLower(d, a, b), high = hn::InterleaveUpper(d, a, b);
-        auto* words = reinterpret_cast<std::uint32_t*>(out);
-#if JOSTLE_KERNEL_LANES32 == 8
-        hn::StoreU(hn::ConcatLowerLower(d, high, low), d, words);
-        if (count > 4) hn::StoreU(hn::ConcatUpperUpper(d, high, low), d, words + 8);
-#else
-        hn::StoreU(low, d, words);
-        hn::StoreU(high, d, words + 4);
-#endif
-        out += count;
-    }
-    return out;
-}
+    static constexpr std::uint32_t capacity = 512;
+    alignas(64) std::uint32_t row[capacity + 8];
+    alignas(64) std::uint32_t other[capacity + 8]; // with flags
 
+    /// Takes and returns how many there are: in a register, for a member would be stored and loaded each
+    /// time.
+    HWY_ATTR HWY_INLINE std::uint32_t add(std::uint32_t size, unsigned hits, const std::uint32_t* candidates,
+                                          std::uint32_t row_object)
+    {
+        using D = hn::CappedTag<std::uint32_t, 8>;
+        const D d;
+        const auto rows = hn::Set(d, row_object);
+        for (std::uint32_t k = 0; k < block_size; k += JOSTLE_KERNEL_LANES32) {
+            const unsigned part = (hits >> k) & ((1u << JOSTLE_KERNEL_LANES32) - 1);
+            const auto some = hn::LoadU(d, candidates + k);
+#if JOSTLE_KERNEL_LANES32 == 8
+            const auto order =
+                hn::PromoteTo(d, hn::LoadU(hn::Rebind<std::uint8_t, D>(), compress_order.of8[part]));
+            const auto hit = hn::TableLookupLanes(some, hn::IndicesFromVec(d, order));
+#else
+            const hn::Repartition<std::uint8_t, D> bytes;
+            const auto hit = hn::BitCast(
+                d, hn::TableLookupBytes(hn::BitCast(bytes, some), hn::Load(bytes, compress_order.of4[part])));
 #endif
+            hn::StoreU(hit, d, other + size);
+            hn::StoreU(rows, d, row + size);
+            size += static_cast<std::uint32_t>(std::popcount(part));
+        }
+        return size;
+    }
+    /// Writes the pairs; there must be room for `size` and a register's worth.
+    HWY_ATTR void flush(std::uint32_t size, PairOutput& out) const
+    {
+        using D = hn::CappedTag<std::uint32_t, 8>;
+        const D d;
+        constexpr std::uint32_t lanes = JOSTLE_KERNEL_LANES32;
+        const auto object = hn::Set(d, object_mask);
+        const auto index = hn::Set(d, index_mask);
+        auto* words = reinterpret_cast<std::uint32_t*>(out.next);
+        for (std::uint32_t k = 0; k < size; k += lanes, words += 2 * lanes) {
+            const auto others = hn::And(hn::LoadU(d, other + k), object), rows = hn::LoadU(d, row + k);
+            const auto a = hn::And(hn::Min(others, rows), index);
+            const auto b = hn::And(hn::Max(others, rows), index);
+            const auto low = hn::InterleaveLower(d, a, b), high = hn::InterleaveUpper(d, a, b);
+#if JOSTLE_KERNEL_LANES32 == 8
+            hn::StoreU(hn::ConcatLowerLower(d, high, low), d, words);
+            hn::StoreU(hn::ConcatUpperUpper(d, high, low), d, words + 8);
+#else
+            hn::StoreU(low, d, words);
+            hn::StoreU(high, d, words + 4);
+#endif
+        }
+        out.next += size;
+    }
+};
 
 template <int Dim>
 HWY_ATTR std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t last,
                              PairOutput& out)
 {
     const Columns column(brick);
+    HitQueue queue;
+    std::uint32_t queued = 0;
     std::uint64_t blocks = 0;
     for (std::uint32_t i = first; i < last; i += 2) {
-        const Row<Dim> row0(column, i), row1(column, i + 1);
-        const std::uint32_t object0 = column.object[i] & object_mask,
-                            object1 = column.object[i + 1] & object_mask;
+        const Rows<Dim> rows(column, i);
+        const std::uint32_t row0 = column.object[i] & object_mask, row1 = column.object[i + 1] & object_mask;
         std::uint32_t j = (i + 1) & ~3u;
-        unsigned behind0 = (0xffffu << (i + 1 - j)) & 0xffffu;
-        unsigned behind1 = (0xffffu << (i + 2 - j)) & 0xffffu;
+        unsigned behind = ((0xffffu << (i + 1 - j)) & 0xffffu) | (0xffffu << (i + 2 - j) << 16);
         const std::uint32_t end = std::max(brick.window_end[i], brick.window_end[i + 1]);
 
         while (j < end) {
-            if (out.end - out.next < sweep_room || out.tie_count > tie_capacity - sweep_room) {
-                if (!out.make_room(out)) return blocks;
+            // In the queue there are never so many that a segment's pairs wouldn't fit behind them.
+            if (out.end - out.next < sweep_room + HitQueue::capacity ||
+                out.tie_count > tie_capacity - sweep_room) {
+                queue.flush(queued, out); // ties come behind the pairs that were found before them
+                queued = 0;
+                if ((out.end - out.next < sweep_room + HitQueue::capacity ||
+                     out.tie_count > tie_capacity - sweep_room) &&
+                    !out.make_room(out))
+                    return blocks;
             }
             const std::uint32_t stop = std::min(end, j + sweep_segment * block_size);
             blocks += (stop - j + block_size - 1) / block_size;
-            Pair* next = out.next;
             for (; j < stop; j += block_size) {
-                unsigned sure0, sure1, ties0, ties1;
-                row0.test(column, j, behind0, sure0, ties0);
-                row1.test(column, j, behind1, sure1, ties1);
-                behind0 = behind1 = 0xffff;
-                if ((sure0 | sure1) != 0) { // about every other time: one branch to guess, not two
-                    next = emit(next, sure0, column.object + j, object0);
-                    next = emit(next, sure1, column.object + j, object1);
+                const Hits hits = rows.test(column, j);
+                const unsigned sure = hits.sure & behind, ties = hits.ties & behind;
+                behind = ~0u;
+                if (__builtin_expect(queued > HitQueue::capacity - 2 * block_size, 0)) {
+                    queue.flush(queued, out);
+                    queued = 0;
                 }
-                if (__builtin_expect((ties0 | ties1) != 0, 0)) {
-                    defer_ties(out, ties0, column.object + j, object0);
-                    defer_ties(out, ties1, column.object + j, object1);
+                // With wide registers a look whether there are any, often guessed wrong, costs more than it
+                // saves.
+                if (JOSTLE_KERNEL_LANES32 == 8 || sure != 0) {
+                    queued = queue.add(queued, sure & 0xffff, column.object + j, row0);
+                    queued = queue.add(queued, sure >> 16, column.object + j, row1);
+                }
+                if (__builtin_expect(ties != 0, 0)) {
+                    defer_ties(out, ties & 0xffff, column.object + j, row0);
+                    defer_ties(out, ties >> 16, column.object + j, row1);
                 }
             }
-            out.next = next;
         }
     }
+    queue.flush(queued, out);
     return blocks;
 }
 
-#endif
+#endif // JOSTLE_KERNEL_SCALAR
+#endif // JOSTLE_KERNEL_WIDE
 
 inline const Kernels& kernels()
 {
