@@ -147,6 +147,8 @@ class ResultLists
   private:
     template <int Dim, Coordinate T>
     friend class BoxIndex;
+    template <int Dim, Coordinate T>
+    friend class World;
     std::pmr::vector<std::size_t> first_;
     std::pmr::vector<Item> items_;
     std::pmr::vector<std::uint8_t> more_;

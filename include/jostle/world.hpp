@@ -7,6 +7,7 @@
 #include <iosfwd>
 #include <memory>
 #include <memory_resource>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "jostle/find_pairs.hpp"
 #include "jostle/function_ref.hpp"
 #include "jostle/pair_buffer.hpp"
+#include "jostle/query.hpp"
 #include "jostle/version.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -68,6 +70,27 @@ struct EndedPair
     ObjectId a, b; ///< a.index < b.index; a removed object's id names nothing any more
     EndReason reason;
     friend constexpr bool operator==(const EndedPair&, const EndedPair&) = default;
+};
+
+/// An object found along a ray or sweep or near a point.
+template <Coordinate T>
+struct ObjectHit
+{
+    ObjectId id; ///< `ObjectId{}` where there is no object
+    T at = 0;    ///< as in `Hit`
+    friend constexpr bool operator==(const ObjectHit&, const ObjectHit&) = default;
+};
+
+/// Which objects a question is about. What is left as it is doesn't filter.
+struct ObjectQueryFilter
+{
+    /// The asker's own, if given: as between two objects, both masks must meet the other's category.
+    std::uint32_t category = ~std::uint32_t{0};
+    std::uint32_t mask = ~std::uint32_t{0};
+    std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count
+    ObjectId exclude = {};                  ///< nor does this one
+    /// Asked last, with the number of the question (0 for a single one); see QueryFilter::accept.
+    FunctionRef<bool(std::uint32_t question, ObjectId id)> accept = {};
 };
 
 struct WorldOptions
@@ -201,6 +224,47 @@ class JOSTLE_API World
     /// All that touch, changed or not, ascending by (a, b), by index. Searched for in this call: costs as
     /// much as `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;
+
+    // --- Questions, about the objects as of the last update; disabled ones don't count ---
+    // As those of `BoxIndex`, with the same answers in the same order, an id's index standing for the id. The
+    // first question after an update that moved objects brings the index of active objects up to date.
+
+    static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
+
+    /// `Line` is Ray<Dim, T> or Sweep<Dim, T>.
+    template <class Line>
+    [[nodiscard]] std::optional<ObjectHit<T>> first(const Line& line,
+                                                    const ObjectQueryFilter& filter = {}) const;
+    bool all(const Ray<Dim, T>& ray, std::vector<ObjectHit<T>>& out, const ObjectQueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    bool all(const Sweep<Dim, T>& sweep, std::vector<ObjectHit<T>>& out, const ObjectQueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    bool all(const Box& region, std::vector<ObjectId>& out, const ObjectQueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    bool all(const Sphere<Dim, T>& region, std::vector<ObjectId>& out, const ObjectQueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    bool all(const Frustum<Dim, T>& region, std::vector<ObjectId>& out, const ObjectQueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    void nearest(const Nearest<Dim, T>& question, std::vector<ObjectHit<T>>& out,
+                 const ObjectQueryFilter& filter = {}) const;
+    /// `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
+    template <class Question>
+    [[nodiscard]] bool any(const Question& question, const ObjectQueryFilter& filter = {}) const;
+    template <class Question>
+    [[nodiscard]] std::uint64_t count(const Question& question, const ObjectQueryFilter& filter = {}) const;
+
+    /// Many at once, on the executor's threads.
+    template <class Line>
+    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+               const ObjectQueryFilter& filter = {}) const;
+    template <class Line>
+    void all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
+             const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
+    template <class Region>
+    void all(std::span<const Region> regions, ResultLists<ObjectId>& out,
+             const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
+    void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
+                 const ObjectQueryFilter& filter = {}) const;
 
     // --- The objects, as of the last update ---
 

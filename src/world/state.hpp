@@ -10,6 +10,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
 #include "pair_finder_access.hpp"
 #include "world/chunked_array.hpp"
@@ -84,7 +85,7 @@ struct World<Dim, T>::Implementation
         std::uint32_t idle; // updates since it changed
     };
     std::pmr::vector<Active> active;                // ascending
-    std::pmr::vector<std::uint32_t> resting;        // ascending
+    BoxIndex<Dim, T> resting;                       // the others that are there; ids are indices
     std::pmr::unordered_set<std::uint64_t> refused; // pairs that touch and that `accept` is against
     std::uint64_t recent_work = 0;                  // bounds how many objects may settle in one update
     std::size_t alive = 0, disabled = 0;
@@ -143,8 +144,7 @@ struct World<Dim, T>::Implementation
     std::pmr::vector<std::uint32_t> entry_index;
     std::pmr::vector<Entry> entry_kind;
     std::size_t changed_entries = 0; // the first ones; the rest are idle objects
-    std::pmr::vector<Box> other_boxes;
-    PairBuffer scratch_pairs;
+    std::pmr::vector<Pair> joined;
 
     std::mutex found_mutex; // guards the five that follow, while tasks run
     std::pmr::vector<std::uint64_t> found_began, found_asked;
@@ -161,8 +161,17 @@ struct World<Dim, T>::Implementation
     std::pmr::vector<std::uint64_t> newly_refused, no_longer_refused;
     std::uint64_t recent_work_next = 0;
     std::pmr::vector<Active> next_active;
-    std::pmr::vector<std::uint32_t> next_resting;
-    std::pmr::vector<std::uint32_t> settling;
+    std::pmr::vector<std::uint32_t> waking, settling;
+    std::pmr::vector<Box> settling_boxes;
+
+    // --- For questions: the active objects, indexed when the first question is asked ---
+    const BoxIndex<Dim, T>* index_of_active() const; // null if there are none
+    mutable std::mutex active_index_mutex;           // held while it is made
+    mutable std::atomic<bool> active_index_is_fresh{false};
+    mutable BoxIndex<Dim, T> active_index;
+    /// Calls body with the filter in the index's terms.
+    template <class Body>
+    decltype(auto) filtered(const ObjectQueryFilter& filter, const Body& body) const;
 };
 
 JOSTLE_NAMESPACE_END

@@ -257,9 +257,9 @@ void World<Dim, T>::Implementation::apply(std::span<const ObjectId> move_ids, co
         if (Object* const object = touch(id)) set_box(*object, id.index, box);
     }
     if (!contested.empty()) settle_contests(move_ids, boxes, own_lane);
+    world::sort_by_key(old_filters, old_filter_scratch, [](const OldFilter& old) { return old.index; });
     drop_unchanged();
     world::sort_by_key(changed, index_scratch, [](std::uint32_t index) { return index; });
-    world::sort_by_key(old_filters, old_filter_scratch, [](const OldFilter& old) { return old.index; });
     next_stats.changed = changed.size();
 }
 
@@ -440,7 +440,7 @@ void World<Dim, T>::Implementation::drop_unchanged()
         Object& object = objects[index];
         const bool differs = object.place() == world::Place::none || !object.has(world::flag::alive) ||
                              object.has(world::flag::enabled) != (object.place() != world::Place::disabled) ||
-                             object.has(world::flag::refiltered | world::flag::asked) ||
+                             object.has(world::flag::asked) || object.filter() != old_filter(object, index) ||
                              !world::same(object.now, object.before);
         if (differs) return false;
         object.now = object.before;
@@ -483,9 +483,9 @@ void World<Dim, T>::Implementation::undo() noexcept
 template <int Dim, Coordinate T>
 struct World<Dim, T>::Implementation::Side
 {
-    const std::uint32_t* index;
-    const Entry* kind; // null: all of them `both`
-    bool resting;      // objects that woke up in this update are found as changed ones
+    const std::uint32_t* index; // of the object that a number of the search stands for; null: of itself
+    const Entry* kind;          // null: all of them `both`
+    bool resting;               // objects that woke up in this update are found as changed ones
 };
 
 template <int Dim, Coordinate T>
@@ -523,9 +523,11 @@ Pair* World<Dim, T>::Implementation::classify(Pair* first, Pair* last, const Sid
     for (Pair* pair = first; pair != last; ++pair) {
         if (static_cast<std::size_t>(last - pair) > ahead) {
             __builtin_prefetch(&objects[side_a.index[pair[ahead].a]]);
-            __builtin_prefetch(&objects[side_b.index[pair[ahead].b]]);
+            __builtin_prefetch(
+                &objects[side_b.index != nullptr ? side_b.index[pair[ahead].b] : pair[ahead].b]);
         }
-        const std::uint32_t index_a = side_a.index[pair->a], index_b = side_b.index[pair->b];
+        const std::uint32_t index_a = side_a.index[pair->a];
+        const std::uint32_t index_b = side_b.index != nullptr ? side_b.index[pair->b] : pair->b;
         const Object &a = objects[index_a], &b = objects[index_b];
         if (side_b.resting && b.has(world::flag::touched)) continue;
         const Entry kind_a = side_a.kind != nullptr ? side_a.kind[pair->a] : Entry::both;
@@ -649,18 +651,11 @@ void World<Dim, T>::Implementation::search()
     const auto t1 = world::Clock::now();
     next_stats.us_active = world::microseconds(t0, t1);
 
-    if (!resting.empty()) {
-        other_boxes.clear();
-        for (const std::uint32_t index : resting)
-            other_boxes.push_back(objects[index].old());
-        const Side resting_side{resting.data(), nullptr, true};
-        const auto select_resting = [&](Pair* first, Pair* last) {
-            return classify(first, last, side, resting_side);
-        };
-        PairFinderAccess::find(finder, Boxes(all.first(changed_entries)),
-                               Boxes(std::span<const Box>(other_boxes)), select_resting, scratch_pairs);
-        for (const std::span<const Pair> block : scratch_pairs.blocks())
-            result.others.insert(result.others.end(), block.begin(), block.end());
+    if (resting.size() != 0) {
+        resting.join(Boxes(all.first(changed_entries)), joined);
+        const Side resting_side{nullptr, nullptr, true};
+        Pair* const kept = classify(joined.data(), joined.data() + joined.size(), side, resting_side);
+        result.others.insert(result.others.end(), joined.data(), kept);
     }
     next_stats.us_resting = world::microseconds(t1, world::Clock::now());
 }
@@ -742,6 +737,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::plan_rest()
 {
     next_active.clear();
+    waking.clear();
     settling.clear();
     recent_work_next = std::max<std::uint64_t>(changed.size(), recent_work - recent_work / 4);
     const std::uint64_t budget = std::max(world::least_settling, recent_work_next);
@@ -762,24 +758,21 @@ void World<Dim, T>::Implementation::plan_rest()
         const std::uint32_t index = *other++;
         if (one != active.end() && one->index == index) ++one;
         const Object& object = objects[index];
-        if (object.place() == world::Place::resting) ++next_stats.woken;
+        if (object.place() == world::Place::resting) waking.push_back(index);
         if (!object.is_there()) continue;
         const bool is_new = object.place() == world::Place::none;
         keep(index, !is_new                              ? 0
                     : object.has(world::flag::is_static) ? world::idle_updates
                                                          : world::idle_updates - 1);
     }
+    next_stats.woken = waking.size();
     next_stats.settled = settling.size();
 
-    next_resting.clear();
-    next_resting.reserve(resting.size() + settling.size());
-    auto next = settling.begin();
-    for (const std::uint32_t index : resting) {
-        while (next != settling.end() && *next < index)
-            next_resting.push_back(*next++);
-        if (!objects[index].has(world::flag::touched)) next_resting.push_back(index);
-    }
-    next_resting.insert(next_resting.end(), next, settling.end());
+    settling_boxes.clear();
+    for (const std::uint32_t index : settling)
+        settling_boxes.push_back(objects[index].now);
+    next_active.reserve(next_active.size() + settling.size()); // see commit
+    resting.erase(waking);
 }
 
 template <int Dim, Coordinate T>
@@ -800,10 +793,20 @@ void World<Dim, T>::Implementation::commit() noexcept
         disabled += !object.is_there();
         object.state &= ~world::flag::transient;
     }
-    for (const std::uint32_t index : settling)
-        objects[index].set_place(world::Place::resting);
+    try {
+        resting.insert(settling, Boxes(std::span<const Box>(settling_boxes)));
+        for (const std::uint32_t index : settling)
+            objects[index].set_place(world::Place::resting);
+    } catch (...) { // no memory: they may stay active as long as it takes
+        next_stats.settled = 0;
+        for (const std::uint32_t index : settling)
+            next_active.push_back({index, world::idle_updates});
+        std::sort(next_active.begin(), next_active.end(),
+                  [](const Active& x, const Active& y) { return x.index < y.index; });
+    }
+    if (!changed.empty() || next_stats.settled != 0)
+        active_index_is_fresh.store(false, std::memory_order_relaxed);
     active.swap(next_active);
-    resting.swap(next_resting);
     recent_work = recent_work_next;
     for (const std::uint64_t key : no_longer_refused)
         refused.erase(key);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "world/queries-inl.hpp"
 #include "world/update-inl.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -19,7 +20,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       objects(options.memory),
       shapes(options.memory),
       active(options.memory),
-      resting(options.memory),
+      resting({options.executor, options.memory, options.instruction_set}),
       refused(options.memory),
       results{Results(options.memory), Results(options.memory)},
       changed(options.memory),
@@ -31,8 +32,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       entry_boxes(options.memory),
       entry_index(options.memory),
       entry_kind(options.memory),
-      other_boxes(options.memory),
-      scratch_pairs(options.memory),
+      joined(options.memory),
       found_began(options.memory),
       found_asked(options.memory),
       found_ended(options.memory),
@@ -42,8 +42,10 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       newly_refused(options.memory),
       no_longer_refused(options.memory),
       next_active(options.memory),
-      next_resting(options.memory),
-      settling(options.memory)
+      waking(options.memory),
+      settling(options.memory),
+      settling_boxes(options.memory),
+      active_index({options.executor, options.memory, options.instruction_set})
 {
 }
 
@@ -65,13 +67,13 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
     const auto of = [](const auto&... vectors) {
         return (std::uint64_t{0} + ... + (vectors.capacity() * sizeof(vectors[0])));
     };
-    std::uint64_t sum = sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
-                        finder.stats().bytes_reserved + scratch_pairs.bytes_reserved() +
-                        refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
-                        of(active, resting, changed, old_filters, old_filter_scratch, old_shapes, contested,
-                           writer, entry_boxes, entry_index, entry_kind, other_boxes, found_began,
-                           found_asked, found_ended, ended_scratch, key_scratch, index_scratch, newly_refused,
-                           no_longer_refused, next_active, next_resting, settling);
+    std::uint64_t sum =
+        sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
+        finder.stats().bytes_reserved + resting.stats().bytes + refused.bucket_count() * sizeof(void*) +
+        refused.size() * 4 * sizeof(void*) +
+        of(active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer, entry_boxes,
+           entry_index, entry_kind, joined, found_began, found_asked, found_ended, ended_scratch, key_scratch,
+           index_scratch, newly_refused, no_longer_refused, next_active, waking, settling, settling_boxes);
     for (const Results& result : results)
         sum += result.among_active.bytes_reserved() + result.with_idle.bytes_reserved() +
                of(result.others, result.began, result.ended);

@@ -2,5 +2,5 @@
 #include "world/world-inl.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
-template class World<2, double>;
+JOSTLE_INSTANTIATE_WORLD(2, double)
 JOSTLE_NAMESPACE_END

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "churn.hpp"
+
+namespace world_tests {
+
+using jostle::ObjectHit;
+
+/// Asks a world everything, and goes through the twin's objects for the same.
+template <int Dim, class T>
+class Questions
+{
+  public:
+    Questions(const Churn<Dim, T>& churn, std::uint64_t seed) : world_(*churn.world), random_(seed)
+    {
+        for (const auto& [index, thing] : churn.twin.things)
+            if (thing.enabled) there_.push_back({thing.id, thing.bounds(), thing.filter});
+        extent_ = churn.extent;
+        if (random_.below(2) == 0) {
+            filter_.mask = 3;
+            filter_.category = 1;
+            filter_.owner = random_.below(6);
+            accept_ = [](std::uint32_t, ObjectId id) { return id.index % 5 != 0; };
+            filter_.accept = accept_;
+            if (!there_.empty()) filter_.exclude = there_[there_.size() / 2].id;
+        }
+    }
+
+    testing::AssertionResult agree()
+    {
+        constexpr std::size_t many = 3;
+        std::vector<jostle::Ray<Dim, T>> rays(many);
+        std::vector<jostle::Sweep<Dim, T>> sweeps(many);
+        std::vector<Aabb<Dim, T>> boxes(many);
+        std::vector<jostle::Sphere<Dim, T>> spheres(many);
+        std::vector<jostle::Nearest<Dim, T>> nears(many);
+        std::vector<jostle::Plane<Dim, T>> planes(4);
+        for (std::size_t i = 0; i < many; ++i) {
+            for (int d = 0; d < Dim; ++d) {
+                rays[i].origin[d] = spheres[i].center[d] = nears[i].point[d] = coordinate();
+                rays[i].direction[d] = sweeps[i].motion[d] =
+                    random_.below(6) == 0 && d > 0 ? T(0) : static_cast<T>(random_.uniform(-3, 3)) + T(0.01);
+                boxes[i].lo[d] = coordinate();
+                boxes[i].hi[d] = boxes[i].lo[d] + static_cast<T>(random_.uniform(0, 3));
+            }
+            rays[i].max_fraction = static_cast<T>(random_.uniform(0, 9));
+            sweeps[i].box = boxes[i];
+            sweeps[i].max_fraction = static_cast<T>(random_.uniform(0, 3));
+            spheres[i].radius = static_cast<T>(random_.uniform(0, 3));
+            nears[i].count = 1 + random_.below(9);
+            if (random_.below(2) == 0) nears[i].max_distance = static_cast<T>(random_.uniform(0, 3));
+        }
+        for (auto& plane : planes) {
+            for (int d = 0; d < Dim; ++d)
+                plane.normal[d] = static_cast<T>(random_.uniform(-1, 1)) + T(0.01);
+            plane.offset = static_cast<T>(random_.uniform(-1, 3));
+        }
+        const std::vector<jostle::Frustum<Dim, T>> frusta(1, {planes});
+        std::string wrong;
+        lines(rays, "ray", wrong);
+        lines(sweeps, "sweep", wrong);
+        regions(boxes, "box", wrong);
+        regions(spheres, "sphere", wrong);
+        regions(frusta, "frustum", wrong);
+        nearest(nears, wrong);
+        if (!wrong.empty()) return testing::AssertionFailure() << "other answers for" << wrong;
+        return testing::AssertionSuccess();
+    }
+
+    std::uint64_t results = 0;
+
+  private:
+    struct There
+    {
+        ObjectId id;
+        Aabb<Dim, T> bounds;
+        ObjectFilter filter;
+    };
+
+    T coordinate() { return static_cast<T>(random_.uniform(-1, extent_ + 1)); }
+    bool counts(const There& there) const
+    {
+        if (filter_.mask != ~0u &&
+            ((there.filter.category & filter_.mask) == 0 || (filter_.category & there.filter.mask) == 0))
+            return false;
+        if (filter_.owner != jostle::Filter::no_owner && there.filter.owner == filter_.owner) return false;
+        return there.id != filter_.exclude && (!filter_.accept || filter_.accept(0, there.id));
+    }
+    static bool earlier(const ObjectHit<T>& a, const ObjectHit<T>& b)
+    {
+        return a.at != b.at ? a.at < b.at : a.id.index < b.id.index;
+    }
+    template <class Item>
+    static std::vector<Item> cut(std::vector<Item> items, std::size_t most)
+    {
+        if (items.size() > most) items.resize(most);
+        return items;
+    }
+
+    template <class Line>
+    void lines(const std::vector<Line>& questions, const char* name, std::string& wrong)
+    {
+        bool good = true;
+        std::vector<ObjectHit<T>> firsts(questions.size());
+        world_.first(std::span<const Line>(questions), std::span<ObjectHit<T>>(firsts), filter_);
+        jostle::ResultLists<ObjectHit<T>> lists, short_lists;
+        world_.all(std::span<const Line>(questions), lists, filter_);
+        world_.all(std::span<const Line>(questions), short_lists, filter_, 2);
+        for (std::size_t i = 0; i < questions.size(); ++i) {
+            std::vector<ObjectHit<T>> expected;
+            for (const There& there : there_)
+                if (counts(there))
+                    if (const std::optional<T> at = jostle::hit_fraction(questions[i], there.bounds))
+                        expected.push_back({there.id, *at});
+            std::sort(expected.begin(), expected.end(), earlier);
+            results += expected.size();
+            const auto first = world_.first(questions[i], filter_);
+            good &= first.has_value() == !expected.empty() && (!first || *first == expected[0]);
+            good &= firsts[i] == (expected.empty() ? ObjectHit<T>{} : expected[0]);
+            std::vector<ObjectHit<T>> found;
+            good &= !world_.all(questions[i], found, filter_) && found == expected;
+            good &= world_.all(questions[i], found, filter_, 2) == (expected.size() > 2) &&
+                    found == cut(expected, 2);
+            found.assign(lists[i].begin(), lists[i].end());
+            good &= found == expected && !lists.more(i);
+            found.assign(short_lists[i].begin(), short_lists[i].end());
+            good &= found == cut(expected, 2) && short_lists.more(i) == (expected.size() > 2);
+            good &= world_.any(questions[i], filter_) == !expected.empty();
+            good &= world_.count(questions[i], filter_) == expected.size();
+        }
+        if (!good) wrong += std::string(" ") + name;
+    }
+
+    template <class Region>
+    void regions(const std::vector<Region>& questions, const char* name, std::string& wrong)
+    {
+        bool good = true;
+        jostle::ResultLists<ObjectId> lists, short_lists;
+        world_.all(std::span<const Region>(questions), lists, filter_);
+        world_.all(std::span<const Region>(questions), short_lists, filter_, 3);
+        for (std::size_t i = 0; i < questions.size(); ++i) {
+            std::vector<ObjectId> expected;
+            for (const There& there : there_)
+                if (counts(there) && overlaps(questions[i], there.bounds)) expected.push_back(there.id);
+            results += expected.size();
+            std::vector<ObjectId> found;
+            good &= !world_.all(questions[i], found, filter_) && found == expected;
+            good &= world_.all(questions[i], found, filter_, 3) == (expected.size() > 3) &&
+                    found == cut(expected, 3);
+            found.assign(lists[i].begin(), lists[i].end());
+            good &= found == expected && !lists.more(i);
+            found.assign(short_lists[i].begin(), short_lists[i].end());
+            good &= found == cut(expected, 3) && short_lists.more(i) == (expected.size() > 3);
+            good &= world_.any(questions[i], filter_) == !expected.empty();
+            good &= world_.count(questions[i], filter_) == expected.size();
+        }
+        if (!good) wrong += std::string(" ") + name;
+    }
+
+    void nearest(const std::vector<jostle::Nearest<Dim, T>>& questions, std::string& wrong)
+    {
+        bool good = true;
+        jostle::ResultLists<ObjectHit<T>> lists;
+        world_.nearest(std::span<const jostle::Nearest<Dim, T>>(questions), lists, filter_);
+        for (std::size_t i = 0; i < questions.size(); ++i) {
+            const T limit = questions[i].max_distance * questions[i].max_distance;
+            std::vector<ObjectHit<T>> expected;
+            for (const There& there : there_)
+                if (const T at = jostle::squared_distance(questions[i].point, there.bounds);
+                    counts(there) && at <= limit)
+                    expected.push_back({there.id, at});
+            std::sort(expected.begin(), expected.end(), earlier);
+            expected = cut(expected, questions[i].count);
+            results += expected.size();
+            std::vector<ObjectHit<T>> found;
+            world_.nearest(questions[i], found, filter_);
+            good &= found == expected;
+            found.assign(lists[i].begin(), lists[i].end());
+            good &= found == expected;
+        }
+        if (!good) wrong += " nearest";
+    }
+
+    const jostle::World<Dim, T>& world_;
+    Random random_;
+    double extent_;
+    std::vector<There> there_;
+    std::function<bool(std::uint32_t, ObjectId)> accept_;
+    jostle::ObjectQueryFilter filter_;
+};
+
+} // namespace world_tests
