@@ -84,10 +84,25 @@ class IdTable
     /// One more than the greatest index handed out.
     [[nodiscard]] std::uint32_t end() const noexcept { return end_.load(std::memory_order_acquire); }
 
-    [[nodiscard]] std::pmr::vector<Free> free_list() const
+    struct Picture
+    {
+        std::vector<std::uint32_t> generations; // 0 for indices that is_alive denies
+        std::vector<Free> free;
+    };
+    /// As if the ids that were handed out, but whose objects aren't alive, hadn't been.
+    template <class IsAlive>
+    [[nodiscard]] Picture picture(const IsAlive& is_alive) const
     {
         const std::lock_guard lock(mutex_);
-        return {free_, memory_};
+        Picture result{std::vector<std::uint32_t>(end()), {free_.begin(), free_.end()}};
+        for (std::uint32_t i = 0; i < end(); ++i) {
+            const std::uint32_t here = at(i).load(std::memory_order_relaxed);
+            if (here != 0 && is_alive(i))
+                result.generations[i] = here;
+            else if (here != 0)
+                result.free.push_back({i, here});
+        }
+        return result;
     }
     /// For a table that has handed out nothing yet.
     void restore(std::span<const std::uint32_t> generations, std::span<const Free> free)

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "world/queries-inl.hpp"
+#include "world/snapshot-inl.hpp"
 #include "world/update-inl.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+// Snapshots: exact, and refused when anything is wrong with them.
+#include <cstring>
+
+#include "questions.hpp"
+
+namespace world_tests {
+namespace {
+
+using jostle::Error;
+using jostle::ErrorCode;
+using Bytes = std::vector<std::byte>;
+
+template <int Dim, class T>
+bool same_results(const jostle::World<Dim, T>& a, const jostle::World<Dim, T>& b)
+{
+    const auto same = [](const auto& x, const auto& y) {
+        return std::equal(x.begin(), x.end(), y.begin(), y.end());
+    };
+    return same(a.began(), b.began()) && same(a.ended(), b.ended()) &&
+           a.persisted().to_vector() == b.persisted().to_vector() && // in the same order
+           a.pairs().to_vector() == b.pairs().to_vector() && a.save() == b.save();
+}
+
+template <int Dim, class T>
+void go_on_after_restore(std::uint64_t seed, bool callback)
+{
+    const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(3);
+    Churn<Dim, T> churn(seed, 8, callback);
+    for (int k = 0; k < 600; ++k)
+        churn.operate(250);
+    for (int update = 0; update < 30; ++update) {
+        ASSERT_TRUE(churn.update(false));
+        for (std::uint32_t k = churn.random.below(30); k > 0; --k)
+            churn.operate(250);
+    }
+    ASSERT_TRUE(churn.update());
+    const Bytes saved = churn.world->save();
+    ASSERT_EQ(saved, churn.world->save());
+
+    // Three that go on in the same way: the first, one restored, one forked from it; other threads.
+    Churn<Dim, T> restored(seed, 8, callback, {.executor = threads.get()});
+    (void)restored.world->add(random_box<Dim, T>(restored.random, 8)); // to be forgotten
+    restored.world->restore(saved);
+    EXPECT_EQ(restored.world->save(), saved);
+    EXPECT_TRUE(restored.world->began().empty() && restored.world->persisted().empty());
+    Churn<Dim, T> forked(seed, 8, callback);
+    *forked.world = restored.world->fork();
+    restored.twin = forked.twin = churn.twin;
+    restored.random = forked.random = churn.random;
+    if (callback) // the fork has the function of the world that it comes from
+        *forked.world = [&] {
+            jostle::World<Dim, T> own(forked.options);
+            own.restore(saved);
+            return own;
+        }();
+    for (int update = 0; update < 30; ++update) {
+        const std::uint32_t commands = churn.random.below(update % 10 < 5 ? 30 : 2);
+        (void)restored.random.below(2), (void)forked.random.below(2);
+        for (std::uint32_t k = 0; k < commands; ++k)
+            churn.operate(250), restored.operate(250), forked.operate(250);
+        ASSERT_TRUE(churn.update(false));
+        ASSERT_TRUE(restored.update(false)) << "restored, update " << update;
+        ASSERT_TRUE(forked.update(false)) << "forked, update " << update;
+        ASSERT_TRUE(same_results(*churn.world, *restored.world)) << update;
+        ASSERT_TRUE(same_results(*churn.world, *forked.world)) << update;
+    }
+    EXPECT_TRUE((Questions<Dim, T>(restored, 1).agree()));
+}
+
+TEST(Snapshot, EveryLaterResultIsTheSameByteForByte)
+{
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+        go_on_after_restore<3, float>(seed, seed == 2);
+        go_on_after_restore<2, float>(seed, seed == 2);
+        go_on_after_restore<3, double>(seed, seed == 1);
+        go_on_after_restore<2, double>(seed, seed == 1);
+    }
+}
+
+TEST(Snapshot, WhatIsQueuedIsntInIt)
+{
+    jostle::World3f world;
+    const ObjectId a = world.add({{0, 0, 0}, {1, 1, 1}});
+    world.update();
+    const Bytes before = world.save();
+    world.move(a, {{5, 5, 5}, {6, 6, 6}});
+    const ObjectId b = world.add({{0, 0, 0}, {1, 1, 1}});
+    jostle::World3f other;
+    other.restore(world.save());
+    EXPECT_EQ(other.box(a).lo[0], 0);
+    EXPECT_FALSE(other.contains(b));
+    EXPECT_EQ(other.add({{0, 0, 0}, {1, 1, 1}}), b) << "not handed out yet, as far as this world knows";
+    world.restore(before);
+    world.update();
+    EXPECT_EQ(world.size(), 1u);
+    EXPECT_EQ(world.box(a).lo[0], 0);
+}
+
+/// A world with something of everything.
+Bytes small_snapshot()
+{
+    jostle::WorldOptions options;
+    options.accept = [](ObjectId, ObjectId b) { return b.index != 2; };
+    jostle::World3f world(options);
+    std::vector<ObjectId> ids(6);
+    world.add(std::vector<jostle::Aabb3f>(6, jostle::Aabb3f{{0, 0, 0}, {1, 1, 1}}), ids);
+    world.set_margin(ids[1], 0.5f);
+    world.set_enabled(ids[3], false);
+    world.update();
+    world.remove(ids[4]);
+    for (int k = 0; k < 5; ++k)
+        world.update();
+    world.move(ids[0], {{0, 0, 0}, {1, 1, 2}});
+    world.update();
+    EXPECT_GT(world.stats().refused, 0u);
+    EXPECT_GT(world.stats().active, 0u);
+    EXPECT_GT(world.stats().resting, 0u);
+    return world.save();
+}
+
+ErrorCode error_of_restoring(jostle::World3f& world, const Bytes& bytes)
+{
+    try {
+        world.restore(bytes);
+    } catch (const Error& error) {
+        EXPECT_NE(std::string(error.what()).find("snapshot: "), std::string::npos) << error.what();
+        return error.code();
+    }
+    return {};
+}
+
+TEST(Snapshot, EveryAlteredByteAndEveryCutIsRefused)
+{
+    const Bytes good = small_snapshot();
+    jostle::World3f world;
+    const ObjectId a = world.add({{0, 0, 0}, {1, 1, 1}});
+    world.update();
+    const Bytes own = world.save();
+    for (std::size_t i = 0; i < good.size(); ++i) {
+        for (const int flip : {0x01, 0x80, 0xff}) {
+            Bytes bad = good;
+            bad[i] ^= static_cast<std::byte>(flip);
+            ASSERT_EQ(error_of_restoring(world, bad), ErrorCode::bad_snapshot) << "byte " << i;
+        }
+        ASSERT_EQ(error_of_restoring(world, Bytes(good.begin(), good.begin() + static_cast<long>(i))),
+                  ErrorCode::bad_snapshot)
+            << "cut at " << i;
+    }
+    Bytes longer = good;
+    longer.push_back({});
+    EXPECT_EQ(error_of_restoring(world, longer), ErrorCode::bad_snapshot);
+    EXPECT_EQ(world.save(), own) << "a refused snapshot changes nothing";
+    EXPECT_TRUE(world.contains(a));
+    jostle::World2f flat;
+    EXPECT_THROW(flat.restore(good), Error);
+    world.restore(good);
+    EXPECT_EQ(world.save(), good);
+}
+
+/// The layout's checksum, written again.
+void seal(Bytes& bytes)
+{
+    std::fill_n(bytes.begin() + 32, 8, std::byte{0});
+    std::uint64_t sum = 0x9e3779b97f4a7c15u;
+    for (std::size_t i = 0; i < bytes.size(); i += 8) {
+        std::uint64_t word = 0;
+        for (std::size_t k = 0; k < 8 && i + k < bytes.size(); ++k)
+            word |= std::uint64_t{static_cast<unsigned char>(bytes[i + k])} << (8 * k);
+        sum = (sum ^ word) * 0xbf58476d1ce4e5b9u;
+        sum ^= sum >> 32;
+    }
+    for (std::size_t k = 0; k < 8; ++k)
+        bytes[32 + k] = static_cast<std::byte>(sum >> (8 * k));
+}
+
+TEST(Snapshot, WhoeverKnowsTheChecksumDoesNoHarmEither)
+{
+    const Bytes good = small_snapshot();
+    Bytes resealed = good;
+    seal(resealed);
+    ASSERT_EQ(resealed, good);
+    Random random(3);
+    int refused = 0, taken = 0;
+    for (int k = 0; k < 6000; ++k) {
+        Bytes bad = good;
+        for (std::uint32_t n = 1 + random.below(2); n > 0; --n)
+            bad[random.below(static_cast<std::uint32_t>(bad.size()))] =
+                static_cast<std::byte>(random.below(256));
+        seal(bad);
+        jostle::World3f world;
+        try {
+            world.restore(bad);
+        } catch (const Error&) {
+            ++refused;
+            continue;
+        }
+        ++taken; // another filter, or another box: whatever it says is possible
+        for (std::uint32_t i = 0; i < world.index_end(); ++i)
+            if (world.contains(world.id(i))) world.move(world.id(i), {{0, 0, 0}, {2, 2, 2}});
+        (void)world.add({{0, 0, 0}, {1, 1, 1}});
+        world.update();
+        (void)world.pairs();
+    }
+    EXPECT_GT(refused, 1000);
+    EXPECT_GT(taken, 1000);
+}
+
+} // namespace
+} // namespace world_tests
