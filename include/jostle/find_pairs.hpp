@@ -44,9 +44,8 @@ struct CrossFilter
 
 enum class Order
 {
-    /// Grouped by place in space, in an order that depends on the boxes alone: not on threads, instruction
-    /// set,
-    /// executor, compiler, or anything found before. The fastest.
+    /// Grouped by place in space, in an order that depends on the boxes alone: not on threads, executor,
+    /// instruction set, compiler, or anything found before. The fastest.
     canonical,
     /// Ascending by (a, b). Costs a sort of the result.
     sorted,
@@ -99,11 +98,9 @@ struct FinderOptions
 /// Touching  closed boxes, compared in the user's own numbers: no tolerance, no missed and no invented pair.
 /// Cost      expected linear in boxes + pairs. Every box moving costs no more than none moving.
 /// Threads   one call at a time per finder; use one finder per thread, or one with an executor of many.
-/// Errors    `Error` naming the lowest bad box, `std::bad_alloc`, or what a callback threw. The finder is
-/// usable
-///           afterwards; a result buffer is empty then.
-/// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule in place of
-/// a set
+/// Errors    `Error` naming the lowest bad box, `std::bad_alloc`, or what a callback threw. The finder can
+///           be used afterwards; a result buffer is empty then.
+/// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule in place of a set
 ///           of seen pairs: docs/guide/engine.md.
 class JOSTLE_API PairFinder
 {
@@ -123,8 +120,7 @@ class JOSTLE_API PairFinder
                            Order order = Order::canonical);
 
     /// The same without storing: memory stays bounded however many pairs there are.
-    /// Returns false if the sink stopped the search. What the sink throws ends the search and leaves the
-    /// call.
+    /// Returns false if the sink stopped the search. What the sink throws ends the search and is thrown on.
     template <int Dim, Coordinate T>
     bool stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {});
     template <int Dim, Coordinate T>

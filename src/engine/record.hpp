@@ -61,6 +61,9 @@ struct Grid
     T scale[3] = {1, 1, 1}; // quanta per unit
     T last[3] = {0, 0, 0};  // the greatest value that lies below cells * 2^14
     std::int32_t cells[3] = {1, 1, 1};
+    /// Every box seen begins and ends at `origin` on this axis, as where a third axis isn't used. Quanta then
+    /// only tell before, at and behind: else all pairs would be ties.
+    bool flat[3] = {false, false, false};
     /// A brick's number is x + cells_x (y + cells_y z).
     [[nodiscard]] std::uint32_t bricks() const noexcept
     {

@@ -223,8 +223,10 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
     for (int p = 0; p < 3; ++p) {
         const double cells = static_cast<double>(grid.cells[p]) * quanta;
         grid.last[p] = std::nextafter(static_cast<T>(cells), T(0));
-        if (p >= Dim || !(size[p] > 0)) continue;
+        if (p >= Dim) continue;
         grid.origin[p] = static_cast<T>(bounds[grid.axis[p]].lo);
+        grid.flat[p] = !(size[p] > 0);
+        if (grid.flat[p]) continue;
         // Any finite positive scale is right; a normal one keeps the products exact enough to be useful.
         const double scale = cells / size[p];
         grid.scale[p] = static_cast<T>(std::clamp(scale, static_cast<double>(std::numeric_limits<T>::min()),

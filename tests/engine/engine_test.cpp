@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory_resource>
 #include <vector>
 
@@ -53,6 +54,42 @@ TEST(Slices, BeyondTheEnginesNumbersTheAnswerIsTheSame)
             return true;
         }));
         EXPECT_EQ(pairs, self.size());
+    }
+}
+
+// Many use three dimensions with the third at rest: that must not leave every pair to the exact comparison.
+TEST(Ties, AnUnusedAxisMakesNone)
+{
+    const jostle_scenes::Scene<2, float> scene("uniform", 2'000);
+    for (const float z : {0.0F, -3.5F, 1e30F}) {
+        for (const int unused : {0, 1, 2}) {
+            std::vector<Aabb3f> boxes;
+            for (const Aabb2f& box : scene.boxes()) {
+                Aabb3f flat;
+                for (int d = 0, from = 0; d < 3; ++d) {
+                    flat.lo[d] = d == unused ? z : box.lo[from];
+                    flat.hi[d] = d == unused ? z : box.hi[from];
+                    from += d != unused;
+                }
+                boxes.push_back(flat);
+            }
+            // Some that the sample of boxes may not show: before, behind and through the plane.
+            for (std::size_t i = 0; i < 12; ++i) {
+                Aabb3f& box = boxes[i * 160];
+                box.lo[unused] = i % 4 == 0   ? std::nextafter(z, -2e30F)
+                                 : i % 4 == 1 ? std::nextafter(z, 2e30F)
+                                              : z;
+                box.hi[unused] = i % 4 == 0 ? (i % 8 == 0 ? z : box.lo[unused]) : std::nextafter(z, 2e30F);
+            }
+            const std::vector<Pair> expected = find_pairs_brute_force(box_view(boxes));
+            for (const InstructionSet set : supported_instruction_sets()) {
+                FinderOptions options;
+                options.instruction_set = set;
+                PairFinder finder(options);
+                EXPECT_EQ(finder.find(boxes, {}, Order::sorted).to_vector(), expected);
+                EXPECT_LT(finder.stats().ties, finder.stats().pairs / 10);
+            }
+        }
     }
 }
 

@@ -3,8 +3,7 @@
 // namespace and target region of each. The plain loops are for the compiler to vectorise; the sweep comes in
 // three forms, by what the instruction set is good at. No include guard, on purpose.
 
-/// ---- From boxes to records
-/// ------------------------------------------------------------------------------------------
+// --- From boxes to records ---
 
 #if JOSTLE_KERNEL_WIDE
 
@@ -171,6 +170,27 @@ void quantise(const Grid<T>& grid, Unit<T>& unit)
         std::int32_t* __restrict cell_p = cell[p];
         std::int32_t* __restrict span_p = span[p];
         std::uint32_t* __restrict word_p = word[p];
+        // What follows from the quanta of both ends.
+        const auto pack = [&](std::uint32_t i, std::int32_t q, std::int32_t h, bool copied) {
+            const std::int32_t c = q >> quanta_bits;
+            const std::int32_t local_hi = h - (c << quanta_bits);
+            quantum_lo[i] = q;
+            quantum_hi[i] = h;
+            cell_p[i] = c;
+            span_p[i] = (h >> quanta_bits) - c;
+            word_p[i] = pack_axis(copied ? 0 : -((q & (quanta - 1)) + 1),
+                                  (local_hi < quanta ? local_hi : quanta) + 1);
+        };
+        if (grid.flat[p]) {
+            // At the origin an end is certainly behind a beginning; 0 and 0, 2 and 2 are told by the numbers.
+            for (std::uint32_t i = 0; i < count; ++i) {
+                bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
+                const bool copied = (object[i] & copy) != 0;
+                pack(i, !copied && lo[i] > origin ? 2 : 0, hi[i] > origin ? 2 : (hi[i] == origin ? 1 : 0),
+                     copied);
+            }
+            continue;
+        }
         for (std::uint32_t i = 0; i < count; ++i) {
             bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
             T a = (lo[i] - origin) * scale;
@@ -180,16 +200,7 @@ void quantise(const Grid<T>& grid, Unit<T>& unit)
             a = a < last ? a : last;
             b = b < last ? b : last;
             const bool copied = (object[i] & copy) != 0;
-            const std::int32_t q = copied ? 0 : static_cast<std::int32_t>(a);
-            const std::int32_t h = static_cast<std::int32_t>(b);
-            const std::int32_t c = q >> quanta_bits;
-            const std::int32_t local_hi = h - (c << quanta_bits);
-            quantum_lo[i] = q;
-            quantum_hi[i] = h;
-            cell_p[i] = c;
-            span_p[i] = (h >> quanta_bits) - c;
-            word_p[i] = pack_axis(copied ? 0 : -((q & (quanta - 1)) + 1),
-                                  (local_hi < quanta ? local_hi : quanta) + 1);
+            pack(i, copied ? 0 : static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), copied);
         }
     }
     unit.bad = bad != 0;
@@ -248,8 +259,7 @@ void quantise(const Grid<T>& grid, Unit<T>& unit)
     unit.records = records;
 }
 
-/// ---- The sweep
-/// ------------------------------------------------------------------------------------------------------
+// --- The sweep ---
 // A record's window holds every record behind it that may begin before it ends. Two rows share each block of
 // candidates. Before the first row's successor a block is masked; behind a window's end no mask is needed,
 // since those records begin later and fail the test on the sweep axis by themselves.
