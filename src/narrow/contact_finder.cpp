@@ -231,7 +231,7 @@ const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes_a,
     return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, false, pairs.blocks(), margin);
 }
 
-template class JOSTLE_API ContactFinder<3, float>;
-template class JOSTLE_API ContactFinder<3, double>;
+template class ContactFinder<3, float>;
+template class ContactFinder<3, double>;
 
 JOSTLE_NAMESPACE_END

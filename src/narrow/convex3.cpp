@@ -18,6 +18,9 @@ constexpr Edge box_edge[] = {{{0, 1}}, {{2, 3}}, {{4, 5}}, {{6, 7}}, {{0, 2}}, {
 constexpr double box_normals[] = {-1, 1, 0, 0, 0,      0, 0, 0, /**/ 0, 0, -1, 1,
                                   0,  0, 0, 0, /**/ 0, 0, 0, 0, -1,     1, 0,  0};
 const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+constexpr std::uint32_t rectangle_loop_begin[] = {0, 4, 8};
+constexpr std::uint32_t rectangle_loop[] = {0, 1, 3, 2, 0, 2, 3, 1};
+constexpr Edge rectangle_edge[] = {{{0, 1}}, {{2, 3}}, {{0, 2}}, {{1, 3}}};
 constexpr std::uint32_t triangle_loop_begin[] = {0, 3, 6};
 constexpr std::uint32_t triangle_loop[] = {0, 1, 2, 0, 2, 1};
 constexpr Edge triangle_edge[] = {{{0, 1}}, {{1, 2}}, {{2, 0}}};
@@ -57,19 +60,7 @@ void Core3::set(const Shape<3>& shape, const Frame<3>& where)
         polytope.directions = 1;
         break;
     case ShapeTypes::box:
-        polytope.vertices = 8;
-        for (std::uint32_t i = 0; i < 8; ++i)
-            put(coordinates, i,
-                {i & 1 ? size[0] : -size[0], i & 2 ? size[1] : -size[1], i & 4 ? size[2] : -size[2]});
-        polytope.faces = 6;
-        polytope.nx = box_normals;
-        polytope.face_stride = lanes;
-        polytope.loop_begin = box_loop_begin;
-        polytope.loop = box_loop;
-        polytope.edge = box_edge;
-        polytope.edges = 12;
-        polytope.direction = axes;
-        polytope.directions = 3;
+        set_box(size);
         break;
     case ShapeTypes::convex:
         polytope = ShapeAccess::data<HullData<3>>(shape).polytope;
@@ -77,6 +68,50 @@ void Core3::set(const Shape<3>& shape, const Frame<3>& where)
     default:
         custom = shape.custom();
         break;
+    }
+}
+
+/// A box without extent along some axes is a rectangle, a segment or a point: a face without area would have
+/// sides that cut nothing off.
+void Core3::set_box(const Vec<3, double>& half)
+{
+    int wide[3], count = 0;
+    for (int d = 0; d < 3; ++d)
+        if (half[static_cast<std::size_t>(d)] > 0) wide[count++] = d;
+    const std::uint32_t corners = 1u << count;
+    polytope.vertices = corners;
+    for (std::uint32_t i = 0; i < lanes; ++i) {
+        Vec3 p;
+        const std::uint32_t corner = i < corners ? i : 0;
+        for (int k = 0; k < count; ++k) {
+            const double h = half[static_cast<std::size_t>(wide[k])];
+            p[wide[k]] = (corner >> k & 1) != 0 ? h : -h;
+        }
+        put(coordinates, i, p);
+    }
+    polytope.edge = box_edge;
+    polytope.edges = count == 3 ? 12 : count == 2 ? 4 : static_cast<std::uint32_t>(count);
+    for (int k = 0; k < count; ++k)
+        directions[k] = axes[wide[k]];
+    polytope.direction = directions;
+    polytope.directions = static_cast<std::uint32_t>(count);
+    if (count == 3) {
+        polytope.faces = 6;
+        polytope.nx = box_normals;
+        polytope.face_stride = lanes;
+        polytope.loop_begin = box_loop_begin;
+        polytope.loop = box_loop;
+    } else if (count == 2) {
+        // Corner 0 to 1 runs along the first axis, 0 to 2 along the second.
+        const Vec3 n = cross(axes[wide[0]], axes[wide[1]]);
+        for (int d = 0; d < 3; ++d)
+            normals[2 * d] = n[d], normals[2 * d + 1] = -n[d];
+        polytope.faces = 2;
+        polytope.nx = normals;
+        polytope.face_stride = 2;
+        polytope.loop_begin = rectangle_loop_begin;
+        polytope.loop = rectangle_loop;
+        polytope.edge = rectangle_edge;
     }
 }
 
@@ -236,7 +271,8 @@ bool closest_on_tetrahedron(Simplex& s)
         const Vec3 a = s.point[face[0]].w;
         const Vec3 n = cross(s.point[face[1]].w - a, s.point[face[2]].w - a);
         const double origin = -dot(a, n), other = dot(s.point[face[3]].w - a, n);
-        if (origin * other > 0) continue; // on the inner side
+        // On the inner side; but a flat tetrahedron has no inside, whatever rounding says.
+        if (origin * other > 0 && other * other > 1e-24 * length2(n) * length2(s.point[face[3]].w - a)) continue;
         outside = true;
         Simplex candidate;
         candidate.count = 3;
@@ -251,15 +287,17 @@ bool closest_on_tetrahedron(Simplex& s)
 }
 
 /// Returns whether the cores overlap or touch, as well as doubles can tell; else the gap is complete.
-bool gjk(const Core3& a, const Core3& b, double enough, Simplex& s, Gap<3>& gap)
+///
+/// b is looked at moved by `shift`; the gap's points are where they are without.
+bool gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Simplex& s, Gap<3>& gap)
 {
-    Vec3 v = a.frame.p - b.frame.p;
+    Vec3 v = a.frame.p - b.frame.p - shift;
     if (length2(v) == 0) v = {1, 0, 0};
     double least = HUGE_VAL, extent = 0;
     s.count = 0;
     for (int step = 0; step < 100; ++step) {
         const Support pa = support(a, -v), pb = support(b, v);
-        const SimplexPoint w{pa.p - pb.p, pa.p, pb.p, pa.vertex, pb.vertex};
+        const SimplexPoint w{pa.p - (pb.p + shift), pa.p, pb.p, pa.vertex, pb.vertex};
         extent = std::max(extent, length2(w.w));
         const double along = dot(v, w.w), size = length2(v);
         if (along > 0 && along * along > enough * enough * size) {
@@ -306,6 +344,178 @@ bool gjk(const Core3& a, const Core3& b, double enough, Simplex& s, Gap<3>& gap)
     }
     return false;
 }
+
+// ---- The expanding polytope
+
+class Expansion
+{
+  public:
+    Expansion(const Core3& a, const Core3& b) : a_(a), b_(b) {}
+
+    /// Returns false where the difference of the two cores has no volume.
+    bool start(const Simplex& simplex)
+    {
+        for (int i = 0; i < simplex.count; ++i) {
+            extent_ = std::max(extent_, length(simplex.point[i].w));
+            points_.push_back(simplex.point[i]);
+        }
+        static const Vec3 tries[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
+        const std::size_t known = points_.size();
+        for (const Vec3& direction : tries)
+            extent_ = std::max(extent_, length(ask(direction).w));
+        // From the first point: the simplex again, as far as it has full size, and what is missing.
+        const SmallVector<SimplexPoint, 64> given = points_;
+        points_.clear();
+        const auto take = [&](auto&& measure, auto&& directions) {
+            const double least = 1e-10 * extent_;
+            for (std::size_t i = 0; i < known; ++i)
+                if (measure(given[i].w) > least) return points_.push_back(given[i]), true;
+            SimplexPoint best{};
+            double most = least;
+            for (const Vec3& direction : directions) {
+                const SimplexPoint w = ask(direction);
+                if (const double m = measure(w.w); m > most) most = m, best = w;
+            }
+            if (most > least) points_.push_back(best);
+            return most > least;
+        };
+        points_.push_back(given[0]);
+        const Vec3 p0 = given[0].w;
+        if (!take([&](const Vec3& w) { return length(w - p0); }, tries)) return flat({0, 1, 0});
+        Vec3 line = points_[1].w - p0;
+        line = line * (1 / length(line));
+        Vec3 u, v;
+        basis(line, u, v);
+        const Vec3 around[] = {u, v, -u, -v, u + v, -u - v, u - v, v - u};
+        if (!take([&](const Vec3& w) { return length(cross(w - p0, line)); }, around)) return flat(u);
+        Vec3 n = cross(line, points_[2].w - p0);
+        n = n * (1 / length(n));
+        const Vec3 across[] = {n, -n};
+        if (!take([&](const Vec3& w) { return std::abs(dot(w - p0, n)); }, across)) return flat(n);
+        std::uint32_t s[4] = {0, 1, 2, 3};
+        if (dot(n, points_[3].w - p0) > 0) std::swap(s[1], s[2]);
+        add(s[0], s[1], s[2]);
+        add(s[0], s[3], s[1]);
+        add(s[1], s[3], s[2]);
+        add(s[2], s[3], s[0]);
+        static constexpr std::uint32_t beside[4][3] = {{1, 2, 3}, {3, 2, 0}, {1, 3, 0}, {2, 1, 0}};
+        for (std::uint32_t f = 0; f < 4; ++f)
+            for (int i = 0; i < 3; ++i)
+                faces_[f].beside[i] = beside[f][i];
+        return true;
+    }
+
+    void run()
+    {
+        const bool smooth = a_.custom != nullptr || b_.custom != nullptr;
+        const double enough = (smooth ? 1e-8 : 1e-12) * extent_;
+        const int most_steps = smooth ? 64 : 1000;
+        for (int step = 0;; ++step) {
+            std::uint32_t nearest = 0;
+            double least = HUGE_VAL;
+            for (std::uint32_t f = 0; f < faces_.size(); ++f)
+                if (faces_[f].alive && faces_[f].offset < least) least = faces_[f].offset, nearest = f;
+            if (least == HUGE_VAL) return;
+            normal = faces_[nearest].normal;
+            depth = least;
+            if (step == most_steps) return;
+            const SimplexPoint w = ask(normal);
+            if (dot(normal, w.w) - depth <= enough) return;
+            grow(nearest, w);
+        }
+    }
+    Vec3 normal;
+    double depth = 0;
+
+  private:
+    struct Face
+    {
+        std::uint32_t v[3], beside[3]; // beside[i] across the side from v[i] to v[i + 1]
+        std::uint32_t round;
+        Vec3 normal;
+        double offset;
+        bool alive;
+    };
+    struct Side
+    {
+        std::uint32_t a, b, beyond;
+    };
+
+    [[nodiscard]] SimplexPoint ask(const Vec3& direction) const
+    {
+        const Support pa = support(a_, direction), pb = support(b_, -direction);
+        return {pa.p - pb.p, pa.p, pb.p, pa.vertex, pb.vertex};
+    }
+    bool flat(const Vec3& n)
+    {
+        normal = n;
+        return false;
+    }
+    std::uint32_t add(std::uint32_t i, std::uint32_t j, std::uint32_t k)
+    {
+        Face face;
+        face.v[0] = i, face.v[1] = j, face.v[2] = k;
+        face.round = 0;
+        face.alive = true;
+        const Vec3 p = points_[i].w, n = cross(points_[j].w - p, points_[k].w - p);
+        const double size = length(n);
+        if (size > 1e-16 * extent_ * extent_) {
+            face.normal = n * (1 / size);
+            face.offset = dot(face.normal, p);
+        } else { // a sliver is never the nearest; its neighbours say the same
+            face.normal = {};
+            face.offset = HUGE_VAL;
+        }
+        faces_.push_back(face);
+        return static_cast<std::uint32_t>(faces_.size() - 1);
+    }
+    void grow(std::uint32_t from, const SimplexPoint& w)
+    {
+        points_.push_back(w);
+        const std::uint32_t apex = static_cast<std::uint32_t>(points_.size() - 1);
+        patch_.clear();
+        horizon_.clear();
+        patch_.push_back(from);
+        faces_[from].round = ++round_;
+        for (std::size_t k = 0; k < patch_.size(); ++k)
+            for (int i = 0; i < 3; ++i) {
+                Face& next = faces_[faces_[patch_[k]].beside[i]];
+                if (next.round == round_) continue;
+                if (next.offset == HUGE_VAL || dot(next.normal, w.w) - next.offset > 1e-14 * extent_) {
+                    next.round = round_;
+                    patch_.push_back(faces_[patch_[k]].beside[i]);
+                }
+            }
+        for (std::size_t k = 0; k < patch_.size(); ++k) {
+            Face& face = faces_[patch_[k]];
+            face.alive = false;
+            for (int i = 0; i < 3; ++i)
+                if (faces_[face.beside[i]].round != round_)
+                    horizon_.push_back({face.v[i], face.v[(i + 1) % 3], face.beside[i]});
+        }
+        const std::uint32_t first = static_cast<std::uint32_t>(faces_.size());
+        for (std::size_t k = 0; k < horizon_.size(); ++k) {
+            const Side side = horizon_[k];
+            const std::uint32_t f = add(side.a, side.b, apex);
+            faces_[f].beside[0] = side.beyond;
+            Face& beyond = faces_[side.beyond];
+            for (int i = 0; i < 3; ++i)
+                if (beyond.v[i] == side.b && beyond.v[(i + 1) % 3] == side.a) beyond.beside[i] = f;
+        }
+        for (std::uint32_t f = first; f < faces_.size(); ++f)
+            for (std::uint32_t g = first; g < faces_.size(); ++g)
+                if (faces_[f].v[1] == faces_[g].v[0]) faces_[f].beside[1] = g, faces_[g].beside[2] = f;
+    }
+
+    const Core3& a_;
+    const Core3& b_;
+    double extent_ = 0;
+    SmallVector<SimplexPoint, 64> points_;
+    SmallVector<Face, 128> faces_;
+    SmallVector<std::uint32_t, 64> patch_;
+    SmallVector<Side, 64> horizon_;
+    std::uint32_t round_ = 0;
+};
 
 // ---- Separating axes
 
@@ -398,7 +608,8 @@ std::uint32_t best_face(const Polytope& hull, const Vec3& d, double& alignment)
 constexpr double exactly_face = 0.9998; // about 1 degree
 constexpr double nearly_face = 0.996;   // about 5 degrees
 constexpr double other_face = 0.5;      // what meets a face: at most 60 degrees off
-constexpr double nearly_level = 0.087;  // the sine of 5 degrees
+constexpr double nearly_level = 0.087; // the sine of 5 degrees
+constexpr double side_by_side = 0.02;  // the sine of about 1 degree
 
 void take_face(const Core3& core, std::uint32_t f, Feature& feature)
 {
@@ -630,7 +841,7 @@ void clip_edges(Clip& clip, const Feature& a, const Feature& b)
         return dot(clip.lateral.n, f.point[0] + (f.point[1] - f.point[0]) * t);
     };
     const std::uint16_t edge_a = feature_id(edge_feature, a.id), edge_b = feature_id(edge_feature, b.id);
-    if (size_a > 0 && size_b > 0 && turn * turn < nearly_level * nearly_level * size_a * size_b) {
+    if (size_a > 0 && size_b > 0 && turn * turn < side_by_side * side_by_side * size_a * size_b) {
         // Side by side: the ends of what they share along a.
         double t0 = dot(b0 - a0, da) / size_a, t1 = dot(b1 - a0, da) / size_a;
         const bool backwards = t0 > t1;
@@ -640,7 +851,12 @@ void clip_edges(Clip& clip, const Feature& a, const Feature& b)
             const auto add = [&](double t, bool of_a, std::uint32_t end_a, std::uint32_t end_b) {
                 const Vec2 p = a0 + da * t;
                 const double s = std::clamp(dot(p - b0, db) / size_b, 0.0, 1.0);
-                clip.add((p + b0 + db * s) * 0.5, height(a, t), height(b, s),
+                const Vec2 q = b0 + db * s;
+                // A gap is as wide as the points are apart, also sideways.
+                const double height_a = height(a, t), rise = height(b, s) - height_a;
+                const double aside = length2(q - p);
+                const double gap = rise > 0 ? std::sqrt(rise * rise + aside) : rise + std::sqrt(aside);
+                clip.add((p + q) * 0.5, height_a, height_a + gap,
                          of_a ? feature_id(vertex_feature, a.vertex[end_a]) : edge_a,
                          of_a ? edge_b : feature_id(vertex_feature, b.vertex[end_b]));
             };
@@ -653,6 +869,20 @@ void clip_edges(Clip& clip, const Feature& a, const Feature& b)
     const double t = std::clamp(cross(b0 - a0, db) / turn, 0.0, 1.0);
     const double s = std::clamp(cross(b0 - a0, da) / turn, 0.0, 1.0);
     clip.add((a0 + da * t + b0 + db * s) * 0.5, height(a, t), height(b, s), edge_a, edge_b);
+}
+
+/// b is a face, a a vertex.
+void clip_point(Clip& clip, const Feature& a, const Feature& b)
+{
+    const Vec2 p = clip.lateral.flat(a.point[0]);
+    const std::size_t sides = b.point.size();
+    for (std::size_t i = 0; i < sides; ++i) {
+        const Vec2 from = clip.lateral.flat(b.point[i]), to = clip.lateral.flat(b.point[i + 1 == sides ? 0 : i + 1]);
+        if (cross(to - from, p - from) > 0) return; // b's loop runs clockwise
+    }
+    const Slope slope(clip.lateral, b);
+    clip.add(p, dot(clip.lateral.n, a.point[0]), slope.at(p), feature_id(vertex_feature, a.vertex[0]),
+             feature_id(face_feature, b.id));
 }
 
 std::uint16_t id_of(const Feature& f)
@@ -731,22 +961,64 @@ void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double m
     for (std::size_t i = 0; i < clip.found.size(); ++i)
         deepest = std::max(deepest, clip.found[i].depth);
     // What is left: a vertex against anything, custom shapes, and rounding.
-    if (!(std::abs(deepest - depth) <= 1e-7 * (a.reach + b.reach + std::abs(depth)))) {
-        clip.found.clear();
+    const double slack = 1e-7 * (a.reach + b.reach + std::abs(depth));
+    if (deepest > depth + slack) clip.found.clear();
+    if (!(deepest >= depth - slack) || clip.found.empty()) {
         Vec3 on_a = cores.on_a, on_b = cores.on_b;
-        if (cores.distance <= 0) { // no points known: below or above the sharper of the two
-            if (fa.kind <= fb.kind) {
-                on_a = support(a, n).p;
-                on_b = on_a + n * cores.distance;
-            } else {
-                on_b = support(b, -n).p;
-                on_a = on_b - n * cores.distance;
-            }
+        if (cores.distance <= 0) {
+            // Moved apart along the normal they are nearest where they would part.
+            Simplex simplex;
+            Gap<3> moved;
+            const double clear = 1e-3 * (a.reach + b.reach);
+            if (!gjk(a, b, n * (clear - cores.distance), HUGE_VAL, simplex, moved))
+                on_a = moved.on_a, on_b = moved.on_b;
+            else
+                on_a = support(a, n).p, on_b = on_a + n * cores.distance;
         }
         const Vec3 middle = (on_a + n * a.radius + on_b - n * b.radius) * 0.5;
         clip.found.push_back({middle, depth, id_of(fa), id_of(fb)});
     }
     reduce(n, clip.found.data(), static_cast<std::uint32_t>(clip.found.size()), manifold);
+}
+
+bool face_contact(const Core3& a, const Core3& triangle, double side, double margin, Manifold<3>& manifold)
+{
+    if (triangle.polytope.faces == 0) return false;
+    const std::uint32_t face = side > 0 ? 0 : 1;
+    Clip clip;
+    const Vec3 n = -(triangle.frame.r * triangle.polytope.normal(face));
+    clip.lateral.n = n;
+    basis(n, clip.lateral.u, clip.lateral.v);
+    clip.radius_a = a.radius;
+    clip.radius_b = triangle.radius;
+    clip.margin = margin;
+    Feature fa, fb;
+    take_face(triangle, face, fb);
+    double along = -1;
+    const Vec3 da = a.frame.r.back(n);
+    const std::uint32_t face_a = best_face(a.polytope, da, along);
+    if (along > other_face)
+        take_face(a, face_a, fa);
+    else if (a.custom == nullptr)
+        take_edge_or_vertex(a, da, 1, fa);
+    else {
+        fa.point.push_back(support(a, n).p);
+        fa.vertex.push_back(0);
+    }
+    if (fa.kind == face_feature)
+        clip_faces(clip, fa, fb);
+    else if (fa.kind == edge_feature)
+        clip_edge(clip, fa, fb, false);
+    else
+        clip_point(clip, fa, fb);
+    if (clip.found.empty()) return false;
+    reduce(n, clip.found.data(), static_cast<std::uint32_t>(clip.found.size()), manifold);
+    return true;
+}
+
+Vec3 furthest(const Core3& core, const Vec3& direction)
+{
+    return support(core, direction).p;
 }
 
 void core_gap_by_axes(const Core3& a, const Core3& b, Gap<3>& gap)
@@ -760,8 +1032,18 @@ void core_gap_by_axes(const Core3& a, const Core3& b, Gap<3>& gap)
 void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 {
     Simplex simplex;
-    if (!gjk(a, b, enough, simplex, gap)) return;
-    core_gap_by_axes(a, b, gap);
+    if (!gjk(a, b, {}, enough, simplex, gap)) return;
+    const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
+                             (a.polytope.vertices + b.polytope.vertices);
+    if (a.custom == nullptr && b.custom == nullptr && axes_cost < 1500) {
+        core_gap_by_axes(a, b, gap);
+        return;
+    }
+    Expansion expansion(a, b);
+    if (expansion.start(simplex)) expansion.run();
+    gap.normal = expansion.normal;
+    gap.distance = -std::max(0.0, expansion.depth);
+    gap.on_a = gap.on_b = {};
 }
 
 void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)

@@ -56,6 +56,7 @@ struct Core3
     Core3& operator=(const Core3&) = delete;
 
     void set(const Shape<3>& convex, const Frame<3>& where);
+    void set_box(const Vec<3, double>& half);
     void set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where);
 };
 
@@ -76,6 +77,14 @@ void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
 
 /// From a gap between cores no wider than the radii and `margin` to the points of the contact.
 void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold);
+
+/// The contact of a convex core with the front (side 1) or back (-1) of a triangle, along the triangle's
+/// normal whatever is nearest: for surfaces that go on beyond its sides. Returns whether there is one: only
+/// points over or under the triangle count.
+bool face_contact(const Core3& a, const Core3& triangle, double side, double margin, Manifold<3>& manifold);
+
+/// The point of a core furthest along `direction`, without its radius.
+Vec3 furthest(const Core3& core, const Vec3& direction);
 
 /// Returns whether there is one.
 bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& manifold);

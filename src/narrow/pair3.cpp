@@ -1,13 +1,344 @@
 // SPDX-License-Identifier: MIT
+#include <utility>
+
 #include "narrow/pair.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-bool is_convex(const Shape<3>& shape)
+enum class Surface : std::uint8_t
 {
-    return shape.type() <= ShapeTypes::convex || shape.custom() != nullptr;
+    none,  ///< a solid
+    sheet, ///< a triangle of a mesh: two sides, goes on beyond its sides
+    ground ///< a triangle of a height field: solid below
+};
+
+/// One convex piece of a shape, seen from a's position.
+struct Part
+{
+    Core3 core;
+    bool half_space = false;
+    Vec3 normal; ///< of a half-space; of a triangle's front
+    double offset = 0;
+    Surface surface = Surface::none;
+    std::uint8_t sharp = 0x3f; ///< MeshData::sharp
+};
+
+/// A box in a shape's local axes: where the other shape is.
+struct Region
+{
+    double lo[3], hi[3];
+    [[nodiscard]] bool meets(const double (&lo2)[3], const double (&hi2)[3], double reach) const
+    {
+        bool apart = false;
+        for (int d = 0; d < 3; ++d)
+            apart = apart || lo2[d] > hi[d] + reach || lo[d] > hi2[d] + reach;
+        return !apart;
+    }
+};
+
+Region everywhere()
+{
+    return {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
+}
+
+/// Where `part` is, in the local axes of `frame`.
+Region region_of(const Part& part, const Frame<3>& frame)
+{
+    if (part.half_space) return everywhere();
+    Region region;
+    const Core3& core = part.core;
+    const Vec3 axes[3] = {frame.r.x, frame.r.y, frame.r.z};
+    for (int d = 0; d < 3; ++d) {
+        const double shift = dot(axes[d], frame.p), rounding = 1e-14 * (core.reach + core.radius + length(frame.p));
+        region.lo[d] = dot(axes[d], furthest(core, -axes[d])) - shift - core.radius - rounding;
+        region.hi[d] = dot(axes[d], furthest(core, axes[d])) - shift + core.radius + rounding;
+    }
+    return region;
+}
+
+/// Where any shape is: the box of its ball.
+Region region_of(const Shape<3>& shape, const Vec3& at, const Frame<3>& frame)
+{
+    const double reach = ShapeAccess::reach(shape) * (1 + 1e-14);
+    const Vec3 p = frame.r.back(at - frame.p);
+    return {{p.x - reach, p.y - reach, p.z - reach}, {p.x + reach, p.y + reach, p.z + reach}};
+}
+
+void set_simple(Part& part, const Shape<3>& shape, const Frame<3>& frame)
+{
+    if (shape.type() == ShapeTypes::half_space) {
+        part.half_space = true;
+        part.normal = frame.r * load(ShapeAccess::size(shape));
+        part.offset = shape.offset() + dot(part.normal, frame.p);
+    } else {
+        part.half_space = false;
+        part.core.set(shape, frame);
+    }
+}
+
+void set_triangle(Part& part, const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& frame, Surface surface,
+                  std::uint8_t sharp)
+{
+    part.core.set_triangle(a, b, c, frame);
+    part.surface = part.core.polytope.faces != 0 ? surface : Surface::none;
+    if (part.surface != Surface::none) part.normal = frame.r * part.core.polytope.normal(0);
+    part.sharp = sharp;
+}
+
+template <class Visit>
+void for_each_triangle(const MeshData<3>& mesh, const Frame<3>& frame, const Region& region, const double& reach,
+                       Visit&& visit)
+{
+    Part part;
+    for (std::uint32_t k = 0; k < mesh.nodes.size();) {
+        const TreeNode& node = mesh.nodes[k];
+        if (!region.meets(node.lo, node.hi, reach)) {
+            k = node.skip;
+            continue;
+        }
+        for (std::uint32_t i = 0; i < node.count; ++i) {
+            const std::uint32_t e = mesh.order[node.first + i];
+            const auto& corner = mesh.elements[e];
+            const Vec3 &p = mesh.vertices[corner[0]], &q = mesh.vertices[corner[1]], &r = mesh.vertices[corner[2]];
+            double lo[3], hi[3];
+            for (int d = 0; d < 3; ++d) {
+                lo[d] = std::min(p[d], std::min(q[d], r[d]));
+                hi[d] = std::max(p[d], std::max(q[d], r[d]));
+            }
+            if (!region.meets(lo, hi, reach)) continue;
+            set_triangle(part, p, q, r, frame, Surface::sheet, mesh.sharp[e]);
+            visit(e, part);
+        }
+        ++k;
+    }
+}
+
+template <class Visit>
+void for_each_triangle(const HeightData& field, const Frame<3>& frame, const Region& region, const double& reach,
+                       Visit&& visit)
+{
+    if (region.lo[1] > field.highest + reach) return;
+    Part part;
+    // Cells under the region; numbers that no grid has are cut off before they become integers.
+    const auto cell = [](double x, double spacing, std::uint32_t count) {
+        const double c = std::floor(x / spacing);
+        return static_cast<std::uint32_t>(std::clamp(c, 0.0, static_cast<double>(count)));
+    };
+    const double width = (field.columns - 1) * field.spacing_x, depth = (field.rows - 1) * field.spacing_z;
+    if (region.hi[0] + reach < 0 || region.lo[0] - reach > width || region.hi[2] + reach < 0 ||
+        region.lo[2] - reach > depth)
+        return;
+    const std::uint32_t x0 = cell(region.lo[0] - reach, field.spacing_x, field.columns - 2);
+    const std::uint32_t x1 = cell(region.hi[0] + reach, field.spacing_x, field.columns - 2);
+    const std::uint32_t z0 = cell(region.lo[2] - reach, field.spacing_z, field.rows - 2);
+    const std::uint32_t z1 = cell(region.hi[2] + reach, field.spacing_z, field.rows - 2);
+    for (std::uint32_t z = z0; z <= z1; ++z)
+        for (std::uint32_t x = x0; x <= x1; ++x) {
+            const auto corner = [&](std::uint32_t dx, std::uint32_t dz) {
+                return Vec3{(x + dx) * field.spacing_x, field.heights[std::size_t{z + dz} * field.columns + x + dx],
+                            (z + dz) * field.spacing_z};
+            };
+            const Vec3 p = corner(0, 0), q = corner(1, 0), r = corner(0, 1), s = corner(1, 1);
+            const std::uint32_t number = 2 * (z * (field.columns - 1) + x);
+            const double low = std::min(p.y, s.y), high = std::max(p.y, s.y);
+            static_cast<void>(low);
+            if (region.lo[1] <= std::max(high, q.y) + reach) {
+                set_triangle(part, p, s, q, frame, Surface::ground, 0x3f);
+                visit(number, part);
+            }
+            if (region.lo[1] <= std::max(high, r.y) + reach) {
+                set_triangle(part, p, r, s, frame, Surface::ground, 0x3f);
+                visit(number + 1, part);
+            }
+        }
+}
+
+/// Calls visit(number, part) for each part that may be within `reach` of the region. `reach` may shrink
+/// meanwhile.
+template <class Visit>
+void for_each_part(const Shape<3>& shape, const Frame<3>& frame, const Region& region, const double& reach,
+                   Visit&& visit)
+{
+    switch (shape.type()) {
+    case ShapeTypes::mesh:
+        for_each_triangle(ShapeAccess::data<MeshData<3>>(shape), frame, region, reach, visit);
+        return;
+    case ShapeTypes::height_field:
+        for_each_triangle(ShapeAccess::data<HeightData>(shape), frame, region, reach, visit);
+        return;
+    case ShapeTypes::compound: {
+        Part part;
+        std::uint32_t number = 0;
+        for (const auto& child : ShapeAccess::data<CompoundData<3>>(shape).children) {
+            const double ball = ShapeAccess::reach(child.shape) * (1 + 1e-14);
+            double lo[3], hi[3];
+            for (int d = 0; d < 3; ++d)
+                lo[d] = child.frame.p[d] - ball, hi[d] = child.frame.p[d] + ball;
+            const bool has_part = child.shape.custom() == nullptr || child.shape.custom()->has_support();
+            if (has_part && region.meets(lo, hi, reach)) {
+                set_simple(part, child.shape, {frame.r * child.frame.r, frame * child.frame.p});
+                visit(number, part);
+            }
+            ++number;
+        }
+        return;
+    }
+    default:
+        if (shape.custom() != nullptr && !shape.custom()->has_support()) return;
+        Part part;
+        set_simple(part, shape, frame);
+        visit(0u, part);
+    }
+}
+
+bool has_parts(const Shape<3>& shape)
+{
+    return shape.type() >= ShapeTypes::mesh && shape.type() <= ShapeTypes::compound;
+}
+
+void flip(Manifold<3>& manifold)
+{
+    manifold.normal = -manifold.normal;
+    for (std::uint32_t i = 0; i < manifold.count; ++i)
+        std::swap(manifold.point[i].feature_a, manifold.point[i].feature_b);
+}
+void flip(Gap<3>& gap)
+{
+    gap.normal = -gap.normal;
+    std::swap(gap.on_a, gap.on_b);
+}
+
+/// Whether the surface really ends, or bends away, where a core that lies in direction n touches it.
+bool touches_sharp_side(const Part& triangle, const Vec3& n, double side)
+{
+    const Core3& core = triangle.core;
+    double height[3];
+    for (std::uint32_t i = 0; i < 3; ++i)
+        height[i] = dot(n, core.frame.r * core.polytope.vertex(i));
+    const double top = std::max(height[0], std::max(height[1], height[2])) - 1e-6 * core.reach;
+    const unsigned bits = side > 0 ? triangle.sharp & 7u : (triangle.sharp >> 3) & 7u;
+    unsigned touched = 0, corners = 0;
+    for (unsigned i = 0; i < 3; ++i)
+        if (height[i] >= top) corners |= 1u << i;
+    for (unsigned i = 0; i < 3; ++i) {
+        const unsigned ends = 1u << i | 1u << (i + 1) % 3;
+        const bool one_corner = (corners & (corners - 1)) == 0;
+        if (one_corner ? (ends & corners) != 0 : (ends & corners) == ends) touched |= 1u << i;
+    }
+    return corners == 7 || (touched & bits) != 0;
+}
+
+/// Over or under the triangle as the height field's y runs.
+bool in_column(const Part& triangle, const Vec3& p)
+{
+    const Core3& core = triangle.core;
+    const Vec3 local = core.frame.r.back(p - core.frame.p);
+    const Polytope& t = core.polytope;
+    double least = 0, most = 0;
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        const Vec3 a = t.vertex(i), b = t.vertex((i + 1) % 3);
+        const double side = (b.x - a.x) * (local.z - a.z) - (b.z - a.z) * (local.x - a.x);
+        least = std::min(least, side);
+        most = std::max(most, side);
+    }
+    return least == 0 || most == 0;
+}
+
+bool surface_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold)
+{
+    Gap<3> cores;
+    const bool ground = b.surface == Surface::ground;
+    const bool inside = ground && in_column(b, a.frame.p);
+    const double enough = a.radius + margin;
+    core_gap(a, b.core, enough, cores);
+    const double along = -dot(cores.normal, b.normal); // towards the front where above 0
+    if (cores.distance == HUGE_VAL && !inside) return false;
+    if (ground) {
+        if (cores.distance != HUGE_VAL && cores.distance > 0 && along > 0) {
+            make_manifold(a, b.core, cores, margin, manifold);
+            return true;
+        }
+        const Vec3 lowest = furthest(a, -b.normal);
+        const double height = dot(b.normal, lowest - b.core.frame * b.core.polytope.vertex(0)) - a.radius;
+        if (height > margin) return false;
+        if (face_contact(a, b.core, 1, margin, manifold)) return true;
+        if (!inside) return false;
+        // Far below: pushed up where its centre is.
+        manifold.normal = -b.normal;
+        manifold.count = 1;
+        manifold.point[0] = {lowest - b.normal * (a.radius + 0.5 * height), -height, feature_id(vertex_feature, 0),
+                             feature_id(face_feature, 0)};
+        return true;
+    }
+    const double side = along >= 0 ? 1 : -1;
+    if (std::abs(along) < 0.9998 && !touches_sharp_side(b, -cores.normal, side))
+        return face_contact(a, b.core, side, margin, manifold);
+    make_manifold(a, b.core, cores, margin, manifold);
+    return true;
+}
+
+bool part_contact(const Part& a, const Part& b, double margin, Manifold<3>& manifold)
+{
+    if (a.half_space && b.half_space) return false;
+    if (b.half_space) return half_space_contact(a.core, b.normal, b.offset, margin, manifold);
+    bool touches;
+    if (a.half_space)
+        touches = half_space_contact(b.core, a.normal, a.offset, margin, manifold);
+    else if (b.surface != Surface::none)
+        return surface_contact(a.core, b, margin, manifold);
+    else if (a.surface != Surface::none)
+        touches = surface_contact(b.core, a, margin, manifold);
+    else
+        return convex_contact(a.core, b.core, margin, manifold);
+    if (touches) flip(manifold);
+    return touches;
+}
+
+void part_gap(const Part& a, const Part& b, double enough, Gap<3>& gap)
+{
+    gap.distance = HUGE_VAL;
+    if (a.half_space && b.half_space) return;
+    if (b.half_space) return half_space_gap(a.core, b.normal, b.offset, gap);
+    if (a.half_space) {
+        half_space_gap(b.core, a.normal, a.offset, gap);
+        return flip(gap);
+    }
+    convex_gap(a.core, b.core, enough, gap);
+    for (const bool of_a : {true, false}) {
+        const Part& ground = of_a ? a : b;
+        const Core3& other = of_a ? b.core : a.core;
+        if (ground.surface != Surface::ground) continue;
+        const bool above = gap.distance != HUGE_VAL && gap.distance > -other.radius &&
+                           dot(gap.normal, ground.normal) * (of_a ? 1 : -1) > 0;
+        if (above) continue;
+        if (in_column(ground, other.frame.p)) {
+            const Vec3 lowest = furthest(other, -ground.normal) - ground.normal * other.radius;
+            const double height = dot(ground.normal, lowest - ground.core.frame * ground.core.polytope.vertex(0));
+            gap.distance = height;
+            gap.normal = ground.normal;
+            gap.on_b = lowest;
+            gap.on_a = lowest - ground.normal * height;
+            if (!of_a) flip(gap);
+        } else if (gap.distance > -other.radius) {
+            gap.distance = HUGE_VAL; // it is below this triangle, not near it
+        }
+    }
+}
+
+/// All pairs of parts within `reach` of each other.
+template <class Visit>
+void for_each_part_pair(const Placed<3>& pair, const double& reach, Visit&& visit)
+{
+    const Frame<3> frame_a{pair.ra, {}}, frame_b{pair.rb, pair.d};
+    const bool many_b = has_parts(*pair.b);
+    const Region around = has_parts(*pair.a) ? region_of(*pair.b, pair.d, frame_a) : everywhere();
+    for_each_part(*pair.a, frame_a, around, reach, [&](std::uint32_t number_a, const Part& a) {
+        const Region region = many_b ? region_of(a, frame_b) : everywhere();
+        for_each_part(*pair.b, frame_b, region, reach,
+                      [&](std::uint32_t number_b, const Part& b) { visit(number_a, a, number_b, b); });
+    });
 }
 
 } // namespace
@@ -16,41 +347,27 @@ template <>
 void find_contacts(const Placed<3>& pair, double margin, FoundList<3>& found)
 {
     if (!within_reach(pair, margin)) return;
-    const ShapeType type_b = pair.b->type();
-    if (is_convex(*pair.a)) {
-        Core3 a;
-        a.set(*pair.a, {pair.ra, {}});
+    for_each_part_pair(pair, margin, [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
         Found<3> one;
-        if (type_b == ShapeTypes::half_space) {
-            const Vec3 normal = pair.rb * load(pair.b->size());
-            if (half_space_contact(a, normal, pair.b->offset() + dot(normal, pair.d), margin, one.manifold))
-                found.push_back(one);
-        } else if (is_convex(*pair.b)) {
-            Core3 b;
-            b.set(*pair.b, {pair.rb, pair.d});
-            if (convex_contact(a, b, margin, one.manifold)) found.push_back(one);
-        }
-    }
+        if (!part_contact(a, b, margin, one.manifold)) return;
+        one.part_a = number_a;
+        one.part_b = number_b;
+        found.push_back(one);
+    });
 }
 
 template <>
-void find_gap(const Placed<3>& pair, double enough, Gap<3>& gap)
+void find_gap(const Placed<3>& pair, double enough, Gap<3>& best)
 {
-    gap.distance = HUGE_VAL;
-    const ShapeType type_b = pair.b->type();
-    if (is_convex(*pair.a)) {
-        Core3 a;
-        a.set(*pair.a, {pair.ra, {}});
-        if (type_b == ShapeTypes::half_space) {
-            const Vec3 normal = pair.rb * load(pair.b->size());
-            half_space_gap(a, normal, pair.b->offset() + dot(normal, pair.d), gap);
-        } else if (is_convex(*pair.b)) {
-            Core3 b;
-            b.set(*pair.b, {pair.rb, pair.d});
-            convex_gap(a, b, enough, gap);
-        }
-    }
-    if (gap.distance > enough) gap.distance = HUGE_VAL;
+    best.distance = HUGE_VAL;
+    double reach = enough;
+    for_each_part_pair(pair, reach, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
+        Gap<3> gap;
+        part_gap(a, b, reach, gap);
+        if (!(gap.distance <= reach) || !(gap.distance < best.distance)) return;
+        best = gap;
+        reach = std::max(0.0, std::min(reach, gap.distance));
+    });
 }
 
 } // namespace narrow

@@ -83,6 +83,9 @@ struct MeshData
     std::vector<typename Mesh<Dim>::Element> elements;
     std::vector<TreeNode> nodes;
     std::vector<std::uint32_t> order; ///< elements, leaf by leaf
+    /// For each element, bit i: side i (from corner i) sticks out on the front, bit 3 + i: on the back. Across
+    /// the others the surface goes on level or bends towards the viewer: nothing can hit them from there.
+    std::vector<std::uint8_t> sharp;
     double reach = 0;
 };
 

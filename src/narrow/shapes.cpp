@@ -96,9 +96,9 @@ Shape<Dim>::Shape(const CustomShape<Dim>& custom, ShapeType type)
     narrow::ShapeAccess::fill(*this, type, radius, &custom);
 }
 
-template class JOSTLE_API CustomShape<2>;
-template class JOSTLE_API CustomShape<3>;
-template class JOSTLE_API Shape<2>;
-template class JOSTLE_API Shape<3>;
+template class CustomShape<2>;
+template class CustomShape<3>;
+template class Shape<2>;
+template class Shape<3>;
 
 JOSTLE_NAMESPACE_END

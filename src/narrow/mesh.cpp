@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: MIT
+// Meshes, height fields and compounds: data and its checks.
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "narrow/shape_data.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+using Index = std::uint32_t;
+constexpr Index leaf_size = 4;
+
+struct Item
+{
+    double lo[3], hi[3], middle[3];
+    Index element;
+};
+
+/// Splits at the median of the longest axis of the middles: depth at most 32 for 2^32 elements.
+void build_node(std::vector<Item>& items, Index first, Index last, std::vector<TreeNode>& nodes,
+                std::vector<Index>& order)
+{
+    TreeNode node;
+    double from[3], to[3];
+    for (int d = 0; d < 3; ++d)
+        node.lo[d] = from[d] = HUGE_VAL, node.hi[d] = to[d] = -HUGE_VAL;
+    for (Index i = first; i < last; ++i)
+        for (int d = 0; d < 3; ++d) {
+            node.lo[d] = std::min(node.lo[d], items[i].lo[d]);
+            node.hi[d] = std::max(node.hi[d], items[i].hi[d]);
+            from[d] = std::min(from[d], items[i].middle[d]);
+            to[d] = std::max(to[d], items[i].middle[d]);
+        }
+    node.first = static_cast<Index>(order.size());
+    node.count = last - first <= leaf_size ? last - first : 0;
+    const std::size_t here = nodes.size();
+    nodes.push_back(node);
+    if (node.count != 0) {
+        for (Index i = first; i < last; ++i)
+            order.push_back(items[i].element);
+    } else {
+        int axis = 0;
+        for (int d = 1; d < 3; ++d)
+            if (to[d] - from[d] > to[axis] - from[axis]) axis = d;
+        const Index middle = first + (last - first) / 2;
+        std::nth_element(items.begin() + first, items.begin() + middle, items.begin() + last,
+                         [axis](const Item& p, const Item& q) {
+                             return p.middle[axis] != q.middle[axis] ? p.middle[axis] < q.middle[axis]
+                                                                     : p.element < q.element;
+                         });
+        build_node(items, first, middle, nodes, order);
+        build_node(items, middle, last, nodes, order);
+    }
+    nodes[here].skip = static_cast<Index>(nodes.size());
+}
+
+template <int Dim>
+void build_tree(MeshData<Dim>& data)
+{
+    std::vector<Item> items(data.elements.size());
+    for (Index e = 0; e < items.size(); ++e) {
+        Item& item = items[e];
+        item.element = e;
+        for (int d = 0; d < 3; ++d) {
+            item.lo[d] = d < Dim ? HUGE_VAL : 0;
+            item.hi[d] = d < Dim ? -HUGE_VAL : 0;
+            for (const Index v : data.elements[e])
+                if (d < Dim) {
+                    item.lo[d] = std::min(item.lo[d], data.vertices[v][d]);
+                    item.hi[d] = std::max(item.hi[d], data.vertices[v][d]);
+                }
+            item.middle[d] = 0.5 * item.lo[d] + 0.5 * item.hi[d];
+        }
+    }
+    if (!items.empty()) build_node(items, 0, static_cast<Index>(items.size()), data.nodes, data.order);
+}
+
+Vec3 normal_of(const MeshData<3>& data, Index e)
+{
+    const auto& v = data.elements[e];
+    const Vec3 p = data.vertices[v[0]];
+    const Vec3 n = cross(data.vertices[v[1]] - p, data.vertices[v[2]] - p);
+    const double size = length(n);
+    return size > 0 ? n * (1 / size) : Vec3{};
+}
+
+void find_sharp_sides(MeshData<3>& data)
+{
+    constexpr std::uint8_t all = 0x3f;
+    data.sharp.assign(data.elements.size(), all);
+    // Sides that exactly two triangles share, in opposite directions.
+    struct Side
+    {
+        Index low, high, element, side;
+    };
+    std::vector<Side> sides;
+    for (Index e = 0; e < data.elements.size(); ++e)
+        for (Index i = 0; i < 3; ++i) {
+            const Index v = data.elements[e][i], w = data.elements[e][(i + 1) % 3];
+            sides.push_back({std::min(v, w), std::max(v, w), e, i});
+        }
+    std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) {
+        return p.low != q.low     ? p.low < q.low
+               : p.high != q.high ? p.high < q.high
+                                  : p.element != q.element ? p.element < q.element : p.side < q.side;
+    });
+    const auto same = [&](std::size_t i, std::size_t j) {
+        return i < sides.size() && j < sides.size() && sides[i].low == sides[j].low && sides[i].high == sides[j].high;
+    };
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+        if ((i > 0 && same(i - 1, i)) || !same(i, i + 1) || same(i + 1, i + 2)) continue;
+        const Side p = sides[i], q = sides[i + 1];
+        const auto& ep = data.elements[p.element];
+        const auto& eq = data.elements[q.element];
+        if (p.element == q.element || ep[p.side] == eq[q.side]) continue;
+        const Vec3 np = normal_of(data, p.element), nq = normal_of(data, q.element);
+        const Vec3 along = data.vertices[ep[(p.side + 1) % 3]] - data.vertices[ep[p.side]];
+        const double size = length(along);
+        if (size == 0 || length2(np) == 0 || length2(nq) == 0) continue;
+        // Above 0: a ridge seen from the front. A degree either way is level.
+        const double bend = dot(cross(np, nq), along) * (1 / size);
+        constexpr double level = 0.0175;
+        const bool folded = dot(np, nq) < 0;
+        for (const Side& side : {p, q}) {
+            if (bend <= (folded ? 0 : level))
+                data.sharp[side.element] = static_cast<std::uint8_t>(data.sharp[side.element] & ~(1u << side.side));
+            if (bend >= (folded ? 0 : -level))
+                data.sharp[side.element] = static_cast<std::uint8_t>(data.sharp[side.element] & ~(8u << side.side));
+        }
+    }
+}
+void find_sharp_sides(MeshData<2>& data)
+{
+    data.sharp.assign(data.elements.size(), 0x3f);
+}
+
+template <class T>
+std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
+{
+    if (grid.columns < 2 || grid.rows < 2)
+        throw Error(ErrorCode::invalid_argument, "a height field of " + std::to_string(grid.columns) + " x " +
+                                                     std::to_string(grid.rows) +
+                                                     " heights; give at least 2 x 2");
+    const std::size_t count = std::size_t{grid.columns} * grid.rows;
+    if (grid.heights.size() != count)
+        throw Error(ErrorCode::size_mismatch, "a height field of " + std::to_string(grid.columns) + " x " +
+                                                  std::to_string(grid.rows) + " was given " +
+                                                  std::to_string(grid.heights.size()) + " heights");
+    for (const T spacing : {grid.spacing_x, grid.spacing_z})
+        if (!(spacing > 0) || spacing > std::numeric_limits<T>::max())
+            throw Error(ErrorCode::invalid_argument, "a height field's spacing is " + std::to_string(spacing) +
+                                                         "; give a finite length above 0");
+    auto data = std::make_shared<HeightData>();
+    data->columns = grid.columns, data->rows = grid.rows;
+    data->spacing_x = grid.spacing_x, data->spacing_z = grid.spacing_z;
+    data->heights.reserve(count);
+    data->lowest = HUGE_VAL, data->highest = -HUGE_VAL;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double h = grid.heights[i];
+        if (!(std::abs(grid.heights[i]) <= std::numeric_limits<T>::max()))
+            throw Error(ErrorCode::nan_coordinate,
+                        "height " + std::to_string(i) + " is " + std::to_string(h) + "; give finite ones", i);
+        data->heights.push_back(h);
+        data->lowest = std::min(data->lowest, h);
+        data->highest = std::max(data->highest, h);
+    }
+    const double y = std::max(std::abs(data->lowest), std::abs(data->highest));
+    data->reach = length(Vec3{(grid.columns - 1) * data->spacing_x, y, (grid.rows - 1) * data->spacing_z});
+    return data;
+}
+
+} // namespace
+} // namespace narrow
+
+template <int Dim>
+template <Coordinate T>
+Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements)
+{
+    auto data = std::make_shared<narrow::MeshData<Dim>>();
+    data->vertices.reserve(vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        for (const T x : vertices[i])
+            if (!(std::abs(x) <= std::numeric_limits<T>::max()))
+                throw Error(ErrorCode::nan_coordinate, "vertex " + std::to_string(i) +
+                                                           " of a mesh has the coordinate " + std::to_string(x) +
+                                                           "; give finite ones",
+                            i);
+        data->vertices.push_back(narrow::load(vertices[i]));
+    }
+    for (std::size_t e = 0; e < elements.size(); ++e)
+        for (const std::uint32_t v : elements[e]) {
+            if (v >= vertices.size())
+                throw Error(ErrorCode::invalid_argument,
+                            "element " + std::to_string(e) + " of a mesh names vertex " + std::to_string(v) +
+                                ", but there are " + std::to_string(vertices.size()),
+                            e);
+            data->reach = std::max(data->reach, narrow::length(data->vertices[v]));
+        }
+    data->elements.assign(elements.begin(), elements.end());
+    narrow::build_tree(*data);
+    narrow::find_sharp_sides(*data);
+    data_ = std::move(data);
+}
+
+template <int Dim>
+std::size_t Mesh<Dim>::size() const noexcept
+{
+    return data_->elements.size();
+}
+
+HeightField::HeightField(const HeightGrid<float>& grid) : data_(narrow::make_heights(grid)) {}
+HeightField::HeightField(const HeightGrid<double>& grid) : data_(narrow::make_heights(grid)) {}
+
+template <int Dim>
+Compound<Dim>::Compound(std::span<const Child> children)
+{
+    if (children.empty())
+        throw Error(ErrorCode::invalid_argument, "a compound of no children; give at least one");
+    auto data = std::make_shared<narrow::CompoundData<Dim>>();
+    for (std::size_t i = 0; i < children.size(); ++i) {
+        const Child& child = children[i];
+        const ShapeType type = child.shape.type();
+        const std::string name = "child " + std::to_string(i) + " of a compound ";
+        if (type == ShapeTypes::mesh || type == ShapeTypes::height_field || type == ShapeTypes::compound)
+            throw Error(ErrorCode::invalid_argument,
+                        name + "is a mesh, height field or compound; give those bodies of their own, or add "
+                               "the inner compound's children themselves",
+                        i);
+        bool good = false;
+        for (const double q : child.pose.rotation)
+            good = good || q != 0;
+        for (const double x : child.pose.rotation)
+            good = good && std::abs(x) <= std::numeric_limits<double>::max();
+        for (const double x : child.pose.position)
+            good = good && std::abs(x) <= std::numeric_limits<double>::max();
+        if (!good)
+            throw Error(ErrorCode::invalid_argument,
+                        name + "has no pose: numbers must be finite and the rotation not zero", i);
+        narrow::Frame<Dim> frame{narrow::rotation(child.pose), narrow::load(child.pose.position)};
+        const double reach = narrow::ShapeAccess::reach(child.shape);
+        data->reach = std::max(data->reach, narrow::length(frame.p) + reach);
+        data->children.push_back({child.shape, frame});
+    }
+    data_ = std::move(data);
+}
+
+template <int Dim>
+Shape<Dim>::Shape(const Mesh<Dim>& mesh) noexcept
+{
+    const auto& data = narrow::ShapeAccess::data_of(mesh);
+    narrow::ShapeAccess::fill(*this, ShapeTypes::mesh, data.reach, &data);
+}
+template <int Dim>
+Shape<Dim>::Shape(const HeightField& field) noexcept
+    requires(Dim == 3)
+{
+    const auto& data = narrow::ShapeAccess::data_of(field);
+    narrow::ShapeAccess::fill(*this, ShapeTypes::height_field, data.reach, &data);
+}
+template <int Dim>
+Shape<Dim>::Shape(const Compound<Dim>& compound) noexcept
+{
+    const auto& data = narrow::ShapeAccess::data_of(compound);
+    narrow::ShapeAccess::fill(*this, ShapeTypes::compound, data.reach, &data);
+}
+
+template class Mesh<2>;
+template class Mesh<3>;
+template class Compound<2>;
+template class Compound<3>;
+template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, float>>, std::span<const Element>);
+template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, double>>, std::span<const Element>);
+template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, float>>, std::span<const Element>);
+template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, double>>, std::span<const Element>);
+template JOSTLE_API Shape<2>::Shape(const Mesh<2>&) noexcept;
+template JOSTLE_API Shape<3>::Shape(const Mesh<3>&) noexcept;
+template JOSTLE_API Shape<3>::Shape(const HeightField&) noexcept;
+template JOSTLE_API Shape<2>::Shape(const Compound<2>&) noexcept;
+template JOSTLE_API Shape<3>::Shape(const Compound<3>&) noexcept;
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// Every two convex shapes in 3D against the definition.
+#include <gtest/gtest.h>
+
+#include "narrow/convex3.hpp"
+#include "narrow/pair.hpp"
+#include "tests/narrow/oracle.hpp"
+#include "tests/narrow/random_pairs.hpp"
+
+using namespace jostle;
+using narrow::Vec3;
+
+namespace {
+
+/// A shape, and the points and radius that it is the rounded hull of.
+struct Sample
+{
+    Shape3 shape;
+    std::vector<Vec3> points;
+    double radius = 0;
+    std::unique_ptr<ConvexHull<3>> hull;
+};
+
+Sample make_sample(std::uint32_t kind, Random& random)
+{
+    Sample s;
+    switch (kind) {
+    case 0:
+        s.radius = random.chance(0.2) ? 0 : random.uniform(0.1, 1);
+        s.shape = Shape3::sphere(s.radius);
+        s.points = {{}};
+        break;
+    case 1: {
+        s.radius = random.chance(0.2) ? 0 : random.uniform(0.1, 1);
+        const double half = random.chance(0.1) ? 0 : random.uniform(0.1, 1.5);
+        s.shape = Shape3::capsule(half, s.radius);
+        s.points = {{0, -half, 0}, {0, half, 0}};
+        break;
+    }
+    case 2: {
+        Vec<3, double> half;
+        for (double& h : half)
+            h = random.chance(0.1) ? 0 : random.chance(0.3) ? 1 : random.uniform(0.1, 1.5);
+        s.shape = Shape3::box(half);
+        for (int i = 0; i < 8; ++i)
+            s.points.push_back({i & 1 ? half[0] : -half[0], i & 2 ? half[1] : -half[1], i & 4 ? half[2] : -half[2]});
+        break;
+    }
+    default: {
+        std::vector<Vec<3, double>> points;
+        const std::uint32_t count = 1 + random.below(8), flat = random.below(8);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            Vec<3, double> p;
+            for (double& x : p)
+                x = random.chance(0.3) ? std::round(random.uniform(-1, 1)) : random.uniform(-1, 1);
+            if (flat == 0) p[1] = 0.25;
+            if (flat == 1) p[0] = p[1] = 0.5;
+            points.push_back(p);
+            s.points.push_back({p[0], p[1], p[2]});
+        }
+        s.hull = std::make_unique<ConvexHull<3>>(points);
+        s.shape = *s.hull;
+        break;
+    }
+    }
+    return s;
+}
+
+std::vector<Vec3> placed(const Sample& s, const Pose3d& pose)
+{
+    const narrow::Mat3 r = narrow::rotation(pose);
+    std::vector<Vec3> points;
+    for (const Vec3& p : s.points)
+        points.push_back(r * p + narrow::load(pose.position));
+    return points;
+}
+
+class EveryTwoConvexShapes : public testing::TestWithParam<std::tuple<std::uint32_t, std::uint32_t>>
+{
+};
+
+TEST_P(EveryTwoConvexShapes, AnswerAsDefined)
+{
+    const auto [kind_a, kind_b] = GetParam();
+    Random random(kind_a * 10 + kind_b);
+    const int rounds = kind_a + kind_b >= 4 ? 60 : 250;
+    int touching = 0, apart = 0;
+    for (int round = 0; round < rounds; ++round) {
+        SCOPED_TRACE(round);
+        const Sample a = make_sample(kind_a, random), b = make_sample(kind_b, random);
+        const double spread = random.chance(0.5) ? 1 : 0.5;
+        const Pose3d pose_a = random.pose<double>(spread), pose_b = random.pose<double>(spread);
+        const double expected =
+            oracle::signed_distance(placed(a, pose_a), placed(b, pose_b)) - a.radius - b.radius;
+        narrow::Placed<3> pair = narrow::place(a.shape, pose_a, b.shape, pose_b);
+        const bool swapped = narrow::arrange(pair);
+
+        narrow::Gap<3> gap;
+        narrow::find_gap(pair, HUGE_VAL, gap);
+        ASSERT_NEAR(gap.distance, expected, 1e-7) << "swapped " << swapped;
+        ASSERT_NEAR(length(gap.normal), 1, 1e-9);
+        ASSERT_NEAR(length(gap.on_b - gap.on_a - gap.normal * gap.distance), 0, 1e-7);
+
+        const double margin = random.chance(0.5) ? 0 : 0.2;
+        std::pmr::vector<narrow::Found<3>> found;
+        narrow::find_contacts(pair, margin, found);
+        if (std::abs(expected - margin) < 1e-9) continue;
+        ASSERT_EQ(found.size(), expected <= margin ? 1u : 0u) << expected;
+        (found.empty() ? apart : touching) += 1;
+        if (found.empty()) continue;
+        const narrow::Manifold<3>& m = found[0].manifold;
+        ASSERT_GE(m.count, 1u);
+        ASSERT_LE(m.count, 4u);
+        ASSERT_NEAR(length(m.normal), 1, 1e-9);
+        ASSERT_NEAR(m.point[0].depth, -expected, 1e-7);
+        narrow::Core3 core_a, core_b;
+        core_a.set(*pair.a, {pair.ra, {}});
+        core_b.set(*pair.b, {pair.rb, pair.d});
+        for (std::uint32_t i = 0; i < m.count; ++i) {
+            ASSERT_LE(m.point[i].depth, m.point[0].depth);
+            ASSERT_GE(m.point[i].depth, -margin);
+            for (std::uint32_t j = 0; j < i; ++j)
+                ASSERT_FALSE(m.point[i].feature_a == m.point[j].feature_a &&
+                             m.point[i].feature_b == m.point[j].feature_b);
+        }
+        // The deepest point's ends lie on the two surfaces: moved apart by the depth the shapes just touch.
+        narrow::Placed<3> moved = pair;
+        moved.d += m.normal * m.point[0].depth;
+        narrow::Gap<3> after;
+        narrow::find_gap(moved, HUGE_VAL, after);
+        ASSERT_NEAR(after.distance, 0, 1e-7);
+        const Shape3 point;
+        for (const double side : {0.5, -0.5}) {
+            const Vec3 p = m.point[0].p + m.normal * (side * m.point[0].depth);
+            narrow::Core3 at;
+            at.set(point, {{}, p});
+            narrow::Gap<3> to;
+            narrow::convex_gap(side > 0 ? core_a : core_b, at, HUGE_VAL, to);
+            ASSERT_LE(to.distance, 1e-6);
+        }
+    }
+    EXPECT_GT(touching, 0);
+    EXPECT_GT(apart, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(, EveryTwoConvexShapes,
+                         testing::Combine(testing::Values(0u, 1u, 2u, 3u), testing::Values(0u, 1u, 2u, 3u)));
+
+} // namespace
