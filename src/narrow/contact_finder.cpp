@@ -3,7 +3,7 @@
 #include <string>
 
 #include "jostle/contact.hpp"
-#include "narrow/pair.hpp"
+#include "narrow/answers.hpp"
 #include "narrow/share_out.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -12,64 +12,24 @@ namespace narrow {
 namespace {
 
 constexpr std::size_t block_pairs = 512;
-constexpr std::size_t block_poses = 4096;
+constexpr std::size_t block_objects = 4096;
 
-template <int Dim, class T>
-bool valid(const Pose<Dim, T>& pose)
-{
-    // A sum of finite numbers halved often enough is finite; NaN and infinity stay.
-    bool finite = true, turned = false;
-    for (const T x : pose.position)
-        finite = finite && std::abs(x) <= std::numeric_limits<T>::max();
-    for (const T q : pose.rotation) {
-        finite = finite && std::abs(q) <= std::numeric_limits<T>::max();
-        turned = turned || q != 0;
-    }
-    return finite && turned;
-}
-
-template <int Dim, class T>
-[[noreturn]] void refuse_pose(const Pose<Dim, T>& pose, std::uint64_t object)
-{
-    std::string numbers = "position";
-    for (const T x : pose.position)
-        numbers += " " + std::to_string(x);
-    numbers += ", rotation";
-    for (const T q : pose.rotation)
-        numbers += " " + std::to_string(q);
-    const std::string name =
-        object == Error::no_index ? "a pose" : "the pose of object " + std::to_string(object);
-    throw Error(ErrorCode::invalid_argument,
-                name + " is no pose: " + numbers +
-                    "; positions must be finite, rotations finite and not all zero",
-                object);
-}
-
-template <int Dim, class T>
-void check_poses(const StridedView<Pose<Dim, T>>& poses, Executor& executor)
+/// The lowest object for which good(i) is false is given to refuse(i).
+template <class Good, class Refuse>
+void check_all(std::size_t count, Executor& executor, const Good& good, const Refuse& refuse)
 {
     std::atomic<std::uint64_t> worst{Error::no_index};
-    share_out(executor, (poses.size() + block_poses - 1) / block_poses,
-              [&](std::uint32_t, std::uint64_t block) {
-                  const std::size_t last = std::min(poses.size(), (block + 1) * block_poses);
-                  for (std::size_t i = block * block_poses; i < last; ++i)
-                      if (!valid(poses[i])) {
-                          std::uint64_t before = worst.load();
-                          while (i < before && !worst.compare_exchange_weak(before, i)) {
-                          }
-                          return;
-                      }
-              });
-    if (worst != Error::no_index) refuse_pose(poses[worst], worst);
-}
-
-template <class T>
-void check_length(const char* what, T value, bool zero_allowed)
-{
-    if (!(value >= 0) || (value == 0 && !zero_allowed) || value > std::numeric_limits<T>::max())
-        throw Error(ErrorCode::invalid_argument, std::string("the ") + what + " is " + std::to_string(value) +
-                                                     "; give a finite length " +
-                                                     (zero_allowed ? "of 0 or more" : "above 0"));
+    share_out(executor, (count + block_objects - 1) / block_objects, [&](std::uint32_t, std::uint64_t block) {
+        const std::size_t last = std::min<std::size_t>(count, (block + 1) * block_objects);
+        for (std::size_t i = block * block_objects; i < last; ++i)
+            if (!good(i)) {
+                std::uint64_t before = worst.load();
+                while (i < before && !worst.compare_exchange_weak(before, i)) {
+                }
+                return;
+            }
+    });
+    if (worst != Error::no_index) refuse(worst.load());
 }
 
 template <int Dim, class T>
@@ -79,12 +39,35 @@ struct Side
     StridedView<Pose<Dim, T>> poses;
 };
 
+void check_sizes(std::size_t shapes, std::size_t poses, const char* of)
+{
+    if (shapes != poses)
+        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(shapes) + " shapes and " +
+                                                  std::to_string(poses) + " " + of +
+                                                  "; give one of each per object");
+}
+void check_out(std::size_t pairs, std::size_t out)
+{
+    if (pairs != out)
+        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(pairs) + " pairs and room for " +
+                                                  std::to_string(out) + " answers; give one per pair");
+}
+void check_pair(const Pair& pair, std::size_t objects_a, std::size_t objects_b)
+{
+    if (pair.a < objects_a && pair.b < objects_b) return;
+    throw Error(ErrorCode::invalid_argument,
+                "a pair names objects " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
+                    ", but there are " + std::to_string(objects_a) + " and " + std::to_string(objects_b),
+                pair.a < objects_a ? pair.b : pair.a);
+}
+
 } // namespace
 } // namespace narrow
 
 template <int Dim, Coordinate T>
 struct ContactFinder<Dim, T>::Implementation
 {
+    using Sides = narrow::Side<Dim, T>;
     explicit Implementation(const ContactOptions& given) : options(given), result(given.memory) {}
 
     [[nodiscard]] Executor& executor() const
@@ -92,34 +75,109 @@ struct ContactFinder<Dim, T>::Implementation
         return options.executor != nullptr ? *options.executor : default_executor();
     }
 
-    void check(const narrow::Side<Dim, T>& side) const
+    void check(const Sides& side) const
     {
-        if (side.shapes.size() != side.poses.size())
-            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(side.shapes.size()) +
-                                                      " shapes and " + std::to_string(side.poses.size()) +
-                                                      " poses; give one of each per object");
-        narrow::check_poses(side.poses, executor());
+        narrow::check_sizes(side.shapes.size(), side.poses.size(), "poses");
+        narrow::check_all(
+            side.poses.size(), executor(), [&](std::size_t i) { return narrow::valid(side.poses[i]); },
+            [&](std::uint64_t i) { narrow::refuse_pose(side.poses[i], i); });
     }
 
-    const ContactBuffer<Dim, T>& find(const narrow::Side<Dim, T>& side_a, const narrow::Side<Dim, T>& side_b,
-                                      bool same, std::span<const std::span<const Pair>> blocks, T margin);
+    /// Contacts of one pair into `found`, seen from the first object of the arranged pair.
+    struct Arranged
+    {
+        narrow::Placed<Dim> placed;
+        bool swapped;
+    };
+    Arranged find_one(const Sides& side_a, const Sides& side_b, const Pair& pair, double margin,
+                      narrow::FoundList<Dim>& found) const;
+    const PairTest<Dim>* own_test(ShapeType a, ShapeType b, bool& turned) const;
 
-    struct Worker
+    const ContactBuffer<Dim, T>& find(const Sides& side_a, const Sides& side_b, bool same,
+                                      std::span<const std::span<const Pair>> blocks, T margin);
+
+    struct alignas(64) Worker
     {
         explicit Worker(std::pmr::memory_resource* memory) : found(memory) {}
         narrow::FoundList<Dim> found;
     };
+    /// A run of pairs of one given block.
+    struct Work
+    {
+        std::size_t block, first;
+    };
+    void ready_workers(std::uint32_t count)
+    {
+        while (workers.size() < count)
+            workers.emplace_back(options.memory);
+    }
 
     ContactOptions options;
-    std::vector<PairTest<Dim>> tests;
-    std::vector<Worker> workers;
+    std::pmr::vector<PairTest<Dim>> tests{options.memory};
+    std::pmr::vector<Worker> workers{options.memory};
+    std::pmr::vector<Work> works{options.memory};
     ContactBuffer<Dim, T> result;
 };
 
 template <int Dim, Coordinate T>
+const PairTest<Dim>* ContactFinder<Dim, T>::Implementation::own_test(ShapeType a, ShapeType b, bool& turned) const
+{
+    for (std::size_t i = tests.size(); i-- > 0;) {
+        const PairTest<Dim>& test = tests[i];
+        const bool as_given = test.type_a == a && test.type_b == b;
+        if (!as_given && !(test.type_a == b && test.type_b == a)) continue;
+        turned = !as_given;
+        return &test;
+    }
+    return nullptr;
+}
+
+template <int Dim, Coordinate T>
+auto ContactFinder<Dim, T>::Implementation::find_one(const Sides& side_a, const Sides& side_b, const Pair& pair,
+                                                     double margin, narrow::FoundList<Dim>& found) const -> Arranged
+{
+    const Shape<Dim>& a = side_a.shapes[pair.a];
+    const Shape<Dim>& b = side_b.shapes[pair.b];
+    Arranged arranged{narrow::place(a, side_a.poses[pair.a], b, side_b.poses[pair.b]), false};
+    arranged.swapped = narrow::arrange(arranged.placed);
+    found.clear();
+    const narrow::Placed<Dim>& placed = arranged.placed;
+    bool turned = false;
+    const PairTest<Dim>* test = tests.empty() ? nullptr : own_test(placed.a->type(), placed.b->type(), turned);
+    if (test == nullptr) {
+        narrow::find_contacts(placed, margin, found);
+        narrow::sort_parts(found, arranged.swapped);
+        return arranged;
+    }
+    // Its types may be the other way round than the arranged ones.
+    if (turned) {
+        std::swap(arranged.placed.a, arranged.placed.b);
+        std::swap(arranged.placed.ra, arranged.placed.rb);
+        arranged.placed.d = -arranged.placed.d;
+        arranged.swapped = !arranged.swapped;
+    }
+    Pose<Dim, double> pose_a, pose_b;
+    narrow::unload(placed.ra, pose_a.rotation);
+    narrow::unload(placed.rb, pose_b.rotation);
+    narrow::store(placed.d, pose_b.position);
+    test->test(test->context, {*placed.a, pose_a, *placed.b, pose_b, margin}, [&](const Contact<Dim, double>& contact) {
+        narrow::Found<Dim>& one = found.emplace_back();
+        one.part_a = contact.part_a;
+        one.part_b = contact.part_b;
+        one.manifold.normal = narrow::load(contact.normal);
+        one.manifold.count = std::min(contact.count, Contact<Dim, double>::max_points);
+        for (std::uint32_t i = 0; i < one.manifold.count; ++i)
+            one.manifold.point[i] = {narrow::load(contact.point[i].from_a), contact.point[i].depth,
+                                     static_cast<std::uint16_t>(contact.point[i].feature),
+                                     static_cast<std::uint16_t>(contact.point[i].feature >> 16)};
+    });
+    narrow::sort_parts(found, arranged.swapped);
+    return arranged;
+}
+
+template <int Dim, Coordinate T>
 const ContactBuffer<Dim, T>&
-ContactFinder<Dim, T>::Implementation::find(const narrow::Side<Dim, T>& side_a,
-                                            const narrow::Side<Dim, T>& side_b, bool same,
+ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& side_b, bool same,
                                             std::span<const std::span<const Pair>> blocks, T margin)
 {
     using Access = narrow::ShapeAccess;
@@ -128,74 +186,39 @@ ContactFinder<Dim, T>::Implementation::find(const narrow::Side<Dim, T>& side_a,
     check(side_a);
     if (!same) check(side_b);
 
-    // Blocks of work: runs of pairs of one given block.
-    struct Work
-    {
-        std::size_t block, first;
-    };
-    std::pmr::vector<Work> works(options.memory);
+    works.clear();
     for (std::size_t b = 0; b < blocks.size(); ++b)
         for (std::size_t first = 0; first < blocks[b].size(); first += narrow::block_pairs)
             works.push_back({b, first});
     auto& chunks = Access::chunks(result);
     if (chunks.size() < works.size()) chunks.resize(works.size());
+    Access::blocks(result).reserve(works.size());
     Executor& executor = this->executor();
-    const std::uint32_t worker_count = narrow::workers_for(executor, works.size());
-    while (workers.size() < worker_count)
-        workers.emplace_back(options.memory);
+    ready_workers(narrow::workers_for(executor, works.size()));
 
-    try {
-        narrow::share_out(executor, works.size(), [&](std::uint32_t w, std::uint64_t k) {
-            const std::span<const Pair> all = blocks[works[k].block];
-            const std::span<const Pair> pairs =
-                all.subspan(works[k].first, std::min(narrow::block_pairs, all.size() - works[k].first));
-            Worker& worker = workers[w];
-            auto& chunk = chunks[k];
-            chunk.size = 0;
-            const double wide = double{margin};
-            for (const Pair& pair : pairs) {
-                if (pair.a >= side_a.shapes.size() || pair.b >= side_b.shapes.size())
-                    throw Error(ErrorCode::invalid_argument,
-                                "a pair names objects " + std::to_string(pair.a) + " and " +
-                                    std::to_string(pair.b) + ", but there are " +
-                                    std::to_string(side_a.shapes.size()) + " and " +
-                                    std::to_string(side_b.shapes.size()),
-                                pair.a >= side_a.shapes.size() ? pair.a : pair.b);
-                narrow::Placed<Dim> placed = narrow::place(side_a.shapes[pair.a], side_a.poses[pair.a],
-                                                           side_b.shapes[pair.b], side_b.poses[pair.b]);
-                const bool swapped = narrow::arrange(placed);
-                worker.found.clear();
-                narrow::find_contacts(placed, wide, worker.found);
-                if (chunk.size + worker.found.size() > chunk.capacity) {
-                    const std::size_t capacity =
-                        std::max<std::size_t>(64, (chunk.size + worker.found.size()) * 3 / 2);
-                    auto* memory = static_cast<Contact<Dim, T>*>(options.memory->allocate(
-                        capacity * sizeof(Contact<Dim, T>), alignof(Contact<Dim, T>)));
-                    std::uninitialized_copy(chunk.contacts, chunk.contacts + chunk.size, memory);
-                    if (chunk.capacity != 0)
-                        options.memory->deallocate(chunk.contacts, chunk.capacity * sizeof(Contact<Dim, T>),
-                                                   alignof(Contact<Dim, T>));
-                    chunk.contacts = memory;
-                    chunk.capacity = capacity;
-                }
-                for (const narrow::Found<Dim>& one : worker.found) {
-                    Contact<Dim, T>& contact = *::new (chunk.contacts + chunk.size++) Contact<Dim, T>;
-                    contact.pair = pair;
-                    contact.part_a = swapped ? one.part_b : one.part_a;
-                    contact.part_b = swapped ? one.part_a : one.part_b;
-                    narrow::finish(one.manifold, placed.d, swapped, contact);
-                }
+    narrow::share_out(executor, works.size(), [&](std::uint32_t w, std::uint64_t k) {
+        const std::span<const Pair> all = blocks[works[k].block];
+        const std::span<const Pair> pairs =
+            all.subspan(works[k].first, std::min(narrow::block_pairs, all.size() - works[k].first));
+        Worker& worker = workers[w];
+        auto& chunk = chunks[k];
+        chunk.size = 0;
+        for (const Pair& pair : pairs) {
+            narrow::check_pair(pair, side_a.shapes.size(), side_b.shapes.size());
+            const Arranged arranged = find_one(side_a, side_b, pair, double{margin}, worker.found);
+            Access::grow(result, chunk, chunk.size + worker.found.size());
+            for (const narrow::Found<Dim>& one : worker.found) {
+                Contact<Dim, T>& contact = *::new (chunk.contacts + chunk.size++) Contact<Dim, T>;
+                contact.pair = pair;
+                narrow::finish(one, arranged.placed.d, arranged.swapped, contact);
             }
-        });
-        for (std::size_t k = 0; k < works.size(); ++k)
-            if (chunks[k].size != 0) {
-                Access::blocks(result).push_back({chunks[k].contacts, chunks[k].size});
-                Access::size_of(result) += chunks[k].size;
-            }
-    } catch (...) {
-        result.clear();
-        throw;
-    }
+        }
+    });
+    for (std::size_t k = 0; k < works.size(); ++k)
+        if (chunks[k].size != 0) {
+            Access::blocks(result).push_back({chunks[k].contacts, chunks[k].size});
+            Access::size_of(result) += chunks[k].size;
+        }
     return result;
 }
 
@@ -231,6 +254,100 @@ const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes_a,
     return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, false, pairs.blocks(), margin);
 }
 
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::add_test(const PairTest<Dim>& test)
+{
+    if (test.test == nullptr)
+        throw Error(ErrorCode::invalid_argument, "a pair test without a function; give PairTest::test");
+    implementation_->tests.push_back(test);
+}
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
+                                     std::span<std::uint8_t> out)
+{
+    Implementation& self = *implementation_;
+    const narrow::Side<Dim, T> side{shapes, poses};
+    narrow::check_out(pairs.size(), out.size());
+    self.check(side);
+    Executor& executor = self.executor();
+    const std::uint64_t blocks = (pairs.size() + narrow::block_pairs - 1) / narrow::block_pairs;
+    self.ready_workers(narrow::workers_for(executor, blocks));
+    narrow::share_out(executor, blocks, [&](std::uint32_t w, std::uint64_t k) {
+        const std::size_t first = k * narrow::block_pairs, last = std::min(first + narrow::block_pairs, pairs.size());
+        for (std::size_t i = first; i < last; ++i) {
+            const Pair& pair = pairs[i];
+            narrow::check_pair(pair, shapes.size(), shapes.size());
+            bool turned;
+            bool touch = false;
+            if (self.tests.empty() ||
+                self.own_test(shapes[pair.a].type(), shapes[pair.b].type(), turned) == nullptr) {
+                narrow::Placed<Dim> placed =
+                    narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]);
+                narrow::arrange(placed);
+                touch = narrow::find_touch(placed);
+            } else {
+                narrow::FoundList<Dim>& found = self.workers[w].found;
+                self.find_one(side, side, pair, 0, found);
+                for (const narrow::Found<Dim>& one : found)
+                    for (std::uint32_t p = 0; p < one.manifold.count; ++p)
+                        touch = touch || one.manifold.point[p].depth >= 0;
+            }
+            out[i] = touch ? 1 : 0;
+        }
+    });
+}
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
+                                      T max_distance, std::span<Distance<Dim, T>> out)
+{
+    Implementation& self = *implementation_;
+    narrow::check_out(pairs.size(), out.size());
+    if (!(max_distance >= 0))
+        throw Error(ErrorCode::invalid_argument, "the greatest distance is " + std::to_string(max_distance) +
+                                                     "; give a length of 0 or more, or infinity");
+    self.check({shapes, poses});
+    const std::uint64_t blocks = (pairs.size() + narrow::block_pairs - 1) / narrow::block_pairs;
+    narrow::share_out(self.executor(), blocks, [&](std::uint32_t, std::uint64_t k) {
+        const std::size_t first = k * narrow::block_pairs, last = std::min(first + narrow::block_pairs, pairs.size());
+        for (std::size_t i = first; i < last; ++i) {
+            const Pair& pair = pairs[i];
+            narrow::check_pair(pair, shapes.size(), shapes.size());
+            out[i] = narrow::distance_of(
+                narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]), max_distance);
+        }
+    });
+}
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions, std::span<const Pair> pairs,
+                                    T tolerance, std::span<Impact<Dim, T>> out)
+{
+    Implementation& self = *implementation_;
+    narrow::check_out(pairs.size(), out.size());
+    narrow::check_length("tolerance", tolerance, false);
+    narrow::check_sizes(shapes.size(), motions.size(), "motions");
+    narrow::check_all(
+        shapes.size(), self.executor(),
+        [&](std::size_t i) {
+            return narrow::valid(motions[i]) && !narrow::turns_without_end(shapes[i], motions[i]);
+        },
+        [](std::uint64_t i) { narrow::refuse_motion<Dim, T>(i); });
+    // Impacts differ in cost: small blocks.
+    constexpr std::size_t block = 32;
+    narrow::share_out(self.executor(), (pairs.size() + block - 1) / block, [&](std::uint32_t, std::uint64_t k) {
+        const std::size_t first = k * block, last = std::min(first + block, pairs.size());
+        for (std::size_t i = first; i < last; ++i) {
+            const Pair& pair = pairs[i];
+            narrow::check_pair(pair, shapes.size(), shapes.size());
+            out[i] = narrow::impact_of(shapes[pair.a], motions[pair.a], shapes[pair.b], motions[pair.b], tolerance);
+        }
+    });
+}
+
+template class ContactFinder<2, float>;
+template class ContactFinder<2, double>;
 template class ContactFinder<3, float>;
 template class ContactFinder<3, double>;
 

@@ -141,8 +141,8 @@ void Core3::set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Fram
     const Vec3 n = cross(b - a, c - a);
     const double size = length(n);
     // Thinner than this and the normal is noise: then it is a segment.
-    const double longest = std::max({length2(b - a), length2(c - b), length2(a - c)});
-    if (size > 1e-13 * longest) {
+    const double widest = std::max({length2(b - a), length2(c - b), length2(a - c)});
+    if (size > 1e-13 * widest) {
         const Vec3 unit = n * (1 / size);
         for (int d = 0; d < 3; ++d) {
             normals[2 * d] = unit[d];
@@ -1073,6 +1073,14 @@ bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& 
     if (!(cores.distance <= enough)) return false;
     make_manifold(a, b, cores, margin, manifold);
     return true;
+}
+
+bool convex_touch(const Core3& a, const Core3& b)
+{
+    Simplex simplex;
+    Gap<3> gap;
+    const double enough = a.radius + b.radius;
+    return gjk(a, b, {}, enough, simplex, gap) || gap.distance <= enough;
 }
 
 void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap)

@@ -89,6 +89,9 @@ Vec3 furthest(const Core3& core, const Vec3& direction);
 /// Returns whether there is one.
 bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& manifold);
 
+/// Whether the distance is 0 or less.
+bool convex_touch(const Core3& a, const Core3& b);
+
 /// Of a convex core and the half-space normal . p <= offset (from a's position, in world axes).
 bool half_space_contact(const Core3& a, const Vec3& normal, double offset, double margin,
                         Manifold<3>& manifold);

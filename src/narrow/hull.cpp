@@ -416,10 +416,10 @@ ConvexHull<Dim>::ConvexHull(std::span<const Vec<Dim, T>> points)
     all.reserve(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
         for (const T x : points[i])
-            if (!(std::abs(x) <= std::numeric_limits<T>::max()))
+            if (!(std::abs(double{x}) <= narrow::longest))
                 throw Error(ErrorCode::nan_coordinate, "point " + std::to_string(i) +
                                                            " of a convex hull has the coordinate " +
-                                                           std::to_string(x) + "; give finite ones",
+                                                           std::to_string(x) + "; give ones within 1e60",
                             i);
         all.push_back(narrow::load(points[i]));
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Vectors of the narrow phase. Everything behind the interface is double: a float pair is computed as exactly
-// as a double one, and sizes from 1e-40 to 1e+40 neither overflow nor underflow.
+// as a double one, and sizes from 1e-45 to 1e+38 neither overflow nor underflow.
 #pragma once
 
 #include <algorithm>
@@ -11,6 +11,9 @@
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
+
+/// What lengths and coordinates may be: their sixth powers occur, and must be finite.
+inline constexpr double longest = 1e60;
 
 struct Vec3
 {
@@ -182,6 +185,27 @@ template <class T>
 Mat2 rotation(const Pose<2, T>& pose)
 {
     return rotation(double{pose.rotation[0]}, double{pose.rotation[1]});
+}
+
+/// Back to what poses hold. Source: Shepperd, J. Guidance and Control 1(3), 1978.
+inline void unload(const Mat3& m, std::array<double, 4>& q)
+{
+    const double xx = m.x.x, yy = m.y.y, zz = m.z.z, trace = xx + yy + zz;
+    if (trace >= std::max(xx, std::max(yy, zz)))
+        q = {m.y.z - m.z.y, m.z.x - m.x.z, m.x.y - m.y.x, 1 + trace};
+    else if (xx >= yy && xx >= zz)
+        q = {1 + xx - yy - zz, m.x.y + m.y.x, m.z.x + m.x.z, m.y.z - m.z.y};
+    else if (yy >= zz)
+        q = {m.x.y + m.y.x, 1 + yy - xx - zz, m.y.z + m.z.y, m.z.x - m.x.z};
+    else
+        q = {m.z.x + m.x.z, m.y.z + m.z.y, 1 + zz - xx - yy, m.x.y - m.y.x};
+    const double scale = 1 / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (double& x : q)
+        x *= scale;
+}
+inline void unload(const Mat2& m, std::array<double, 2>& r)
+{
+    r = {m.c, m.s};
 }
 
 /// Where an object's local frame lies, seen from the first object of a pair.

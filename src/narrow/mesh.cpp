@@ -132,9 +132,35 @@ void find_sharp_sides(MeshData<3>& data)
         }
     }
 }
+/// The same for the ends of a chain's segments: bits 0 and 1 as seen from the right, 3 and 4 from the left.
 void find_sharp_sides(MeshData<2>& data)
 {
     data.sharp.assign(data.elements.size(), 0x3f);
+    // Vertices where one segment ends and one begins, and nothing else is.
+    constexpr Index none = ~Index{0};
+    std::vector<Index> in(data.vertices.size(), none), out(data.vertices.size(), none), ends(data.vertices.size());
+    for (Index e = 0; e < data.elements.size(); ++e) {
+        out[data.elements[e][0]] = e;
+        in[data.elements[e][1]] = e;
+        ++ends[data.elements[e][0]];
+        ++ends[data.elements[e][1]];
+    }
+    for (Index v = 0; v < data.vertices.size(); ++v) {
+        if (ends[v] != 2 || in[v] == none || out[v] == none || in[v] == out[v]) continue;
+        const Vec2 before = data.vertices[v] - data.vertices[data.elements[in[v]][0]];
+        const Vec2 after = data.vertices[data.elements[out[v]][1]] - data.vertices[v];
+        const double size = length(before) * length(after);
+        if (!(size > 0)) continue;
+        // Above 0 it bends to the left, away from who is on the right. A degree either way is level.
+        const double bend = cross(before, after) / size;
+        constexpr double level = 0.0175;
+        const bool folded = dot(before, after) < 0;
+        const auto blunt = [&](Index e, unsigned bit) {
+            data.sharp[e] = static_cast<std::uint8_t>(data.sharp[e] & ~bit);
+        };
+        if (bend <= (folded ? 0 : level)) blunt(in[v], 2), blunt(out[v], 1);
+        if (bend >= (folded ? 0 : -level)) blunt(in[v], 2 << 3), blunt(out[v], 1 << 3);
+    }
 }
 
 template <class T>
@@ -150,7 +176,7 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
                                                   std::to_string(grid.rows) + " was given " +
                                                   std::to_string(grid.heights.size()) + " heights");
     for (const T spacing : {grid.spacing_x, grid.spacing_z})
-        if (!(spacing > 0) || spacing > std::numeric_limits<T>::max())
+        if (!(spacing > 0) || !(spacing <= longest))
             throw Error(ErrorCode::invalid_argument, "a height field's spacing is " + std::to_string(spacing) +
                                                          "; give a finite length above 0");
     auto data = std::make_shared<HeightData>();
@@ -160,9 +186,9 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
     data->lowest = HUGE_VAL, data->highest = -HUGE_VAL;
     for (std::size_t i = 0; i < count; ++i) {
         const double h = grid.heights[i];
-        if (!(std::abs(grid.heights[i]) <= std::numeric_limits<T>::max()))
+        if (!(std::abs(h) <= longest))
             throw Error(ErrorCode::nan_coordinate,
-                        "height " + std::to_string(i) + " is " + std::to_string(h) + "; give finite ones", i);
+                        "height " + std::to_string(i) + " is " + std::to_string(h) + "; give ones within 1e60", i);
         data->heights.push_back(h);
         data->lowest = std::min(data->lowest, h);
         data->highest = std::max(data->highest, h);
@@ -183,10 +209,10 @@ Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> 
     data->vertices.reserve(vertices.size());
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         for (const T x : vertices[i])
-            if (!(std::abs(x) <= std::numeric_limits<T>::max()))
+            if (!(std::abs(double{x}) <= narrow::longest))
                 throw Error(ErrorCode::nan_coordinate, "vertex " + std::to_string(i) +
                                                            " of a mesh has the coordinate " + std::to_string(x) +
-                                                           "; give finite ones",
+                                                           "; give ones within 1e60",
                             i);
         data->vertices.push_back(narrow::load(vertices[i]));
     }
@@ -235,7 +261,7 @@ Compound<Dim>::Compound(std::span<const Child> children)
         for (const double x : child.pose.rotation)
             good = good && std::abs(x) <= std::numeric_limits<double>::max();
         for (const double x : child.pose.position)
-            good = good && std::abs(x) <= std::numeric_limits<double>::max();
+            good = good && std::abs(x) <= narrow::longest;
         if (!good)
             throw Error(ErrorCode::invalid_argument,
                         name + "has no pose: numbers must be finite and the rotation not zero", i);

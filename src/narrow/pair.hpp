@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory_resource>
+#include <type_traits>
 #include <vector>
 
 #include "narrow/convex3.hpp"
@@ -49,6 +50,30 @@ Placed<Dim> place(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<D
     return {&a, &b, rotation(pose_a), rotation(pose_b), load(pose_b.position) - load(pose_a.position)};
 }
 
+/// A pair on its way: at time t in [0, 1] b is at d + t * linear from a, each turned by t * angular.
+template <int Dim>
+struct Moving
+{
+    using Angular = std::conditional_t<Dim == 3, Vec3, double>;
+    Placed<Dim> start;
+    V<Dim> linear;
+    Angular angular_a, angular_b;
+};
+template <int Dim>
+struct Hit
+{
+    double time; ///< infinite where there is none
+    V<Dim> d;    ///< from a's position to b's at that time
+    Gap<Dim> gap;
+};
+/// The first time at which an arranged pair is within `tolerance`.
+template <int Dim>
+Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance);
+
+/// Whether any parts of an arranged pair touch.
+template <int Dim>
+bool find_touch(const Placed<Dim>& pair);
+
 /// Shapes whose balls don't meet aren't looked at: differences that overflow end here.
 template <int Dim>
 bool within_reach(const Placed<Dim>& pair, double margin)
@@ -75,6 +100,23 @@ void finish(const Manifold<Dim>& manifold, const V<Dim>& d, bool swapped, Contac
         const std::uint32_t fa = from.feature_a, fb = from.feature_b;
         to.feature = swapped ? fb | fa << 16 : fa | fb << 16;
     }
+}
+template <int Dim, class T>
+void finish(const Found<Dim>& found, const V<Dim>& d, bool swapped, Contact<Dim, T>& contact)
+{
+    contact.part_a = swapped ? found.part_b : found.part_a;
+    contact.part_b = swapped ? found.part_a : found.part_b;
+    finish(found.manifold, d, swapped, contact);
+}
+/// By the user's (part_a, part_b), of which no two contacts have the same.
+template <int Dim>
+void sort_parts(FoundList<Dim>& found, bool swapped)
+{
+    if (found.size() < 2) return;
+    std::sort(found.begin(), found.end(), [swapped](const Found<Dim>& x, const Found<Dim>& y) {
+        const std::uint32_t xa = swapped ? x.part_b : x.part_a, ya = swapped ? y.part_b : y.part_a;
+        return xa != ya ? xa < ya : (swapped ? x.part_a < y.part_a : x.part_b < y.part_b);
+    });
 }
 
 } // namespace narrow

@@ -357,9 +357,32 @@ void find_contacts(const Placed<3>& pair, double margin, FoundList<3>& found)
 }
 
 template <>
+bool find_touch(const Placed<3>& pair)
+{
+    if (!within_reach(pair, 0)) return false;
+    bool touch = false;
+    // Below this nothing is within reach: the search ends.
+    double reach = 0;
+    for_each_part_pair(pair, reach, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
+        if (touch) return;
+        Gap<3> gap;
+        if (a.surface == Surface::none && b.surface == Surface::none && !a.half_space && !b.half_space)
+            touch = convex_touch(a.core, b.core);
+        else {
+            part_gap(a, b, 0, gap);
+            touch = gap.distance <= 0;
+        }
+        if (touch) reach = -HUGE_VAL;
+    });
+    return touch;
+}
+
+template <>
 void find_gap(const Placed<3>& pair, double enough, Gap<3>& best)
 {
     best.distance = HUGE_VAL;
+    for (int d = 0; d < 3; ++d)
+        if (!(std::abs(pair.d[d]) <= 1e61)) return; // nothing is that big
     double reach = enough;
     for_each_part_pair(pair, reach, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
         Gap<3> gap;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "jostle/contact.hpp"
@@ -166,10 +167,20 @@ struct ShapeAccess
     {
         return buffer.size_;
     }
-    template <class Buffer>
-    static std::pmr::memory_resource* memory(Buffer& buffer)
+    /// Room for that many contacts in a chunk.
+    template <class Buffer, class Chunk>
+    static void grow(Buffer& buffer, Chunk& chunk, std::size_t size)
     {
-        return buffer.memory_;
+        using Contacts = typename Buffer::value_type;
+        if (size <= chunk.capacity) return;
+        const std::size_t capacity = (size * 5 / 4 + 63) / 64 * 64;
+        auto* memory = static_cast<Contacts*>(
+            buffer.memory_->allocate(capacity * sizeof(Contacts), alignof(Contacts)));
+        std::uninitialized_copy(chunk.contacts, chunk.contacts + chunk.size, memory);
+        if (chunk.capacity != 0)
+            buffer.memory_->deallocate(chunk.contacts, chunk.capacity * sizeof(Contacts), alignof(Contacts));
+        chunk.contacts = memory;
+        chunk.capacity = capacity;
     }
 };
 

@@ -18,8 +18,7 @@ namespace {
 }
 void check_length(const char* what, double value)
 {
-    if (!(value >= 0 && value <= std::numeric_limits<double>::max()))
-        refuse(what, value, "a finite length, 0 or more");
+    if (!(value >= 0 && value <= narrow::longest)) refuse(what, value, "a length from 0 to 1e60");
 }
 
 } // namespace
@@ -77,8 +76,7 @@ Shape<Dim> Shape<Dim>::half_space(const Vec<Dim, double>& normal, double offset)
         big = std::max(big, std::abs(n));
     }
     if (big == 0) refuse("a half-space's normal", 0, "one that isn't zero");
-    if (!(std::abs(offset) <= std::numeric_limits<double>::max()))
-        refuse("a half-space's offset", offset, "a finite length");
+    if (!(std::abs(offset) <= narrow::longest)) refuse("a half-space's offset", offset, "one within 1e60");
     Shape shape;
     shape.type_ = ShapeTypes::half_space;
     narrow::V<Dim> n = narrow::load(normal) * (1 / big);

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// One pair at a time.
+#include "narrow/answers.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+namespace narrow {
+namespace {
+
+template <int Dim, class T>
+Placed<Dim> checked(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b)
+{
+    for (const Pose<Dim, T>* pose : {&pose_a, &pose_b})
+        if (!valid(*pose)) refuse_pose(*pose, Error::no_index);
+    return place(a, pose_a, b, pose_b);
+}
+
+} // namespace
+} // namespace narrow
+
+template <int Dim, Coordinate T>
+bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b)
+{
+    narrow::Placed<Dim> pair = narrow::checked(a, pose_a, b, pose_b);
+    narrow::arrange(pair);
+    return narrow::find_touch(pair);
+}
+
+template <int Dim, Coordinate T>
+std::vector<Contact<Dim, T>> contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                                      const Pose<Dim, T>& pose_b, T margin)
+{
+    narrow::check_length("margin", margin, true);
+    narrow::Placed<Dim> pair = narrow::checked(a, pose_a, b, pose_b);
+    const bool swapped = narrow::arrange(pair);
+    narrow::FoundList<Dim> found;
+    narrow::find_contacts(pair, double{margin}, found);
+    narrow::sort_parts(found, swapped);
+    std::vector<Contact<Dim, T>> result;
+    for (const narrow::Found<Dim>& one : found) {
+        Contact<Dim, T>& contact = result.emplace_back();
+        contact.pair = {0, 1};
+        narrow::finish(one, pair.d, swapped, contact);
+    }
+    return result;
+}
+
+template <int Dim, Coordinate T>
+std::optional<Distance<Dim, T>> distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                                         const Pose<Dim, T>& pose_b, T max_distance)
+{
+    if (!(max_distance >= 0))
+        throw Error(ErrorCode::invalid_argument, "the greatest distance is " + std::to_string(max_distance) +
+                                                     "; give a length of 0 or more, or infinity");
+    const auto answer = narrow::distance_of(narrow::checked(a, pose_a, b, pose_b), max_distance);
+    if (answer.distance == std::numeric_limits<T>::infinity()) return {};
+    return answer;
+}
+
+template <int Dim, Coordinate T>
+std::optional<Impact<Dim, T>> time_of_impact(const Shape<Dim>& a, const Motion<Dim, T>& motion_a, const Shape<Dim>& b,
+                                             const Motion<Dim, T>& motion_b, T tolerance)
+{
+    narrow::check_length("tolerance", tolerance, false);
+    if (!narrow::valid(motion_a) || !narrow::valid(motion_b) || narrow::turns_without_end(a, motion_a) ||
+        narrow::turns_without_end(b, motion_b))
+        narrow::refuse_motion<Dim, T>(Error::no_index);
+    const Impact<Dim, T> answer = narrow::impact_of(a, motion_a, b, motion_b, tolerance);
+    if (answer.time == std::numeric_limits<T>::infinity()) return {};
+    return answer;
+}
+
+#define JOSTLE_SINGLE(Dim, T)                                                                                \
+    template JOSTLE_API bool touching(const Shape<Dim>&, const Pose<Dim, T>&, const Shape<Dim>&,            \
+                                      const Pose<Dim, T>&);                                                 \
+    template JOSTLE_API std::vector<Contact<Dim, T>> contacts(                                              \
+        const Shape<Dim>&, const Pose<Dim, T>&, const Shape<Dim>&, const Pose<Dim, T>&, T);                 \
+    template JOSTLE_API std::optional<Distance<Dim, T>> distance(                                           \
+        const Shape<Dim>&, const Pose<Dim, T>&, const Shape<Dim>&, const Pose<Dim, T>&, T);                 \
+    template JOSTLE_API std::optional<Impact<Dim, T>> time_of_impact(                                       \
+        const Shape<Dim>&, const Motion<Dim, T>&, const Shape<Dim>&, const Motion<Dim, T>&, T)
+JOSTLE_SINGLE(2, float);
+JOSTLE_SINGLE(2, double);
+JOSTLE_SINGLE(3, float);
+JOSTLE_SINGLE(3, double);
+
+JOSTLE_NAMESPACE_END
