@@ -32,7 +32,8 @@ template <int Dim, class T>
     numbers += ", rotation";
     for (const T q : pose.rotation)
         numbers += " " + std::to_string(q);
-    const std::string name = object == Error::no_index ? "a pose" : "the pose of object " + std::to_string(object);
+    const std::string name =
+        object == Error::no_index ? "a pose" : "the pose of object " + std::to_string(object);
     throw Error(ErrorCode::invalid_argument,
                 name + " has " + numbers +
                     "; give positions within 1e60 and finite rotations that aren't zero",
@@ -43,9 +44,9 @@ template <class T>
 void check_length(const char* what, T value, bool zero_allowed)
 {
     if (!(value >= 0) || (value == 0 && !zero_allowed) || !(double{value} <= longest))
-        throw Error(ErrorCode::invalid_argument, std::string("the ") + what + " is " + std::to_string(value) +
-                                                     "; give " +
-                                                     (zero_allowed ? "a length from 0 to 1e60" : "a length above 0"));
+        throw Error(ErrorCode::invalid_argument,
+                    std::string("the ") + what + " is " + std::to_string(value) + "; give " +
+                        (zero_allowed ? "a length from 0 to 1e60" : "a length above 0"));
 }
 
 template <int Dim, class T>
@@ -72,10 +73,11 @@ template <int Dim, class T>
 {
     const std::string name =
         object == Error::no_index ? "a motion" : "the motion of object " + std::to_string(object);
-    throw Error(ErrorCode::invalid_argument,
-                name + " is not one: give a pose with positions within 1e60, a motion within 1e60, a turn within "
-                       "1e9 radians, and for half-spaces, or compounds with one, no turn",
-                object);
+    throw Error(
+        ErrorCode::invalid_argument,
+        name + " is not one: give a pose with positions within 1e60, a motion within 1e60, a turn within "
+               "1e9 radians, and for half-spaces, or compounds with one, no turn",
+        object);
 }
 
 template <int Dim, class T>

@@ -120,7 +120,8 @@ struct ContactFinder<Dim, T>::Implementation
 };
 
 template <int Dim, Coordinate T>
-const PairTest<Dim>* ContactFinder<Dim, T>::Implementation::own_test(ShapeType a, ShapeType b, bool& turned) const
+const PairTest<Dim>* ContactFinder<Dim, T>::Implementation::own_test(ShapeType a, ShapeType b,
+                                                                     bool& turned) const
 {
     for (std::size_t i = tests.size(); i-- > 0;) {
         const PairTest<Dim>& test = tests[i];
@@ -133,8 +134,9 @@ const PairTest<Dim>* ContactFinder<Dim, T>::Implementation::own_test(ShapeType a
 }
 
 template <int Dim, Coordinate T>
-auto ContactFinder<Dim, T>::Implementation::find_one(const Sides& side_a, const Sides& side_b, const Pair& pair,
-                                                     double margin, narrow::FoundList<Dim>& found) const -> Arranged
+auto ContactFinder<Dim, T>::Implementation::find_one(const Sides& side_a, const Sides& side_b,
+                                                     const Pair& pair, double margin,
+                                                     narrow::FoundList<Dim>& found) const -> Arranged
 {
     const Shape<Dim>& a = side_a.shapes[pair.a];
     const Shape<Dim>& b = side_b.shapes[pair.b];
@@ -143,7 +145,8 @@ auto ContactFinder<Dim, T>::Implementation::find_one(const Sides& side_a, const 
     found.clear();
     const narrow::Placed<Dim>& placed = arranged.placed;
     bool turned = false;
-    const PairTest<Dim>* test = tests.empty() ? nullptr : own_test(placed.a->type(), placed.b->type(), turned);
+    const PairTest<Dim>* test =
+        tests.empty() ? nullptr : own_test(placed.a->type(), placed.b->type(), turned);
     if (test == nullptr) {
         narrow::find_contacts(placed, margin, found);
         narrow::sort_parts(found, arranged.swapped);
@@ -160,17 +163,18 @@ auto ContactFinder<Dim, T>::Implementation::find_one(const Sides& side_a, const 
     narrow::unload(placed.ra, pose_a.rotation);
     narrow::unload(placed.rb, pose_b.rotation);
     narrow::store(placed.d, pose_b.position);
-    test->test(test->context, {*placed.a, pose_a, *placed.b, pose_b, margin}, [&](const Contact<Dim, double>& contact) {
-        narrow::Found<Dim>& one = found.emplace_back();
-        one.part_a = contact.part_a;
-        one.part_b = contact.part_b;
-        one.manifold.normal = narrow::load(contact.normal);
-        one.manifold.count = std::min(contact.count, Contact<Dim, double>::max_points);
-        for (std::uint32_t i = 0; i < one.manifold.count; ++i)
-            one.manifold.point[i] = {narrow::load(contact.point[i].from_a), contact.point[i].depth,
-                                     static_cast<std::uint16_t>(contact.point[i].feature),
-                                     static_cast<std::uint16_t>(contact.point[i].feature >> 16)};
-    });
+    test->test(test->context, {*placed.a, pose_a, *placed.b, pose_b, margin},
+               [&](const Contact<Dim, double>& contact) {
+                   narrow::Found<Dim>& one = found.emplace_back();
+                   one.part_a = contact.part_a;
+                   one.part_b = contact.part_b;
+                   one.manifold.normal = narrow::load(contact.normal);
+                   one.manifold.count = std::min(contact.count, Contact<Dim, double>::max_points);
+                   for (std::uint32_t i = 0; i < one.manifold.count; ++i)
+                       one.manifold.point[i] = {narrow::load(contact.point[i].from_a), contact.point[i].depth,
+                                                static_cast<std::uint16_t>(contact.point[i].feature),
+                                                static_cast<std::uint16_t>(contact.point[i].feature >> 16)};
+               });
     narrow::sort_parts(found, arranged.swapped);
     return arranged;
 }
@@ -274,7 +278,8 @@ void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, s
     const std::uint64_t blocks = (pairs.size() + narrow::block_pairs - 1) / narrow::block_pairs;
     self.ready_workers(narrow::workers_for(executor, blocks));
     narrow::share_out(executor, blocks, [&](std::uint32_t w, std::uint64_t k) {
-        const std::size_t first = k * narrow::block_pairs, last = std::min(first + narrow::block_pairs, pairs.size());
+        const std::size_t first = k * narrow::block_pairs,
+                          last = std::min(first + narrow::block_pairs, pairs.size());
         for (std::size_t i = first; i < last; ++i) {
             const Pair& pair = pairs[i];
             narrow::check_pair(pair, shapes.size(), shapes.size());
@@ -310,7 +315,8 @@ void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, 
     self.check({shapes, poses});
     const std::uint64_t blocks = (pairs.size() + narrow::block_pairs - 1) / narrow::block_pairs;
     narrow::share_out(self.executor(), blocks, [&](std::uint32_t, std::uint64_t k) {
-        const std::size_t first = k * narrow::block_pairs, last = std::min(first + narrow::block_pairs, pairs.size());
+        const std::size_t first = k * narrow::block_pairs,
+                          last = std::min(first + narrow::block_pairs, pairs.size());
         for (std::size_t i = first; i < last; ++i) {
             const Pair& pair = pairs[i];
             narrow::check_pair(pair, shapes.size(), shapes.size());
@@ -336,14 +342,16 @@ void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions
         [](std::uint64_t i) { narrow::refuse_motion<Dim, T>(i); });
     // Impacts differ in cost: small blocks.
     constexpr std::size_t block = 32;
-    narrow::share_out(self.executor(), (pairs.size() + block - 1) / block, [&](std::uint32_t, std::uint64_t k) {
-        const std::size_t first = k * block, last = std::min(first + block, pairs.size());
-        for (std::size_t i = first; i < last; ++i) {
-            const Pair& pair = pairs[i];
-            narrow::check_pair(pair, shapes.size(), shapes.size());
-            out[i] = narrow::impact_of(shapes[pair.a], motions[pair.a], shapes[pair.b], motions[pair.b], tolerance);
-        }
-    });
+    narrow::share_out(self.executor(), (pairs.size() + block - 1) / block,
+                      [&](std::uint32_t, std::uint64_t k) {
+                          const std::size_t first = k * block, last = std::min(first + block, pairs.size());
+                          for (std::size_t i = first; i < last; ++i) {
+                              const Pair& pair = pairs[i];
+                              narrow::check_pair(pair, shapes.size(), shapes.size());
+                              out[i] = narrow::impact_of(shapes[pair.a], motions[pair.a], shapes[pair.b],
+                                                         motions[pair.b], tolerance);
+                          }
+                      });
 }
 
 template class ContactFinder<2, float>;

@@ -272,7 +272,8 @@ bool closest_on_tetrahedron(Simplex& s)
         const Vec3 n = cross(s.point[face[1]].w - a, s.point[face[2]].w - a);
         const double origin = -dot(a, n), other = dot(s.point[face[3]].w - a, n);
         // On the inner side; but a flat tetrahedron has no inside, whatever rounding says.
-        if (origin * other > 0 && other * other > 1e-24 * length2(n) * length2(s.point[face[3]].w - a)) continue;
+        if (origin * other > 0 && other * other > 1e-24 * length2(n) * length2(s.point[face[3]].w - a))
+            continue;
         outside = true;
         Simplex candidate;
         candidate.count = 3;
@@ -608,8 +609,8 @@ std::uint32_t best_face(const Polytope& hull, const Vec3& d, double& alignment)
 constexpr double exactly_face = 0.9998; // about 1 degree
 constexpr double nearly_face = 0.996;   // about 5 degrees
 constexpr double other_face = 0.5;      // what meets a face: at most 60 degrees off
-constexpr double nearly_level = 0.087; // the sine of 5 degrees
-constexpr double side_by_side = 0.02;  // the sine of about 1 degree
+constexpr double nearly_level = 0.087;  // the sine of 5 degrees
+constexpr double side_by_side = 0.02;   // the sine of about 1 degree
 
 void take_face(const Core3& core, std::uint32_t f, Feature& feature)
 {
@@ -877,7 +878,8 @@ void clip_point(Clip& clip, const Feature& a, const Feature& b)
     const Vec2 p = clip.lateral.flat(a.point[0]);
     const std::size_t sides = b.point.size();
     for (std::size_t i = 0; i < sides; ++i) {
-        const Vec2 from = clip.lateral.flat(b.point[i]), to = clip.lateral.flat(b.point[i + 1 == sides ? 0 : i + 1]);
+        const Vec2 from = clip.lateral.flat(b.point[i]),
+                   to = clip.lateral.flat(b.point[i + 1 == sides ? 0 : i + 1]);
         if (cross(to - from, p - from) > 0) return; // b's loop runs clockwise
     }
     const Slope slope(clip.lateral, b);

@@ -47,8 +47,8 @@ std::vector<Index> planar_hull(const std::vector<Vec2>& points, double slack)
     // Both chains of points in one place, or of a line, may end in the same one.
     std::vector<Index> hull;
     for (const Index i : lower)
-        if (hull.empty() || (length2(points[i] - points[hull.back()]) > 0 &&
-                             length2(points[i] - points[hull.front()]) > 0))
+        if (hull.empty() ||
+            (length2(points[i] - points[hull.back()]) > 0 && length2(points[i] - points[hull.front()]) > 0))
             hull.push_back(i);
     return hull;
 }
@@ -71,7 +71,8 @@ class Quickhull
         : points_(points), slack_(slack)
     {
         Index s[4] = {start[0], start[1], start[2], start[3]};
-        if (dot(cross(points[s[1]] - points[s[0]], points[s[2]] - points[s[0]]), points[s[3]] - points[s[0]]) > 0)
+        if (dot(cross(points[s[1]] - points[s[0]], points[s[2]] - points[s[0]]),
+                points[s[3]] - points[s[0]]) > 0)
             std::swap(s[1], s[2]); // now s[3] is below the triangle s[0] s[1] s[2]
         add(s[0], s[1], s[2]);
         add(s[0], s[3], s[1]);
@@ -91,7 +92,10 @@ class Quickhull
     std::vector<Triangle> triangles;
 
   private:
-    [[nodiscard]] double above(const Triangle& t, Index p) const { return dot(t.normal, points_[p]) - t.offset; }
+    [[nodiscard]] double above(const Triangle& t, Index p) const
+    {
+        return dot(t.normal, points_[p]) - t.offset;
+    }
 
     Index add(Index a, Index b, Index c)
     {
@@ -189,7 +193,8 @@ struct Face
 };
 
 /// Triangles in one plane, as near as the points' own type can say, become one face.
-std::vector<Face> merged(const std::vector<Triangle>& triangles, const std::vector<Vec3>& points, double slack)
+std::vector<Face> merged(const std::vector<Triangle>& triangles, const std::vector<Vec3>& points,
+                         double slack)
 {
     std::vector<Index> order;
     std::vector<double> area(triangles.size(), 0);
@@ -256,9 +261,10 @@ std::vector<Face> merged(const std::vector<Triangle>& triangles, const std::vect
         const double size = length(newell);
         if (size > 0) face.normal = newell * (1 / size);
     }
-    faces.erase(std::remove_if(faces.begin(), faces.end(),
-                               [](const Face& face) { return face.loop.size() < 3 || length2(face.normal) == 0; }),
-                faces.end());
+    faces.erase(
+        std::remove_if(faces.begin(), faces.end(),
+                       [](const Face& face) { return face.loop.size() < 3 || length2(face.normal) == 0; }),
+        faces.end());
     return faces;
 }
 
@@ -298,7 +304,8 @@ void finish(HullData<3>& data, const std::vector<Vec3>& points, const std::vecto
     data.loop_begin.push_back(0);
     for (Index f = 0; f < face_stride && face_count > 0; ++f)
         for (Index d = 0; d < 3; ++d)
-            data.normals[std::size_t{d} * face_stride + f] = faces[f < face_count ? f : 0].normal[static_cast<int>(d)];
+            data.normals[std::size_t{d} * face_stride + f] =
+                faces[f < face_count ? f : 0].normal[static_cast<int>(d)];
     for (const Face& face : faces) {
         for (std::size_t k = 0; k < face.loop.size(); ++k) {
             const Index v = number[face.loop[k]], w = number[face.loop[(k + 1) % face.loop.size()]];
@@ -308,7 +315,8 @@ void finish(HullData<3>& data, const std::vector<Vec3>& points, const std::vecto
             });
             if (!known) {
                 data.edge.push_back({{v, w}});
-                add_direction(data.direction, points[face.loop[(k + 1) % face.loop.size()]] - points[face.loop[k]]);
+                add_direction(data.direction,
+                              points[face.loop[(k + 1) % face.loop.size()]] - points[face.loop[k]]);
             }
         }
         data.loop_begin.push_back(static_cast<Index>(data.loop.size()));
@@ -411,15 +419,16 @@ template <int Dim>
 template <Coordinate T>
 ConvexHull<Dim>::ConvexHull(std::span<const Vec<Dim, T>> points)
 {
-    if (points.empty()) throw Error(ErrorCode::invalid_argument, "a convex hull of no points; give at least one");
+    if (points.empty())
+        throw Error(ErrorCode::invalid_argument, "a convex hull of no points; give at least one");
     std::vector<narrow::V<Dim>> all;
     all.reserve(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
         for (const T x : points[i])
             if (!(std::abs(double{x}) <= narrow::longest))
-                throw Error(ErrorCode::nan_coordinate, "point " + std::to_string(i) +
-                                                           " of a convex hull has the coordinate " +
-                                                           std::to_string(x) + "; give ones within 1e60",
+                throw Error(ErrorCode::nan_coordinate,
+                            "point " + std::to_string(i) + " of a convex hull has the coordinate " +
+                                std::to_string(x) + "; give ones within 1e60",
                             i);
         all.push_back(narrow::load(points[i]));
     }

@@ -103,12 +103,14 @@ void find_sharp_sides(MeshData<3>& data)
             sides.push_back({std::min(v, w), std::max(v, w), e, i});
         }
     std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) {
-        return p.low != q.low     ? p.low < q.low
-               : p.high != q.high ? p.high < q.high
-                                  : p.element != q.element ? p.element < q.element : p.side < q.side;
+        return p.low != q.low           ? p.low < q.low
+               : p.high != q.high       ? p.high < q.high
+               : p.element != q.element ? p.element < q.element
+                                        : p.side < q.side;
     });
     const auto same = [&](std::size_t i, std::size_t j) {
-        return i < sides.size() && j < sides.size() && sides[i].low == sides[j].low && sides[i].high == sides[j].high;
+        return i < sides.size() && j < sides.size() && sides[i].low == sides[j].low &&
+               sides[i].high == sides[j].high;
     };
     for (std::size_t i = 0; i < sides.size(); ++i) {
         if ((i > 0 && same(i - 1, i)) || !same(i, i + 1) || same(i + 1, i + 2)) continue;
@@ -126,9 +128,11 @@ void find_sharp_sides(MeshData<3>& data)
         const bool folded = dot(np, nq) < 0;
         for (const Side& side : {p, q}) {
             if (bend <= (folded ? 0 : level))
-                data.sharp[side.element] = static_cast<std::uint8_t>(data.sharp[side.element] & ~(1u << side.side));
+                data.sharp[side.element] =
+                    static_cast<std::uint8_t>(data.sharp[side.element] & ~(1u << side.side));
             if (bend >= (folded ? 0 : -level))
-                data.sharp[side.element] = static_cast<std::uint8_t>(data.sharp[side.element] & ~(8u << side.side));
+                data.sharp[side.element] =
+                    static_cast<std::uint8_t>(data.sharp[side.element] & ~(8u << side.side));
         }
     }
 }
@@ -138,7 +142,8 @@ void find_sharp_sides(MeshData<2>& data)
     data.sharp.assign(data.elements.size(), 0x3f);
     // Vertices where one segment ends and one begins, and nothing else is.
     constexpr Index none = ~Index{0};
-    std::vector<Index> in(data.vertices.size(), none), out(data.vertices.size(), none), ends(data.vertices.size());
+    std::vector<Index> in(data.vertices.size(), none), out(data.vertices.size(), none),
+        ends(data.vertices.size());
     for (Index e = 0; e < data.elements.size(); ++e) {
         out[data.elements[e][0]] = e;
         in[data.elements[e][1]] = e;
@@ -177,7 +182,8 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
                                                   std::to_string(grid.heights.size()) + " heights");
     for (const T spacing : {grid.spacing_x, grid.spacing_z})
         if (!(spacing > 0) || !(spacing <= longest))
-            throw Error(ErrorCode::invalid_argument, "a height field's spacing is " + std::to_string(spacing) +
+            throw Error(ErrorCode::invalid_argument, "a height field's spacing is " +
+                                                         std::to_string(spacing) +
                                                          "; give a finite length above 0");
     auto data = std::make_shared<HeightData>();
     data->columns = grid.columns, data->rows = grid.rows;
@@ -187,8 +193,9 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
     for (std::size_t i = 0; i < count; ++i) {
         const double h = grid.heights[i];
         if (!(std::abs(h) <= longest))
-            throw Error(ErrorCode::nan_coordinate,
-                        "height " + std::to_string(i) + " is " + std::to_string(h) + "; give ones within 1e60", i);
+            throw Error(
+                ErrorCode::nan_coordinate,
+                "height " + std::to_string(i) + " is " + std::to_string(h) + "; give ones within 1e60", i);
         data->heights.push_back(h);
         data->lowest = std::min(data->lowest, h);
         data->highest = std::max(data->highest, h);
@@ -210,9 +217,9 @@ Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> 
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         for (const T x : vertices[i])
             if (!(std::abs(double{x}) <= narrow::longest))
-                throw Error(ErrorCode::nan_coordinate, "vertex " + std::to_string(i) +
-                                                           " of a mesh has the coordinate " + std::to_string(x) +
-                                                           "; give ones within 1e60",
+                throw Error(ErrorCode::nan_coordinate,
+                            "vertex " + std::to_string(i) + " of a mesh has the coordinate " +
+                                std::to_string(x) + "; give ones within 1e60",
                             i);
         data->vertices.push_back(narrow::load(vertices[i]));
     }

@@ -90,8 +90,8 @@ double rim_speed(const Shape<Dim>& shape, double turning)
 template <int Dim>
 Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance)
 {
-    const double turning = rim_speed(*pair.start.a, size_of(pair.angular_a)) +
-                           rim_speed(*pair.start.b, size_of(pair.angular_b));
+    const double turning =
+        rim_speed(*pair.start.a, size_of(pair.angular_a)) + rim_speed(*pair.start.b, size_of(pair.angular_b));
     const double sliding = length(pair.linear);
     const bool one = one_piece(*pair.start.a) && one_piece(*pair.start.b);
     Hit<Dim> hit;
@@ -109,8 +109,7 @@ Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance)
             return hit;
         }
         // Along the normal of two convex shapes nothing comes nearer faster than this.
-        const double closing =
-            one ? std::max(0.0, -dot(pair.linear, hit.gap.normal)) + turning : fastest;
+        const double closing = one ? std::max(0.0, -dot(pair.linear, hit.gap.normal)) + turning : fastest;
         const double step = (hit.gap.distance - 0.5 * tolerance) / closing;
         if (hit.gap.distance == HUGE_VAL || time >= 1 || !(step <= 1e300)) break;
         // The last look is at the end itself. A step that is lost in rounding is as small as time can be.

@@ -78,8 +78,8 @@ void set_core(Core2& core, const Shape<2>& shape, const Frame<2>& frame)
         Vec2 d{1, 0};
         for (std::uint32_t i = 0; i < custom_corners; ++i) {
             const Vec2 p = frame * load(core.custom->support({d.x, d.y}));
-            if (core.corner.empty() || (length2(p - core.corner[core.corner.size() - 1]) > 0 &&
-                                        length2(p - core.corner[0]) > 0))
+            if (core.corner.empty() ||
+                (length2(p - core.corner[core.corner.size() - 1]) > 0 && length2(p - core.corner[0]) > 0))
                 core.add(p, i);
             d = {d.x * step.x - d.y * step.y, d.x * step.y + d.y * step.x};
         }
@@ -103,7 +103,7 @@ struct Axis
     bool of_b = false;
 };
 
-void consider(Axis& best, const Core2& owner, const Core2& other, const Vec2& outwards, const Vec2& on, bool of_b)
+void consider(Axis& best, const Core2& other, const Vec2& outwards, const Vec2& on, bool of_b, double from)
 {
     const double size = length(outwards);
     if (!(size > 0)) return;
@@ -111,18 +111,17 @@ void consider(Axis& best, const Core2& owner, const Core2& other, const Vec2& ou
     double least = HUGE_VAL;
     for (std::size_t i = 0; i < other.corner.size(); ++i)
         least = std::min(least, dot(n, other.corner[i] - on));
-    static_cast<void>(owner);
-    if (least > best.separation) best = {of_b ? -n : n, least, of_b};
+    if (least > best.separation && least > from) best = {of_b ? -n : n, least, of_b};
 }
 
 void consider_sides(Axis& best, const Core2& owner, const Core2& other, bool of_b)
 {
     for (std::size_t i = 0; i < owner.sides(); ++i)
-        consider(best, owner, other, right(owner.next(i) - owner.corner[i]), owner.corner[i], of_b);
-    if (owner.sides() == 2) { // a segment's ends
+        consider(best, other, right(owner.next(i) - owner.corner[i]), owner.corner[i], of_b, -HUGE_VAL);
+    if (owner.sides() == 2) { // a segment's ends: they can separate, but never are the shortest way out
         const Vec2 along = owner.corner[1] - owner.corner[0];
-        consider(best, owner, other, along, owner.corner[1], of_b);
-        consider(best, owner, other, -along, owner.corner[0], of_b);
+        consider(best, other, along, owner.corner[1], of_b, 0);
+        consider(best, other, -along, owner.corner[0], of_b, 0);
     }
 }
 
@@ -162,8 +161,10 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
                 if (least < before) gap.on_a = a.corner[i];
             }
         gap.distance = std::sqrt(least);
-        gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
-        return;
+        if (gap.distance > 0) { // else a gap that rounding has closed
+            gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
+            return;
+        }
     }
     gap.normal = axis.normal;
     gap.distance = std::min(0.0, axis.separation);
@@ -262,14 +263,17 @@ void clip_sides(Clip& clip, const Side& a, const Side& b)
         const double part = from == to ? 0 : std::clamp((at - from) / (to - from), 0.0, 1.0);
         return dot(clip.n, s.from + (s.to - s.from) * part);
     };
-    const std::uint16_t side_a = feature_id(edge_feature, a.number_from), side_b = feature_id(edge_feature, b.number_from);
+    const std::uint16_t side_a = feature_id(edge_feature, a.number_from),
+                        side_b = feature_id(edge_feature, b.number_from);
     const auto add = [&](double at, bool corner_of_a, std::uint32_t number_a, std::uint32_t number_b) {
-        clip.add(at, height(a, at), height(b, at), corner_of_a ? feature_id(vertex_feature, number_a) : side_a,
+        clip.add(at, height(a, at), height(b, at),
+                 corner_of_a ? feature_id(vertex_feature, number_a) : side_a,
                  corner_of_a ? side_b : feature_id(vertex_feature, number_b));
     };
     add(begin, low_a >= low_b, back_a ? a.number_to : a.number_from, back_b ? b.number_to : b.number_from);
     if (end > begin)
-        add(end, high_a <= high_b, back_a ? a.number_from : a.number_to, back_b ? b.number_from : b.number_to);
+        add(end, high_a <= high_b, back_a ? a.number_from : a.number_to,
+            back_b ? b.number_from : b.number_to);
 }
 
 void keep_two(Clip& clip, Manifold<2>& manifold)
@@ -278,7 +282,8 @@ void keep_two(Clip& clip, Manifold<2>& manifold)
     for (std::uint32_t i = 1; i < clip.count; ++i)
         if (clip.found[i].depth > clip.found[best].depth) best = i;
     std::swap(clip.found[0], clip.found[best]);
-    if (clip.count == 3 && length2(clip.found[2].p - clip.found[0].p) > length2(clip.found[1].p - clip.found[0].p))
+    if (clip.count == 3 &&
+        length2(clip.found[2].p - clip.found[0].p) > length2(clip.found[1].p - clip.found[0].p))
         std::swap(clip.found[1], clip.found[2]);
     manifold.normal = clip.n;
     manifold.count = std::min(clip.count, 2u);
@@ -310,8 +315,8 @@ void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double m
                                               : feature_id(vertex_feature, a.number[furthest(a, clip.n)]);
         feature_b = side_b.alignment > nearly ? feature_id(edge_feature, side_b.number_from)
                                               : feature_id(vertex_feature, b.number[furthest(b, -clip.n)]);
-        clip.found[clip.count++] = {(cores.on_a + clip.n * a.radius + cores.on_b - clip.n * b.radius) * 0.5, depth,
-                                    feature_a, feature_b};
+        clip.found[clip.count++] = {(cores.on_a + clip.n * a.radius + cores.on_b - clip.n * b.radius) * 0.5,
+                                    depth, feature_a, feature_b};
     }
     keep_two(clip, manifold);
 }
@@ -399,7 +404,8 @@ void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region& r
             for (std::uint32_t i = 0; i < node.count; ++i) {
                 const std::uint32_t e = mesh.order[node.first + i];
                 const Vec2 p = mesh.vertices[mesh.elements[e][0]], q = mesh.vertices[mesh.elements[e][1]];
-                const Vec2 lo{std::min(p.x, q.x), std::min(p.y, q.y)}, hi{std::max(p.x, q.x), std::max(p.y, q.y)};
+                const Vec2 lo{std::min(p.x, q.x), std::min(p.y, q.y)},
+                    hi{std::max(p.x, q.x), std::max(p.y, q.y)};
                 if (!region.meets(lo, hi, reach)) continue;
                 Core2& core = part.core;
                 core.clear();
@@ -450,7 +456,8 @@ void half_space_gap(const Core2& a, const Vec2& normal, double offset, Gap<2>& g
 }
 
 /// The deepest corner and, of all others, the one furthest along the plane from it.
-bool half_space_contact(const Core2& a, const Vec2& normal, double offset, double margin, Manifold<2>& manifold)
+bool half_space_contact(const Core2& a, const Vec2& normal, double offset, double margin,
+                        Manifold<2>& manifold)
 {
     const auto depth_of = [&](std::size_t i) { return offset + a.radius - dot(normal, a.corner[i]); };
     const auto point = [&](std::size_t i) {
@@ -507,8 +514,10 @@ bool sheet_contact(const Core2& a, const Part& b, double margin, Manifold<2>& ma
     const double along = -dot(cores.normal, b.normal);
     const unsigned bits = along >= 0 ? b.sharp & 3u : (b.sharp >> 3) & 3u;
     const Vec2 n = -cores.normal;
-    const unsigned hit = dot(n, b.core.corner[1] - b.core.corner[0]) > 0 ? 2 : 1;
-    if (std::abs(along) > 0.9998 || (bits & hit) != 0) {
+    const Vec2 segment = b.core.corner[1] - b.core.corner[0];
+    const double lean = dot(n, segment);
+    const unsigned hit = lean > 0 ? 2 : 1;
+    if (std::abs(lean) < 1e-9 * length(segment) || (bits & hit) != 0) {
         make_manifold(a, b.core, cores, margin, manifold);
         return true;
     }
@@ -524,7 +533,8 @@ bool sheet_contact(const Core2& a, const Part& b, double margin, Manifold<2>& ma
         const Vec2 p = a.corner[corner];
         const double at = dot(clip.t, p), s0 = dot(clip.t, side_b.from), s1 = dot(clip.t, side_b.to);
         if (at >= std::min(s0, s1) && at <= std::max(s0, s1))
-            clip.add(at, dot(clip.n, p), dot(clip.n, side_b.from), feature_id(vertex_feature, a.number[corner]),
+            clip.add(at, dot(clip.n, p), dot(clip.n, side_b.from),
+                     feature_id(vertex_feature, a.number[corner]),
                      feature_id(edge_feature, side_b.number_from));
     }
     if (clip.count == 0) return false;
@@ -617,13 +627,14 @@ template <>
 void find_contacts(const Placed<2>& pair, double margin, FoundList<2>& found)
 {
     if (!within_reach(pair, margin)) return;
-    for_each_part_pair(pair, margin, [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
-        Found<2> one;
-        if (!part_contact(a, b, margin, one.manifold)) return;
-        one.part_a = number_a;
-        one.part_b = number_b;
-        found.push_back(one);
-    });
+    for_each_part_pair(pair, margin,
+                       [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
+                           Found<2> one;
+                           if (!part_contact(a, b, margin, one.manifold)) return;
+                           one.part_a = number_a;
+                           one.part_b = number_b;
+                           found.push_back(one);
+                       });
 }
 
 template <>

@@ -23,6 +23,7 @@ struct Part
     double offset = 0;
     Surface surface = Surface::none;
     std::uint8_t sharp = 0x3f; ///< MeshData::sharp
+    double floor = 0;          ///< of a height field: its lowest height, in local axes
 };
 
 /// A box in a shape's local axes: where the other shape is.
@@ -51,7 +52,8 @@ Region region_of(const Part& part, const Frame<3>& frame)
     const Core3& core = part.core;
     const Vec3 axes[3] = {frame.r.x, frame.r.y, frame.r.z};
     for (int d = 0; d < 3; ++d) {
-        const double shift = dot(axes[d], frame.p), rounding = 1e-14 * (core.reach + core.radius + length(frame.p));
+        const double shift = dot(axes[d], frame.p),
+                     rounding = 1e-14 * (core.reach + core.radius + length(frame.p));
         region.lo[d] = dot(axes[d], furthest(core, -axes[d])) - shift - core.radius - rounding;
         region.hi[d] = dot(axes[d], furthest(core, axes[d])) - shift + core.radius + rounding;
     }
@@ -78,8 +80,8 @@ void set_simple(Part& part, const Shape<3>& shape, const Frame<3>& frame)
     }
 }
 
-void set_triangle(Part& part, const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& frame, Surface surface,
-                  std::uint8_t sharp)
+void set_triangle(Part& part, const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& frame,
+                  Surface surface, std::uint8_t sharp)
 {
     part.core.set_triangle(a, b, c, frame);
     part.surface = part.core.polytope.faces != 0 ? surface : Surface::none;
@@ -88,8 +90,8 @@ void set_triangle(Part& part, const Vec3& a, const Vec3& b, const Vec3& c, const
 }
 
 template <class Visit>
-void for_each_triangle(const MeshData<3>& mesh, const Frame<3>& frame, const Region& region, const double& reach,
-                       Visit&& visit)
+void for_each_triangle(const MeshData<3>& mesh, const Frame<3>& frame, const Region& region,
+                       const double& reach, Visit&& visit)
 {
     Part part;
     for (std::uint32_t k = 0; k < mesh.nodes.size();) {
@@ -101,7 +103,8 @@ void for_each_triangle(const MeshData<3>& mesh, const Frame<3>& frame, const Reg
         for (std::uint32_t i = 0; i < node.count; ++i) {
             const std::uint32_t e = mesh.order[node.first + i];
             const auto& corner = mesh.elements[e];
-            const Vec3 &p = mesh.vertices[corner[0]], &q = mesh.vertices[corner[1]], &r = mesh.vertices[corner[2]];
+            const Vec3 &p = mesh.vertices[corner[0]], &q = mesh.vertices[corner[1]],
+                       &r = mesh.vertices[corner[2]];
             double lo[3], hi[3];
             for (int d = 0; d < 3; ++d) {
                 lo[d] = std::min(p[d], std::min(q[d], r[d]));
@@ -116,11 +119,12 @@ void for_each_triangle(const MeshData<3>& mesh, const Frame<3>& frame, const Reg
 }
 
 template <class Visit>
-void for_each_triangle(const HeightData& field, const Frame<3>& frame, const Region& region, const double& reach,
-                       Visit&& visit)
+void for_each_triangle(const HeightData& field, const Frame<3>& frame, const Region& region,
+                       const double& reach, Visit&& visit)
 {
     if (region.lo[1] > field.highest + reach) return;
     Part part;
+    part.floor = field.lowest;
     // Cells under the region; numbers that no grid has are cut off before they become integers.
     const auto cell = [](double x, double spacing, std::uint32_t count) {
         const double c = std::floor(x / spacing);
@@ -137,7 +141,8 @@ void for_each_triangle(const HeightData& field, const Frame<3>& frame, const Reg
     for (std::uint32_t z = z0; z <= z1; ++z)
         for (std::uint32_t x = x0; x <= x1; ++x) {
             const auto corner = [&](std::uint32_t dx, std::uint32_t dz) {
-                return Vec3{(x + dx) * field.spacing_x, field.heights[std::size_t{z + dz} * field.columns + x + dx],
+                return Vec3{(x + dx) * field.spacing_x,
+                            field.heights[std::size_t{z + dz} * field.columns + x + dx],
                             (z + dz) * field.spacing_z};
             };
             const Vec3 p = corner(0, 0), q = corner(1, 0), r = corner(0, 1), s = corner(1, 1);
@@ -246,35 +251,63 @@ bool in_column(const Part& triangle, const Vec3& p)
     return least == 0 || most == 0;
 }
 
-bool surface_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold)
+Vec3 centre_of(const Core3& core)
 {
+    if (core.custom != nullptr) return core.frame.p;
+    Vec3 sum;
+    for (std::uint32_t i = 0; i < core.polytope.vertices; ++i)
+        sum += core.polytope.vertex(i);
+    return core.frame * (sum * (1.0 / core.polytope.vertices));
+}
+
+/// Under a height field's triangle: its centre is below the triangle, and nothing else says where up is. The
+/// ground ends at the field's lowest height.
+bool is_below(const Part& ground, const Core3& core)
+{
+    const Frame<3>& frame = ground.core.frame;
+    if (dot(frame.r.y, furthest(core, frame.r.y) - frame.p) + core.radius < ground.floor) return false;
+    const Vec3 centre = centre_of(core);
+    return dot(ground.normal, centre - ground.core.frame * ground.core.polytope.vertex(0)) < 0 &&
+           in_column(ground, centre);
+}
+/// How high a core's lowest point is over a triangle's plane.
+double height_over(const Part& ground, const Core3& core, Vec3& lowest)
+{
+    lowest = furthest(core, -ground.normal) - ground.normal * core.radius;
+    return dot(ground.normal, lowest - ground.core.frame * ground.core.polytope.vertex(0));
+}
+
+bool ground_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold)
+{
+    const bool below = is_below(b, a);
     Gap<3> cores;
-    const bool ground = b.surface == Surface::ground;
-    const bool inside = ground && in_column(b, a.frame.p);
-    const double enough = a.radius + margin;
-    core_gap(a, b.core, enough, cores);
-    const double along = -dot(cores.normal, b.normal); // towards the front where above 0
-    if (cores.distance == HUGE_VAL && !inside) return false;
-    if (ground) {
-        if (cores.distance != HUGE_VAL && cores.distance > 0 && along > 0) {
-            make_manifold(a, b.core, cores, margin, manifold);
-            return true;
-        }
-        const Vec3 lowest = furthest(a, -b.normal);
-        const double height = dot(b.normal, lowest - b.core.frame * b.core.polytope.vertex(0)) - a.radius;
-        if (height > margin) return false;
-        if (face_contact(a, b.core, 1, margin, manifold)) return true;
-        if (!inside) return false;
-        // Far below: pushed up where its centre is.
-        manifold.normal = -b.normal;
-        manifold.count = 1;
-        manifold.point[0] = {lowest - b.normal * (a.radius + 0.5 * height), -height, feature_id(vertex_feature, 0),
-                             feature_id(face_feature, 0)};
+    core_gap(a, b.core, below ? HUGE_VAL : a.radius + margin, cores);
+    if (!below && !(cores.distance <= a.radius + margin)) return false;
+    if (cores.distance > 0 && !below) {
+        if (dot(cores.normal, b.normal) >= 0) return false; // beside the column that pushes it up
+        make_manifold(a, b.core, cores, margin, manifold);
         return true;
     }
-    const double side = along >= 0 ? 1 : -1;
-    if (std::abs(along) < 0.9998 && !touches_sharp_side(b, -cores.normal, side))
-        return face_contact(a, b.core, side, margin, manifold);
+    if (face_contact(a, b.core, 1, margin, manifold)) return true;
+    Vec3 lowest;
+    const double height = height_over(b, a, lowest);
+    if (height > margin) return false;
+    manifold.normal = -b.normal;
+    manifold.count = 1;
+    manifold.point[0] = {lowest - b.normal * (0.5 * height), -height, feature_id(vertex_feature, 0),
+                         feature_id(face_feature, 0)};
+    return true;
+}
+
+bool surface_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold)
+{
+    if (b.surface == Surface::ground) return ground_contact(a, b, margin, manifold);
+    Gap<3> cores;
+    core_gap(a, b.core, a.radius + margin, cores);
+    if (!(cores.distance <= a.radius + margin)) return false;
+    const double side =
+        dot(cores.normal, b.normal) <= 0 ? 1 : -1; // the front where the normal comes down on it
+    if (!touches_sharp_side(b, -cores.normal, side)) return face_contact(a, b.core, side, margin, manifold);
     make_manifold(a, b.core, cores, margin, manifold);
     return true;
 }
@@ -286,12 +319,12 @@ bool part_contact(const Part& a, const Part& b, double margin, Manifold<3>& mani
     bool touches;
     if (a.half_space)
         touches = half_space_contact(b.core, a.normal, a.offset, margin, manifold);
-    else if (b.surface != Surface::none)
-        return surface_contact(a.core, b, margin, manifold);
-    else if (a.surface != Surface::none)
-        touches = surface_contact(b.core, a, margin, manifold);
-    else
+    else if (a.surface == b.surface)
         return convex_contact(a.core, b.core, margin, manifold);
+    else if (b.surface > a.surface)
+        return surface_contact(a.core, b, margin, manifold);
+    else
+        touches = surface_contact(b.core, a, margin, manifold);
     if (touches) flip(manifold);
     return touches;
 }
@@ -305,25 +338,21 @@ void part_gap(const Part& a, const Part& b, double enough, Gap<3>& gap)
         half_space_gap(b.core, a.normal, a.offset, gap);
         return flip(gap);
     }
-    convex_gap(a.core, b.core, enough, gap);
-    for (const bool of_a : {true, false}) {
-        const Part& ground = of_a ? a : b;
-        const Core3& other = of_a ? b.core : a.core;
-        if (ground.surface != Surface::ground) continue;
-        const bool above = gap.distance != HUGE_VAL && gap.distance > -other.radius &&
-                           dot(gap.normal, ground.normal) * (of_a ? 1 : -1) > 0;
-        if (above) continue;
-        if (in_column(ground, other.frame.p)) {
-            const Vec3 lowest = furthest(other, -ground.normal) - ground.normal * other.radius;
-            const double height = dot(ground.normal, lowest - ground.core.frame * ground.core.polytope.vertex(0));
-            gap.distance = height;
-            gap.normal = ground.normal;
-            gap.on_b = lowest;
-            gap.on_a = lowest - ground.normal * height;
-            if (!of_a) flip(gap);
-        } else if (gap.distance > -other.radius) {
-            gap.distance = HUGE_VAL; // it is below this triangle, not near it
-        }
+    const bool ground_a = a.surface == Surface::ground && b.surface != Surface::ground;
+    const bool ground_b = b.surface == Surface::ground && a.surface != Surface::ground;
+    convex_gap(a.core, b.core, ground_a || ground_b ? HUGE_VAL : enough, gap);
+    if (!ground_a && !ground_b) return;
+    const Part& ground = ground_a ? a : b;
+    const Core3& other = ground_a ? b.core : a.core;
+    if (is_below(ground, other)) {
+        Vec3 lowest;
+        gap.distance = height_over(ground, other, lowest);
+        gap.normal = ground.normal;
+        gap.on_b = lowest;
+        gap.on_a = lowest - ground.normal * gap.distance;
+        if (ground_b) flip(gap);
+    } else if (gap.distance > -other.radius && dot(gap.normal, ground.normal) * (ground_a ? 1 : -1) <= 0) {
+        gap.distance = HUGE_VAL; // beside the column that pushes it up
     }
 }
 
@@ -347,13 +376,14 @@ template <>
 void find_contacts(const Placed<3>& pair, double margin, FoundList<3>& found)
 {
     if (!within_reach(pair, margin)) return;
-    for_each_part_pair(pair, margin, [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
-        Found<3> one;
-        if (!part_contact(a, b, margin, one.manifold)) return;
-        one.part_a = number_a;
-        one.part_b = number_b;
-        found.push_back(one);
-    });
+    for_each_part_pair(pair, margin,
+                       [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
+                           Found<3> one;
+                           if (!part_contact(a, b, margin, one.manifold)) return;
+                           one.part_a = number_a;
+                           one.part_b = number_b;
+                           found.push_back(one);
+                       });
 }
 
 template <>

@@ -84,8 +84,9 @@ struct MeshData
     std::vector<typename Mesh<Dim>::Element> elements;
     std::vector<TreeNode> nodes;
     std::vector<std::uint32_t> order; ///< elements, leaf by leaf
-    /// For each element, bit i: side i (from corner i) sticks out on the front, bit 3 + i: on the back. Across
-    /// the others the surface goes on level or bends towards the viewer: nothing can hit them from there.
+    /// For each element, bit i: side i (from corner i) sticks out on the front, bit 3 + i: on the back.
+    /// Across the others the surface goes on level or bends towards the viewer: nothing can hit them from
+    /// there.
     std::vector<std::uint8_t> sharp;
     double reach = 0;
 };
@@ -174,8 +175,8 @@ struct ShapeAccess
         using Contacts = typename Buffer::value_type;
         if (size <= chunk.capacity) return;
         const std::size_t capacity = (size * 5 / 4 + 63) / 64 * 64;
-        auto* memory = static_cast<Contacts*>(
-            buffer.memory_->allocate(capacity * sizeof(Contacts), alignof(Contacts)));
+        auto* memory =
+            static_cast<Contacts*>(buffer.memory_->allocate(capacity * sizeof(Contacts), alignof(Contacts)));
         std::uninitialized_copy(chunk.contacts, chunk.contacts + chunk.size, memory);
         if (chunk.capacity != 0)
             buffer.memory_->deallocate(chunk.contacts, chunk.capacity * sizeof(Contacts), alignof(Contacts));

@@ -8,7 +8,8 @@ namespace narrow {
 namespace {
 
 template <int Dim, class T>
-Placed<Dim> checked(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b)
+Placed<Dim> checked(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                    const Pose<Dim, T>& pose_b)
 {
     for (const Pose<Dim, T>* pose : {&pose_a, &pose_b})
         if (!valid(*pose)) refuse_pose(*pose, Error::no_index);
@@ -19,7 +20,8 @@ Placed<Dim> checked(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape
 } // namespace narrow
 
 template <int Dim, Coordinate T>
-bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b)
+bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+              const Pose<Dim, T>& pose_b)
 {
     narrow::Placed<Dim> pair = narrow::checked(a, pose_a, b, pose_b);
     narrow::arrange(pair);
@@ -58,8 +60,8 @@ std::optional<Distance<Dim, T>> distance(const Shape<Dim>& a, const Pose<Dim, T>
 }
 
 template <int Dim, Coordinate T>
-std::optional<Impact<Dim, T>> time_of_impact(const Shape<Dim>& a, const Motion<Dim, T>& motion_a, const Shape<Dim>& b,
-                                             const Motion<Dim, T>& motion_b, T tolerance)
+std::optional<Impact<Dim, T>> time_of_impact(const Shape<Dim>& a, const Motion<Dim, T>& motion_a,
+                                             const Shape<Dim>& b, const Motion<Dim, T>& motion_b, T tolerance)
 {
     narrow::check_length("tolerance", tolerance, false);
     if (!narrow::valid(motion_a) || !narrow::valid(motion_b) || narrow::turns_without_end(a, motion_a) ||
@@ -71,13 +73,13 @@ std::optional<Impact<Dim, T>> time_of_impact(const Shape<Dim>& a, const Motion<D
 }
 
 #define JOSTLE_SINGLE(Dim, T)                                                                                \
-    template JOSTLE_API bool touching(const Shape<Dim>&, const Pose<Dim, T>&, const Shape<Dim>&,            \
-                                      const Pose<Dim, T>&);                                                 \
-    template JOSTLE_API std::vector<Contact<Dim, T>> contacts(                                              \
-        const Shape<Dim>&, const Pose<Dim, T>&, const Shape<Dim>&, const Pose<Dim, T>&, T);                 \
-    template JOSTLE_API std::optional<Distance<Dim, T>> distance(                                           \
-        const Shape<Dim>&, const Pose<Dim, T>&, const Shape<Dim>&, const Pose<Dim, T>&, T);                 \
-    template JOSTLE_API std::optional<Impact<Dim, T>> time_of_impact(                                       \
+    template JOSTLE_API bool touching(const Shape<Dim>&, const Pose<Dim, T>&, const Shape<Dim>&,             \
+                                      const Pose<Dim, T>&);                                                  \
+    template JOSTLE_API std::vector<Contact<Dim, T>> contacts(const Shape<Dim>&, const Pose<Dim, T>&,        \
+                                                              const Shape<Dim>&, const Pose<Dim, T>&, T);    \
+    template JOSTLE_API std::optional<Distance<Dim, T>> distance(const Shape<Dim>&, const Pose<Dim, T>&,     \
+                                                                 const Shape<Dim>&, const Pose<Dim, T>&, T); \
+    template JOSTLE_API std::optional<Impact<Dim, T>> time_of_impact(                                        \
         const Shape<Dim>&, const Motion<Dim, T>&, const Shape<Dim>&, const Motion<Dim, T>&, T)
 JOSTLE_SINGLE(2, float);
 JOSTLE_SINGLE(2, double);

@@ -43,7 +43,8 @@ Sample make_sample(std::uint32_t kind, Random& random)
             h = random.chance(0.1) ? 0 : random.chance(0.3) ? 1 : random.uniform(0.1, 1.5);
         s.shape = Shape3::box(half);
         for (int i = 0; i < 8; ++i)
-            s.points.push_back({i & 1 ? half[0] : -half[0], i & 2 ? half[1] : -half[1], i & 4 ? half[2] : -half[2]});
+            s.points.push_back(
+                {i & 1 ? half[0] : -half[0], i & 2 ? half[1] : -half[1], i & 4 ? half[2] : -half[2]});
         break;
     }
     default: {

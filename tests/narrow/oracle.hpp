@@ -80,4 +80,44 @@ inline double signed_distance(const std::vector<Vec3>& a, const std::vector<Vec3
     return outside <= slack ? 0 : outside;
 }
 
+/// The same in the plane: sides through two differences.
+inline double signed_distance(const std::vector<jostle::narrow::Vec2>& a,
+                              const std::vector<jostle::narrow::Vec2>& b)
+{
+    using jostle::narrow::Vec2;
+    std::vector<Vec2> difference;
+    double extent = 0;
+    for (const Vec2& p : a)
+        for (const Vec2& q : b) {
+            difference.push_back(p - q);
+            extent = std::max(extent, length(p - q));
+        }
+    const double slack = 1e-11 * extent;
+    double depth = 1e300, outside = 1e300;
+    bool is_outside = false, is_flat = true;
+    for (const Vec2& p : difference)
+        for (const Vec2& q : difference) {
+            const Vec3 flat_p{p.x, p.y, 0}, flat_q{q.x, q.y, 0};
+            outside = std::min(outside, to_segment(flat_p, flat_q));
+            const double size = length(q - p);
+            if (size < 1e-9 * extent) continue;
+            const Vec2 unit = right(q - p) * (1 / size);
+            double lo = 0, hi = 0;
+            for (const Vec2& s : difference) {
+                lo = std::min(lo, dot(unit, s - p));
+                hi = std::max(hi, dot(unit, s - p));
+            }
+            if (hi > slack) continue;
+            if (lo >= -slack) { // all on one line
+                is_outside = is_outside || std::abs(dot(unit, p)) > slack;
+                continue;
+            }
+            is_flat = false;
+            if (dot(unit, p) < 0) is_outside = true;
+            depth = std::min(depth, dot(unit, p));
+        }
+    if (!is_outside && !is_flat) return -depth;
+    return outside <= slack ? 0 : outside;
+}
+
 } // namespace oracle

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -59,6 +61,85 @@ class Random
         return p;
     }
 
+    template <class T>
+    jostle::Pose<2, T> pose2(double spread)
+    {
+        jostle::Pose<2, T> p;
+        for (T& x : p.position)
+            x = static_cast<T>(chance(0.2) ? std::round(uniform(-spread, spread)) : uniform(-spread, spread));
+        const double quarter = chance(0.3) ? std::round(uniform(-2, 2)) : uniform(-2, 2);
+        p.rotation = {static_cast<T>(std::cos(quarter * 1.5707963267948966)),
+                      static_cast<T>(std::sin(quarter * 1.5707963267948966))};
+        return p;
+    }
+
   private:
     std::mt19937_64 engine_;
+};
+
+/// One of everything there is, with whatever it points to.
+template <int Dim>
+struct Zoo
+{
+    std::vector<std::unique_ptr<jostle::ConvexHull<Dim>>> hulls;
+    std::vector<std::unique_ptr<jostle::Mesh<Dim>>> meshes;
+    std::vector<std::unique_ptr<jostle::HeightField>> fields;
+    std::vector<std::unique_ptr<jostle::Compound<Dim>>> compounds;
+    std::vector<jostle::Shape<Dim>> shapes;
+
+    Zoo(Random& random, int of_each, bool degenerate = true)
+    {
+        using namespace jostle;
+        constexpr std::size_t dim = Dim;
+        const auto size = [&] { return degenerate && random.chance(0.1) ? 0.0 : random.uniform(0.1, 1); };
+        const auto point = [&](double spread) {
+            Vec<Dim, double> p;
+            for (double& x : p)
+                x = degenerate && random.chance(0.3) ? std::round(random.uniform(-spread, spread))
+                                                     : random.uniform(-spread, spread);
+            return p;
+        };
+        for (int i = 0; i < of_each; ++i) {
+            shapes.push_back(Shape<Dim>::sphere(size()));
+            shapes.push_back(Shape<Dim>::capsule(size(), size()));
+            Vec<Dim, double> half;
+            for (double& h : half)
+                h = size();
+            shapes.push_back(Shape<Dim>::box(half));
+            std::vector<Vec<Dim, double>> points(degenerate ? 1 + random.below(20) : 20);
+            for (auto& p : points)
+                p = point(1);
+            hulls.push_back(std::make_unique<ConvexHull<Dim>>(points));
+            shapes.push_back(*hulls.back());
+            Vec<Dim, double> normal{};
+            while (normal == Vec<Dim, double>{})
+                normal = point(1);
+            shapes.push_back(Shape<Dim>::half_space(normal, random.uniform(-1, 1)));
+            std::vector<typename Mesh<Dim>::Element> elements(12);
+            std::vector<Vec<Dim, double>> vertices(10);
+            for (auto& p : vertices)
+                p = point(1.5);
+            for (auto& e : elements)
+                for (std::size_t k = 0; k < dim; ++k)
+                    e[k] = random.below(10);
+            meshes.push_back(std::make_unique<Mesh<Dim>>(vertices, elements));
+            shapes.push_back(*meshes.back());
+            std::vector<typename Compound<Dim>::Child> children;
+            for (std::size_t k = shapes.size() - 6; k < shapes.size() - 2; ++k) {
+                if constexpr (Dim == 3)
+                    children.push_back({shapes[k], random.pose<double>(1)});
+                else
+                    children.push_back({shapes[k], random.pose2<double>(1)});
+            }
+            compounds.push_back(std::make_unique<Compound<Dim>>(children));
+            shapes.push_back(*compounds.back());
+            if constexpr (Dim == 3) {
+                std::vector<double> heights(20);
+                for (double& h : heights)
+                    h = random.uniform(-0.3, 0.3);
+                fields.push_back(std::make_unique<HeightField>(HeightGrid<double>{heights, 5, 4, 0.7, 0.9}));
+                shapes.push_back(*fields.back());
+            }
+        }
+    }
 };
