@@ -411,21 +411,24 @@ class Expansion
         const bool smooth = a_.custom != nullptr || b_.custom != nullptr;
         const double enough = (smooth ? 1e-8 : 1e-12) * extent_;
         const int most_steps = smooth ? 64 : 1000;
-        for (int step = 0;; ++step) {
+        // How far the cores reach into each other along a face's normal is never less than the depth; the
+        // nearest face's offset is never more.
+        depth = HUGE_VAL;
+        for (int step = 0; step < most_steps; ++step) {
             std::uint32_t nearest = 0;
             double least = HUGE_VAL;
             for (std::uint32_t f = 0; f < faces_.size(); ++f)
                 if (faces_[f].alive && faces_[f].offset < least) least = faces_[f].offset, nearest = f;
-            if (least == HUGE_VAL) return;
-            normal = faces_[nearest].normal;
-            depth = least;
-            if (step == most_steps) return;
-            const SimplexPoint w = ask(normal);
-            if (dot(normal, w.w) - depth <= enough) return;
-            grow(nearest, w);
+            if (least == HUGE_VAL) break;
+            const Vec3 n = faces_[nearest].normal;
+            const SimplexPoint w = ask(n);
+            const double reach = dot(n, w.w);
+            if (reach < depth) depth = reach, normal = n;
+            if (depth - least <= enough || reach - least <= enough || !grow(nearest, w)) break;
         }
+        if (depth == HUGE_VAL) depth = 0;
     }
-    Vec3 normal;
+    Vec3 normal{0, 1, 0};
     double depth = 0;
 
   private:
@@ -470,7 +473,8 @@ class Expansion
         faces_.push_back(face);
         return static_cast<std::uint32_t>(faces_.size() - 1);
     }
-    void grow(std::uint32_t from, const SimplexPoint& w)
+    /// Returns false where rounding has left no closed surface.
+    bool grow(std::uint32_t from, const SimplexPoint& w)
     {
         points_.push_back(w);
         const std::uint32_t apex = static_cast<std::uint32_t>(points_.size() - 1);
@@ -503,9 +507,15 @@ class Expansion
             for (int i = 0; i < 3; ++i)
                 if (beyond.v[i] == side.b && beyond.v[(i + 1) % 3] == side.a) beyond.beside[i] = f;
         }
+        std::uint32_t joined = 0;
         for (std::uint32_t f = first; f < faces_.size(); ++f)
             for (std::uint32_t g = first; g < faces_.size(); ++g)
-                if (faces_[f].v[1] == faces_[g].v[0]) faces_[f].beside[1] = g, faces_[g].beside[2] = f;
+                if (faces_[f].v[1] == faces_[g].v[0]) {
+                    faces_[f].beside[1] = g;
+                    faces_[g].beside[2] = f;
+                    ++joined;
+                }
+        return joined == faces_.size() - first && joined >= 3;
     }
 
     const Core3& a_;
