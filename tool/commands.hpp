@@ -23,5 +23,6 @@ void add_pairs_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_chapter_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
+void add_simulate_command(CLI::App& app);
 
 } // namespace jostle_tool

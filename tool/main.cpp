@@ -63,6 +63,10 @@ int main(int argc, char** argv)
     jostle_tool::add_demo_command(app);
     examples += "  jostle demo                       recorded moving boxes, frame by frame\n";
 #endif
+#ifdef JOSTLE_HAS_SIMULATE_COMMAND
+    jostle_tool::add_simulate_command(app);
+    examples += "  jostle simulate                   bodies that fall, collide and come to rest\n";
+#endif
     app.footer(examples +
                "Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fault.");
 

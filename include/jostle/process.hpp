@@ -60,51 +60,65 @@ JOSTLE_API void process_items(std::uint64_t items,
                               FunctionRef<void(std::uint64_t begin, std::uint64_t end, Work work)> work_on,
                               const ProcessOptions& options = {});
 
-/// A run of pairs of one block.
-struct PairBatch
+/// A run of items of one block.
+template <class Item>
+struct Batch
 {
-    std::span<const Pair> pairs; ///< never empty
-    std::uint64_t first;         ///< the first one's place among all pairs
+    std::span<const Item> items; ///< never empty
+    std::uint64_t first;         ///< the first one's place among all items
     Work work;
 };
+using PairBatch = Batch<Pair>;
+
+template <class F, class Item>
+concept ItemProcess = std::invocable<F&, const Batch<Item>&> || std::invocable<F&, const Item&, Work>;
 
 namespace detail {
-JOSTLE_API void process_batches(std::span<const std::span<const Pair>> runs, std::uint64_t pairs,
-                                FunctionRef<void(const PairBatch&)> process, const ProcessOptions& options);
+/// Calls process(run, offset, first, count, work) for each part of a block that lies in one run.
+JOSTLE_API void
+process_runs(std::uint64_t items, FunctionRef<std::uint64_t(std::size_t run)> size_of_run,
+             FunctionRef<void(std::size_t, std::uint64_t, std::uint64_t, std::uint64_t, Work)> process,
+             const ProcessOptions& options);
 
-template <class F>
-void process_runs(std::span<const std::span<const Pair>> runs, std::uint64_t pairs, F& process,
+template <class Item, class F>
+void process_each(std::span<const std::span<const Item>> runs, std::uint64_t items, F& process,
                   const ProcessOptions& options)
 {
-    if constexpr (std::invocable<F&, const PairBatch&>) {
-        process_batches(runs, pairs, process, options);
-    } else {
-        const auto each = [&process](const PairBatch& batch) {
-            for (const Pair& pair : batch.pairs)
-                process(pair, batch.work);
-        };
-        process_batches(runs, pairs, each, options);
-    }
+    process_runs(
+        items, [runs](std::size_t run) -> std::uint64_t { return runs[run].size(); },
+        [runs, &process](std::size_t run, std::uint64_t offset, std::uint64_t first, std::uint64_t count,
+                         Work work) {
+            const std::span<const Item> some = runs[run].subspan(offset, count);
+            if constexpr (std::invocable<F&, const Batch<Item>&>)
+                process(Batch<Item>{some, first, work});
+            else
+                for (const Item& item : some)
+                    process(item, work);
+        },
+        options);
 }
 } // namespace detail
 
-template <class F>
-concept PairProcess = std::invocable<F&, const PairBatch&> || std::invocable<F&, const Pair&, Work>;
-
 /// Calls process(pair, work) for every pair, or process(batch) for runs of them, whichever `process` takes.
 ///
-/// Order    the pairs of a block in the buffer's order; blocks at the same time. A block whose pairs don't
-/// lie
-///          in one piece of memory comes as several batches, one after another.
-template <PairProcess F>
+/// Order    the pairs of a block in the buffer's order; blocks at the same time. A block whose pairs lie in
+///          several pieces of memory comes as several batches, one after another.
+template <ItemProcess<Pair> F>
 void process_pairs(const PairBuffer& pairs, F&& process, const ProcessOptions& options = {})
 {
-    detail::process_runs(pairs.blocks(), pairs.size(), process, options);
+    detail::process_each<Pair>(pairs.blocks(), pairs.size(), process, options);
 }
-template <PairProcess F>
+template <ItemProcess<Pair> F>
 void process_pairs(std::span<const Pair> pairs, F&& process, const ProcessOptions& options = {})
 {
-    detail::process_runs(std::span(&pairs, 1), pairs.size(), process, options);
+    detail::process_each<Pair>({&pairs, 1}, pairs.size(), process, options);
+}
+
+/// The same for contacts (contact.hpp), or whatever lies in a buffer with blocks() and size().
+template <class Buffer, ItemProcess<typename Buffer::value_type> F>
+void process_contacts(const Buffer& contacts, F&& process, const ProcessOptions& options = {})
+{
+    detail::process_each<typename Buffer::value_type>(contacts.blocks(), contacts.size(), process, options);
 }
 
 /// How the rows of process_all_pairs are shared out. All three call the same pairs in the same blocks.

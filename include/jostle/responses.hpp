@@ -52,6 +52,13 @@ struct AddUp
 
 namespace detail {
 
+inline void prefetch_for_writing([[maybe_unused]] const void* memory) noexcept
+{
+#if defined(__GNUC__)
+    __builtin_prefetch(memory, 1);
+#endif
+}
+
 /// The memory of a Responses, whatever its T is.
 class JOSTLE_API ResponseStore
 {
@@ -96,8 +103,7 @@ class JOSTLE_API ResponseStore
         std::uint32_t* block;  ///< scratch: a number per object
     };
 
-    ResponseStore(const ResponsesOptions& options, std::size_t value_size, std::size_t entry_size,
-                  std::size_t entry_align);
+    ResponseStore(const ResponsesOptions& options, std::size_t value_size, std::size_t entry_size);
     ResponseStore(const ResponseStore&) = delete;
     ResponseStore& operator=(const ResponseStore&) = delete;
     ~ResponseStore();
@@ -169,7 +175,7 @@ class Responses
 
   public:
     explicit Responses(const ResponsesOptions& options = {}, Merge merge = {})
-        : store_(std::make_unique<detail::ResponseStore>(options, sizeof(T), sizeof(Entry), alignof(Entry))),
+        : store_(std::make_unique<detail::ResponseStore>(options, sizeof(T), sizeof(Entry))),
           merge_(std::move(merge))
     {
     }
@@ -204,6 +210,7 @@ class Responses
         if (place.next == place.end) store.refill(slot, place);
         ::new (static_cast<void*>(place.next)) Entry{object, work.block, value};
         place.next += sizeof(Entry);
+        detail::prefetch_for_writing(place.next + 128); // a third of the time, with random objects
         if (work.block < slot.last_block) slot.ascending = false;
         slot.last_block = work.block;
     }
@@ -282,11 +289,12 @@ class Responses
 
         T* const partial = reinterpret_cast<T*>(bin.partial);
         std::fill_n(bin.block, bin.count, none);
+        std::fill_n(partial, bin.count, T{});
         // Of each object the block at hand is summed up in `partial`, those before it are in `sums`.
         const auto take = [&](const Entry& e) {
             const std::uint32_t i = e.object - bin.first;
             if (bin.block[i] != e.block) {
-                if (bin.block[i] != none) merge_(sums[i], partial[i]);
+                merge_(sums[i], partial[i]);
                 bin.block[i] = e.block;
                 partial[i] = T{};
             }
@@ -297,7 +305,7 @@ class Responses
         else
             merge_any_order(bin.lists, take);
         for (std::uint32_t i = 0; i < bin.count; ++i)
-            if (bin.block[i] != none) merge_(sums[i], partial[i]);
+            merge_(sums[i], partial[i]);
     }
 
     /// Takes the entries of all lists in ascending order of blocks; each list has it.

@@ -104,18 +104,21 @@ void process_items(std::uint64_t items, FunctionRef<void(std::uint64_t, std::uin
     run_blocks(plan_work(items, options), options, [&] { return work_on; });
 }
 
-void detail::process_batches(std::span<const std::span<const Pair>> runs, std::uint64_t pairs,
-                             FunctionRef<void(const PairBatch&)> process, const ProcessOptions& options)
+void detail::process_runs(
+    std::uint64_t items, FunctionRef<std::uint64_t(std::size_t)> size_of_run,
+    FunctionRef<void(std::size_t, std::uint64_t, std::uint64_t, std::uint64_t, Work)> process,
+    const ProcessOptions& options)
 {
-    run_blocks(plan_work(pairs, options), options, [&] {
-        // A task's blocks ascend, so it finds their pairs by walking on from where it was.
+    run_blocks(plan_work(items, options), options, [&] {
+        // A task's blocks ascend, so it finds their items by walking on from where it was.
         return [&, run = std::size_t{0}, before = std::uint64_t{0}](std::uint64_t begin, std::uint64_t end,
                                                                     Work work) mutable {
             while (begin < end) {
-                for (; begin >= before + runs[run].size(); ++run)
-                    before += runs[run].size();
-                const std::uint64_t count = std::min(end, before + runs[run].size()) - begin;
-                process({runs[run].subspan(begin - before, count), begin, work});
+                std::uint64_t size = size_of_run(run);
+                for (; begin >= before + size; size = size_of_run(++run))
+                    before += size;
+                const std::uint64_t count = std::min(end, before + size) - begin;
+                process(run, begin - before, begin, count, work);
                 begin += count;
             }
         };

@@ -19,6 +19,15 @@ std::size_t rounded_up(std::size_t size, std::size_t step)
     return (size + step - 1) / step * step;
 }
 
+void prefetch([[maybe_unused]] const void* memory, std::size_t size)
+{
+#if defined(__GNUC__)
+    if (memory == nullptr) return;
+    for (std::size_t at = 0; at < std::min<std::size_t>(size, 1024); at += 64)
+        __builtin_prefetch(static_cast<const std::byte*>(memory) + at);
+#endif
+}
+
 } // namespace
 
 /// Chunks for the lists. A slot is granted several at a time; which slot gets how many depends on the
@@ -44,12 +53,12 @@ struct ResponseStore::Pool
     }
 };
 
-ResponseStore::ResponseStore(const ResponsesOptions& given, std::size_t value_size, std::size_t entry_size,
-                             std::size_t entry_align)
+ResponseStore::ResponseStore(const ResponsesOptions& given, std::size_t value_size, std::size_t entry_size)
     : options(given),
       value_size_(value_size),
       entry_size_(entry_size),
-      header_size_(rounded_up(sizeof(Chunk), entry_align)),
+      header_size_(64), // entries of 32 bytes lie on one line
+
       // At least 8 entries, and no line that two slots write.
       chunk_size_(rounded_up(std::max<std::size_t>(1024, header_size_ + 8 * entry_size), line)),
       pool_(std::make_unique<Pool>(given.memory))
@@ -250,6 +259,8 @@ ResponseStore::Bin ResponseStore::open_bin(std::uint32_t bin, std::uint32_t merg
         // Of the last chunk only its slot knows the end.
         const std::size_t entries_size = entries_per_chunk() * entry_size_;
         reinterpret_cast<Chunk*>(place.end - entries_size - header_size_)->end = place.next;
+        prefetch(chunk, chunk_size_);
+        prefetch(chunk->next, chunk_size_);
         lists[count++] = {reinterpret_cast<std::byte*>(chunk) + header_size_, chunk->end, chunk};
         opened.ascending = opened.ascending && slots[i].ascending;
     }
@@ -263,6 +274,7 @@ bool ResponseStore::next_chunk(List& list) const noexcept
     list.chunk = list.chunk->next;
     list.next = reinterpret_cast<std::byte*>(list.chunk) + header_size_;
     list.end = list.chunk->end;
+    prefetch(list.chunk->next, chunk_size_);
     return true;
 }
 

@@ -118,14 +118,14 @@ TEST(ProcessPairs, EveryPairOnceInItsPlace)
                     std::vector<std::uint64_t> next_in(plan.blocks);
                     std::atomic<std::uint64_t> taken = 0, misplaced = 0;
                     const auto take = [&](const PairBatch& batch) {
-                        taken += batch.pairs.size();
+                        taken += batch.items.size();
                         const std::uint64_t begin = batch.work.block * plan.block_items;
                         // Batches of a block follow one another.
                         if (batch.first != begin + next_in[batch.work.block] ||
-                            batch.first + batch.pairs.size() > begin + plan.block_items)
+                            batch.first + batch.items.size() > begin + plan.block_items)
                             ++misplaced;
-                        next_in[batch.work.block] += batch.pairs.size();
-                        std::copy(batch.pairs.begin(), batch.pairs.end(), placed.begin() + long(batch.first));
+                        next_in[batch.work.block] += batch.items.size();
+                        std::copy(batch.items.begin(), batch.items.end(), placed.begin() + long(batch.first));
                     };
                     if (from_span)
                         jostle::process_pairs(pairs, take, options);
@@ -238,7 +238,7 @@ TEST(Process, WorkGoesOnAfterAnException)
             jostle::process_pairs(pairs, [](const PairBatch&) { throw 1; }, with(*executor, 5)), int);
         std::atomic<std::uint64_t> count = 0;
         jostle::process_pairs(
-            pairs, [&](const PairBatch& batch) { count += batch.pairs.size(); }, with(*executor, 5));
+            pairs, [&](const PairBatch& batch) { count += batch.items.size(); }, with(*executor, 5));
         ASSERT_EQ(count, pairs.size());
     }
 }

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// What must hold for falling bodies, whatever the numbers are: energy, momentum, rest, and the same bits from
+// every number of threads.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "simulation/simulation.hpp"
+#include "tests/process/executors.hpp"
+
+namespace {
+
+using jostle_simulation::Options;
+using jostle_simulation::Simulation;
+
+Options options_for(std::string_view scene, std::uint32_t bodies, jostle::Executor& executor)
+{
+    Options options;
+    options.scene = scene;
+    options.bodies = bodies;
+    options.executor = &executor;
+    return options;
+}
+
+double fastest(const Simulation& simulation)
+{
+    double most = 0;
+    for (std::uint32_t i = 0; i < simulation.bodies(); ++i)
+        for (const float v : simulation.velocity(i))
+            most = std::max(most, std::abs(double{v}));
+    return most;
+}
+
+TEST(Simulation, TheSameBitsOnAnyThreadsAndInstructionSet)
+{
+    for (const auto& info : jostle_simulation::scene_list()) {
+        std::uint64_t first = 0;
+        const auto hash = [&](jostle::Executor& executor, jostle::InstructionSet set) {
+            Options options = options_for(info.name, 300, executor);
+            options.instruction_set = set;
+            Simulation simulation(options);
+            for (int frame = 0; frame < 70; ++frame)
+                simulation.step();
+            EXPECT_GT(simulation.contacts(), 100u) << info.name;
+            return simulation.hash();
+        };
+        for (const auto& [name, executor] : process_test::all_executors()) {
+            const std::uint64_t found = hash(*executor, jostle::supported_instruction_sets().front());
+            if (first == 0) first = found;
+            EXPECT_EQ(found, first) << info.name << ", " << name;
+        }
+        for (const jostle::InstructionSet set : jostle::supported_instruction_sets())
+            EXPECT_EQ(hash(jostle::serial_executor(), set), first) << info.name << ", " << jostle::name(set);
+    }
+}
+
+TEST(Simulation, EnergyNeverGrows)
+{
+    const auto executor = jostle::make_thread_executor(2);
+    for (const auto& info : jostle_simulation::scene_list()) {
+        Simulation simulation(options_for(info.name, 250, *executor));
+        const double first = simulation.energy();
+        ASSERT_GT(first, 0);
+        double before = first;
+        for (int frame = 1; frame <= 250; ++frame) {
+            simulation.step();
+            const double now = simulation.energy();
+            ASSERT_LE(now, before + 1e-8 * first)
+                << info.name << ", frame " << frame; // rounding of positions
+            before = now;
+        }
+        EXPECT_LT(before, 0.9 * first) << info.name; // something has happened
+    }
+}
+
+TEST(Simulation, FreeFallIsFreeFall)
+{
+    Simulation simulation(options_for("spheres", 1, jostle::serial_executor()));
+    const auto start = simulation.position(0);
+    double height = start[1], speed = 0;
+    int frame = 0;
+    for (; simulation.contacts() == 0 && frame < 100; ++frame) {
+        EXPECT_NEAR(simulation.position(0)[1], height, 1e-4);
+        EXPECT_EQ(simulation.position(0)[0], start[0]);
+        speed -= 9.81 / 60;
+        height += speed / 60;
+        simulation.step();
+    }
+    EXPECT_GT(frame, 3);
+    for (; frame < 150; ++frame)
+        simulation.step();
+    EXPECT_LT(fastest(simulation), 1e-5); // lies on the floor
+    const float radius = (simulation.boxes()[0].hi[1] - simulation.boxes()[0].lo[1]) / 2;
+    EXPECT_NEAR(simulation.position(0)[1], radius, 0.006);
+}
+
+TEST(Simulation, APileComesToRestAndStaysThere)
+{
+    const auto executor = jostle::make_thread_executor(2);
+    for (const std::string_view scene : {"spheres", "boxes"}) {
+        Simulation simulation(options_for(scene, 60, *executor));
+        for (int frame = 0; frame < 600; ++frame)
+            simulation.step();
+        std::vector<std::array<float, 3>> at;
+        for (std::uint32_t i = 0; i < simulation.bodies(); ++i) {
+            at.push_back(simulation.position(i));
+            EXPECT_GT(at.back()[1], 0.2f); // on the floor, not in it
+        }
+        for (int frame = 0; frame < 200; ++frame) {
+            simulation.step();
+            ASSERT_LT(fastest(simulation), 0.01) << scene << ", frame " << frame;
+        }
+        for (std::uint32_t i = 0; i < simulation.bodies(); ++i)
+            for (std::size_t d = 0; d < 3; ++d)
+                ASSERT_NEAR(simulation.position(i)[d], at[i][d], 0.002) << scene << ", body " << i;
+    }
+}
+
+TEST(Simulation, MomentumIsKeptInAClosedSystem)
+{
+    Simulation simulation(options_for("closed", 400, jostle::serial_executor()));
+    const auto first = simulation.momentum();
+    double scale = 0; // of the momenta that cancel each other out
+    for (const double p : first)
+        scale = std::max(scale, std::abs(p));
+    ASSERT_GT(scale, 1000);
+    std::uint64_t contacts = 0;
+    for (int frame = 0; frame < 300; ++frame) {
+        simulation.step();
+        contacts += simulation.contacts();
+        for (std::size_t d = 0; d < 3; ++d)
+            ASSERT_NEAR(simulation.momentum()[d], first[d], 1e-4 * scale) << frame;
+    }
+    EXPECT_GT(contacts, 10'000u);
+}
+
+TEST(Simulation, BoxesAreTight)
+{
+    Simulation simulation(options_for("spheres", 100, jostle::serial_executor()));
+    for (int frame = 0; frame < 5; ++frame)
+        simulation.step();
+    const auto boxes = simulation.boxes();
+    ASSERT_EQ(boxes.size(), 100u);
+    for (std::uint32_t i = 0; i < 100; ++i)
+        for (std::size_t d = 0; d < 3; ++d) {
+            const double middle = (double{boxes[i].lo[d]} + boxes[i].hi[d]) / 2,
+                         size = boxes[i].hi[d] - boxes[i].lo[d];
+            EXPECT_NEAR(middle, simulation.position(i)[d], 1e-5);
+            EXPECT_GT(size, 0.599);
+            EXPECT_LT(size, 1.001);
+        }
+}
+
+TEST(Simulation, AnUnknownSceneIsSaid)
+{
+    Options options;
+    options.scene = "cheese";
+    try {
+        const Simulation simulation(options);
+        FAIL();
+    } catch (const std::invalid_argument& error) {
+        EXPECT_NE(std::string(error.what()).find("cheese"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("spheres, boxes, mixed, closed"), std::string::npos);
+    }
+}
+
+} // namespace

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: MIT
+// jostle simulate: bodies that fall, collide and come to rest, by the library from boxes to motion.
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "io/output_file.hpp"
+#include "options.hpp"
+#include "progress.hpp"
+#include "scenes/recording.hpp"
+#include "simulation/simulation.hpp"
+#include "threads.hpp"
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle_simulation::Simulation;
+using jostle_simulation::StageTimes;
+
+struct Options
+{
+    std::string scene = "spheres";
+    std::uint32_t bodies = 10'000, frames = 300, threads = 0;
+    std::uint64_t seed = 1;
+    jostle::InstructionSet instruction_set = jostle::supported_instruction_sets().front();
+    std::string record, json; // empty: not wanted
+};
+
+double median(std::vector<double> values)
+{
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Milliseconds of all frames.
+struct Times
+{
+    std::array<std::vector<double>, StageTimes::count> stage;
+    std::vector<double> total;
+
+    void add(const StageTimes& times)
+    {
+        double sum = 0;
+        for (std::size_t k = 0; k < StageTimes::count; ++k) {
+            stage[k].push_back(times.ms[k]);
+            sum += times.ms[k];
+        }
+        total.push_back(sum);
+    }
+};
+
+void print_head()
+{
+    std::printf("%8s %10s %10s %12s %9s", "frame", "pairs", "contacts", "energy", "ms");
+    for (const char* name : StageTimes::names)
+        std::printf(" %9s", name);
+    std::printf("\n");
+}
+
+void print_row(const std::string& frame, const Simulation& simulation, double of_first,
+               const StageTimes& times)
+{
+    double total = 0;
+    for (const double ms : times.ms)
+        total += ms;
+    std::printf("%8s %10" PRIu64 " %10" PRIu64 " %10.4f %% %9.3f", frame.c_str(), simulation.pairs(),
+                simulation.contacts(), 100 * of_first, total);
+    for (const double ms : times.ms)
+        std::printf(" %9.3f", ms);
+    std::printf("\n");
+    std::fflush(stdout);
+}
+
+void run(const Options& options)
+{
+    std::optional<OutputFile> json; // opened first: a bad name is said before any work is done
+    if (!options.json.empty()) json.emplace(options.json);
+    const bool table = options.json != "-";
+
+    const Threads threads(options.threads);
+    jostle_simulation::Options given;
+    given.scene = options.scene;
+    given.bodies = options.bodies;
+    given.seed = options.seed;
+    given.executor = &threads.executor();
+    given.instruction_set = options.instruction_set;
+    Simulation simulation(given);
+    std::unique_ptr<jostle_scenes::RecordingWriter<3, float>> recording;
+    const auto record = [&] {
+        try {
+            if (!recording)
+                recording = std::make_unique<jostle_scenes::RecordingWriter<3, float>>(
+                    options.record, options.bodies, 60,
+                    "jostle simulate --scene " + options.scene + " -n " + std::to_string(options.bodies) +
+                        " --seed " + std::to_string(options.seed));
+            recording->add_frame(simulation.boxes());
+        } catch (const std::runtime_error& error) {
+            throw UsageError(std::string("--record: ") + error.what());
+        }
+    };
+    const bool recorded = !options.record.empty();
+    if (recorded) record();
+
+    const double energy_first = simulation.energy();
+    const auto of_first = [&](double energy) { return energy_first == 0 ? 0 : energy / energy_first; };
+    if (table) {
+        std::printf("%s: %u bodies, %u frames of 1/60 s, on %u %s, %s\n\n", options.scene.c_str(),
+                    options.bodies, options.frames, threads.count(),
+                    threads.count() == 1 ? "thread" : "threads", jostle::name(options.instruction_set));
+        print_head();
+    }
+    Times all;
+    {
+        Progress progress("simulating", options.frames);
+        const std::uint32_t row_every = std::max(1u, (options.frames + 9) / 10);
+        for (std::uint32_t frame = 1; frame <= options.frames; ++frame, progress.step()) {
+            simulation.step();
+            all.add(simulation.times());
+            if (recorded) record();
+            if (table && (frame % row_every == 0 || frame == options.frames))
+                print_row(std::to_string(frame), simulation, of_first(simulation.energy()),
+                          simulation.times());
+        }
+    }
+    const double energy_last = simulation.energy();
+    if (recorded) {
+        try {
+            recording->finish();
+        } catch (const std::runtime_error& error) {
+            throw UsageError(std::string("--record: ") + error.what());
+        }
+    }
+
+    StageTimes typical;
+    for (std::size_t k = 0; k < StageTimes::count; ++k)
+        typical.ms[k] = median(all.stage[k]);
+    char hash[17];
+    std::snprintf(hash, sizeof hash, "%016" PRIx64, simulation.hash());
+    if (table) {
+        print_row("median", simulation, of_first(energy_last), typical);
+        std::printf(
+            "\nA frame takes %.3f ms (median); real time leaves it 16.7. The last frame's hash is %s.\n",
+            median(all.total), hash);
+    }
+    if (json) {
+        nlohmann::ordered_json ms;
+        for (std::size_t k = 0; k < StageTimes::count; ++k)
+            ms[StageTimes::names[k]] = typical.ms[k];
+        ms["frame"] = median(all.total);
+        const nlohmann::ordered_json line = {{"hash", hash},
+                                             {"frames", options.frames},
+                                             {"bodies", options.bodies},
+                                             {"pairs", simulation.pairs()},
+                                             {"contacts", simulation.contacts()},
+                                             {"energy_first", energy_first},
+                                             {"energy_last", energy_last},
+                                             {"ms", ms}};
+        json->write(line.dump() + "\n");
+        json->commit();
+    }
+}
+
+std::string help()
+{
+    std::string text = "Scenes:\n";
+    for (const auto& info : jostle_simulation::scene_list())
+        text += "  " + std::string(info.name) + std::string(10 - info.name.size(), ' ') +
+                std::string(info.summary) + "\n";
+    return text + R"(
+The frame after the last has the same hash on any number of threads and any instruction set. Energy, in
+percent of the first frame's, never grows. Floor and walls aren't recorded.
+
+Examples:
+  jostle simulate                                    10,000 spheres for five seconds
+  jostle simulate --scene mixed -n 2000 --frames 600
+  jostle simulate --scene boxes --record boxes.jrec  then: jostle demo --recording boxes.jrec
+  jostle simulate -n 100000 --threads 1 --isa scalar --json -)";
+}
+
+} // namespace
+
+void add_simulate_command(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand("simulate", "Bodies that fall, collide and come to rest");
+    command->footer(help());
+    const auto options = std::make_shared<Options>();
+    std::string known;
+    for (const auto& info : jostle_simulation::scene_list())
+        known += (known.empty() ? "" : ", ") + std::string(info.name);
+    command
+        ->add_option_function<std::string>(
+            "--scene",
+            [options, known](const std::string& name) {
+                for (const auto& info : jostle_simulation::scene_list())
+                    if (name == info.name) {
+                        options->scene = name;
+                        return;
+                    }
+                throw CLI::ValidationError("--scene", name + " is not known; choose " + known);
+            },
+            "Which bodies: " + known + " (spheres)")
+        ->type_name("NAME");
+    add_number_option(*command, "-n", options->bodies, 1u, 10'000'000u, "How many bodies (10000)")
+        ->type_name("N");
+    add_number_option(*command, "--frames", options->frames, 1u, 1'000'000u, "How many frames (300)")
+        ->type_name("F");
+    command->add_option("--seed", options->seed, "Other bodies of the same kind (1)")->type_name("S");
+    add_threads_option(*command, options->threads);
+    command
+        ->add_option_function<std::string>(
+            "--isa",
+            [options](const std::string& name) {
+                std::string supported;
+                for (const jostle::InstructionSet set : jostle::supported_instruction_sets()) {
+                    if (name == jostle::name(set)) {
+                        options->instruction_set = set;
+                        return;
+                    }
+                    supported += (supported.empty() ? "" : ", ") + std::string(jostle::name(set));
+                }
+                throw CLI::ValidationError("--isa",
+                                           name + " is not on this machine; choose from " + supported);
+            },
+            "Instruction set; the best there is if not given")
+        ->type_name("NAME");
+    command->add_option("--record", options->record, "Record the boxes of the bodies, frame by frame (.jrec)")
+        ->type_name("FILE");
+    command
+        ->add_option("--json", options->json,
+                     "Write the result as a line of JSON; - is stdout, then without the table")
+        ->type_name("FILE");
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool
