@@ -93,8 +93,9 @@ class JOSTLE_API BoxIndex
     /// ---- Many boxes at once ------------------------------------------------------------------------------
 
     /// All pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is the
-    /// position in `boxes`, b the object's id. Uses the executor. `out` is refilled.
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out) const;
+    /// position in `boxes`, b the object's id. Refills `out`. Runs on the executor and in working memory that
+    /// the index keeps, so one call at a time; a steady batch allocates nothing.
+    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out);
 
     /// ---- Along a line
     /// --------------------------------------------------------------------------------------

@@ -8,11 +8,15 @@
 #include <string>
 
 #include "index/check.hpp"
+#include "index/join.hpp"
+#include "index/kernels/kernels.hpp"
+#include "index/share_out.hpp"
 #include "index/tree.hpp"
 #include "validate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
+using index::Found;
 using index::Wanted;
 
 namespace {
@@ -74,32 +78,50 @@ bool order_and_cut(std::vector<Item>& items, std::size_t begin, std::uint64_t ma
     return more;
 }
 
-/// Calls body(i) for each i in [0, count), spread over the executor in runs of `per_claim`: body(slot, begin,
-/// end). The first exception leaves the call after all have ended.
-template <class Body>
-void share_out(Executor& executor, std::size_t count, std::size_t per_claim, const Body& body)
+template <class T>
+struct ItemOf;
+template <int Dim, class T>
+struct ItemOf<Ray<Dim, T>>
 {
-    const std::size_t claims = (count + per_claim - 1) / per_claim;
-    const auto slots = static_cast<std::uint32_t>(std::min<std::size_t>(executor.concurrency(), claims));
-    std::atomic<std::size_t> next{0};
-    std::atomic<bool> failed{false};
-    std::exception_ptr failure;
-    const auto task = [&](std::uint32_t slot) {
-        try {
-            for (std::size_t claim; (claim = next.fetch_add(1, std::memory_order_relaxed)) < claims;) {
-                if (failed.load(std::memory_order_relaxed)) return;
-                body(slot, claim * per_claim, std::min(count, (claim + 1) * per_claim));
-            }
-        } catch (...) {
-            if (!failed.exchange(true)) failure = std::current_exception();
-        }
-    };
-    if (slots == 1)
-        task(0);
-    else if (slots > 1)
-        executor.run(slots, task);
-    if (failure) std::rethrow_exception(failure);
-}
+    using Item = Hit<T>;
+};
+template <int Dim, class T>
+struct ItemOf<Sweep<Dim, T>>
+{
+    using Item = Hit<T>;
+};
+template <class Region>
+struct ItemOf
+{
+    using Item = std::uint32_t;
+};
+
+/// Results on their way into a vector.
+template <class Item>
+struct IntoVector : Found<Item>
+{
+    std::vector<Item>& out;
+    explicit IntoVector(std::vector<Item>& to) : out(to) { this->full = flush; }
+    static void flush(Found<Item>& self)
+    {
+        std::vector<Item>& out = static_cast<IntoVector&>(self).out;
+        out.insert(out.end(), self.items, self.next);
+        self.next = self.items;
+    }
+};
+
+/// Results that are only counted.
+template <class Item>
+struct IntoCount : Found<Item>
+{
+    std::uint64_t count = 0;
+    IntoCount() { this->full = flush; }
+    static void flush(Found<Item>& self)
+    {
+        static_cast<IntoCount&>(self).count += static_cast<std::uint64_t>(self.next - self.items);
+        self.next = self.items;
+    }
+};
 
 } // namespace
 
@@ -109,8 +131,67 @@ struct BoxIndex<Dim, T>::Implementation
     explicit Implementation(const IndexOptions& given)
         : options(given),
           executor(given.executor != nullptr ? given.executor : &default_executor()),
-          tree(given)
+          kernels(index::kernels_for<Dim, T>(given.instruction_set)),
+          tree(given),
+          joins(given)
     {
+    }
+
+    // The searches, under one name for all questions.
+    template <class Question>
+    Hit<T> first(const Question& question, Wanted wanted) const
+    {
+        return kernels.first(tree.root(), index::Line<Dim, T>(question), wanted);
+    }
+    void search(const Ray<Dim, T>& ray, Wanted wanted, Found<Hit<T>>& out) const
+    {
+        kernels.all(tree.root(), index::Line<Dim, T>(ray), wanted, out);
+    }
+    void search(const Sweep<Dim, T>& sweep, Wanted wanted, Found<Hit<T>>& out) const
+    {
+        kernels.all(tree.root(), index::Line<Dim, T>(sweep), wanted, out);
+    }
+    void search(const Aabb<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out) const
+    {
+        kernels.box(tree.root(), region, wanted, out);
+    }
+    void search(const Sphere<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out) const
+    {
+        kernels.sphere(tree.root(), region, wanted, out);
+    }
+    void search(const Frustum<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out) const
+    {
+        kernels.frustum(tree.root(), region, wanted, out);
+    }
+    template <class Question, class Item>
+    void all(const Question& question, Wanted wanted, std::vector<Item>& out) const
+    {
+        IntoVector<Item> found(out);
+        search(question, wanted, found);
+        found.flush(found);
+    }
+    template <class Question>
+    std::uint64_t count(const Question& question, Wanted wanted, bool one_will_do) const
+    {
+        IntoCount<typename ItemOf<Question>::Item> found;
+        found.one_will_do = one_will_do;
+        search(question, wanted, found);
+        found.flush(found);
+        return found.count;
+    }
+    /// Appends, in order.
+    void nearest(const Nearest<Dim, T>& question, Wanted wanted, std::vector<Hit<T>>& out) const
+    {
+        const std::size_t before = out.size();
+        index::Best<T> best;
+        best.wanted = static_cast<std::uint32_t>(std::min<std::size_t>(question.count, tree.size()));
+        best.size = 0;
+        best.limit = question.max_distance * question.max_distance;
+        out.resize(before + best.wanted);
+        best.heap = out.data() + before;
+        kernels.nearest(tree.root(), question.point, wanted, best);
+        std::sort_heap(best.heap, best.heap + best.size);
+        out.resize(before + best.size);
     }
 
     /// Throws unless the ids belong to the boxes, none twice, and are all known or all unknown.
@@ -179,34 +260,38 @@ struct BoxIndex<Dim, T>::Implementation
         std::vector<Part> parts(claims);
         std::vector<std::vector<Item>> found(executor->concurrency());
         std::vector<std::uint8_t> cut(count);
-        share_out(*executor, count, questions_per_claim,
-                  [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
-                      std::vector<Item>& mine = found[slot];
-                      parts[begin / questions_per_claim] = {slot, mine.size()};
-                      for (std::size_t i = begin; i < end; ++i) {
-                          const std::size_t before = mine.size();
-                          cut[i] = filtered(filter, static_cast<std::uint32_t>(i),
-                                            [&](Wanted wanted) { return find(i, wanted, mine); });
-                          first[i + 1] = mine.size() - before;
-                      }
-                  });
+        index::share_out(*executor, executor->concurrency(), count, questions_per_claim,
+                         [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
+                             std::vector<Item>& mine = found[slot];
+                             parts[begin / questions_per_claim] = {slot, mine.size()};
+                             for (std::size_t i = begin; i < end; ++i) {
+                                 const std::size_t before = mine.size();
+                                 cut[i] = filtered(filter, static_cast<std::uint32_t>(i),
+                                                   [&](Wanted wanted) { return find(i, wanted, mine); });
+                                 first[i + 1] = mine.size() - before;
+                             }
+                         });
         for (std::size_t i = 0; i < count; ++i)
             first[i + 1] += first[i];
         items.resize(first[count]);
-        share_out(*executor, claims, 64, [&](std::uint32_t, std::size_t begin, std::size_t end) {
-            for (std::size_t claim = begin; claim < end; ++claim) {
-                const std::size_t from = first[claim * questions_per_claim];
-                const std::size_t to = first[std::min(count, (claim + 1) * questions_per_claim)];
-                std::copy_n(found[parts[claim].slot].data() + parts[claim].begin, to - from,
-                            items.data() + from);
-            }
-        });
+        index::share_out(*executor, executor->concurrency(), claims, 64,
+                         [&](std::uint32_t, std::size_t begin, std::size_t end) {
+                             for (std::size_t claim = begin; claim < end; ++claim) {
+                                 const std::size_t from = first[claim * questions_per_claim];
+                                 const std::size_t to =
+                                     first[std::min(count, (claim + 1) * questions_per_claim)];
+                                 std::copy_n(found[parts[claim].slot].data() + parts[claim].begin, to - from,
+                                             items.data() + from);
+                             }
+                         });
         more.assign(cut.begin(), cut.end());
     }
 
     IndexOptions options;
     Executor* executor;
+    const index::Kernels<Dim, T>& kernels;
     index::Tree<Dim, T> tree;
+    index::Join<Dim, T> joins;
 };
 
 template <int Dim, Coordinate T>
@@ -298,19 +383,17 @@ Aabb<Dim, T> BoxIndex<Dim, T>::box(std::uint32_t id) const
 template <int Dim, Coordinate T>
 IndexStats BoxIndex<Dim, T>::stats() const noexcept
 {
-    IndexStats stats;
-    stats.objects = size();
+    IndexStats stats = implementation_->tree.stats();
+    stats.bytes += implementation_->joins.bytes();
     return stats;
 }
 
 template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out) const
+void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out)
 {
     out.clear();
     validate_boxes(boxes);
-    std::vector<Pair> pairs;
-    implementation_->tree.join(boxes, 0, static_cast<std::uint32_t>(boxes.size()), pairs);
-    out.assign(pairs.begin(), pairs.end());
+    implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, out);
 }
 
 /// ---- Single questions ----------------------------------------------------------------------------------
@@ -320,7 +403,7 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Ray<Dim, T>& ray, const Quer
 {
     implementation_->check(ray, filter);
     const Hit<T> hit =
-        filtered(filter, 0, [&](Wanted wanted) { return implementation_->tree.first(ray, wanted); });
+        filtered(filter, 0, [&](Wanted wanted) { return implementation_->first(ray, wanted); });
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
@@ -329,7 +412,7 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const 
 {
     implementation_->check(sweep, filter);
     const Hit<T> hit =
-        filtered(filter, 0, [&](Wanted wanted) { return implementation_->tree.first(sweep, wanted); });
+        filtered(filter, 0, [&](Wanted wanted) { return implementation_->first(sweep, wanted); });
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
@@ -341,7 +424,7 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const 
         out.clear();                                                                                         \
         implementation_->check(question, filter);                                                            \
         return filtered(filter, 0, [&](Wanted wanted) {                                                      \
-            implementation_->tree.all(question, wanted, out);                                                \
+            implementation_->all(question, wanted, out);                                                     \
             return order_and_cut(out, 0, max_results);                                                       \
         });                                                                                                  \
     }
@@ -358,10 +441,7 @@ void BoxIndex<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<Hit<
 {
     out.clear();
     implementation_->check(question, filter);
-    filtered(filter, 0, [&](Wanted wanted) {
-        implementation_->tree.nearest(question, wanted, out);
-        return order_and_cut(out, 0, question.count);
-    });
+    filtered(filter, 0, [&](Wanted wanted) { implementation_->nearest(question, wanted, out); });
 }
 
 template <int Dim, Coordinate T>
@@ -394,24 +474,6 @@ void check_out(std::size_t questions, std::size_t results)
                                                   " questions; give one for each");
 }
 
-template <class T>
-struct ItemOf;
-template <int Dim, class T>
-struct ItemOf<Ray<Dim, T>>
-{
-    using Item = Hit<T>;
-};
-template <int Dim, class T>
-struct ItemOf<Sweep<Dim, T>>
-{
-    using Item = Hit<T>;
-};
-template <class Region>
-struct ItemOf
-{
-    using Item = std::uint32_t;
-};
-
 } // namespace
 
 template <int Dim, Coordinate T>
@@ -421,13 +483,13 @@ void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out,
 {
     check_out(lines.size(), out.size());
     implementation_->check(lines, filter);
-    share_out(*implementation_->executor, lines.size(), questions_per_claim,
-              [&](std::uint32_t, std::size_t begin, std::size_t end) {
-                  for (std::size_t i = begin; i < end; ++i)
-                      out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
-                          return implementation_->tree.first(lines[i], wanted);
-                      });
-              });
+    index::share_out(*implementation_->executor, implementation_->executor->concurrency(), lines.size(),
+                     questions_per_claim, [&](std::uint32_t, std::size_t begin, std::size_t end) {
+                         for (std::size_t i = begin; i < end; ++i)
+                             out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
+                                 return implementation_->first(lines[i], wanted);
+                             });
+                     });
 }
 
 template <int Dim, Coordinate T>
@@ -439,7 +501,7 @@ void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out
     implementation_->lists(lines.size(), out, out.first_, out.items_, out.more_, filter,
                            [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
                                const std::size_t begin = items.size();
-                               implementation_->tree.all(lines[i], wanted, items);
+                               implementation_->all(lines[i], wanted, items);
                                return order_and_cut(items, begin, max_results);
                            });
 }
@@ -453,7 +515,7 @@ void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uin
     implementation_->lists(regions.size(), out, out.first_, out.items_, out.more_, filter,
                            [&](std::size_t i, Wanted wanted, std::vector<std::uint32_t>& items) {
                                const std::size_t begin = items.size();
-                               implementation_->tree.all(regions[i], wanted, items);
+                               implementation_->all(regions[i], wanted, items);
                                return order_and_cut(items, begin, max_results);
                            });
 }
@@ -465,9 +527,7 @@ void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, Resul
     implementation_->check(questions, filter);
     implementation_->lists(questions.size(), out, out.first_, out.items_, out.more_, filter,
                            [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
-                               const std::size_t begin = items.size();
-                               implementation_->tree.nearest(questions[i], wanted, items);
-                               order_and_cut(items, begin, questions[i].count);
+                               implementation_->nearest(questions[i], wanted, items);
                                return false;
                            });
 }
@@ -479,16 +539,13 @@ void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> 
 {
     check_out(questions.size(), out.size());
     implementation_->check(questions, filter);
-    share_out(*implementation_->executor, questions.size(), questions_per_claim,
-              [&](std::uint32_t, std::size_t begin, std::size_t end) {
-                  std::vector<typename ItemOf<Question>::Item> found;
-                  for (std::size_t i = begin; i < end; ++i)
-                      out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
-                          found.clear();
-                          implementation_->tree.all(questions[i], wanted, found);
-                          return !found.empty();
-                      });
-              });
+    index::share_out(*implementation_->executor, implementation_->executor->concurrency(), questions.size(),
+                     questions_per_claim, [&](std::uint32_t, std::size_t begin, std::size_t end) {
+                         for (std::size_t i = begin; i < end; ++i)
+                             out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
+                                 return implementation_->count(questions[i], wanted, true) != 0;
+                             });
+                     });
 }
 
 template <int Dim, Coordinate T>
@@ -498,16 +555,13 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
 {
     check_out(questions.size(), out.size());
     implementation_->check(questions, filter);
-    share_out(*implementation_->executor, questions.size(), questions_per_claim,
-              [&](std::uint32_t, std::size_t begin, std::size_t end) {
-                  std::vector<typename ItemOf<Question>::Item> found;
-                  for (std::size_t i = begin; i < end; ++i)
-                      out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
-                          found.clear();
-                          implementation_->tree.all(questions[i], wanted, found);
-                          return static_cast<std::uint64_t>(found.size());
-                      });
-              });
+    index::share_out(*implementation_->executor, implementation_->executor->concurrency(), questions.size(),
+                     questions_per_claim, [&](std::uint32_t, std::size_t begin, std::size_t end) {
+                         for (std::size_t i = begin; i < end; ++i)
+                             out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
+                                 return implementation_->count(questions[i], wanted, false);
+                             });
+                     });
 }
 
 #define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \

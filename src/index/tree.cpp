@@ -2,50 +2,905 @@
 #include "index/tree.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+#include "engine/tuner.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
+namespace {
 
-template <int Dim, class T>
-Tree<Dim, T>::Tree(const FinderOptions&)
+/// Bricks with fewer objects together become one.
+constexpr std::uint32_t merge_below = 144;
+
+/// A brick is put in order again when this many objects came or went.
+constexpr std::uint32_t tolerated_disorder(std::uint32_t count)
 {
+    return 8 + count / 8;
 }
 
 template <int Dim, class T>
-void Tree<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
+bool same(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
 {
-    std::size_t end = here_.size();
-    for (const std::uint32_t id : ids)
-        end = std::max<std::size_t>(end, std::size_t{id} + 1);
-    box_.resize(end);
-    here_.resize(end);
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-        box_[ids[i]] = boxes[i];
-        here_[ids[i]] = 1;
+    for (int d = 0; d < Dim; ++d)
+        if (a.lo[d] != b.lo[d] || a.hi[d] != b.hi[d]) return false;
+    return true;
+}
+
+template <int Dim, class T>
+bool inside(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
+{
+    for (int d = 0; d < Dim; ++d)
+        if (a.lo[d] < b.lo[d] || a.hi[d] > b.hi[d]) return false;
+    return true;
+}
+
+/// A frame for a tree that begins with these boxes.
+template <int Dim, class T>
+Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
+{
+    constexpr double furthest = 1e300;
+    const std::size_t samples = engine::sample_size(boxes.size());
+    std::vector<double> center(samples), size(samples, 0.0);
+    Frame<Dim> frame;
+    double world = 0;
+    for (int d = 0; d < Dim; ++d) {
+        for (std::size_t k = 0; k < samples; ++k) {
+            const std::size_t i = engine::sample_index(k, samples, boxes.size());
+            const double lo = std::max(-furthest, std::min(static_cast<double>(boxes.lo(d, i)), furthest));
+            const double hi = std::max(-furthest, std::min(static_cast<double>(boxes.hi(d, i)), furthest));
+            center[k] = 0.5 * lo + 0.5 * hi;
+            size[k] = std::max(size[k], hi - lo);
+        }
+        const auto at = [&](std::size_t rank) {
+            std::nth_element(center.begin(), center.begin() + static_cast<std::ptrdiff_t>(rank),
+                             center.end());
+            return center[rank];
+        };
+        const double low = at(samples / 64), high = at(samples - 1 - samples / 64);
+        frame.origin[d] = 0.5 * low + 0.5 * high;
+        world = std::max(world, high - low);
     }
-    size_ += ids.size();
+    std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(samples / 2), size.end());
+    const double common = size[samples / 2];
+    if (!(world > 0)) world = common; // all in one place
+    if (!(world > 0)) world = 1;
+    world = std::max(world, 1e-280);
+    frame.scale = 4398046511104.0 / world; // 2^42
+    // Sixteen to a brick's edge if most have no size.
+    frame.common_size = std::max(8 * common, world * 1e-4);
+    return frame;
+}
+
+} // namespace
+
+template <int Dim, class T>
+Tree<Dim, T>::Tree(const IndexOptions& options)
+    : memory_(options.memory),
+      executor_(options.executor),
+      blocks_(memory_),
+      bricks_(memory_),
+      forks_(memory_),
+      wides_(memory_),
+      brick_of_(memory_),
+      listed_(memory_)
+{
+    show_root();
+}
+
+/// ---- Bricks --------------------------------------------------------------------------------------------
+
+/// A box on its way into or out of a brick.
+template <int Dim, class T>
+struct Ordering
+{
+    float center[Dim][brick_capacity];
+    std::uint8_t order[brick_capacity];
+    std::uint64_t keys[brick_capacity];
+
+    /// Splits [begin, end) so that neighbours come together in whole blocks.
+    void run(std::uint32_t begin, std::uint32_t end) noexcept
+    {
+        const std::uint32_t count = end - begin;
+        if (count <= lanes) return;
+        int axis = 0;
+        float widest = -1;
+        for (int d = 0; d < Dim; ++d) {
+            float low = center[d][order[begin]], high = low;
+            for (std::uint32_t k = begin + 1; k < end; ++k) {
+                const float c = center[d][order[k]];
+                low = c < low ? c : low;
+                high = c > high ? c : high;
+            }
+            if (high - low > widest) {
+                widest = high - low;
+                axis = d;
+            }
+        }
+        for (std::uint32_t k = begin; k < end; ++k) {
+            std::uint32_t bits;
+            const float c = center[axis][order[k]];
+            std::memcpy(&bits, &c, sizeof bits);
+            bits ^= (bits >> 31) != 0 ? 0xffffffffu : 0x80000000u; // now ordered as numbers are
+            keys[k] = (std::uint64_t{bits} << 8) | order[k];
+        }
+        const std::uint32_t blocks = (count + lanes - 1) / lanes;
+        const std::uint32_t middle = begin + blocks / 2 * lanes;
+        std::nth_element(keys + begin, keys + middle, keys + end);
+        for (std::uint32_t k = begin; k < end; ++k)
+            order[k] = static_cast<std::uint8_t>(keys[k]);
+        run(begin, middle);
+        run(middle, end);
+    }
+};
+
+template <int Dim, class T>
+void Tree<Dim, T>::arrange(std::uint32_t number, Record* records, std::uint32_t count) noexcept
+{
+    Brick& brick = bricks_[number];
+    Ordering<Dim, T> ordering;
+    constexpr float furthest = 1e37f;
+    for (std::uint32_t k = 0; k < count; ++k) {
+        ordering.order[k] = static_cast<std::uint8_t>(k);
+        for (int d = 0; d < Dim; ++d) {
+            const T lo = std::max(T(-furthest), std::min(records[k].box.lo[d], T(furthest)));
+            const T hi = std::max(T(-furthest), std::min(records[k].box.hi[d], T(furthest)));
+            ordering.center[d][k] = static_cast<float>(lo + hi);
+        }
+    }
+    ordering.run(0, count);
+
+    const std::uint32_t blocks = (count + lanes - 1) / lanes;
+    while (brick.blocks > blocks)
+        blocks_.give(brick.block[--brick.blocks]);
+    while (brick.blocks < blocks)
+        brick.block[brick.blocks++] = blocks_.take();
+    brick.node.bounds.clear();
+    for (std::uint32_t b = 0; b < lanes; ++b) {
+        if (b >= blocks) {
+            brick.node.child[b] = {};
+            brick.live[b] = 0;
+            continue;
+        }
+        BlockT& block = blocks_[brick.block[b]];
+        const std::uint32_t here = std::min(lanes, count - b * lanes);
+        for (std::uint32_t k = 0; k < lanes; ++k) {
+            if (k < here) {
+                const Record& record = records[ordering.order[b * lanes + k]];
+                block.bounds.set(k, record.box);
+                block.id[k] = record.id;
+            } else {
+                block.bounds.clear(k);
+                block.id[k] = no_id;
+            }
+        }
+        brick.live[b] = static_cast<std::uint16_t>((1u << here) - 1);
+        brick.node.bounds.set(b, block.bounds.hull());
+        brick.node.child[b] = &block;
+    }
+    brick.count = count;
+    brick.disorder = 0;
+    brick.changed = 0;
+    brick.hull = brick.node.bounds.hull();
+    ++sorts_;
+}
+
+template <int Dim, class T>
+std::uint32_t Tree<Dim, T>::gather(std::uint32_t number, Record* records) const noexcept
+{
+    const Brick& brick = bricks_[number];
+    std::uint32_t count = 0;
+    for (std::uint32_t b = 0; b < brick.blocks; ++b) {
+        const BlockT& block = blocks_[brick.block[b]];
+        for (unsigned live = brick.live[b]; live != 0; live &= live - 1) {
+            const auto lane = static_cast<std::uint32_t>(std::countr_zero(live));
+            records[count++] = {block.bounds.get(lane), block.id[lane]};
+        }
+    }
+    return count;
+}
+
+template <int Dim, class T>
+auto Tree<Dim, T>::find(std::uint32_t number, std::uint32_t id) const noexcept -> Place
+{
+    const Brick& brick = bricks_[number];
+    for (std::uint32_t b = 0;; ++b) {
+        const BlockT& block = blocks_[brick.block[b]];
+        unsigned found = 0;
+        for (std::uint32_t lane = 0; lane < lanes; ++lane)
+            found |= static_cast<unsigned>(block.id[lane] == id) << lane;
+        if (found != 0) return {b, static_cast<std::uint32_t>(std::countr_zero(found))};
+    }
+}
+
+/// Adds an object to a brick that has room for it, and for a block if it needs one.
+template <int Dim, class T>
+void Tree<Dim, T>::put(std::uint32_t number, std::uint32_t id, const Box& box) noexcept
+{
+    Brick& brick = bricks_[number];
+    // Where it makes the bounds grow least.
+    std::uint32_t best = lanes;
+    T least = std::numeric_limits<T>::infinity();
+    for (std::uint32_t b = 0; b < brick.blocks; ++b) {
+        if (brick.live[b] == 0xffff) continue;
+        T growth = 0;
+        for (int d = 0; d < Dim; ++d)
+            growth += std::max(T(0), brick.node.bounds.lo[d][b] - box.lo[d]) +
+                      std::max(T(0), box.hi[d] - brick.node.bounds.hi[d][b]);
+        if (best == lanes || growth < least) {
+            least = growth;
+            best = b;
+        }
+    }
+    if (best == lanes) {
+        best = brick.blocks++;
+        brick.block[best] = blocks_.take();
+        BlockT& fresh = blocks_[brick.block[best]];
+        fresh.bounds.clear();
+        std::fill_n(fresh.id, lanes, no_id);
+        brick.live[best] = 0;
+        brick.node.child[best] = &fresh;
+    }
+    BlockT& block = blocks_[brick.block[best]];
+    const auto lane = static_cast<std::uint32_t>(std::countr_one(brick.live[best]));
+    block.bounds.set(lane, box);
+    block.id[lane] = id;
+    brick.live[best] = static_cast<std::uint16_t>(brick.live[best] | (1u << lane));
+    brick.changed = static_cast<std::uint16_t>(brick.changed | (1u << best));
+    // The next object of this batch is to see it.
+    for (int d = 0; d < Dim; ++d) {
+        brick.node.bounds.lo[d][best] = std::min(brick.node.bounds.lo[d][best], box.lo[d]);
+        brick.node.bounds.hi[d][best] = std::max(brick.node.bounds.hi[d][best], box.hi[d]);
+    }
+    ++brick.count;
+    ++brick.disorder;
+    brick_of_[id] = number;
+    ++size_;
+    list(number);
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::remove_one(std::uint32_t id) noexcept
+{
+    const std::uint32_t number = brick_of_[id];
+    Brick& brick = bricks_[number];
+    const Place place = find(number, id);
+    BlockT& block = blocks_[brick.block[place.block]];
+    block.bounds.clear(place.lane);
+    block.id[place.lane] = no_id;
+    brick.live[place.block] = static_cast<std::uint16_t>(brick.live[place.block] & ~(1u << place.lane));
+    brick.changed = static_cast<std::uint16_t>(brick.changed | (1u << place.block));
+    --brick.count;
+    ++brick.disorder;
+    brick_of_[id] = none;
+    --size_;
+    list(number);
+}
+
+/// There is room in the list: see prepare.
+template <int Dim, class T>
+void Tree<Dim, T>::list(std::uint32_t number) noexcept
+{
+    Brick& brick = bricks_[number];
+    if (brick.listed) return;
+    brick.listed = true;
+    listed_.push_back(number);
+}
+
+template <int Dim, class T>
+std::uint32_t Tree<Dim, T>::new_brick(const KeyT& key) noexcept
+{
+    const std::uint32_t number = bricks_.take();
+    Brick& brick = bricks_[number];
+    brick.blocks = brick.count = brick.disorder = 0;
+    brick.changed = 0;
+    brick.listed = false;
+    brick.used = true;
+    brick.parent = brick.wide = none;
+    brick.key = key;
+    brick.node.bounds.clear();
+    std::fill_n(brick.node.child, lanes, Child<Dim, T>());
+    std::fill_n(brick.live, lanes, std::uint16_t{0});
+    brick.hull = brick.node.bounds.hull();
+    return number;
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::give_brick(std::uint32_t number) noexcept
+{
+    Brick& brick = bricks_[number];
+    while (brick.blocks > 0)
+        blocks_.give(brick.block[--brick.blocks]);
+    brick.used = false;
+    bricks_.give(number);
+}
+
+/// ---- The trie ------------------------------------------------------------------------------------------
+
+template <int Dim, class T>
+void Tree<Dim, T>::set_parent(Ref ref, std::uint32_t parent) noexcept
+{
+    if (ref & brick_bit)
+        bricks_[ref & ~brick_bit].parent = parent;
+    else
+        forks_[ref].parent = parent;
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::replace(std::uint32_t parent, Ref before, Ref after) noexcept
+{
+    if (parent == none) {
+        root_ = after;
+    } else {
+        Fork& fork = forks_[parent];
+        fork.child[fork.child[0] == before ? 0 : 1] = after;
+    }
+    if (after != none) set_parent(after, parent);
+}
+
+/// The brick that a key leads to.
+template <int Dim, class T>
+std::uint32_t Tree<Dim, T>::descend(const KeyT& key) const noexcept
+{
+    Ref ref = root_;
+    while (!(ref & brick_bit)) {
+        const Fork& fork = forks_[ref];
+        ref = fork.child[digit_of(key, fork.level)];
+    }
+    return ref & ~brick_bit;
+}
+
+/// Returns the brick that an object with this key belongs to, with room for it.
+template <int Dim, class T>
+std::uint32_t Tree<Dim, T>::make_room(const KeyT& key)
+{
+    for (;;) {
+        std::size_t way = 0;
+        const std::uint32_t number = root_ == none ? none : descend(key);
+        if (number != none)
+            for (std::uint32_t fork = bricks_[number].parent; fork != none; fork = forks_[fork].parent)
+                ++way;
+        // Everything below can't fail.
+        const std::size_t undo = splits_ - splits_before_;
+        blocks_.reserve(2 * lanes + 2 + undo);
+        bricks_.reserve(1);
+        forks_.reserve(1);
+        wides_.reserve(2 * way + 4);
+        if (listed_.capacity() < bricks_.in_use() + 1) listed_.reserve(2 * bricks_.in_use() + 64);
+
+        if (number == none) {
+            const std::uint32_t fresh = new_brick(key);
+            root_ = fresh | brick_bit;
+            return fresh;
+        }
+        Brick& brick = bricks_[number];
+        const int level = first_difference(key, brick.key);
+        if (brick.parent == none || level > forks_[brick.parent].level) {
+            if (brick.count < brick_capacity) return number;
+            split(number);
+            continue;
+        }
+        // It lies outside of the space that the brick stands for: a new side of some fork above.
+        std::uint32_t below = brick.parent;
+        while (forks_[below].parent != none && forks_[forks_[below].parent].level > level)
+            below = forks_[below].parent;
+        const std::uint32_t fresh = new_brick(key);
+        add_fork(forks_[below].parent, below, level, digit_of(key, level), fresh, key);
+        return fresh;
+    }
+}
+
+/// Puts a fork where `before` is, with the brick `fresh` on the given side and `before` on the other.
+template <int Dim, class T>
+void Tree<Dim, T>::add_fork(std::uint32_t parent, Ref before, int level, unsigned side, std::uint32_t fresh,
+                            const KeyT& key) noexcept
+{
+    const std::uint32_t number = forks_.take();
+    Fork& fork = forks_[number];
+    fork.level = level;
+    fork.wide = none;
+    fork.key = key;
+    replace(parent, before, number);
+    fork.child[side] = fresh | brick_bit;
+    fork.child[1 - side] = before;
+    set_parent(fork.child[0], number);
+    set_parent(fork.child[1], number);
+    repack(number);
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::split(std::uint32_t number) noexcept
+{
+    Record records[brick_capacity], other[brick_capacity];
+    const std::uint32_t count = gather(number, records);
+    KeyT keys[brick_capacity];
+    keys[0] = key_of(frame_, records[0].box, records[0].id);
+    int level = key_digits<Dim>;
+    for (std::uint32_t k = 1; k < count; ++k) {
+        keys[k] = key_of(frame_, records[k].box, records[k].id);
+        level = std::min(level, first_difference(keys[k], keys[0]));
+    }
+    std::uint32_t stay = 0, go = 0;
+    KeyT key_stay = keys[0], key_go = keys[0];
+    for (std::uint32_t k = 0; k < count; ++k) {
+        if (digit_of(keys[k], level) == 0) {
+            key_stay = keys[k];
+            records[stay++] = records[k];
+        } else {
+            key_go = keys[k];
+            other[go++] = records[k];
+        }
+    }
+    const std::uint32_t fresh = new_brick(key_go);
+    bricks_[number].key = key_stay;
+    arrange(number, records, stay);
+    arrange(fresh, other, go);
+    for (std::uint32_t k = 0; k < go; ++k)
+        brick_of_[other[k].id] = fresh;
+    ++splits_;
+    add_fork(bricks_[number].parent, number | brick_bit, level, 1, fresh, keys[0]);
+}
+
+/// Takes an empty brick out.
+template <int Dim, class T>
+void Tree<Dim, T>::remove_brick(std::uint32_t number) noexcept
+{
+    const std::uint32_t parent = bricks_[number].parent;
+    give_brick(number);
+    if (parent == none) {
+        root_ = none;
+        show_root();
+        return;
+    }
+    const Fork& fork = forks_[parent];
+    const Ref sibling = fork.child[fork.child[0] == (number | brick_bit) ? 1 : 0];
+    const std::uint32_t above = fork.parent;
+    if (fork.wide != none) wides_.give(fork.wide);
+    replace(above, parent, sibling);
+    forks_.give(parent);
+    repack(above);
+}
+
+/// Joins a brick with the one beside it if both together are small.
+template <int Dim, class T>
+bool Tree<Dim, T>::merge(std::uint32_t number) noexcept
+{
+    const std::uint32_t parent = bricks_[number].parent;
+    if (parent == none) return false;
+    const Fork& fork = forks_[parent];
+    const Ref sibling = fork.child[fork.child[0] == (number | brick_bit) ? 1 : 0];
+    if (!(sibling & brick_bit)) return false;
+    const std::uint32_t other = sibling & ~brick_bit;
+    if (bricks_[number].count + bricks_[other].count > merge_below) return false;
+    Record records[brick_capacity];
+    std::uint32_t count = gather(number, records);
+    const std::uint32_t own = count;
+    count += gather(other, records + count);
+    // No block too few: those of the other are given back first.
+    Brick& gone = bricks_[other];
+    while (gone.blocks > 0)
+        blocks_.give(gone.block[--gone.blocks]);
+    gone.count = 0;
+    arrange(number, records, count);
+    for (std::uint32_t k = own; k < count; ++k)
+        brick_of_[records[k].id] = number;
+    remove_brick(other);
+    return true;
+}
+
+/// ---- The wide nodes ------------------------------------------------------------------------------------
+
+template <int Dim, class T>
+Child<Dim, T> Tree<Dim, T>::child_of(const Brick& brick) const noexcept
+{
+    if (brick.blocks == 0) return {};
+    if (brick.blocks == 1) return brick.node.child[0];
+    return &brick.node;
+}
+
+template <int Dim, class T>
+std::uint32_t Tree<Dim, T>::leaves(Ref ref) const noexcept
+{
+    return ref & brick_bit ? 1 : forks_[ref].leaves;
+}
+
+/// Decides which children of a fork begin a piece of their own: pieces have at most 16 leaves, and where both
+/// sides together have more, the bigger one is cut off.
+template <int Dim, class T>
+void Tree<Dim, T>::cut(std::uint32_t number) noexcept
+{
+    Fork& fork = forks_[number];
+    std::uint32_t left = leaves(fork.child[0]), right = leaves(fork.child[1]);
+    bool begins[2] = {false, false};
+    if (left + right > lanes) {
+        const bool both = std::min(left, right) + 1 > lanes;
+        begins[0] = both || left >= right;
+        begins[1] = both || !begins[0];
+        left = begins[0] ? 1 : left;
+        right = begins[1] ? 1 : right;
+    }
+    fork.leaves = left + right;
+    set_piece(fork.child[0], begins[0]);
+    set_piece(fork.child[1], begins[1]);
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::set_piece(Ref ref, bool begins) noexcept
+{
+    if (ref & brick_bit) return;
+    Fork& fork = forks_[ref];
+    if (begins == (fork.wide != none)) return;
+    if (begins) {
+        fork.wide = wides_.take();
+        wides_[fork.wide].wide = none;
+        fill(ref);
+    } else {
+        wides_.give(fork.wide);
+        fork.wide = none;
+    }
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::fill(std::uint32_t number) noexcept
+{
+    const std::uint32_t own = forks_[number].wide;
+    Wide& wide = wides_[own];
+    wide.fork = number;
+    wide.node.bounds.clear();
+    std::fill_n(wide.node.child, lanes, Child<Dim, T>());
+    wide.count = 0;
+    Ref way[2 * lanes]; // a piece has fewer than 16 forks
+    std::uint32_t depth = 0;
+    way[depth++] = forks_[number].child[1];
+    way[depth++] = forks_[number].child[0];
+    while (depth > 0) {
+        const Ref ref = way[--depth];
+        const std::uint32_t lane = wide.count;
+        if (ref & brick_bit) {
+            Brick& brick = bricks_[ref & ~brick_bit];
+            brick.wide = own;
+            brick.lane = lane;
+            wide.node.bounds.set(lane, brick.hull);
+            wide.node.child[lane] = child_of(brick);
+            ++wide.count;
+        } else if (forks_[ref].wide != none) {
+            Wide& below = wides_[forks_[ref].wide];
+            below.wide = own;
+            below.lane = lane;
+            wide.node.bounds.set(lane, below.hull);
+            wide.node.child[lane] = &below.node;
+            ++wide.count;
+        } else {
+            way[depth++] = forks_[ref].child[1];
+            way[depth++] = forks_[ref].child[0];
+        }
+    }
+    wide.hull = wide.node.bounds.hull();
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::repack(std::uint32_t fork) noexcept
+{
+    std::uint32_t below = none;
+    for (; fork != none; fork = forks_[fork].parent) {
+        const bool stood = below != none && forks_[below].wide != none;
+        cut(fork);
+        if (stood && forks_[below].wide != none) fill(below);
+        below = fork;
+    }
+    if (below != none && forks_[below].wide != none) fill(below);
+    if (root_ != none && !(root_ & brick_bit)) set_piece(root_, true);
+    show_root();
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::refit(std::uint32_t wide_number, std::uint32_t lane, Child<Dim, T> child,
+                         const Box& hull) noexcept
+{
+    Box box = hull;
+    while (wide_number != none) {
+        Wide& wide = wides_[wide_number];
+        wide.node.child[lane] = child;
+        wide.node.bounds.set(lane, box);
+        const Box whole = wide.node.bounds.hull();
+        if (same(whole, wide.hull)) return;
+        wide.hull = box = whole;
+        child = &wide.node;
+        lane = wide.lane;
+        wide_number = wide.wide;
+    }
+    show_root();
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::show_root() noexcept
+{
+    if (root_ == none) {
+        root_child_ = {};
+        Bounds<Dim, T> empty;
+        empty.clear();
+        hull_ = empty.hull();
+    } else if (root_ & brick_bit) {
+        Brick& brick = bricks_[root_ & ~brick_bit];
+        brick.wide = none;
+        root_child_ = child_of(brick);
+        hull_ = brick.hull;
+    } else {
+        Wide& wide = wides_[forks_[root_].wide];
+        wide.wide = none;
+        root_child_ = &wide.node;
+        hull_ = wide.hull;
+    }
+}
+
+/// ---- Changes -------------------------------------------------------------------------------------------
+
+template <int Dim, class T>
+void Tree<Dim, T>::finish_brick(std::uint32_t number) noexcept
+{
+    Brick& brick = bricks_[number];
+    if (brick.count == 0) {
+        remove_brick(number);
+        return;
+    }
+    if (brick.count < merge_below) {
+        if (merge(number)) {
+            Brick& merged = bricks_[number];
+            refit(merged.wide, merged.lane, child_of(merged), merged.hull);
+            if (merged.parent == none) show_root();
+            return;
+        }
+    }
+    if (brick.disorder > tolerated_disorder(brick.count)) {
+        Record records[brick_capacity];
+        const std::uint32_t count = gather(number, records);
+        arrange(number, records, count);
+    } else {
+        for (unsigned changed = brick.changed; changed != 0; changed &= changed - 1) {
+            const auto b = static_cast<std::uint32_t>(std::countr_zero(changed));
+            brick.node.bounds.set(b, blocks_[brick.block[b]].bounds.hull());
+        }
+        for (std::uint32_t b = brick.blocks; b-- > 0;) {
+            if (brick.live[b] != 0) continue;
+            blocks_.give(brick.block[b]);
+            const std::uint32_t last = --brick.blocks;
+            brick.block[b] = brick.block[last];
+            brick.live[b] = brick.live[last];
+            brick.node.child[b] = brick.node.child[last];
+            brick.node.bounds.set(b, brick.node.bounds.get(last));
+            brick.live[last] = 0;
+            brick.node.child[last] = {};
+            brick.node.bounds.clear(last);
+        }
+        brick.changed = 0;
+        brick.hull = brick.node.bounds.hull();
+    }
+    if (brick.wide != none)
+        refit(brick.wide, brick.lane, child_of(brick), brick.hull);
+    else
+        show_root();
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::finish() noexcept
+{
+    for (const std::uint32_t number : listed_) {
+        Brick& brick = bricks_[number];
+        if (!brick.listed) continue; // given back meanwhile
+        brick.listed = false;
+        if (brick.used) finish_brick(number);
+    }
+    listed_.clear();
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::insert(std::span<const std::uint32_t> ids, const View& boxes)
+{
+    if (ids.empty()) return;
+    const std::size_t end_before = brick_of_.size();
+    const std::size_t end =
+        std::max<std::size_t>(end_before, std::size_t{*std::max_element(ids.begin(), ids.end())} + 1);
+    std::size_t done = 0;
+    try {
+        if (brick_of_.capacity() < end) brick_of_.reserve(end + end / 2);
+        brick_of_.resize(end, none);
+        if (size_ == 0) {
+            build(ids, boxes);
+            return;
+        }
+        splits_before_ = splits_;
+        for (; done < ids.size(); ++done) {
+            const Box box = boxes[done];
+            put(make_room(key_of(frame_, box, ids[done])), ids[done], box);
+        }
+    } catch (...) {
+        while (done > 0)
+            remove_one(ids[--done]);
+        finish();
+        brick_of_.resize(end_before, none);
+        throw;
+    }
+    finish();
 }
 
 template <int Dim, class T>
 void Tree<Dim, T>::erase(std::span<const std::uint32_t> ids) noexcept
 {
     for (const std::uint32_t id : ids)
-        here_[id] = 0;
-    size_ -= ids.size();
+        remove_one(id);
+    finish();
 }
 
 template <int Dim, class T>
-void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
+void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
 {
-    for (std::size_t i = 0; i < ids.size(); ++i)
-        box_[ids[i]] = boxes[i];
+    std::pmr::vector<Box> before(memory_);
+    before.reserve(ids.size());
+    splits_before_ = splits_;
+    const auto set = [&](std::uint32_t number, std::uint32_t id, const Box& box) {
+        const Place place = find(number, id);
+        Brick& brick = bricks_[number];
+        blocks_[brick.block[place.block]].bounds.set(place.lane, box);
+        brick.changed = static_cast<std::uint16_t>(brick.changed | (1u << place.block));
+        if (!inside(box, brick.node.bounds.get(place.block))) ++brick.disorder;
+        list(number);
+    };
+    try {
+        for (std::size_t i = 0; i < ids.size(); ++i) {
+            const std::uint32_t id = ids[i];
+            const Box box = boxes[i];
+            const KeyT key = key_of(frame_, box, id);
+            before.push_back(this->box(id));
+            const Brick& brick = bricks_[brick_of_[id]];
+            if (brick.parent == none || first_difference(key, brick.key) > forks_[brick.parent].level) {
+                set(brick_of_[id], id, box);
+                continue;
+            }
+            const std::uint32_t to = make_room(key);
+            remove_one(id);
+            put(to, id, box);
+        }
+    } catch (...) {
+        // Backwards, so that whatever was pushed out finds its place free again. Bricks only got smaller,
+        // none was given back, and make_room keeps a block for each split.
+        if (before.size() > 0) before.pop_back();
+        for (std::size_t i = before.size(); i-- > 0;) {
+            const std::uint32_t id = ids[i], to = descend(key_of(frame_, before[i], id));
+            if (to == brick_of_[id]) {
+                set(to, id, before[i]);
+            } else {
+                remove_one(id);
+                put(to, id, before[i]);
+            }
+        }
+        finish();
+        throw;
+    }
+    finish();
 }
 
 template <int Dim, class T>
 void Tree<Dim, T>::clear() noexcept
 {
-    here_.clear();
+    brick_of_.clear();
+    listed_.clear();
+    blocks_.clear();
+    bricks_.clear();
+    forks_.clear();
+    wides_.clear();
+    root_ = none;
     size_ = 0;
+    show_root();
+}
+
+template <int Dim, class T>
+auto Tree<Dim, T>::box(std::uint32_t id) const noexcept -> Box
+{
+    const std::uint32_t number = brick_of_[id];
+    const Place place = find(number, id);
+    return blocks_[bricks_[number].block[place.block]].bounds.get(place.lane);
+}
+
+/// ---- From nothing --------------------------------------------------------------------------------------
+
+template <int Dim, class T>
+struct Tree<Dim, T>::Sorting
+{
+    struct Entry
+    {
+        KeyT key;
+        std::size_t box;
+    };
+    const View& boxes;
+    std::pmr::vector<Entry> entries;
+};
+
+template <int Dim, class T>
+void Tree<Dim, T>::build(std::span<const std::uint32_t> ids, const View& boxes)
+{
+    try {
+        frame_ = choose_frame(boxes);
+        Sorting sorting{boxes, std::pmr::vector<typename Sorting::Entry>(memory_)};
+        sorting.entries.resize(ids.size());
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            sorting.entries[i] = {key_of(frame_, boxes[i], ids[i]), i};
+        root_ = build_range(sorting, 0, ids.size(), none);
+        if (!(root_ & brick_bit)) {
+            wides_.reserve(1);
+            set_piece(root_, true);
+        }
+        size_ = ids.size();
+        show_root();
+    } catch (...) {
+        clear(); // it was empty
+        throw;
+    }
+}
+
+template <int Dim, class T>
+auto Tree<Dim, T>::build_range(Sorting& sorting, std::size_t begin, std::size_t end, std::uint32_t parent)
+    -> Ref
+{
+    const std::size_t count = end - begin;
+    auto* const entries = sorting.entries.data();
+    if (count <= brick_capacity) {
+        blocks_.reserve(lanes);
+        bricks_.reserve(1);
+        if (listed_.capacity() < bricks_.in_use() + 1) listed_.reserve(2 * bricks_.in_use() + 64);
+        const std::uint32_t number = new_brick(entries[begin].key);
+        bricks_[number].parent = parent;
+        Record records[brick_capacity];
+        for (std::size_t k = 0; k < count; ++k) {
+            const auto& entry = entries[begin + k];
+            records[k] = {sorting.boxes[entry.box], entry.key.id};
+            brick_of_[entry.key.id] = number;
+        }
+        arrange(number, records, static_cast<std::uint32_t>(count));
+        return number | brick_bit;
+    }
+    KeyT differing{}; // digits in which not all agree
+    for (std::size_t k = begin + 1; k < end; ++k) {
+        for (int d = 0; d < Dim; ++d)
+            differing.center[d] |= entries[k].key.center[d] ^ entries[begin].key.center[d];
+        differing.size_class |= entries[k].key.size_class ^ entries[begin].key.size_class;
+        differing.id |= entries[k].key.id ^ entries[begin].key.id;
+    }
+    const int level = first_difference(differing, KeyT{});
+    auto* const middle = std::partition(entries + begin, entries + end,
+                                        [&](const auto& entry) { return digit_of(entry.key, level) == 0; });
+    forks_.reserve(1);
+    const std::uint32_t number = forks_.take();
+    forks_[number].key = entries[begin].key;
+    forks_[number].level = level;
+    forks_[number].parent = parent;
+    forks_[number].wide = none;
+    const auto split = static_cast<std::size_t>(middle - entries);
+    const Ref left = build_range(sorting, begin, split, number);
+    const Ref right = build_range(sorting, split, end, number);
+    forks_[number].child[0] = left;
+    forks_[number].child[1] = right;
+    wides_.reserve(2);
+    cut(number);
+    return number;
+}
+
+/// ---- Looking at it -------------------------------------------------------------------------------------
+
+template <int Dim, class T>
+IndexStats Tree<Dim, T>::stats() const noexcept
+{
+    IndexStats stats;
+    stats.objects = size_;
+    stats.bricks = bricks_.in_use();
+    stats.blocks = blocks_.in_use();
+    stats.nodes = wides_.in_use();
+    stats.sorts = sorts_;
+    stats.splits = splits_;
+    stats.bytes = blocks_.bytes() + bricks_.bytes() + forks_.bytes() + wides_.bytes() +
+                  (brick_of_.capacity() + listed_.capacity()) * sizeof(std::uint32_t);
+    return stats;
 }
 
 template class Tree<2, float>;

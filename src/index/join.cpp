@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+#include "index/join.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+#include "index/share_out.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+namespace {
+
+constexpr std::uint32_t groups_per_claim = 32;
+constexpr std::uint32_t positions_per_claim = 4096;
+// Fewer boxes than this per thread are not worth waking one.
+constexpr std::uint32_t boxes_per_thread = 512;
+
+/// Sorts ascending. Most lists are short.
+void sort_ids(std::uint32_t* ids, std::uint32_t count)
+{
+    if (count > 24) {
+        std::sort(ids, ids + count);
+        return;
+    }
+    for (std::uint32_t k = 1; k < count; ++k) {
+        const std::uint32_t id = ids[k];
+        std::uint32_t to = k;
+        for (; to > 0 && ids[to - 1] > id; --to)
+            ids[to] = ids[to - 1];
+        ids[to] = id;
+    }
+}
+
+} // namespace
+
+template <int Dim, class T>
+struct Join<Dim, T>::Slot
+{
+    explicit Slot(std::pmr::memory_resource* memory) : ids(memory), touches(memory) {}
+    engine::Buffer<std::uint32_t> ids;
+    engine::Buffer<Touch> touches; // of one group of askers
+    std::uint64_t id_count = 0;
+    std::uint32_t touch_count = 0;
+};
+
+/// What a search finds, flushed into a slot's touches.
+template <int Dim, class T>
+struct TouchesOf : Found<Touch>
+{
+    engine::Buffer<Touch>* to;
+    std::uint32_t* count;
+    void flush()
+    {
+        const auto found = static_cast<std::uint32_t>(next - items);
+        Touch* const all = to->grow(std::size_t{*count} + found, *count);
+        std::copy_n(items, found, all + *count);
+        *count += found;
+        next = items;
+    }
+    static void make_room(Found<Touch>& self) { static_cast<TouchesOf&>(self).flush(); }
+};
+
+template <int Dim, class T>
+Join<Dim, T>::Join(const IndexOptions& options)
+    : kernels_(kernels_for<Dim, T>(options.instruction_set)),
+      memory_(options.memory),
+      keys_(memory_),
+      keys_to_(memory_),
+      lists_(memory_),
+      first_(memory_)
+{
+}
+
+template <int Dim, class T>
+Join<Dim, T>::~Join() = default;
+
+template <int Dim, class T>
+const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes)
+{
+    const auto count = static_cast<std::uint32_t>(boxes.size());
+    std::uint64_t* keys = keys_.reserve(count);
+    if (count <= lanes) {
+        for (std::uint32_t i = 0; i < count; ++i)
+            keys[i] = i;
+        return keys;
+    }
+    // Places on a grid over most of the world with about eight cells a box, along the Z curve.
+    const int digits = std::min(10, (static_cast<int>(std::bit_width(count)) + 3) / Dim + 1);
+    const Frame<Dim>& frame = tree.frame();
+    const double cells = static_cast<double>(1u << digits);
+    double factor[Dim], offset[Dim];
+    for (int d = 0; d < Dim; ++d) {
+        factor[d] = frame.scale / 4398046511104.0 * cells / 1.25; // 2^42 quanta and a margin
+        offset[d] = 0.5 * cells - frame.origin[d] * factor[d];
+        factor[d] *= 0.5; // of lo + hi
+    }
+    const double last = cells - 1;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        std::uint64_t place = 0;
+        for (int d = 0; d < Dim; ++d) {
+            const double at =
+                (static_cast<double>(boxes.lo(d, i)) + static_cast<double>(boxes.hi(d, i))) * factor[d] +
+                offset[d];
+            const auto cell = static_cast<std::uint32_t>(at > 0 ? (at < last ? at : last) : 0);
+            std::uint64_t spread = cell;
+            if constexpr (Dim == 2) {
+                spread = (spread | (spread << 8)) & 0x00ff00ff;
+                spread = (spread | (spread << 4)) & 0x0f0f0f0f;
+                spread = (spread | (spread << 2)) & 0x33333333;
+                spread = (spread | (spread << 1)) & 0x55555555;
+            } else {
+                spread = (spread | (spread << 16)) & 0x030000ff;
+                spread = (spread | (spread << 8)) & 0x0300f00f;
+                spread = (spread | (spread << 4)) & 0x030c30c3;
+                spread = (spread | (spread << 2)) & 0x09249249;
+            }
+            place |= spread << d;
+        }
+        keys[i] = (place << 32) | i;
+    }
+    if (count < 256) {
+        std::sort(keys, keys + count);
+        return keys;
+    }
+    std::uint64_t* to = keys_to_.reserve(count);
+    constexpr int radix_bits = 11;
+    for (int shift = 32; shift < 32 + digits * Dim; shift += radix_bits) {
+        std::uint32_t bucket[(1 << radix_bits) + 1] = {};
+        constexpr std::uint32_t mask = (1u << radix_bits) - 1;
+        for (std::uint32_t i = 0; i < count; ++i)
+            ++bucket[(static_cast<std::uint32_t>(keys[i] >> shift) & mask) + 1];
+        for (std::uint32_t b = 0; b < mask; ++b)
+            bucket[b + 1] += bucket[b];
+        for (std::uint32_t i = 0; i < count; ++i)
+            to[bucket[static_cast<std::uint32_t>(keys[i] >> shift) & mask]++] = keys[i];
+        std::swap(keys, to);
+    }
+    return keys;
+}
+
+template <int Dim, class T>
+void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
+                       const std::uint64_t* order, std::uint32_t begin, std::uint32_t end)
+{
+    Slot& slot = *slots_[number];
+    Askers<Dim, T> askers;
+    TouchesOf<Dim, T> found;
+    found.full = TouchesOf<Dim, T>::make_room;
+    found.to = &slot.touches;
+    found.count = &slot.touch_count;
+    for (std::uint32_t from = begin; from < end; from += lanes) {
+        askers.count = std::min(lanes, end - from);
+        std::uint32_t position[lanes];
+        for (std::uint32_t a = 0; a < lanes; ++a) {
+            if (a < askers.count) {
+                position[a] = static_cast<std::uint32_t>(order[from + a]);
+                askers.bounds.set(a, boxes[position[a]]);
+            } else {
+                askers.bounds.clear(a);
+            }
+        }
+        slot.touch_count = 0;
+        found.next = found.items;
+        kernels_.join(tree.root(), askers, found);
+        const Touch* touches = found.items;
+        auto count = static_cast<std::uint32_t>(found.next - found.items);
+        if (slot.touch_count != 0) {
+            found.flush();
+            touches = slot.touches.data();
+            count = slot.touch_count;
+        }
+        std::uint32_t* const ids = slot.ids.grow(static_cast<std::size_t>(slot.id_count + count),
+                                                 static_cast<std::size_t>(slot.id_count)) +
+                                   slot.id_count;
+        std::uint32_t at[lanes + 1] = {};
+        for (std::uint32_t k = 0; k < count; ++k)
+            ++at[touches[k].lane + 1];
+        for (std::uint32_t a = 0; a < askers.count; ++a) {
+            lists_[position[a]] = {slot.id_count + at[a], number, at[a + 1]};
+            at[a + 1] += at[a];
+        }
+        for (std::uint32_t k = 0; k < count; ++k)
+            ids[at[touches[k].lane]++] = touches[k].id;
+        std::uint32_t first = 0;
+        for (std::uint32_t a = 0; a < askers.count; ++a) {
+            sort_ids(ids + first, at[a] - first);
+            first = at[a];
+        }
+        slot.id_count += count;
+    }
+}
+
+template <int Dim, class T>
+void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
+                       std::pmr::vector<Pair>& out)
+{
+    const auto count = static_cast<std::uint32_t>(boxes.size());
+    out.clear();
+    if (count == 0 || tree.size() == 0) return;
+    const std::uint32_t threads = std::max(1u, std::min(executor.concurrency(), count / boxes_per_thread));
+    while (slots_.size() < threads)
+        slots_.push_back(std::make_unique<Slot>(memory_));
+    for (const auto& slot : slots_)
+        slot->id_count = 0;
+    const std::uint64_t* const ordered = order(tree, boxes);
+    List* const lists = lists_.reserve(count);
+    share_out(executor, threads, count, groups_per_claim * lanes,
+              [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
+                  ask(slot, tree, boxes, ordered, static_cast<std::uint32_t>(begin),
+                      static_cast<std::uint32_t>(end));
+              });
+    const std::uint32_t runs = (count + positions_per_claim - 1) / positions_per_claim;
+    std::uint64_t* const first = first_.reserve(runs);
+    std::uint64_t total = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        if (i % positions_per_claim == 0) first[i / positions_per_claim] = total;
+        total += lists[i].count;
+    }
+    out.resize(static_cast<std::size_t>(total));
+    share_out(executor, threads, count, positions_per_claim,
+              [&](std::uint32_t, std::size_t begin, std::size_t end) {
+                  Pair* to = out.data() + first[begin / positions_per_claim];
+                  for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+                      const List& list = lists[i];
+                      const std::uint32_t* const ids = slots_[list.slot]->ids.data() + list.begin;
+                      for (std::uint32_t k = 0; k < list.count; ++k)
+                          *to++ = {i, ids[k]};
+                  }
+              });
+}
+
+template <int Dim, class T>
+std::uint64_t Join<Dim, T>::bytes() const noexcept
+{
+    std::uint64_t sum = keys_.bytes() + keys_to_.bytes() + lists_.bytes() + first_.bytes();
+    for (const auto& slot : slots_)
+        sum += slot->ids.bytes() + slot->touches.bytes();
+    return sum;
+}
+
+template class Join<2, float>;
+template class Join<2, double>;
+template class Join<3, float>;
+template class Join<3, double>;
+
+} // namespace index
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "index/groups.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/query.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+/// Tells whether an object counts; null where all do.
+using Wanted = FunctionRef<bool(std::uint32_t id)>;
+
+/// Where a search leaves what it finds, in any order.
+template <class Item>
+struct Found
+{
+    static constexpr std::uint32_t capacity = 256;
+    Item* next = items;
+    bool one_will_do = false;
+    /// Called when fewer than 16 more fit. Makes room.
+    void (*full)(Found& self) = nullptr;
+    Item items[capacity];
+
+    [[nodiscard]] bool has_room() const noexcept { return items + capacity - next >= lanes; }
+};
+
+/// A ray or a sweep as the kernels want it.
+template <int Dim, class T>
+struct Line
+{
+    T lo[Dim], hi[Dim]; // the moving box at the beginning
+    T inverse[Dim];     // 0 on an axis without motion
+    T max_fraction;
+
+    explicit Line(const Sweep<Dim, T>& sweep) noexcept : max_fraction(sweep.max_fraction)
+    {
+        for (int d = 0; d < Dim; ++d) {
+            lo[d] = sweep.box.lo[d];
+            hi[d] = sweep.box.hi[d];
+            inverse[d] = T(1) / sweep.motion[d];
+            if (!(inverse[d] >= -std::numeric_limits<T>::max() &&
+                  inverse[d] <= std::numeric_limits<T>::max()))
+                inverse[d] = 0;
+        }
+    }
+    explicit Line(const Ray<Dim, T>& ray) noexcept : max_fraction(ray.max_fraction)
+    {
+        for (int d = 0; d < Dim; ++d) {
+            lo[d] = hi[d] = ray.origin[d];
+            inverse[d] = T(1) / ray.direction[d];
+            if (!(inverse[d] >= -std::numeric_limits<T>::max() &&
+                  inverse[d] <= std::numeric_limits<T>::max()))
+                inverse[d] = 0;
+        }
+    }
+};
+
+/// Up to 16 boxes that ask together.
+template <int Dim, class T>
+struct alignas(64) Askers
+{
+    Bounds<Dim, T> bounds;
+    std::uint32_t count;
+};
+
+/// One of `Askers`, by its lane, and an object that it touches.
+struct Touch
+{
+    std::uint32_t lane;
+    std::uint32_t id;
+};
+
+/// The k best of what a search has seen: a heap with the worst on top.
+template <class T>
+struct Best
+{
+    Hit<T>* heap;
+    std::uint32_t size, wanted;
+    T limit;
+};
+
+/// The searches of one instruction set. All sets find the same.
+template <int Dim, class T>
+struct Kernels
+{
+    using Root = Child<Dim, T>;
+    void (*box)(Root root, const Aabb<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
+    void (*sphere)(Root root, const Sphere<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
+    void (*frustum)(Root root, const Frustum<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
+    void (*join)(Root root, const Askers<Dim, T>& askers, Found<Touch>& out);
+    Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
+    void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
+    void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);
+};
+
+/// For one of supported_instruction_sets(); any other gets the best supported one.
+template <int Dim, class T>
+const Kernels<Dim, T>& kernels_for(InstructionSet set) noexcept;
+
+} // namespace index
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+
+#include "jostle/box.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+/// How boxes are turned into keys. It is chosen for the first boxes that come and is never wrong, only more
+/// or less useful: coordinates beyond 2^62 quanta count as 2^62.
+template <int Dim>
+struct Frame
+{
+    double origin[Dim] = {};
+    double scale = 1;       // quanta per unit; 2^42 cover the first boxes
+    double common_size = 0; // boxes bigger than this on some axis are of the classes 1, 2, ...
+    static constexpr double class_ratio = 8;
+    static constexpr std::uint32_t last_class = 7;
+};
+
+/// Where a box belongs: its class of size, its centre, and, for boxes in the same place, its id. A key is a
+/// string of binary digits, the highest of every axis first, that no two objects share.
+template <int Dim>
+struct Key
+{
+    std::uint64_t center[Dim];
+    std::uint32_t size_class;
+    std::uint32_t id;
+};
+
+inline constexpr int class_digits = 3;
+template <int Dim>
+inline constexpr int key_digits = class_digits + 64 * Dim + 32;
+
+template <int Dim, class T>
+[[nodiscard]] inline Key<Dim> key_of(const Frame<Dim>& frame, const Aabb<Dim, T>& box,
+                                     std::uint32_t id) noexcept
+{
+    // Infinite bounds count as the furthest that still has a finite centre.
+    constexpr double furthest = 1e300, last = 4611686018427387904.0; // 2^62
+    Key<Dim> key;
+    double size = 0;
+    for (int d = 0; d < Dim; ++d) {
+        const double lo = std::max(-furthest, std::min(static_cast<double>(box.lo[d]), furthest));
+        const double hi = std::max(-furthest, std::min(static_cast<double>(box.hi[d]), furthest));
+        size = std::max(size, hi - lo);
+        const double place = (0.5 * lo + 0.5 * hi - frame.origin[d]) * frame.scale;
+        const double cut = std::max(-last, std::min(place, last));
+        key.center[d] = static_cast<std::uint64_t>(static_cast<std::int64_t>(cut)) ^ (std::uint64_t{1} << 63);
+    }
+    key.size_class = 0;
+    for (double bound = frame.common_size; key.size_class < Frame<Dim>::last_class && size > bound;
+         bound = bound * Frame<Dim>::class_ratio)
+        ++key.size_class;
+    key.id = id;
+    return key;
+}
+
+/// The first digit that differs; key_digits if none.
+template <int Dim>
+[[nodiscard]] inline int first_difference(const Key<Dim>& a, const Key<Dim>& b) noexcept
+{
+    if (a.size_class != b.size_class)
+        return class_digits - static_cast<int>(std::bit_width(a.size_class ^ b.size_class));
+    int digit = 64 * Dim;
+    for (int d = 0; d < Dim; ++d)
+        if (a.center[d] != b.center[d])
+            digit = std::min(digit, std::countl_zero(a.center[d] ^ b.center[d]) * Dim + d);
+    if (digit != 64 * Dim) return class_digits + digit;
+    return class_digits + digit + std::countl_zero(a.id ^ b.id);
+}
+
+template <int Dim>
+[[nodiscard]] inline unsigned digit_of(const Key<Dim>& key, int digit) noexcept
+{
+    if (digit < class_digits) return (key.size_class >> (class_digits - 1 - digit)) & 1;
+    digit -= class_digits;
+    if (digit < 64 * Dim) return static_cast<unsigned>(key.center[digit % Dim] >> (63 - digit / Dim)) & 1;
+    return (key.id >> (31 - (digit - 64 * Dim))) & 1;
+}
+
+} // namespace index
+JOSTLE_NAMESPACE_END
