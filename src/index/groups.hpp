@@ -79,6 +79,15 @@ struct alignas(64) Block
 {
     Bounds<Dim, T> bounds;
     std::uint32_t id[lanes];
+
+    /// Lanes that hold an object.
+    [[nodiscard]] unsigned live() const noexcept
+    {
+        unsigned bits = 0;
+        for (std::uint32_t lane = 0; lane < lanes; ++lane)
+            bits |= static_cast<unsigned>(id[lane] != no_id) << lane;
+        return bits;
+    }
 };
 
 template <int Dim, class T>

@@ -11,54 +11,19 @@ JOSTLE_NAMESPACE_BEGIN
 namespace index {
 namespace {
 
-constexpr std::uint32_t groups_per_claim = 32;
 constexpr std::uint32_t positions_per_claim = 4096;
 // Fewer boxes than this per thread are not worth waking one.
 constexpr std::uint32_t boxes_per_thread = 512;
-
-/// Sorts ascending. Most lists are short.
-void sort_ids(std::uint32_t* ids, std::uint32_t count)
-{
-    if (count > 24) {
-        std::sort(ids, ids + count);
-        return;
-    }
-    for (std::uint32_t k = 1; k < count; ++k) {
-        const std::uint32_t id = ids[k];
-        std::uint32_t to = k;
-        for (; to > 0 && ids[to - 1] > id; --to)
-            ids[to] = ids[to - 1];
-        ids[to] = id;
-    }
-}
 
 } // namespace
 
 template <int Dim, class T>
 struct Join<Dim, T>::Slot
 {
-    explicit Slot(std::pmr::memory_resource* memory) : ids(memory), touches(memory) {}
-    engine::Buffer<std::uint32_t> ids;
-    engine::Buffer<Touch> touches; // of one group of askers
-    std::uint64_t id_count = 0;
-    std::uint32_t touch_count = 0;
-};
-
-/// What a search finds, flushed into a slot's touches.
-template <int Dim, class T>
-struct TouchesOf : Found<Touch>
-{
-    engine::Buffer<Touch>* to;
-    std::uint32_t* count;
-    void flush()
-    {
-        const auto found = static_cast<std::uint32_t>(next - items);
-        Touch* const all = to->grow(std::size_t{*count} + found, *count);
-        std::copy_n(items, found, all + *count);
-        *count += found;
-        next = items;
-    }
-    static void make_room(Found<Touch>& self) { static_cast<TouchesOf&>(self).flush(); }
+    explicit Slot(std::pmr::memory_resource* memory) : work(memory), ids(memory) {}
+    JoinWork<Dim, T> work;
+    engine::Buffer<std::uint32_t> ids; // of all askers so far
+    std::size_t id_count = 0;
 };
 
 template <int Dim, class T>
@@ -144,50 +109,17 @@ void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const Box
                        const std::uint64_t* order, std::uint32_t begin, std::uint32_t end)
 {
     Slot& slot = *slots_[number];
-    Askers<Dim, T> askers;
-    TouchesOf<Dim, T> found;
-    found.full = TouchesOf<Dim, T>::make_room;
-    found.to = &slot.touches;
-    found.count = &slot.touch_count;
-    for (std::uint32_t from = begin; from < end; from += lanes) {
-        askers.count = std::min(lanes, end - from);
-        std::uint32_t position[lanes];
-        for (std::uint32_t a = 0; a < lanes; ++a) {
-            if (a < askers.count) {
-                position[a] = static_cast<std::uint32_t>(order[from + a]);
-                askers.bounds.set(a, boxes[position[a]]);
-            } else {
-                askers.bounds.clear(a);
-            }
-        }
-        slot.touch_count = 0;
-        found.next = found.items;
-        kernels_.join(tree.root(), askers, found);
-        const Touch* touches = found.items;
-        auto count = static_cast<std::uint32_t>(found.next - found.items);
-        if (slot.touch_count != 0) {
-            found.flush();
-            touches = slot.touches.data();
-            count = slot.touch_count;
-        }
-        std::uint32_t* const ids = slot.ids.grow(static_cast<std::size_t>(slot.id_count + count),
-                                                 static_cast<std::size_t>(slot.id_count)) +
-                                   slot.id_count;
-        std::uint32_t at[lanes + 1] = {};
-        for (std::uint32_t k = 0; k < count; ++k)
-            ++at[touches[k].lane + 1];
-        for (std::uint32_t a = 0; a < askers.count; ++a) {
-            lists_[position[a]] = {slot.id_count + at[a], number, at[a + 1]};
-            at[a + 1] += at[a];
-        }
-        for (std::uint32_t k = 0; k < count; ++k)
-            ids[at[touches[k].lane]++] = touches[k].id;
-        std::uint32_t first = 0;
-        for (std::uint32_t a = 0; a < askers.count; ++a) {
-            sort_ids(ids + first, at[a] - first);
-            first = at[a];
-        }
-        slot.id_count += count;
+    JoinWork<Dim, T>& work = slot.work;
+    Aabb<Dim, T> askers[JoinWork<Dim, T>::most_askers];
+    const std::uint32_t count = end - begin;
+    for (std::uint32_t a = 0; a < count; ++a)
+        askers[a] = boxes[static_cast<std::uint32_t>(order[begin + a])];
+    kernels_.join(tree.root(), askers, count, work);
+    std::uint32_t* const ids = slot.ids.grow(slot.id_count + work.touched, slot.id_count);
+    std::copy_n(work.ids.data(), work.touched, ids + slot.id_count);
+    for (std::uint32_t a = 0; a < count; ++a) {
+        lists_[static_cast<std::uint32_t>(order[begin + a])] = {slot.id_count, number, work.count[a]};
+        slot.id_count += work.count[a];
     }
 }
 
@@ -205,7 +137,7 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxVi
         slot->id_count = 0;
     const std::uint64_t* const ordered = order(tree, boxes);
     List* const lists = lists_.reserve(count);
-    share_out(executor, threads, count, groups_per_claim * lanes,
+    share_out(executor, threads, count, JoinWork<Dim, T>::most_askers,
               [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
                   ask(slot, tree, boxes, ordered, static_cast<std::uint32_t>(begin),
                       static_cast<std::uint32_t>(end));
@@ -235,7 +167,8 @@ std::uint64_t Join<Dim, T>::bytes() const noexcept
 {
     std::uint64_t sum = keys_.bytes() + keys_to_.bytes() + lists_.bytes() + first_.bytes();
     for (const auto& slot : slots_)
-        sum += slot->ids.bytes() + slot->touches.bytes();
+        sum += slot->ids.bytes() + slot->work.ids.bytes() + slot->work.touches.bytes() +
+               slot->work.nodes.bytes() + slot->work.next.bytes() + slot->work.blocks.bytes();
     return sum;
 }
 

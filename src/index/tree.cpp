@@ -15,6 +15,9 @@ namespace {
 /// Bricks with fewer objects together become one.
 constexpr std::uint32_t merge_below = 144;
 
+/// A piece of the trie this small may go on upwards where its bigger neighbour is cut off.
+constexpr std::uint32_t straggler = 3;
+
 /// A brick is put in order again when this many objects came or went.
 constexpr std::uint32_t tolerated_disorder(std::uint32_t count)
 {
@@ -495,8 +498,6 @@ bool Tree<Dim, T>::merge(std::uint32_t number) noexcept
 template <int Dim, class T>
 Child<Dim, T> Tree<Dim, T>::child_of(const Brick& brick) const noexcept
 {
-    if (brick.blocks == 0) return {};
-    if (brick.blocks == 1) return brick.node.child[0];
     return &brick.node;
 }
 
@@ -507,7 +508,7 @@ std::uint32_t Tree<Dim, T>::leaves(Ref ref) const noexcept
 }
 
 /// Decides which children of a fork begin a piece of their own: pieces have at most 16 leaves, and where both
-/// sides together have more, the bigger one is cut off.
+/// sides together have more, they are cut off; both, or the tree would be deeper than need be.
 template <int Dim, class T>
 void Tree<Dim, T>::cut(std::uint32_t number) noexcept
 {
@@ -515,9 +516,8 @@ void Tree<Dim, T>::cut(std::uint32_t number) noexcept
     std::uint32_t left = leaves(fork.child[0]), right = leaves(fork.child[1]);
     bool begins[2] = {false, false};
     if (left + right > lanes) {
-        const bool both = std::min(left, right) + 1 > lanes;
-        begins[0] = both || left >= right;
-        begins[1] = both || !begins[0];
+        begins[0] = left >= right || left > straggler;
+        begins[1] = !begins[0] || right >= left || right > straggler;
         left = begins[0] ? 1 : left;
         right = begins[1] ? 1 : right;
     }

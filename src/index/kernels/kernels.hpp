@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "engine/buffer.hpp"
 #include "index/groups.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/query.hpp"
@@ -58,19 +59,33 @@ struct Line
     }
 };
 
-/// Up to 16 boxes that ask together.
-template <int Dim, class T>
-struct alignas(64) Askers
-{
-    Bounds<Dim, T> bounds;
-    std::uint32_t count;
-};
-
-/// One of `Askers`, by its lane, and an object that it touches.
+/// One of the boxes that ask together, by its number, and an object that it touches.
 struct Touch
 {
-    std::uint32_t lane;
+    std::uint32_t asker;
     std::uint32_t id;
+};
+
+/// Working memory and results of boxes that ask together.
+template <int Dim, class T>
+struct JoinWork
+{
+    static constexpr std::uint32_t most_askers = 128;
+    struct Visit
+    {
+        Child<Dim, T> child;
+        std::uint32_t asker;
+    };
+    engine::Buffer<Visit> nodes, next, blocks;
+    engine::Buffer<Touch> touches;
+    engine::Buffer<std::uint32_t> ids; // those of the first asker, ascending, those of the second, ...
+    std::size_t touched = 0;           // how many
+    std::uint32_t count[most_askers];  // how many of each
+
+    explicit JoinWork(std::pmr::memory_resource* memory)
+        : nodes(memory), next(memory), blocks(memory), touches(memory), ids(memory)
+    {
+    }
 };
 
 /// The k best of what a search has seen: a heap with the worst on top.
@@ -90,7 +105,8 @@ struct Kernels
     void (*box)(Root root, const Aabb<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
     void (*sphere)(Root root, const Sphere<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
     void (*frustum)(Root root, const Frustum<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
-    void (*join)(Root root, const Askers<Dim, T>& askers, Found<Touch>& out);
+    /// For at most JoinWork::most_askers boxes.
+    void (*join)(Root root, const Aabb<Dim, T>* askers, std::uint32_t count, JoinWork<Dim, T>& work);
     Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
     void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
     void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);

@@ -230,95 +230,125 @@ HWY_ATTR void search_frustum(Child<Dim, T> root, const Frustum<Dim, T>& region, 
 }
 
 /// ---- Many boxes at once ----------------------------------------------------------------------------------
+// All askers take a step down before any takes the next. What is to be visited stands in a list, so it can be
+// fetched ahead, and no branch depends on what was found: with a few askers to a leaf, mispredicted branches
+// and waiting for memory are what a search one by one spends its time on.
 
-/// Askers that lie together go down together: at each child it is seen in one step which of them touch it.
-/// Where few are left, each goes on alone.
-template <int Dim, class T>
-HWY_ATTR void search_join(Child<Dim, T> root, const Askers<Dim, T>& askers, Found<Touch>& out)
+template <class X>
+HWY_INLINE void fetch(const X* from)
 {
-    constexpr int few = 3;
-    struct Level
-    {
-        const Node<Dim, T>* node;
-        unsigned left;
-        unsigned askers;
-    };
-    if (!root) return;
-    Level way[key_digits<Dim> + 2];
-    int depth = -1;
-    Aabb<Dim, T> each[lanes];
-    for (std::uint32_t a = 0; a < askers.count; ++a)
-        each[a] = askers.bounds.get(a);
+    for (std::size_t offset = 0; offset < sizeof(X); offset += 64)
+        __builtin_prefetch(reinterpret_cast<const char*>(from) + offset);
+}
 
-    const auto ask_block = [&](const Block<Dim, T>& block, std::uint32_t a) HWY_ATTR {
-        unsigned hits = touching(block.bounds, each[a]);
-        if (hits == 0) return;
-        if (!out.has_room()) out.full(out);
-        Touch* next = out.next;
-        for (; hits != 0; hits &= hits - 1) {
-            const std::uint32_t id = block.id[std::countr_zero(hits)];
-            *next = {a, id};
-            next += id != no_id;
+/// Calls write(k, lane) for the k-th of the set lanes; for up to 4 without a branch, the rest of which write
+/// something meaningless.
+template <class Write>
+HWY_INLINE void each_lane(unsigned hits, const Write& write)
+{
+    unsigned rest = hits;
+    for (unsigned k = 0; k < 4; ++k) {
+        write(k, static_cast<unsigned>(std::countr_zero(rest | (1u << (lanes - 1)))));
+        rest &= rest - 1;
+    }
+    for (unsigned k = 4; rest != 0; rest &= rest - 1)
+        write(k++, static_cast<unsigned>(std::countr_zero(rest)));
+}
+
+template <int Dim, class T>
+HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::uint32_t count,
+                          JoinWork<Dim, T>& work)
+{
+    using Visit = typename JoinWork<Dim, T>::Visit;
+    constexpr std::size_t ahead = 6, room = lanes + 4;
+    std::fill_n(work.count, count, 0u);
+    work.touched = 0;
+    if (!root) return;
+    bool endless = false; // infinite bounds let empty lanes pass
+    for (std::uint32_t a = 0; a < count; ++a)
+        for (int d = 0; d < Dim; ++d)
+            endless |= askers[a].lo[d] < -std::numeric_limits<T>::max() ||
+                       askers[a].hi[d] > std::numeric_limits<T>::max();
+    engine::Buffer<Visit>* now = &work.nodes;
+    engine::Buffer<Visit>* then = &work.next;
+    Visit* nodes = now->reserve(count + room);
+    std::size_t node_count = count, block_count = 0;
+    for (std::uint32_t a = 0; a < count; ++a)
+        nodes[a] = {root, a};
+    while (node_count != 0) {
+        std::size_t next_count = 0;
+        Visit* next = then->reserve(room);
+        Visit* blocks = work.blocks.grow(block_count + room, block_count);
+        for (std::size_t i = 0; i < node_count; ++i) {
+            if (next_count + room > then->capacity()) next = then->grow(2 * (next_count + room), next_count);
+            if (block_count + room > work.blocks.capacity())
+                blocks = work.blocks.grow(2 * (block_count + room), block_count);
+            fetch(nodes[std::min(i + ahead, node_count - 1)].child.node());
+            const Visit visit = nodes[i];
+            const Node<Dim, T>& node = *visit.child.node();
+            unsigned hits = touching(node.bounds, askers[visit.asker]);
+            const bool to_blocks = node.child[0].is_block();
+            Visit* const to = to_blocks ? blocks + block_count : next + next_count;
+            each_lane(hits,
+                      [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = {node.child[lane], visit.asker}; });
+            auto found = static_cast<std::size_t>(std::popcount(hits));
+            if (endless) // empty lanes come last
+                while (found > 0 && !to[found - 1].child)
+                    --found;
+            block_count += to_blocks ? found : 0;
+            next_count += to_blocks ? 0 : found;
         }
-        out.next = next;
-    };
-    const auto ask_alone = [&](const Node<Dim, T>* first, std::uint32_t a) HWY_ATTR {
-        const int bottom = depth;
-        way[++depth] = {first, touching(first->bounds, each[a]), 0};
-        fetch(*first, way[depth].left);
-        while (depth > bottom) {
-            Level& here = way[depth];
-            if (here.left == 0) {
-                --depth;
-                continue;
+        std::swap(now, then);
+        nodes = now->data();
+        node_count = next_count;
+    }
+
+    const Visit* const blocks = work.blocks.data();
+    Touch* touches = work.touches.reserve(block_count + room);
+    std::size_t touched = 0;
+    for (std::size_t i = 0; i < block_count; ++i) {
+        if (touched + room > work.touches.capacity())
+            touches = work.touches.grow(2 * (touched + room), touched);
+        fetch(blocks[std::min(i + ahead, block_count - 1)].child.block());
+        const Block<Dim, T>& block = *blocks[i].child.block();
+        const std::uint32_t asker = blocks[i].asker;
+        unsigned hits = touching(block.bounds, askers[asker]);
+        if (endless) hits &= block.live();
+        Touch* const to = touches + touched;
+        each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = {asker, block.id[lane]}; });
+        const auto found = static_cast<std::uint32_t>(std::popcount(hits));
+        touched += found;
+        work.count[asker] += found;
+    }
+    work.touched = touched;
+
+    // By asker, and ascending: a short list's ids go where the number of smaller ones says.
+    std::uint32_t* const ids = work.ids.reserve(touched + lanes);
+    std::size_t begin[JoinWork<Dim, T>::most_askers];
+    std::size_t sum = 0;
+    for (std::uint32_t a = 0; a < count; ++a) {
+        begin[a] = sum;
+        sum += work.count[a];
+    }
+    for (std::size_t k = 0; k < touched; ++k)
+        ids[begin[touches[k].asker]++] = touches[k].id;
+    std::uint32_t* first = ids;
+    for (std::uint32_t a = 0; a < count; ++a) {
+        const std::uint32_t size = work.count[a];
+        if (size > lanes) {
+            std::sort(first, first + size);
+        } else if (size > 1) {
+            std::uint32_t unsorted[lanes];
+            for (std::uint32_t k = 0; k < lanes; ++k)
+                unsorted[k] = k < size ? first[k] : no_id;
+            for (std::uint32_t k = 0; k < size; ++k) {
+                std::uint32_t rank = 0;
+                for (std::uint32_t other = 0; other < lanes; ++other)
+                    rank += unsorted[other] < unsorted[k];
+                first[rank] = unsorted[k];
             }
-            const auto lane = static_cast<unsigned>(std::countr_zero(here.left));
-            here.left &= here.left - 1;
-            const Child<Dim, T> child = here.node->child[lane];
-            if (!child) continue;
-            if (child.is_block()) {
-                ask_block(*child.block(), a);
-            } else {
-                const Node<Dim, T>* const node = child.node();
-                way[++depth] = {node, touching(node->bounds, each[a]), 0};
-                fetch(*node, way[depth].left);
-            }
         }
-    };
-    const auto go_down = [&](Child<Dim, T> child, unsigned asking) HWY_ATTR {
-        if (child.is_block()) {
-            for (; asking != 0; asking &= asking - 1)
-                ask_block(*child.block(), static_cast<std::uint32_t>(std::countr_zero(asking)));
-        } else if (std::popcount(asking) <= few) {
-            for (; asking != 0; asking &= asking - 1)
-                ask_alone(child.node(), static_cast<std::uint32_t>(std::countr_zero(asking)));
-        } else {
-            const Node<Dim, T>* const node = child.node();
-            Aabb<Dim, T> hull = each[std::countr_zero(asking)];
-            for (unsigned rest = asking & (asking - 1); rest != 0; rest &= rest - 1) {
-                const Aabb<Dim, T>& box = each[std::countr_zero(rest)];
-                for (int d = 0; d < Dim; ++d) {
-                    hull.lo[d] = std::min(hull.lo[d], box.lo[d]);
-                    hull.hi[d] = std::max(hull.hi[d], box.hi[d]);
-                }
-            }
-            way[++depth] = {node, touching(node->bounds, hull), asking};
-            fetch(*node, way[depth].left);
-        }
-    };
-    go_down(root, (1u << askers.count) - 1);
-    while (depth >= 0) {
-        Level& here = way[depth];
-        if (here.left == 0) {
-            --depth;
-            continue;
-        }
-        const auto lane = static_cast<unsigned>(std::countr_zero(here.left));
-        here.left &= here.left - 1;
-        const Child<Dim, T> child = here.node->child[lane];
-        if (!child) continue;
-        const unsigned asking = touching(askers.bounds, here.node->bounds.get(lane)) & here.askers;
-        if (asking != 0) go_down(child, asking);
+        first += size;
     }
 }
 
