@@ -6,8 +6,6 @@
 #include <cstring>
 #include <limits>
 
-#include "engine/tuner.hpp"
-
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 namespace {
@@ -45,13 +43,16 @@ template <int Dim, class T>
 Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
 {
     constexpr double furthest = 1e300;
-    const std::size_t samples = engine::sample_size(boxes.size());
+    const std::size_t samples = std::min<std::size_t>(boxes.size(), 2048);
     std::vector<double> center(samples), size(samples, 0.0);
     Frame<Dim> frame;
     double world = 0;
     for (int d = 0; d < Dim; ++d) {
         for (std::size_t k = 0; k < samples; ++k) {
-            const std::size_t i = engine::sample_index(k, samples, boxes.size());
+            // Somewhere in the k-th part of all: regular patterns of the user's mustn't show.
+            const std::size_t begin = boxes.size() * k / samples, end = boxes.size() * (k + 1) / samples;
+            const std::size_t i =
+                begin + static_cast<std::size_t>(((k + 1) * 0x9e3779b97f4a7c15u) >> 32) % (end - begin);
             const double lo = std::max(-furthest, std::min(static_cast<double>(boxes.lo(d, i)), furthest));
             const double hi = std::max(-furthest, std::min(static_cast<double>(boxes.hi(d, i)), furthest));
             center[k] = 0.5 * lo + 0.5 * hi;
