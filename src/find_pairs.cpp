@@ -9,6 +9,7 @@
 #include "engine/engine.hpp"
 #include "pair_arena.hpp"
 #include "pair_finder_access.hpp"
+#include "sort_pairs.hpp"
 #include "validate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -16,7 +17,7 @@ JOSTLE_NAMESPACE_BEGIN
 struct PairFinder::Implementation
 {
     explicit Implementation(const FinderOptions& options)
-        : engine(options), result(options.memory), sorted(options.memory), place(options.memory)
+        : engine(options), result(options.memory), sorter(options.memory), sorted(options.memory)
     {
     }
 
@@ -41,8 +42,8 @@ struct PairFinder::Implementation
 
     engine::Engine engine;
     PairBuffer result;
+    PairSorter sorter;
     PairBuffer sorted; // used when asked for
-    engine::Buffer<std::uint64_t> place;
     Stats stats;
 };
 
@@ -162,30 +163,10 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
     return complete;
 }
 
-/// By a with a counting sort, which keeps the order of the rest, then each object's few partners by b.
 PairBuffer& PairFinder::Implementation::sort(std::size_t objects)
 {
     const auto start = std::chrono::steady_clock::now();
-    sorted.clear();
-    std::uint64_t* next = place.reserve(objects + 1);
-    std::fill_n(next, objects + 1, std::uint64_t{0});
-    for (const std::span<const Pair> block : result.blocks())
-        for (const Pair& pair : block)
-            ++next[pair.a + 1];
-    for (std::size_t a = 0; a < objects; ++a)
-        next[a + 1] += next[a];
-    PairBufferAccess access(sorted);
-    const std::span<Pair> all = access.chunk(0, result.size()).first(result.size());
-    for (const std::span<const Pair> block : result.blocks())
-        for (const Pair& pair : block)
-            all[next[pair.a]++] = pair;
-    std::uint64_t begin = 0;
-    for (std::size_t a = 0; a < objects; ++a) { // now next[a] is where the pairs of a end
-        std::sort(all.begin() + static_cast<std::ptrdiff_t>(begin),
-                  all.begin() + static_cast<std::ptrdiff_t>(next[a]));
-        begin = next[a];
-    }
-    access.append(all);
+    sorter.sort(result, objects, engine.executor(), sorted);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     stats.ms_finish += ms;
@@ -230,7 +211,7 @@ void PairFinder::release_memory() noexcept
     implementation_->engine.release();
     implementation_->result.release();
     implementation_->sorted.release();
-    implementation_->place.release();
+    implementation_->sorter.release();
 }
 
 template <int Dim, Coordinate T>

@@ -47,7 +47,7 @@ enum class Order
     /// Grouped by place in space, in an order that depends on the boxes alone: not on threads, executor,
     /// instruction set, compiler, or anything found before. The fastest.
     canonical,
-    /// Ascending by (a, b). Costs a sort of the result.
+    /// Ascending by (a, b). Costs a sort of the result, on all threads: about as much as the search.
     sorted,
 };
 

@@ -59,6 +59,7 @@ class Engine
     Stats stats;
     std::uint64_t next_block = 0; // the number after the last block of the last run
 
+    [[nodiscard]] Executor& executor() const noexcept { return *executor_; }
     [[nodiscard]] std::uint64_t bytes() const noexcept;
     void release();
 

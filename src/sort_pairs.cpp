@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#include "sort_pairs.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <limits>
+#include <span>
+
+#include "pair_arena.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace {
+
+// Objects are taken together in groups: so many that a group's pairs fit the L1 cache, so few that a pass can
+// write to all groups in turn.
+constexpr std::size_t most_groups = 1024;
+constexpr std::size_t least_objects_per_group = 256;
+// Fewer pairs than this per thread are not worth waking one.
+constexpr std::uint64_t pairs_per_task = 8192;
+
+bool precedes(const Pair& x, const Pair& y)
+{
+    return x.b < y.b;
+}
+
+/// By a with a counting sort, then each object's partners by b: mostly a handful.
+void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t objects, std::uint32_t* place,
+                Pair* to)
+{
+    std::fill_n(place, objects + 1, 0u);
+    for (const Pair& pair : group)
+        ++place[pair.a - first + 1];
+    for (std::uint32_t a = 0; a < objects; ++a)
+        place[a + 1] += place[a];
+    for (const Pair& pair : group)
+        to[place[pair.a - first]++] = pair;
+    std::uint32_t begin = 0;
+    for (std::uint32_t a = 0; a < objects; ++a) { // now place[a] is where the pairs of a end
+        const std::uint32_t end = place[a];
+        if (end - begin > 16) {
+            std::sort(to + begin, to + end, precedes);
+        } else {
+            for (std::uint32_t i = begin + 1; i < end; ++i) {
+                const Pair pair = to[i];
+                std::uint32_t hole = i;
+                for (; hole > begin && pair.b < to[hole - 1].b; --hole)
+                    to[hole] = to[hole - 1];
+                to[hole] = pair;
+            }
+        }
+        begin = end;
+    }
+}
+
+} // namespace
+
+void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& executor, PairBuffer& to)
+{
+    to.clear();
+    const std::uint64_t pairs = from.size();
+    if (pairs == 0) return;
+    std::size_t bits = 0;
+    while ((least_objects_per_group << bits) * most_groups < objects)
+        ++bits;
+    const std::size_t group_objects = least_objects_per_group << bits;
+    const auto group_of = [shift = static_cast<unsigned>(8 + bits)](const Pair& pair) {
+        return pair.a >> shift;
+    };
+    static_assert(least_objects_per_group == 1 << 8);
+    const std::size_t groups = (objects + group_objects - 1) / group_objects;
+
+    const std::span<const std::span<const Pair>> blocks = from.blocks();
+    const auto tasks = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(
+        pairs / pairs_per_task, 1, std::min<std::uint64_t>(executor.concurrency(), blocks.size())));
+    std::uint64_t* counts = counts_.reserve(tasks * groups);
+    std::uint32_t* places = places_.reserve(tasks * (group_objects + 1));
+    Pair* grouped = grouped_.reserve(pairs);
+    PairBufferAccess access(to);
+    // In steps, so that a scene that breathes doesn't allocate at every new pair.
+    const std::uint64_t step = std::max<std::uint64_t>(1024, std::bit_floor(pairs) / 8);
+    const std::span<Pair> sorted = access.chunk(0, (pairs + step - 1) / step * step).first(pairs);
+    access.reserve_blocks(1);
+
+    const auto run = [&](const auto& task) {
+        if (tasks == 1)
+            task(std::uint32_t{0});
+        else
+            executor.run(tasks, task);
+    };
+    const auto each_pair = [&](std::uint32_t task, const auto& visit) {
+        for (std::size_t b = blocks.size() * task / tasks; b < blocks.size() * (task + 1) / tasks; ++b)
+            for (const Pair& pair : blocks[b])
+                visit(pair);
+    };
+    run([&](std::uint32_t task) {
+        std::uint64_t* mine = counts + task * groups;
+        std::fill_n(mine, groups, std::uint64_t{0});
+        each_pair(task, [&](const Pair& pair) { ++mine[group_of(pair)]; });
+    });
+    std::uint64_t sum = 0;
+    for (std::size_t g = 0; g < groups; ++g)
+        for (std::uint32_t task = 0; task < tasks; ++task) {
+            const std::uint64_t count = counts[task * groups + g];
+            counts[task * groups + g] = sum;
+            sum += count;
+        }
+    run([&](std::uint32_t task) {
+        std::uint64_t* next = counts + task * groups;
+        each_pair(task, [&](const Pair& pair) { grouped[next[group_of(pair)]++] = pair; });
+    });
+    // Now the last task's count is where a group ends.
+    const std::uint64_t* end = counts + (tasks - 1) * groups;
+    std::atomic<std::size_t> cursor{0};
+    run([&](std::uint32_t task) {
+        for (std::size_t g; (g = cursor.fetch_add(1, std::memory_order_relaxed)) < groups;) {
+            const std::uint64_t begin = g == 0 ? 0 : end[g - 1];
+            const std::span<const Pair> group(grouped + begin, end[g] - begin);
+            if (group.size() > std::numeric_limits<std::uint32_t>::max()) {
+                std::copy(group.begin(), group.end(), sorted.begin() + static_cast<std::ptrdiff_t>(begin));
+                std::sort(sorted.data() + begin, sorted.data() + end[g]);
+                continue;
+            }
+            const std::size_t first = g * group_objects;
+            sort_group(group, static_cast<std::uint32_t>(first),
+                       static_cast<std::uint32_t>(std::min(group_objects, objects - first)),
+                       places + task * (group_objects + 1), sorted.data() + begin);
+        }
+    });
+    access.append(sorted);
+}
+
+JOSTLE_NAMESPACE_END

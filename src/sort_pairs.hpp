@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory_resource>
+
+#include "engine/buffer.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/pair_buffer.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Puts pairs in ascending order of (a, b). Keeps its memory from call to call.
+class PairSorter
+{
+  public:
+    explicit PairSorter(std::pmr::memory_resource* memory)
+        : counts_(memory), grouped_(memory), places_(memory)
+    {
+    }
+
+    /// `to` becomes what `from` holds, sorted; every a is less than `objects`.
+    /// Cost: a few passes over the pairs, shared out over the executor's threads.
+    void sort(const PairBuffer& from, std::size_t objects, Executor& executor, PairBuffer& to);
+
+    void release() noexcept
+    {
+        counts_.release();
+        grouped_.release();
+        places_.release();
+    }
+
+  private:
+    engine::Buffer<std::uint64_t> counts_; // per task and group; then where the task writes next
+    engine::Buffer<Pair> grouped_;
+    engine::Buffer<std::uint32_t> places_; // per task and object of a group
+};
+
+JOSTLE_NAMESPACE_END
