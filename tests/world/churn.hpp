@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 
@@ -65,6 +66,17 @@ class Churn
         world = std::make_unique<jostle::World<Dim, T>>(options);
     }
 
+    /// If set, takes what is to be said about an object instead of it being said at once.
+    std::function<void(ObjectId, std::function<void()>)> dispatch;
+    template <class Call>
+    void say(ObjectId id, Call call)
+    {
+        if (dispatch)
+            dispatch(id, call);
+        else
+            call();
+    }
+
     typename Twin<Dim, T>::Thing& any_thing()
     {
         auto at = twin.things.lower_bound(random.below(twin.things.rbegin()->first + 1));
@@ -86,7 +98,7 @@ class Churn
     void remove()
     {
         const ObjectId id = any_thing().id;
-        world->remove(id);
+        say(id, [this, id] { world->remove(id); });
         twin.things.erase(id.index);
     }
     Box nudged(Box box)
@@ -106,46 +118,53 @@ class Churn
         switch (random.below(8)) {
         case 0:
             thing.box = random_box<Dim, T>(random, extent);
-            world->teleport(thing.id, thing.box);
+            say(thing.id, [this, id = thing.id, box = thing.box] { world->teleport(id, box); });
             break;
         case 1:
             thing.box = random_box<Dim, T>(random, extent);
-            world->move(thing.id, thing.box);
+            say(thing.id, [this, id = thing.id, box = thing.box] { world->move(id, box); });
             break;
         case 2: {
             thing.box = nudged(thing.box);
-            T by[Dim];
             for (std::size_t d = 0; d < Dim; ++d)
-                by[d] = thing.displacement[d] = static_cast<T>(random.uniform(-2, 2));
-            world->move(thing.id, thing.box, by);
+                thing.displacement[d] = static_cast<T>(random.uniform(-2, 2));
+            say(thing.id, [this, id = thing.id, box = thing.box, move_by = thing.displacement] {
+                T by_array[Dim];
+                std::copy(move_by.begin(), move_by.end(), by_array);
+                world->move(id, box, by_array);
+            });
             break;
         }
         case 3: // the same again: nothing changes
-            world->move(thing.id, thing.box);
+            say(thing.id, [this, id = thing.id, box = thing.box] { world->move(id, box); });
             break;
         default:
             thing.box = nudged(thing.box);
-            world->move(thing.id, thing.box);
+            say(thing.id, [this, id = thing.id, box = thing.box] { world->move(id, box); });
         }
     }
     void resize()
     {
         auto& thing = any_thing();
-        T size[Dim];
+        std::array<T, Dim> sizes{};
         for (int d = 0; d < Dim; ++d) {
-            size[d] = static_cast<T>(random.uniform(0, 2));
+            const T size = sizes[static_cast<std::size_t>(d)] = static_cast<T>(random.uniform(0, 2));
             const T centre = thing.box.lo[d] + (thing.box.hi[d] - thing.box.lo[d]) / 2;
-            if (!(centre - size[d] / 2 <= centre + size[d] / 2)) continue;
-            thing.box.lo[d] = centre - size[d] / 2;
-            thing.box.hi[d] = centre + size[d] / 2;
+            if (!(centre - size / 2 <= centre + size / 2)) continue;
+            thing.box.lo[d] = centre - size / 2;
+            thing.box.hi[d] = centre + size / 2;
         }
-        world->resize(thing.id, size);
+        say(thing.id, [this, id = thing.id, sizes] {
+            T size[Dim];
+            std::copy(sizes.begin(), sizes.end(), size);
+            world->resize(id, size);
+        });
     }
     void set_filter()
     {
         auto& thing = any_thing();
         if (random.below(4) != 0) thing.filter = random_filter(random);
-        world->set_filter(thing.id, thing.filter);
+        say(thing.id, [this, id = thing.id, filter = thing.filter] { world->set_filter(id, filter); });
         twin.filter_was_set.insert(thing.id.index);
     }
     void set_margin()
@@ -153,13 +172,13 @@ class Churn
         auto& thing = any_thing();
         const T own = random.below(2) == 0 ? T(0) : T(0.5);
         thing.margin = static_cast<T>(options.margin) + own;
-        world->set_margin(thing.id, own);
+        say(thing.id, [this, id = thing.id, own] { world->set_margin(id, own); });
     }
     void set_enabled()
     {
         auto& thing = any_thing();
         thing.enabled = random.below(2) != 0;
-        world->set_enabled(thing.id, thing.enabled);
+        say(thing.id, [this, id = thing.id, on = thing.enabled] { world->set_enabled(id, on); });
     }
 
     /// One command, so that there are about `target` objects in the long run.
