@@ -603,7 +603,8 @@ Examples:
   jostle bench uniform dense -n 1000000 --threads 1,2
   jostle bench lattice --dim 2 --double --json -  rows as JSON on stdout
   jostle bench uniform -n 1000,10000 --engine chapter
-  jostle bench --peers --report report.html       beside other systems, with plots)";
+  jostle bench --peers --report report.html       beside other systems, with plots
+  jostle bench world                              objects that move and rest, and events)";
 }
 
 } // namespace
@@ -660,7 +661,10 @@ void add_bench_command(CLI::App& app)
                       "Other systems as well, where the build has them; --peers=embree,floor: only these");
     command->add_option("--report", options->report, "Write tables and plots as one HTML page; wants gnuplot")
         ->type_name("FILE");
-    command->callback([options] { run(*options); });
+    add_bench_world_command(*command);
+    command->callback([command, options] {
+        if (command->get_subcommands().empty()) run(*options); // else that one was asked for
+    });
 }
 
 } // namespace jostle_tool

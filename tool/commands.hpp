@@ -25,4 +25,6 @@ void add_chapter_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 
+void add_bench_world_command(CLI::App& bench); // jostle bench world
+
 } // namespace jostle_tool

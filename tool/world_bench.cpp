@@ -1,0 +1,508 @@
+// SPDX-License-Identifier: MIT
+// jostle bench world: what an update of a world costs in which some objects move, ours and other systems'.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "io/output_file.hpp"
+#include "jostle/world.hpp"
+#include "options.hpp"
+#include "progress.hpp"
+#include "scenes/random.hpp"
+#include "scenes/scenes.hpp"
+#include "threads.hpp"
+
+#ifdef JOSTLE_WITH_PEERS
+#include "bench/peers.hpp"
+#endif
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle::Aabb3f;
+using jostle::ObjectId;
+using Clock = std::chrono::steady_clock;
+
+struct SceneInfo
+{
+    const char* name;
+    const char* summary;
+    std::uint64_t objects; // 0: those given with -n
+    std::uint64_t movers;  // 0: as many as the scene says
+};
+constexpr SceneInfo scenes[] = {
+    {"resting", "a twentieth of the boxes moves", 0, 0},
+    {"moving", "all boxes move", 0, 0},
+    {"static-1m", "1,000,000 boxes at rest, 100 that move", 1'000'000, 100},
+    {"static-2m", "2,000,000 boxes at rest, 2,000 that move", 2'000'000, 2'000},
+    {"churn", "each frame 1 in 20 boxes moves, others every 8 frames, and 1 in 200 leaps elsewhere", 0, 0},
+};
+
+struct Options
+{
+    std::vector<std::string> scenes;
+    std::vector<std::uint64_t> sizes{10'000, 100'000, 1'000'000};
+    std::vector<std::uint32_t> threads{0};
+    std::uint32_t frames = 200;
+    std::uint64_t seed = 1;
+    bool peers = false;
+    std::string json;
+};
+
+constexpr std::uint32_t warm_up = 8;
+/// A system that takes longer than this for a scene stops early, with at least `fewest` frames.
+constexpr double patience_seconds = 20;
+constexpr std::uint32_t fewest = 5;
+
+/// Boxes, and which of them a frame moves.
+class Motion
+{
+  public:
+    Motion(const SceneInfo& info, std::uint64_t n, std::uint64_t seed)
+        : info_(info),
+          scene_(std::string(info.name) == "resting" ? "resting" : "uniform", n, seed),
+          boxes_(scene_.boxes().begin(), scene_.boxes().end()),
+          random_(seed, 77, 1)
+    {
+        for (const Aabb3f& box : boxes_)
+            for (int d = 0; d < 3; ++d)
+                extent_ = std::max(extent_, box.hi[d]);
+        const std::uint64_t movers = info.movers != 0 ? info.movers : n;
+        for (std::uint64_t k = 0; k < movers && info.movers != 0; ++k) {
+            moved_.push_back(static_cast<std::uint32_t>(k * n / movers));
+            for (int d = 0; d < 3; ++d)
+                velocity_.push_back(static_cast<float>(random_.uniform(-0.1, 0.1)));
+        }
+    }
+
+    void step()
+    {
+        ++frame_;
+        if (info_.movers != 0) {
+            for (std::size_t k = 0; k < moved_.size(); ++k)
+                for (std::size_t d = 0; d < 3; ++d) {
+                    Aabb3f& box = boxes_[moved_[k]];
+                    float& v = velocity_[3 * k + d];
+                    if (box.lo[d] + v < 0 || box.hi[d] + v > extent_) v = -v;
+                    box.lo[d] += v;
+                    box.hi[d] += v;
+                }
+        } else if (std::string(info_.name) == "churn") {
+            moved_.clear();
+            for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
+                const std::uint32_t turn = (i + frame_ / 8) % 20;
+                const bool leaps = random_.below(200) == 0;
+                if (turn != 0 && !leaps) continue;
+                moved_.push_back(i);
+                for (int d = 0; d < 3; ++d) {
+                    const float size = boxes_[i].hi[d] - boxes_[i].lo[d];
+                    const auto by = static_cast<float>(random_.uniform(-0.1, 0.1));
+                    float lo = leaps ? static_cast<float>(random_.uniform()) * extent_ : boxes_[i].lo[d] + by;
+                    lo = std::clamp(lo, 0.0f, extent_ - size);
+                    boxes_[i].lo[d] = lo;
+                    boxes_[i].hi[d] = lo + size;
+                }
+            }
+        } else {
+            scene_.step();
+            moved_.clear();
+            for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
+                const Aabb3f &from = boxes_[i], &to = scene_.boxes()[i];
+                if (!std::equal(from.lo, from.lo + 3, to.lo) || !std::equal(from.hi, from.hi + 3, to.hi)) {
+                    moved_.push_back(i);
+                    boxes_[i] = to;
+                }
+            }
+        }
+    }
+
+    [[nodiscard]] std::span<const Aabb3f> boxes() const { return boxes_; }
+    [[nodiscard]] std::span<const std::uint32_t> moved() const { return moved_; }
+
+  private:
+    const SceneInfo& info_;
+    jostle_scenes::Scene<3, float> scene_;
+    std::vector<Aabb3f> boxes_;
+    std::vector<std::uint32_t> moved_;
+    std::vector<float> velocity_;
+    jostle_scenes::Random random_;
+    float extent_ = 0;
+    std::uint32_t frame_ = 0;
+};
+
+struct Answer
+{
+    std::uint64_t pairs = 0, checksum = 0;
+    friend bool operator==(const Answer&, const Answer&) = default;
+};
+
+class System
+{
+  public:
+    virtual ~System() = default;
+    virtual void start(std::span<const Aabb3f> boxes) = 0;
+    virtual void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) = 0;
+    [[nodiscard]] virtual Answer answer() = 0;
+    virtual void stop() {}
+    [[nodiscard]] virtual std::vector<std::pair<std::string, double>> stages() const { return {}; }
+};
+
+/// Identities, events and filters on, as they always are.
+class Ours final : public System
+{
+  public:
+    explicit Ours(jostle::Executor& executor) : world_(options(executor)) {}
+    void start(std::span<const Aabb3f> boxes) override
+    {
+        ids_.resize(boxes.size());
+        world_.add(boxes, ids_);
+        while (world_.stats().active != 0 || world_.stats().objects == 0)
+            world_.update();
+    }
+    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) override
+    {
+        if (moved.size() == boxes.size()) {
+            world_.update(ids_, boxes);
+            return;
+        }
+        moved_ids_.clear();
+        moved_boxes_.clear();
+        for (const std::uint32_t i : moved) {
+            moved_ids_.push_back(ids_[i]);
+            moved_boxes_.push_back(boxes[i]);
+        }
+        world_.update(moved_ids_, moved_boxes_);
+    }
+    Answer answer() override
+    {
+        const jostle::PairBuffer pairs = world_.pairs(); // by index, which is the order of adding
+        return {pairs.size(), jostle::pair_checksum(pairs)};
+    }
+    std::vector<std::pair<std::string, double>> stages() const override
+    {
+        const jostle::WorldStats& s = world_.stats();
+        return {{"apply", s.us_apply / 1e3},
+                {"active", s.us_active / 1e3},
+                {"resting", s.us_resting / 1e3},
+                {"events", s.us_events / 1e3},
+                {"index", s.us_index / 1e3}};
+    }
+
+  private:
+    static jostle::WorldOptions options(jostle::Executor& executor)
+    {
+        jostle::WorldOptions options;
+        options.executor = &executor;
+        return options;
+    }
+    jostle::World3f world_;
+    std::vector<ObjectId> ids_, moved_ids_;
+    std::vector<Aabb3f> moved_boxes_;
+};
+
+/// The engine without identities, anew in each frame.
+class Stateless final : public System
+{
+  public:
+    explicit Stateless(jostle::Executor& executor) : finder_(options(executor)) {}
+    void start(std::span<const Aabb3f>) override {}
+    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t>) override
+    {
+        pairs_ = &finder_.find(boxes);
+    }
+    Answer answer() override { return {pairs_->size(), jostle::pair_checksum(*pairs_)}; }
+
+  private:
+    static jostle::FinderOptions options(jostle::Executor& executor)
+    {
+        jostle::FinderOptions options;
+        options.executor = &executor;
+        return options;
+    }
+    jostle::PairFinder finder_;
+    const jostle::PairBuffer* pairs_ = nullptr;
+};
+
+#ifdef JOSTLE_WITH_PEERS
+class PeerSystem final : public System
+{
+  public:
+    PeerSystem(jostle_bench::Peer<3>& peer, std::uint32_t threads) : peer_(peer), threads_(threads) {}
+    void start(std::span<const Aabb3f> boxes) override { peer_.start(boxes, threads_); }
+    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) override
+    {
+        peer_.frame(boxes, moved);
+    }
+    Answer answer() override
+    {
+        const jostle_bench::PeerResult result = peer_.result();
+        return {result.pairs, result.checksum};
+    }
+    void stop() override { peer_.stop(); }
+
+  private:
+    jostle_bench::Peer<3>& peer_;
+    std::uint32_t threads_;
+};
+#endif
+
+struct Measurement
+{
+    std::vector<double> ms; // sorted
+    std::vector<std::pair<std::string, double>> stages;
+    Answer answer; // of the last warm-up frame
+};
+
+double rounded(double ms)
+{
+    return static_cast<double>(static_cast<std::int64_t>(ms * 1e5 + 0.5)) / 1e5;
+}
+
+Measurement measure(System& system, Motion motion, std::uint32_t frames, Progress& progress)
+{
+    Measurement result;
+    std::vector<std::vector<double>> stages;
+    system.start(motion.boxes());
+    const Clock::time_point begin = Clock::now();
+    for (std::uint32_t frame = 0; frame < warm_up + frames; ++frame) {
+        motion.step();
+        const Clock::time_point before = Clock::now();
+        system.frame(motion.boxes(), motion.moved());
+        const Clock::time_point after = Clock::now();
+        if (frame + 1 == warm_up) result.answer = system.answer();
+        if (frame < warm_up) continue;
+        progress.step();
+        result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        stages.resize(system.stages().size());
+        for (std::size_t k = 0; k < stages.size(); ++k)
+            stages[k].push_back(system.stages()[k].second);
+        if (result.ms.size() >= std::min(fewest, frames) &&
+            std::chrono::duration<double>(after - begin).count() > patience_seconds)
+            break;
+    }
+    const auto names = system.stages();
+    system.stop();
+    std::sort(result.ms.begin(), result.ms.end());
+    for (std::size_t k = 0; k < stages.size(); ++k) {
+        std::sort(stages[k].begin(), stages[k].end());
+        result.stages.emplace_back(names[k].first, stages[k][stages[k].size() / 2]);
+    }
+    return result;
+}
+
+std::string grouped(std::uint64_t number)
+{
+    std::string text = std::to_string(number);
+    for (std::size_t i = text.size(); i > 3;)
+        text.insert(i -= 3, ",");
+    return text;
+}
+
+class Table
+{
+  public:
+    explicit Table(bool shown) : shown_(shown)
+    {
+        if (shown_)
+            std::printf("%-10s %10s %7s  %-10s %10s %9s %9s %9s %11s\n", "scene", "n", "threads", "system",
+                        "ms/update", "min", "p99", "max", "pairs");
+    }
+
+    void add(const std::string& system, const SceneInfo& scene, std::uint64_t n, std::uint64_t moved,
+             std::uint32_t threads, const Measurement& m)
+    {
+        const auto at = [&](double share) {
+            return rounded(m.ms[std::min(
+                m.ms.size() - 1, static_cast<std::size_t>(share * static_cast<double>(m.ms.size())))]);
+        };
+        nlohmann::ordered_json row;
+        row["system"] = system;
+        row["scene"] = scene.name;
+        row["n"] = n;
+        row["threads"] = threads;
+        row["median_ms"] = at(0.5);
+        row["min_ms"] = at(0);
+        row["p99_ms"] = at(0.99);
+        row["max_ms"] = at(1);
+        row["pairs"] = m.answer.pairs;
+        char sum[17];
+        std::snprintf(sum, sizeof sum, "%016llx", static_cast<unsigned long long>(m.answer.checksum));
+        row["checksum"] = sum;
+        row["stages"] = nlohmann::ordered_json::object();
+        for (const auto& [name, ms] : m.stages)
+            row["stages"][name] = rounded(ms);
+        row["moved"] = moved;
+        row["dim"] = 3;
+        row["type"] = "float";
+        row["frames"] = m.ms.size();
+        if (answered_ && !(answer_ == m.answer)) {
+            row["differs"] = true;
+            difference_ = std::string("scene ") + scene.name + ", n = " + std::to_string(n) + ": " + system +
+                          " finds " + std::to_string(m.answer.pairs) + " pairs, jostle " +
+                          std::to_string(answer_.pairs);
+        }
+        if (!answered_) answer_ = m.answer;
+        answered_ = true;
+        if (shown_) {
+            std::string remark;
+            for (const auto& [name, ms] : m.stages) {
+                char text[64];
+                std::snprintf(text, sizeof text, " %s %.3f", name.c_str(), ms);
+                remark += text;
+            }
+            std::printf("%-10s %10s %7u  %-10s %10.4f %9.4f %9.4f %9.4f %11s %s\n", scene.name,
+                        grouped(n).c_str(), threads, system.c_str(), at(0.5), at(0), at(0.99), at(1),
+                        grouped(m.answer.pairs).c_str(), remark.c_str());
+            std::fflush(stdout);
+        }
+        rows_.push_back(std::move(row));
+    }
+    void next_scene() { answered_ = false; }
+    [[nodiscard]] const nlohmann::ordered_json& rows() const { return rows_; }
+    [[nodiscard]] const std::string& difference() const { return difference_; }
+
+  private:
+    bool shown_;
+    bool answered_ = false;
+    Answer answer_;
+    std::string difference_;
+    nlohmann::ordered_json rows_ = nlohmann::ordered_json::array();
+};
+
+void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t n, Table& table)
+{
+    Motion motion(info, n, options.seed);
+    Motion ahead = motion;
+    ahead.step();
+    const std::uint64_t moved = ahead.moved().size();
+    const bool all_move = std::string(info.name) == "moving";
+    for (const std::uint32_t count : options.threads) {
+        const Threads threads(count);
+        const auto one = [&](System& system, const std::string& name, std::uint32_t used) {
+            Measurement measurement;
+            {
+                Progress progress(std::string(info.name) + ", " + grouped(n) + " boxes, " + name,
+                                  options.frames);
+                measurement = measure(system, motion, options.frames, progress);
+            }
+            table.add(name, info, n, moved, used, measurement);
+        };
+        {
+            Ours ours(threads.executor());
+            one(ours, "jostle", threads.count());
+        }
+        if (all_move) {
+            Stateless stateless(threads.executor());
+            one(stateless, "stateless", threads.count());
+        }
+#ifdef JOSTLE_WITH_PEERS
+        if (!options.peers) continue;
+        for (const auto& peer : jostle_bench::make_peers<3>()) {
+            const jostle_bench::PeerInfo& peer_info = peer->info();
+            // Those that keep a structure from frame to frame, and the fastest of those that don't.
+            const std::string name = peer_info.name;
+            if (name != "bullet" && name != "fcl" && name != "embree") continue;
+            if (!peer_info.uses_threads && count != options.threads.front()) continue;
+            if (n > std::max(peer_info.max_objects, name == "bullet" ? 2'000'000u : 0u)) continue;
+            const std::uint32_t used = peer_info.uses_threads ? threads.count() : 1;
+            PeerSystem system(*peer, used);
+            one(system, name, used);
+        }
+#endif
+    }
+    table.next_scene();
+}
+
+void run(const Options& options)
+{
+    std::vector<const SceneInfo*> wanted;
+    for (const std::string& name : options.scenes) {
+        const auto found = std::find_if(std::begin(scenes), std::end(scenes),
+                                        [&](const SceneInfo& info) { return name == info.name; });
+        if (found == std::end(scenes)) {
+            std::string known;
+            for (const SceneInfo& info : scenes)
+                known += (known.empty() ? "" : ", ") + std::string(info.name);
+            throw UsageError(name + " is no scene of bench world; choose from " + known);
+        }
+        wanted.push_back(found);
+    }
+    if (wanted.empty())
+        for (const SceneInfo& info : scenes)
+            wanted.push_back(&info);
+#ifndef JOSTLE_WITH_PEERS
+    if (options.peers)
+        throw UsageError("--peers: built without other systems; configure with -DJOSTLE_BENCH=ON");
+#endif
+    std::unique_ptr<OutputFile> json;
+    if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+    Table table(options.json != "-");
+    for (const SceneInfo* info : wanted)
+        for (const std::uint64_t n : options.sizes) {
+            measure_scene(options, *info, info->objects != 0 ? info->objects : n, table);
+            if (info->objects != 0) break;
+        }
+    if (json) {
+        std::string text = "[\n";
+        for (std::size_t i = 0; i < table.rows().size(); ++i)
+            text += table.rows()[i].dump() + (i + 1 < table.rows().size() ? ",\n" : "\n");
+        json->write(text + "]\n");
+        json->commit();
+    }
+    if (!table.difference().empty()) throw std::runtime_error(table.difference());
+}
+
+} // namespace
+
+void add_bench_world_command(CLI::App& bench)
+{
+    CLI::App* command = bench.add_subcommand("world", "How long an update of a world of objects takes");
+    std::string help = "Scenes:\n";
+    for (const SceneInfo& info : scenes) {
+        char line[160];
+        std::snprintf(line, sizeof line, "  %-10s %s\n", info.name, info.summary);
+        help += line;
+    }
+    command->footer(help + R"(
+Timed is all that an update takes: handing over the boxes that moved, finding what became of their pairs, and
+the lists of pairs that began, persist and ended. All systems must have the same pairs: if they don't, the exit
+status is 1.
+
+Examples:
+  jostle bench world                                  all scenes
+  jostle bench world resting -n 100000 --threads 1,2
+  jostle bench world static-1m --peers --json -)");
+    const auto options = std::make_shared<Options>();
+    command->add_option("SCENE", options->scenes, "Which scenes; all if none is given")->type_name("");
+    command->add_option("-n", options->sizes, "How many boxes; several with commas (10000,100000,1000000)")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
+        ->type_name("N");
+    command->add_option("--threads", options->threads, "How many threads, several with commas; one per core")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(1u, Threads::most).description(""))
+        ->type_name("T");
+    add_number_option(*command, "--frames", options->frames, 1u, 100'000u,
+                      "How many updates are counted (200)")
+        ->type_name("F");
+    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
+                      "Other boxes of the same kind (1)")
+        ->type_name("S");
+    command
+        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
+        ->type_name("FILE");
+    command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool
