@@ -62,6 +62,8 @@ struct World<Dim, T>::Implementation
     // Searching:
     struct Side;
     Pair* classify(Pair* first, Pair* last, const Side& a, const Side& b);
+    void classify_joined(const Side& a, const Side& b, std::pmr::vector<Pair>& persisting);
+    void prefetch(std::uint32_t index) const noexcept;
     [[nodiscard]] ObjectFilter old_filter(const Object& object, std::uint32_t index) const noexcept;
     [[nodiscard]] ObjectId id_of(std::uint32_t index) const noexcept
     {
@@ -71,6 +73,7 @@ struct World<Dim, T>::Implementation
     [[nodiscard]] std::uint64_t bytes() const;
 
     WorldOptions options;
+    Executor* executor;
     T margin;
     world::IdTable ids;
     world::Queues<Dim, T> queues;
@@ -145,6 +148,7 @@ struct World<Dim, T>::Implementation
     std::pmr::vector<Entry> entry_kind;
     std::size_t changed_entries = 0; // the first ones; the rest are idle objects
     std::pmr::vector<Pair> joined;
+    std::pmr::vector<std::uint32_t> kept_of_run;
 
     std::mutex found_mutex; // guards the five that follow, while tasks run
     std::pmr::vector<std::uint64_t> found_began, found_asked;

@@ -22,6 +22,17 @@ constexpr std::uint64_t least_settling = 512;
 // Below this many boxes all pairs are tried: a grid takes longer to choose.
 constexpr std::size_t few = 24;
 
+/// Objects are all over the place: loops ask for those to come.
+constexpr std::size_t fetch_ahead = 16;
+inline void fetch(const void* address) noexcept
+{
+#ifdef __GNUC__
+    __builtin_prefetch(address);
+#else
+    (void)address;
+#endif
+}
+
 using Clock = std::chrono::steady_clock;
 inline double microseconds(Clock::time_point from, Clock::time_point to)
 {
@@ -33,6 +44,12 @@ inline double microseconds(Clock::time_point from, Clock::time_point to)
 // ---------------------------------------------------------------------------------------------------------
 // Applying commands
 // ---------------------------------------------------------------------------------------------------------
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::prefetch(std::uint32_t index) const noexcept
+{
+    if (index < objects.capacity()) world::fetch(&objects[index]);
+}
 
 template <int Dim, Coordinate T>
 auto World<Dim, T>::Implementation::touch(ObjectId id) -> Object*
@@ -240,7 +257,11 @@ void World<Dim, T>::Implementation::apply(std::span<const ObjectId> move_ids, co
     number = 0;
     for (const Lane* lane = queues.first(); lane != nullptr; lane = lane->next) {
         current_lane = ++number;
-        for (const Command& command : lane->taken_commands) {
+        const std::size_t count = lane->taken_commands.size();
+        for (std::size_t i = 0; i < count; ++i) {
+            if (i + world::fetch_ahead < count)
+                prefetch(lane->taken_commands[i + world::fetch_ahead].id.index);
+            const Command& command = lane->taken_commands[i];
             // A new object belongs to the first lane that says something about it.
             if (!one_lane && writer[command.id.index] == 0) writer[command.id.index] = current_lane;
             apply_command(command);
@@ -249,6 +270,7 @@ void World<Dim, T>::Implementation::apply(std::span<const ObjectId> move_ids, co
     current_lane = own_lane;
     for (std::size_t i = 0; i < move_ids.size(); ++i) {
         const ObjectId id = move_ids[i];
+        if (i + world::fetch_ahead < move_ids.size()) prefetch(move_ids[i + world::fetch_ahead].index);
         ids.check(id);
         const Box box = boxes[i];
         for (int d = 0; d < Dim; ++d)
@@ -447,7 +469,12 @@ void World<Dim, T>::Implementation::drop_unchanged()
         object.state &= ~world::flag::transient;
         return true;
     };
-    changed.erase(std::remove_if(changed.begin(), changed.end(), is_unchanged), changed.end());
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < changed.size(); ++i) {
+        if (i + world::fetch_ahead < changed.size()) prefetch(changed[i + world::fetch_ahead]);
+        if (!is_unchanged(changed[i])) changed[kept++] = changed[i];
+    }
+    changed.resize(kept);
 }
 
 template <int Dim, Coordinate T>
@@ -519,30 +546,42 @@ Pair* World<Dim, T>::Implementation::classify(Pair* first, Pair* last, const Sid
         }
     };
     const bool any_refused = !refused.empty();
+    const bool plain = side_a.kind == nullptr && side_b.kind == nullptr && !any_refused;
+    const auto object_of = [&](const Side& side, std::uint32_t number) {
+        return side.index != nullptr ? side.index[number] : number;
+    };
     Pair* kept = first;
     for (Pair* pair = first; pair != last; ++pair) {
         if (static_cast<std::size_t>(last - pair) > ahead) {
-            __builtin_prefetch(&objects[side_a.index[pair[ahead].a]]);
-            __builtin_prefetch(
-                &objects[side_b.index != nullptr ? side_b.index[pair[ahead].b] : pair[ahead].b]);
+            world::fetch(&objects[object_of(side_a, pair[ahead].a)]);
+            world::fetch(&objects[object_of(side_b, pair[ahead].b)]);
         }
-        const std::uint32_t index_a = side_a.index[pair->a];
-        const std::uint32_t index_b = side_b.index != nullptr ? side_b.index[pair->b] : pair->b;
+        const std::uint32_t index_a = object_of(side_a, pair->a), index_b = object_of(side_b, pair->b);
         const Object &a = objects[index_a], &b = objects[index_b];
-        if (side_b.resting && b.has(world::flag::touched)) continue;
+        const std::uint32_t either = a.state | b.state, both = a.state & b.state;
+        // What needs no second look: two that were and are there, in one place of the search each, and
+        // whose filters are as they were.
+        constexpr std::uint32_t there = 2u | world::flag::alive | world::flag::enabled;
+        constexpr std::uint32_t special = world::flag::refiltered | world::flag::asked;
+        const bool usual = ((both & there) == there) & ((either & special) == 0);
+        const bool pass = passes(a, b), now_touch = world::touch(a.now, b.now),
+                   old_touch = world::touch(a.old(), b.old());
+        const bool one_changed = (either & world::flag::touched) != 0;
+        if (usual & pass & now_touch & old_touch & one_changed & plain) {
+            if (side_b.resting && b.has(world::flag::touched)) continue;
+            *kept++ = {std::min(index_a, index_b), std::max(index_a, index_b)};
+            continue;
+        }
         const Entry kind_a = side_a.kind != nullptr ? side_a.kind[pair->a] : Entry::both;
         const Entry kind_b = side_b.kind != nullptr ? side_b.kind[pair->b] : Entry::both;
-        if (!(a.has(world::flag::touched) || b.has(world::flag::touched)) || index_a == index_b) continue;
+        if (!one_changed || index_a == index_b || (side_b.resting && b.has(world::flag::touched))) continue;
 
-        const bool now_touch = world::touch(a.now, b.now);
-        const bool now = now_touch && a.is_there() && b.is_there() && passes(a, b);
-        bool before = a.was_there() && b.was_there() && world::touch(a.old(), b.old());
-        if (before) {
-            if ((a.state | b.state) & world::flag::refiltered)
-                before = world::passes(old_filter(a, index_a), old_filter(b, index_b));
-            else
-                before = passes(a, b);
-        }
+        const bool now = now_touch && pass && a.is_there() && b.is_there();
+        bool before = old_touch && a.was_there() && b.was_there();
+        if (before)
+            before = either & world::flag::refiltered
+                         ? world::passes(old_filter(a, index_a), old_filter(b, index_b))
+                         : pass;
         const std::uint64_t key = world::pair_key(index_a, index_b);
         if (now) {
             // Of an object's two places the new one tells that a pair is there, the old one that it was.
@@ -573,6 +612,44 @@ Pair* World<Dim, T>::Implementation::classify(Pair* first, Pair* last, const Sid
     return kept;
 }
 
+/// The joined pairs in runs, shared out over the executor; what persists keeps its order.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::classify_joined(const Side& side_a, const Side& side_b,
+                                                    std::pmr::vector<Pair>& persisting)
+{
+    constexpr std::size_t run = 4096;
+    const std::size_t runs = (joined.size() + run - 1) / run;
+    kept_of_run.resize(runs);
+    std::atomic<std::size_t> next{0};
+    std::exception_ptr failure;
+    const auto task = [&](std::uint32_t) {
+        try {
+            for (std::size_t r; (r = next.fetch_add(1, std::memory_order_relaxed)) < runs;) {
+                Pair* const first = joined.data() + r * run;
+                Pair* const last = joined.data() + std::min(joined.size(), (r + 1) * run);
+                kept_of_run[r] = static_cast<std::uint32_t>(classify(first, last, side_a, side_b) - first);
+            }
+        } catch (...) {
+            const std::lock_guard lock(found_mutex);
+            failure = std::current_exception();
+        }
+    };
+    const auto threads = static_cast<std::uint32_t>(std::min<std::size_t>(executor->concurrency(), runs / 2));
+    if (threads > 1)
+        executor->run(threads, task);
+    else
+        task(0);
+    if (failure) std::rethrow_exception(failure);
+    std::size_t total = persisting.size();
+    for (const std::uint32_t kept : kept_of_run)
+        total += kept;
+    persisting.reserve(total);
+    for (std::size_t r = 0; r < runs; ++r) {
+        const Pair* const first = joined.data() + r * run;
+        persisting.insert(persisting.end(), first, first + kept_of_run[r]);
+    }
+}
+
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::search()
 {
@@ -596,7 +673,9 @@ void World<Dim, T>::Implementation::search()
         entry_kind.push_back(kind);
         all_both &= kind == Entry::both;
     };
-    for (const std::uint32_t index : changed) {
+    for (std::size_t i = 0; i < changed.size(); ++i) {
+        if (i + world::fetch_ahead < changed.size()) prefetch(changed[i + world::fetch_ahead]);
+        const std::uint32_t index = changed[i];
         const Object& object = objects[index];
         const bool was = object.was_there(), is = object.is_there();
         if (was && is) {
@@ -654,8 +733,7 @@ void World<Dim, T>::Implementation::search()
     if (resting.size() != 0) {
         resting.join(Boxes(all.first(changed_entries)), joined);
         const Side resting_side{nullptr, nullptr, true};
-        Pair* const kept = classify(joined.data(), joined.data() + joined.size(), side, resting_side);
-        result.others.insert(result.others.end(), joined.data(), kept);
+        classify_joined(side, resting_side, result.others);
     }
     next_stats.us_resting = world::microseconds(t1, world::Clock::now());
 }
@@ -755,6 +833,8 @@ void World<Dim, T>::Implementation::plan_rest()
             ++one;
             continue;
         }
+        if (changed.end() - other > static_cast<std::ptrdiff_t>(world::fetch_ahead))
+            prefetch(other[world::fetch_ahead]);
         const std::uint32_t index = *other++;
         if (one != active.end() && one->index == index) ++one;
         const Object& object = objects[index];
@@ -778,7 +858,9 @@ void World<Dim, T>::Implementation::plan_rest()
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::commit() noexcept
 {
-    for (const std::uint32_t index : changed) {
+    for (std::size_t i = 0; i < changed.size(); ++i) {
+        if (i + world::fetch_ahead < changed.size()) prefetch(changed[i + world::fetch_ahead]);
+        const std::uint32_t index = changed[i];
         Object& object = objects[index];
         const world::Place place = object.place();
         disabled -= place == world::Place::disabled;

@@ -14,6 +14,7 @@ JOSTLE_NAMESPACE_BEGIN
 template <int Dim, Coordinate T>
 World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
     : options(world_options),
+      executor(options.executor != nullptr ? options.executor : &default_executor()),
       margin(static_cast<T>(world_options.margin)),
       ids(options.memory),
       queues(options.memory),
@@ -34,6 +35,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       entry_index(options.memory),
       entry_kind(options.memory),
       joined(options.memory),
+      kept_of_run(options.memory),
       found_began(options.memory),
       found_asked(options.memory),
       found_ended(options.memory),
@@ -68,13 +70,13 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
     const auto of = [](const auto&... vectors) {
         return (std::uint64_t{0} + ... + (vectors.capacity() * sizeof(vectors[0])));
     };
-    std::uint64_t sum =
-        sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
-        finder.stats().bytes_reserved + resting.stats().bytes + refused.bucket_count() * sizeof(void*) +
-        refused.size() * 4 * sizeof(void*) +
-        of(active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer, entry_boxes,
-           entry_index, entry_kind, joined, found_began, found_asked, found_ended, ended_scratch, key_scratch,
-           index_scratch, newly_refused, no_longer_refused, next_active, waking, settling, settling_boxes);
+    std::uint64_t sum = sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
+                        finder.stats().bytes_reserved + resting.stats().bytes +
+                        refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
+                        of(active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer,
+                           entry_boxes, entry_index, entry_kind, joined, kept_of_run, found_began,
+                           found_asked, found_ended, ended_scratch, key_scratch, index_scratch, newly_refused,
+                           no_longer_refused, next_active, waking, settling, settling_boxes);
     for (const Results& result : results)
         sum += result.among_active.bytes_reserved() + result.with_idle.bytes_reserved() +
                of(result.others, result.began, result.ended);
