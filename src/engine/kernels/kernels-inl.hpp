@@ -60,6 +60,30 @@ inline void transpose(const double* boxes, double* const (&columns)[2 * Dim])
     }
 }
 
+#elif !JOSTLE_KERNEL_SCALAR
+
+/// Four boxes of floats that lie one behind the other, as columns: lo of each axis, then hi.
+template <int Dim>
+HWY_ATTR inline void transpose(const float* boxes, float* const (&columns)[2 * Dim])
+{
+    const hn::CappedTag<float, 4> d;
+    const hn::Repartition<double, decltype(d)> d2;
+    // Each box's first four numbers and its last four, which share two of them in 3D.
+    for (const int at : {0, 2 * Dim - 4}) {
+        const auto r0 = hn::LoadU(d, boxes + at), r1 = hn::LoadU(d, boxes + at + 2 * Dim);
+        const auto r2 = hn::LoadU(d, boxes + at + 4 * Dim), r3 = hn::LoadU(d, boxes + at + 6 * Dim);
+        const auto low01 = hn::BitCast(d2, hn::InterleaveLower(d, r0, r1));
+        const auto low23 = hn::BitCast(d2, hn::InterleaveLower(d, r2, r3));
+        const auto high01 = hn::BitCast(d2, hn::InterleaveUpper(d, r0, r1));
+        const auto high23 = hn::BitCast(d2, hn::InterleaveUpper(d, r2, r3));
+        hn::StoreU(hn::BitCast(d, hn::InterleaveLower(d2, low01, low23)), d, columns[at]);
+        hn::StoreU(hn::BitCast(d, hn::InterleaveUpper(d2, low01, low23)), d, columns[at + 1]);
+        hn::StoreU(hn::BitCast(d, hn::InterleaveLower(d2, high01, high23)), d, columns[at + 2]);
+        hn::StoreU(hn::BitCast(d, hn::InterleaveUpper(d2, high01, high23)), d, columns[at + 3]);
+        if (2 * Dim == 4) break;
+    }
+}
+
 #endif
 
 /// Boxes [begin, begin + unit.count) into the unit's columns. Fetches those of the next unit meanwhile: past
@@ -74,25 +98,26 @@ void load(const BoxView<Dim, T>& boxes, std::size_t begin, Unit<T>& unit)
         hi[d] = reinterpret_cast<const char*>(boxes.hi_pointer(d, begin));
     }
     std::uint32_t i = 0;
-#if JOSTLE_KERNEL_WIDE
+#if !JOSTLE_KERNEL_SCALAR
     bool packed = stride == 2 * Dim * sizeof(T);
     for (int d = 0; d < Dim; ++d)
         packed &= lo[d] == lo[0] + static_cast<std::size_t>(d) * sizeof(T) &&
                   hi[d] == lo[0] + static_cast<std::size_t>(Dim + d) * sizeof(T);
-    constexpr std::uint32_t lanes = 64 / sizeof(T);
-    if (packed) {
-        const T* from = reinterpret_cast<const T*>(lo[0]);
-        for (; i + lanes <= unit.count; i += lanes) {
-            T* columns[2 * Dim];
-            for (int d = 0; d < Dim; ++d) {
-                columns[d] = unit.lo[d] + i;
-                columns[Dim + d] = unit.hi[d] + i;
+    constexpr std::uint32_t lanes = JOSTLE_KERNEL_WIDE ? 64 / sizeof(T) : 4;
+    if constexpr (JOSTLE_KERNEL_WIDE || sizeof(T) == 4)
+        if (packed) {
+            const T* from = reinterpret_cast<const T*>(lo[0]);
+            for (; i + lanes <= unit.count; i += lanes) {
+                T* columns[2 * Dim];
+                for (int d = 0; d < Dim; ++d) {
+                    columns[d] = unit.lo[d] + i;
+                    columns[Dim + d] = unit.hi[d] + i;
+                }
+                for (std::uint32_t offset = 0; offset < 2 * Dim * lanes; offset += 64 / sizeof(T))
+                    __builtin_prefetch(from + 2 * Dim * (i + unit_size) + offset);
+                transpose<Dim>(from + 2 * Dim * i, columns);
             }
-            for (std::uint32_t line = 0; line < 2 * Dim; ++line)
-                __builtin_prefetch(from + 2 * Dim * (i + unit_size) + lanes * line);
-            transpose<Dim>(from + 2 * Dim * i, columns);
         }
-    }
 #endif
     for (; i < unit.count; ++i) {
         const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * stride;
@@ -114,7 +139,8 @@ struct CopyLists
 
 /// `kind`: bits 0 and 1 for the second and third axis, or 4 for wide; room for whole registers behind
 /// `count`.
-inline void list_copies(const std::uint32_t* kind, std::uint32_t count, CopyLists& lists, std::uint16_t* wide)
+HWY_ATTR inline void list_copies(const std::uint16_t* kind, std::uint32_t count, CopyLists& lists,
+                                 std::uint16_t* wide)
 {
 #if JOSTLE_KERNEL_WIDE
     __m512i box = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -125,7 +151,8 @@ inline void list_copies(const std::uint32_t* kind, std::uint32_t count, CopyList
     };
     for (std::uint32_t i = 0; i < count; i += 16) {
         const __mmask16 valid = static_cast<__mmask16>(count - i >= 16 ? 0xffffu : (1u << (count - i)) - 1);
-        const __m512i kinds = _mm512_loadu_si512(kind + i);
+        const __m512i kinds =
+            _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(kind + i)));
         const __mmask16 y = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(1));
         const __mmask16 z = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(2));
         const __mmask16 more = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(4));
@@ -135,17 +162,40 @@ inline void list_copies(const std::uint32_t* kind, std::uint32_t count, CopyList
         if (more != 0) list(wide, lists.wides, box, more);
         box = _mm512_add_epi32(box, _mm512_set1_epi32(16));
     }
+#elif !JOSTLE_KERNEL_SCALAR
+    const hn::CappedTag<std::uint16_t, 8> d;
+    const hn::Rebind<std::uint8_t, decltype(d)> bytes;
+    const auto list = [d, bytes](std::uint16_t* to, std::uint32_t& size, unsigned listed,
+                                 std::uint32_t first) HWY_ATTR {
+        const auto numbers = hn::PromoteTo(d, hn::LoadU(bytes, compress_order.of8[listed]));
+        hn::StoreU(hn::Add(numbers, hn::Set(d, static_cast<std::uint16_t>(first))), d, to + size);
+        size += static_cast<std::uint32_t>(std::popcount(listed));
+    };
+    for (std::uint32_t i = 0; i < count; i += 8) {
+        const unsigned valid = count - i >= 8 ? 0xff : (1u << (count - i)) - 1;
+        const auto kinds = hn::LoadU(d, kind + i);
+        const auto of = [d, kinds, valid](std::uint16_t bit) HWY_ATTR {
+            std::uint8_t mask[8];
+            hn::StoreMaskBits(d, hn::TestBit(kinds, hn::Set(d, bit)), mask);
+            return mask[0] & valid;
+        };
+        const unsigned y = of(1), z = of(2), more = of(4);
+        list(lists.y, lists.ys, y, i);
+        list(lists.z, lists.zs, z, i);
+        list(lists.yz, lists.yzs, y & z, i);
+        if (more != 0) list(wide, lists.wides, more, i);
+    }
 #else
     for (std::uint32_t i = 0; i < count; ++i) { // about one in three is listed, at random: no branches
         const std::uint16_t box = static_cast<std::uint16_t>(i);
         lists.y[lists.ys] = box;
-        lists.ys += kind[i] & 1;
+        lists.ys += kind[i] & 1u;
         lists.z[lists.zs] = box;
-        lists.zs += (kind[i] >> 1) & 1;
+        lists.zs += (kind[i] >> 1) & 1u;
         lists.yz[lists.yzs] = box;
-        lists.yzs += (kind[i] & (kind[i] >> 1)) & 1;
+        lists.yzs += (kind[i] & (kind[i] >> 1)) & 1u;
         wide[lists.wides] = box;
-        lists.wides += kind[i] >> 2;
+        lists.wides += static_cast<std::uint32_t>(kind[i] >> 2);
     }
 #endif
 }
@@ -154,7 +204,8 @@ template <int Dim, class T>
 void quantise(const Grid<T>& grid, Unit<T>& unit)
 {
     std::int32_t cell[3][unit_size], span[3][unit_size];
-    std::uint32_t word[3][unit_size], kind[unit_size], flags[unit_size];
+    std::uint32_t word[3][unit_size], flags[unit_size];
+    std::uint16_t kind[unit_size];
     const std::uint32_t count = unit.count;
     std::uint32_t bad = 0;
 
@@ -221,7 +272,7 @@ void quantise(const Grid<T>& grid, Unit<T>& unit)
             word[2][i] = 0;
         }
         unit.brick[i] = static_cast<std::uint32_t>(brick);
-        kind[i] = wide ? 4 : next;
+        kind[i] = static_cast<std::uint16_t>(wide ? 4 : next);
         flags[i] = unit.object[i];
     }
     for (std::uint32_t i = 0; i < count; ++i)
