@@ -15,9 +15,8 @@ inline constexpr std::int32_t quanta = 1 << quanta_bits;
 
 // The object word of a record: index | flags. Two records pair in a brick only if they share no flag.
 // - copy flags: on that axis of the user's the box began in a lower brick. Of all bricks two boxes share,
-// exactly one,
-//   the one that holds the greater lower bound on every axis, sees no axis on which both are copies: it owns
-//   the pair.
+//   exactly one, the one that holds the greater lower bound on every axis, sees no axis on which both are
+//   copies: it owns the pair.
 // - side flags: the set the object belongs to where pairs between two sets are sought; none within one set.
 inline constexpr int index_bits = 27;
 inline constexpr std::uint32_t index_mask = (1u << index_bits) - 1;
