@@ -3,8 +3,7 @@
 #include "jostle/box_index.hpp"
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
+#include <bit>
 #include <string>
 
 #include "index/check.hpp"
@@ -63,9 +62,43 @@ auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& bod
     return body(Wanted(asked));
 }
 
+/// Sorts ids ascending; `end` is above all of them. Their digits are few, so big lists are sorted by these.
+void sort_items(std::uint32_t* first, std::uint32_t* last, std::uint64_t end)
+{
+    constexpr std::size_t few = 64, many = 4096;
+    const auto count = static_cast<std::size_t>(last - first);
+    if (count < few) {
+        std::sort(first, last);
+        return;
+    }
+    std::vector<std::uint32_t> other(count);
+    std::uint32_t* from = first;
+    std::uint32_t* to = other.data();
+    const int digits = static_cast<int>(std::bit_width(end - 1)), step = count < many ? 8 : 11;
+    const std::uint32_t mask = (1u << step) - 1;
+    std::uint32_t bucket[2048 + 1];
+    for (int shift = 0; shift < digits; shift += step) {
+        std::fill_n(bucket, mask + 2, 0u);
+        for (std::size_t k = 0; k < count; ++k)
+            ++bucket[((from[k] >> shift) & mask) + 1];
+        for (std::uint32_t k = 1; k < mask; ++k)
+            bucket[k + 1] += bucket[k];
+        for (std::size_t k = 0; k < count; ++k)
+            to[bucket[(from[k] >> shift) & mask]++] = from[k];
+        std::swap(from, to);
+    }
+    if (from != first) std::copy_n(from, count, first);
+}
+template <class T>
+void sort_items(Hit<T>* first, Hit<T>* last, std::uint64_t)
+{
+    std::sort(first, last);
+}
+
 /// Sorts what was appended from `begin` on and cuts it to max_results. Returns whether it was cut.
 template <class Item>
-bool order_and_cut(std::vector<Item>& items, std::size_t begin, std::uint64_t max_results)
+bool order_and_cut(std::vector<Item>& items, std::size_t begin, std::uint64_t max_results,
+                   std::uint64_t id_end)
 {
     const auto first = items.begin() + static_cast<std::ptrdiff_t>(begin);
     const bool more = items.size() - begin > max_results;
@@ -74,7 +107,7 @@ bool order_and_cut(std::vector<Item>& items, std::size_t begin, std::uint64_t ma
         if (last != first) std::nth_element(first, last, items.end());
         items.erase(last, items.end());
     }
-    std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin), items.end());
+    sort_items(items.data() + begin, items.data() + items.size(), id_end);
     return more;
 }
 
@@ -425,7 +458,7 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const 
         implementation_->check(question, filter);                                                            \
         return filtered(filter, 0, [&](Wanted wanted) {                                                      \
             implementation_->all(question, wanted, out);                                                     \
-            return order_and_cut(out, 0, max_results);                                                       \
+            return order_and_cut(out, 0, max_results, implementation_->tree.id_end());                       \
         });                                                                                                  \
     }
 JOSTLE_ALL(Ray, Hit<T>)
@@ -502,7 +535,8 @@ void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out
                            [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
                                const std::size_t begin = items.size();
                                implementation_->all(lines[i], wanted, items);
-                               return order_and_cut(items, begin, max_results);
+                               return order_and_cut(items, begin, max_results,
+                                                    implementation_->tree.id_end());
                            });
 }
 
@@ -516,7 +550,8 @@ void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uin
                            [&](std::size_t i, Wanted wanted, std::vector<std::uint32_t>& items) {
                                const std::size_t begin = items.size();
                                implementation_->all(regions[i], wanted, items);
-                               return order_and_cut(items, begin, max_results);
+                               return order_and_cut(items, begin, max_results,
+                                                    implementation_->tree.id_end());
                            });
 }
 

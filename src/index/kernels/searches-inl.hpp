@@ -152,16 +152,24 @@ inline bool emit(const Block<Dim, T>& block, unsigned hits, Wanted wanted, Found
     return !(found && out.one_will_do);
 }
 
-/// Has the blocks in the given lanes of a node on their way from memory.
+template <class X>
+HWY_INLINE void fetch(const X* from)
+{
+    for (std::size_t offset = 0; offset < sizeof(X); offset += 64)
+        __builtin_prefetch(reinterpret_cast<const char*>(from) + offset);
+}
+
+/// Has the blocks or nodes in the given lanes of a node on their way from memory: what waits for one, waits
+/// for all.
 template <int Dim, class T>
 HWY_INLINE void fetch(const Node<Dim, T>& node, unsigned hits)
 {
-    for (; hits != 0; hits &= hits - 1) {
-        const Child<Dim, T> child = node.child[std::countr_zero(hits)];
-        if (!child || !child.is_block()) continue;
-        const auto* const lines = reinterpret_cast<const char*>(child.block());
-        for (std::size_t offset = 0; offset < sizeof(Block<Dim, T>); offset += 64)
-            __builtin_prefetch(lines + offset);
+    if (node.child[0].is_block()) {
+        for (; hits != 0; hits &= hits - 1)
+            if (const Child<Dim, T> child = node.child[std::countr_zero(hits)]) fetch(child.block());
+    } else {
+        for (; hits != 0; hits &= hits - 1)
+            if (const Child<Dim, T> child = node.child[std::countr_zero(hits)]) fetch(child.node());
     }
 }
 
@@ -170,41 +178,42 @@ HWY_ATTR void search_region(Child<Dim, T> root, const Region& region, Wanted wan
                             Found<std::uint32_t>& out)
 {
     if (!root) return;
-    if (root.is_block()) {
-        emit(*root.block(), region.touch(root.block()->bounds), wanted, out);
-        return;
-    }
     Way<Dim, T> way[key_digits<Dim> + 2];
-    int depth = 0;
-    way[0] = {root.node(), region.touch(root.node()->bounds), 0};
-    if (way[0].left != 0) way[0].inside = region.contain(root.node()->bounds);
+    int depth = -1;
+    const auto enter = [&](const Node<Dim, T>* node, bool inside) HWY_ATTR {
+        Way<Dim, T>& here = way[++depth];
+        here.node = node;
+        if (inside) {
+            here.left = here.inside = 0xffff;
+            return;
+        }
+        here.left = region.touch(node->bounds);
+        here.inside = std::popcount(here.left) >= 4 ? region.contain(node->bounds) & here.left : 0;
+        fetch(*node, here.left & ~here.inside);
+    };
+    enter(root.node(), false);
     while (depth >= 0) {
         Way<Dim, T>& here = way[depth];
         if (here.left == 0) {
             --depth;
             continue;
         }
+        if (here.node->child[0].is_block()) {
+            for (; here.left != 0; here.left &= here.left - 1) {
+                const auto lane = static_cast<unsigned>(std::countr_zero(here.left));
+                const Child<Dim, T> child = here.node->child[lane];
+                if (!child) break; // empty lanes, let through by infinite bounds, come last
+                const unsigned hits =
+                    ((here.inside >> lane) & 1) != 0 ? 0xffffu : region.touch(child.block()->bounds);
+                if (hits != 0 && !emit(*child.block(), hits, wanted, out)) return;
+            }
+            --depth;
+            continue;
+        }
         const auto lane = static_cast<unsigned>(std::countr_zero(here.left));
         here.left &= here.left - 1;
-        const bool inside = ((here.inside >> lane) & 1) != 0;
         const Child<Dim, T> child = here.node->child[lane];
-        if (!child) continue; // an empty lane, let through by infinite bounds
-        if (child.is_block()) {
-            const Block<Dim, T>& block = *child.block();
-            const unsigned hits = inside ? 0xffffu : region.touch(block.bounds);
-            if (hits != 0 && !emit(block, hits, wanted, out)) return;
-        } else {
-            const Node<Dim, T>* const node = child.node();
-            Way<Dim, T>& below = way[++depth];
-            below.node = node;
-            if (inside) {
-                below.left = below.inside = 0xffff;
-                continue;
-            }
-            below.left = region.touch(node->bounds);
-            below.inside = 0;
-            if (std::popcount(below.left) >= 4) below.inside = region.contain(node->bounds) & below.left;
-        }
+        if (child) enter(child.node(), ((here.inside >> lane) & 1) != 0);
     }
 }
 
@@ -233,13 +242,6 @@ HWY_ATTR void search_frustum(Child<Dim, T> root, const Frustum<Dim, T>& region, 
 // All askers take a step down before any takes the next. What is to be visited stands in a list, so it can be
 // fetched ahead, and no branch depends on what was found: with a few askers to a leaf, mispredicted branches
 // and waiting for memory are what a search one by one spends its time on.
-
-template <class X>
-HWY_INLINE void fetch(const X* from)
-{
-    for (std::size_t offset = 0; offset < sizeof(X); offset += 64)
-        __builtin_prefetch(reinterpret_cast<const char*>(from) + offset);
-}
 
 /// Calls write(k, lane) for the k-th of the set lanes; for up to 4 without a branch, the rest of which write
 /// something meaningless.
@@ -458,10 +460,6 @@ HWY_ATTR Hit<T> search_first(Child<Dim, T> root, const Line<Dim, T>& line, Wante
         }
     };
     if (!root) return best;
-    if (root.is_block()) {
-        visit(*root.block());
-        return best;
-    }
     Stack<Dim, T> stack;
     unsigned hits = test.meet(root.node()->bounds, last, at);
     stack.push(*root.node(), hits, at);
@@ -498,30 +496,32 @@ HWY_ATTR void search_all(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wa
         return !(out.one_will_do && out.next != before);
     };
     if (!root) return;
-    if (root.is_block()) {
-        visit(*root.block());
-        return;
-    }
     Way<Dim, T> way[key_digits<Dim> + 2];
-    int depth = 0;
-    way[0] = {root.node(), test.meet(root.node()->bounds, line.max_fraction, at), 0};
+    int depth = -1;
+    const auto enter = [&](const Node<Dim, T>* node) HWY_ATTR {
+        way[++depth] = {node, test.meet(node->bounds, line.max_fraction, at), 0};
+        fetch(*node, way[depth].left);
+    };
+    enter(root.node());
     while (depth >= 0) {
         Way<Dim, T>& here = way[depth];
         if (here.left == 0) {
             --depth;
             continue;
         }
+        if (here.node->child[0].is_block()) {
+            for (; here.left != 0; here.left &= here.left - 1) {
+                const Child<Dim, T> child = here.node->child[std::countr_zero(here.left)];
+                if (!child) break;
+                if (!visit(*child.block())) return;
+            }
+            --depth;
+            continue;
+        }
         const auto lane = static_cast<unsigned>(std::countr_zero(here.left));
         here.left &= here.left - 1;
         const Child<Dim, T> child = here.node->child[lane];
-        if (!child) continue;
-        if (child.is_block()) {
-            if (!visit(*child.block())) return;
-        } else {
-            const Node<Dim, T>* const node = child.node();
-            const unsigned left = test.meet(node->bounds, line.max_fraction, at);
-            way[++depth] = {node, left, 0};
-        }
+        if (child) enter(child.node());
     }
 }
 
@@ -559,10 +559,6 @@ HWY_ATTR void search_nearest(Child<Dim, T> root, const T* point, Wanted wanted, 
         }
     };
     if (!root || best.wanted == 0) return;
-    if (root.is_block()) {
-        visit(*root.block());
-        return;
-    }
     Stack<Dim, T> stack;
     unsigned hits = within(root.node()->bounds);
     stack.push(*root.node(), hits, at);
