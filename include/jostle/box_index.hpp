@@ -161,6 +161,7 @@ class JOSTLE_API BoxIndex
                const QueryFilter& filter = {}) const;
 
   private:
+    friend class BoxIndexAccess; // for World; see src/index/box_index_access.hpp
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };

@@ -6,6 +6,7 @@
 #include <bit>
 #include <string>
 
+#include "index/box_index_access.hpp"
 #include "index/check.hpp"
 #include "index/join.hpp"
 #include "index/kernels/kernels.hpp"
@@ -388,6 +389,28 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
 }
 
 template <int Dim, Coordinate T>
+void BoxIndexAccess::join(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes,
+                          const BoxView<Dim, T>& before, const BoxView<Dim, T>& after,
+                          std::pmr::vector<Pair>& steady, std::pmr::vector<Pair>& rest)
+{
+    auto& inside = *index.implementation_;
+    inside.joins.run(inside.tree, *inside.executor, boxes, before, after, steady, rest);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndexAccess::insert(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
+                            const BoxView<Dim, T>& boxes)
+{
+    index.implementation_->tree.insert(ids, boxes);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndexAccess::erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids) noexcept
+{
+    index.implementation_->tree.erase(ids);
+}
+
+template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::clear() noexcept
 {
     implementation_->tree.clear();
@@ -620,6 +643,12 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
                                                    std::uint64_t) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
+    template void BoxIndexAccess::join(BoxIndex<Dim, T>&, const BoxView<Dim, T>&, const BoxView<Dim, T>&,    \
+                                       const BoxView<Dim, T>&, std::pmr::vector<Pair>&,                      \
+                                       std::pmr::vector<Pair>&);                                             \
+    template void BoxIndexAccess::insert(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                  \
+                                         const BoxView<Dim, T>&);                                            \
+    template void BoxIndexAccess::erase(BoxIndex<Dim, T>&, std::span<const std::uint32_t>) noexcept;         \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
     JOSTLE_INSTANTIATE_REGION(Dim, T, Aabb)                                                                  \

@@ -20,10 +20,12 @@ constexpr std::uint32_t boxes_per_thread = 512;
 template <int Dim, class T>
 struct Join<Dim, T>::Slot
 {
-    explicit Slot(std::pmr::memory_resource* memory) : work(memory), ids(memory) {}
+    explicit Slot(std::pmr::memory_resource* memory) : work(memory), ids(memory), rest(memory) {}
     JoinWork<Dim, T> work;
     engine::Buffer<std::uint32_t> ids; // of all askers so far
     std::size_t id_count = 0;
+    engine::Buffer<Pair> rest;
+    std::size_t rest_count = 0;
 };
 
 template <int Dim, class T>
@@ -105,21 +107,33 @@ const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView
 }
 
 template <int Dim, class T>
-void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
+void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const Batch& batch,
                        const std::uint64_t* order, std::uint32_t begin, std::uint32_t end)
 {
     Slot& slot = *slots_[number];
     JoinWork<Dim, T>& work = slot.work;
-    Aabb<Dim, T> askers[JoinWork<Dim, T>::most_askers];
+    constexpr std::uint32_t most = JoinWork<Dim, T>::most_askers;
+    Aabb<Dim, T> askers[most], before[most], after[most];
     const std::uint32_t count = end - begin;
-    for (std::uint32_t a = 0; a < count; ++a)
-        askers[a] = boxes[static_cast<std::uint32_t>(order[begin + a])];
-    kernels_.join(tree.root(), askers, count, work);
+    for (std::uint32_t a = 0; a < count; ++a) {
+        const auto position = static_cast<std::uint32_t>(order[begin + a]);
+        askers[a] = batch.boxes[position];
+        if (!batch.split) continue;
+        before[a] = batch.before[position];
+        after[a] = batch.after[position];
+    }
+    kernels_.join(tree.root(), askers, batch.split ? before : nullptr, batch.split ? after : nullptr, count,
+                  work);
     std::uint32_t* const ids = slot.ids.grow(slot.id_count + work.touched, slot.id_count);
     std::copy_n(work.ids.data(), work.touched, ids + slot.id_count);
     for (std::uint32_t a = 0; a < count; ++a) {
         lists_[static_cast<std::uint32_t>(order[begin + a])] = {slot.id_count, number, work.count[a]};
         slot.id_count += work.count[a];
+    }
+    Pair* const rest = slot.rest.grow(slot.rest_count + work.left, slot.rest_count);
+    for (std::size_t k = 0; k < work.left; ++k) {
+        const Touch& touch = work.rest.data()[k];
+        rest[slot.rest_count++] = {static_cast<std::uint32_t>(order[begin + touch.asker]), touch.id};
     }
 }
 
@@ -127,21 +141,40 @@ template <int Dim, class T>
 void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
                        std::pmr::vector<Pair>& out)
 {
-    const auto count = static_cast<std::uint32_t>(boxes.size());
+    run(tree, executor, Batch{boxes, boxes, boxes, false}, out, nullptr);
+}
+
+template <int Dim, class T>
+void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
+                       const BoxView<Dim, T>& before, const BoxView<Dim, T>& after,
+                       std::pmr::vector<Pair>& out, std::pmr::vector<Pair>& rest)
+{
+    run(tree, executor, Batch{boxes, before, after, true}, out, &rest);
+}
+
+template <int Dim, class T>
+void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const Batch& batch,
+                       std::pmr::vector<Pair>& out, std::pmr::vector<Pair>* rest)
+{
+    const auto count = static_cast<std::uint32_t>(batch.boxes.size());
     out.clear();
+    if (rest != nullptr) rest->clear();
     if (count == 0 || tree.size() == 0) return;
     const std::uint32_t threads = std::max(1u, std::min(executor.concurrency(), count / boxes_per_thread));
     while (slots_.size() < threads)
         slots_.push_back(std::make_unique<Slot>(memory_));
     for (const auto& slot : slots_)
-        slot->id_count = 0;
-    const std::uint64_t* const ordered = order(tree, boxes);
+        slot->id_count = slot->rest_count = 0;
+    const std::uint64_t* const ordered = order(tree, batch.boxes);
     List* const lists = lists_.reserve(count);
     share_out(executor, threads, count, JoinWork<Dim, T>::most_askers,
               [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
-                  ask(slot, tree, boxes, ordered, static_cast<std::uint32_t>(begin),
+                  ask(slot, tree, batch, ordered, static_cast<std::uint32_t>(begin),
                       static_cast<std::uint32_t>(end));
               });
+    if (rest != nullptr)
+        for (std::uint32_t s = 0; s < threads; ++s)
+            rest->insert(rest->end(), slots_[s]->rest.data(), slots_[s]->rest.data() + slots_[s]->rest_count);
     const std::uint32_t runs = (count + positions_per_claim - 1) / positions_per_claim;
     std::uint64_t* const first = first_.reserve(runs);
     std::uint64_t total = 0;
@@ -167,8 +200,9 @@ std::uint64_t Join<Dim, T>::bytes() const noexcept
 {
     std::uint64_t sum = keys_.bytes() + keys_to_.bytes() + lists_.bytes() + first_.bytes();
     for (const auto& slot : slots_)
-        sum += slot->ids.bytes() + slot->work.ids.bytes() + slot->work.touches.bytes() +
-               slot->work.nodes.bytes() + slot->work.next.bytes() + slot->work.blocks.bytes();
+        sum += slot->ids.bytes() + slot->rest.bytes() + slot->work.ids.bytes() + slot->work.touches.bytes() +
+               slot->work.rest.bytes() + slot->work.nodes.bytes() + slot->work.next.bytes() +
+               slot->work.blocks.bytes();
     return sum;
 }
 

@@ -25,13 +25,25 @@ class Join
 
     void run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
              std::pmr::vector<Pair>& out);
+    /// Of those, the pairs whose object touches before[a] and after[a] as well go to `out`, the others to
+    /// `rest`, in no order.
+    void run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
+             const BoxView<Dim, T>& before, const BoxView<Dim, T>& after, std::pmr::vector<Pair>& out,
+             std::pmr::vector<Pair>& rest);
     [[nodiscard]] std::uint64_t bytes() const noexcept;
 
   private:
     struct Slot;
     const std::uint64_t* order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes);
-    void ask(std::uint32_t slot, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
-             const std::uint64_t* order, std::uint32_t begin, std::uint32_t end);
+    struct Batch
+    {
+        const BoxView<Dim, T>&boxes, &before, &after;
+        bool split; // by before and after
+    };
+    void run(const Tree<Dim, T>& tree, Executor& executor, const Batch& batch, std::pmr::vector<Pair>& out,
+             std::pmr::vector<Pair>* rest);
+    void ask(std::uint32_t slot, const Tree<Dim, T>& tree, const Batch& batch, const std::uint64_t* order,
+             std::uint32_t begin, std::uint32_t end);
 
     const Kernels<Dim, T>& kernels_;
     std::pmr::memory_resource* memory_;

@@ -226,6 +226,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     const std::uint64_t end = in.get_count(4);
     in.demand(end <= std::numeric_limits<std::uint32_t>::max(), "too many objects");
     me.objects.grow(end);
+    me.class_of.resize(me.objects.capacity());
     std::vector<std::uint32_t> generations(end), resting;
     std::vector<Box> resting_boxes;
     std::size_t active = 0;
@@ -242,6 +243,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
         object.mask = in.get<std::uint32_t>();
         object.owner = in.get<std::uint32_t>();
         object.now = in.template get_box<Dim, T>();
+        me.class_of[i] = me.filter_classes.of(object.filter());
         ++me.alive;
         me.disabled += object.place() == world::Place::disabled;
         active += object.place() == world::Place::active;

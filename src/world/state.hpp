@@ -15,6 +15,7 @@
 #include "pair_finder_access.hpp"
 #include "world/chunked_array.hpp"
 #include "world/commands.hpp"
+#include "world/filter_classes.hpp"
 #include "world/ids.hpp"
 #include "world/objects.hpp"
 
@@ -62,7 +63,9 @@ struct World<Dim, T>::Implementation
     // Searching:
     struct Side;
     Pair* classify(Pair* first, Pair* last, const Side& a, const Side& b);
-    void classify_joined(const Side& a, const Side& b, std::pmr::vector<Pair>& persisting);
+    void join_resting(const Side& side, std::pmr::vector<Pair>& persisting);
+    template <class Body>
+    void in_runs(std::size_t count, const Body& body);
     void prefetch(std::uint32_t index) const noexcept;
     [[nodiscard]] ObjectFilter old_filter(const Object& object, std::uint32_t index) const noexcept;
     [[nodiscard]] ObjectId id_of(std::uint32_t index) const noexcept
@@ -82,6 +85,8 @@ struct World<Dim, T>::Implementation
     // --- What the world is ---
     world::ChunkedArray<Object> objects;
     world::ChunkedArray<Shape> shapes; // of objects that have one
+    world::FilterClasses filter_classes;
+    std::pmr::vector<std::uint8_t> class_of; // objects, by index; `look` during the update that wakes it
     struct Active
     {
         std::uint32_t index;
@@ -147,7 +152,11 @@ struct World<Dim, T>::Implementation
     std::pmr::vector<std::uint32_t> entry_index;
     std::pmr::vector<Entry> entry_kind;
     std::size_t changed_entries = 0; // the first ones; the rest are idle objects
-    std::pmr::vector<Pair> joined;
+    // Of the changed entries, for the join with the resting objects: both boxes, and the filter's class. NaN and
+    // `look` where there is more to know.
+    std::pmr::vector<Box> entry_before, entry_now;
+    std::pmr::vector<std::uint8_t> entry_class;
+    std::pmr::vector<Pair> joined, joined_rest, joined_late;
     std::pmr::vector<std::uint32_t> kept_of_run;
 
     std::mutex found_mutex; // guards the five that follow, while tasks run

@@ -7,6 +7,7 @@
 #include <limits>
 #include <tuple>
 
+#include "index/box_index_access.hpp"
 #include "pair_arena.hpp"
 #include "validate.hpp"
 #include "world/sort_keys.hpp"
@@ -21,6 +22,8 @@ constexpr std::uint32_t idle_updates = 3;
 constexpr std::uint64_t least_settling = 512;
 // Below this many boxes all pairs are tried: a grid takes longer to choose.
 constexpr std::size_t few = 24;
+// Candidates are looked at in runs of this many.
+constexpr std::size_t run_length = 4096;
 
 /// Objects are all over the place: loops ask for those to come.
 constexpr std::size_t fetch_ahead = 16;
@@ -231,6 +234,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::apply(std::span<const ObjectId> move_ids, const Boxes& boxes)
 {
     objects.grow(ids.end());
+    if (class_of.size() < objects.capacity()) class_of.resize(objects.capacity());
     // The lanes in use, the one of the calling thread with the moves given to update() as its last.
     const std::thread::id me = std::this_thread::get_id();
     std::uint32_t lanes = 0, number = 0, own_lane = 0;
@@ -496,8 +500,11 @@ void World<Dim, T>::Implementation::undo() noexcept
         shapes[old.index] = old.shape;
         if (objects[old.index].state != 0) objects[old.index].set(world::flag::has_shape, old.had_shape);
     }
-    for (const std::uint32_t index : changed)
+    for (const std::uint32_t index : changed) {
         objects[index].state &= ~world::flag::transient;
+        if (objects[index].place() == world::Place::resting)
+            class_of[index] = filter_classes.of(objects[index].filter());
+    }
     for (const std::uint64_t key : newly_refused)
         refused.erase(key);
 }
@@ -612,23 +619,18 @@ Pair* World<Dim, T>::Implementation::classify(Pair* first, Pair* last, const Sid
     return kept;
 }
 
-/// The joined pairs in runs, shared out over the executor; what persists keeps its order.
+/// Calls body(run, begin, end) for runs of numbers below `count`, shared out over the executor.
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::classify_joined(const Side& side_a, const Side& side_b,
-                                                    std::pmr::vector<Pair>& persisting)
+template <class Body>
+void World<Dim, T>::Implementation::in_runs(std::size_t count, const Body& body)
 {
-    constexpr std::size_t run = 4096;
-    const std::size_t runs = (joined.size() + run - 1) / run;
-    kept_of_run.resize(runs);
+    const std::size_t runs = (count + world::run_length - 1) / world::run_length;
     std::atomic<std::size_t> next{0};
     std::exception_ptr failure;
     const auto task = [&](std::uint32_t) {
         try {
-            for (std::size_t r; (r = next.fetch_add(1, std::memory_order_relaxed)) < runs;) {
-                Pair* const first = joined.data() + r * run;
-                Pair* const last = joined.data() + std::min(joined.size(), (r + 1) * run);
-                kept_of_run[r] = static_cast<std::uint32_t>(classify(first, last, side_a, side_b) - first);
-            }
+            for (std::size_t r; (r = next.fetch_add(1, std::memory_order_relaxed)) < runs;)
+                body(r, r * world::run_length, std::min(count, (r + 1) * world::run_length));
         } catch (...) {
             const std::lock_guard lock(found_mutex);
             failure = std::current_exception();
@@ -640,14 +642,70 @@ void World<Dim, T>::Implementation::classify_joined(const Side& side_a, const Si
     else
         task(0);
     if (failure) std::rethrow_exception(failure);
+}
+
+/// Pairs of changed and resting objects.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::join_resting(const Side& side, std::pmr::vector<Pair>& persisting)
+{
+    const auto changed_part = [&](const std::pmr::vector<Box>& boxes) {
+        return Boxes(std::span<const Box>(boxes).first(changed_entries));
+    };
+    BoxIndexAccess::join(resting, changed_part(entry_boxes), changed_part(entry_before),
+                         changed_part(entry_now), joined, joined_rest);
+
+    // Steady pairs touched before and touch now. Their filters' classes tell the rest, mostly.
+    kept_of_run.resize((joined.size() + world::run_length - 1) / world::run_length);
+    const bool any_refused = !refused.empty();
+    joined_late.clear();
+    in_runs(joined.size(), [&](std::size_t run, std::size_t begin, std::size_t end) {
+        Pair* kept = joined.data() + begin;
+        std::size_t late = 0;
+        for (std::size_t k = begin; k < end; ++k) {
+            const Pair pair = joined[k];
+            const std::uint8_t class_a = entry_class[pair.a], class_b = class_of[pair.b];
+            const std::uint32_t index_a = entry_index[pair.a];
+            const Pair named{std::min(index_a, pair.b), std::max(index_a, pair.b)};
+            if (class_a == world::FilterClasses::look || class_b == world::FilterClasses::look) {
+                const std::lock_guard lock(found_mutex);
+                joined_late.push_back(pair);
+                ++late;
+            } else if (filter_classes.pass(class_a, class_b) &&
+                       (!any_refused || refused.find(world::pair_key(named.a, named.b)) == refused.end())) {
+                *kept++ = named;
+            }
+        }
+        kept_of_run[run] = static_cast<std::uint32_t>(kept - (joined.data() + begin));
+        const std::lock_guard lock(found_mutex);
+        candidates += end - begin - late;
+        false_positives += end - begin - late - kept_of_run[run];
+    });
     std::size_t total = persisting.size();
     for (const std::uint32_t kept : kept_of_run)
         total += kept;
     persisting.reserve(total);
-    for (std::size_t r = 0; r < runs; ++r) {
-        const Pair* const first = joined.data() + r * run;
-        persisting.insert(persisting.end(), first, first + kept_of_run[r]);
+    for (std::size_t run = 0; run < kept_of_run.size(); ++run) {
+        const Pair* const first = joined.data() + run * world::run_length;
+        persisting.insert(persisting.end(), first, first + kept_of_run[run]);
     }
+
+    // The others are looked at one by one. They come in no order, so what persists is put in one.
+    joined_rest.insert(joined_rest.end(), joined_late.begin(), joined_late.end());
+    kept_of_run.resize((joined_rest.size() + world::run_length - 1) / world::run_length);
+    const Side resting_side{nullptr, nullptr, true};
+    in_runs(joined_rest.size(), [&](std::size_t run, std::size_t begin, std::size_t end) {
+        Pair* const first = joined_rest.data() + begin;
+        Pair* const last = joined_rest.data() + end;
+        kept_of_run[run] = static_cast<std::uint32_t>(classify(first, last, side, resting_side) - first);
+    });
+    joined_late.clear();
+    for (std::size_t run = 0; run < kept_of_run.size(); ++run) {
+        const Pair* const first = joined_rest.data() + run * world::run_length;
+        joined_late.insert(joined_late.end(), first, first + kept_of_run[run]);
+    }
+    world::sort_by_key(joined_late, joined_rest,
+                       [](const Pair& pair) { return std::uint64_t{pair.a} << 32 | pair.b; });
+    persisting.insert(persisting.end(), joined_late.begin(), joined_late.end());
 }
 
 template <int Dim, Coordinate T>
@@ -667,6 +725,16 @@ void World<Dim, T>::Implementation::search()
     if (changed.empty()) return;
 
     bool all_both = true;
+    entry_before.clear();
+    entry_now.clear();
+    entry_class.clear();
+    const auto enter_changed = [&](const Object& object, std::uint32_t index, bool usual) {
+        static constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+        entry_before.push_back(object.before);
+        entry_now.push_back(object.now);
+        entry_class.push_back(usual ? class_of[index] : world::FilterClasses::look);
+        if (!usual) entry_before.back().lo[0] = nan;
+    };
     const auto enter = [&](std::uint32_t index, const Box& box, Entry kind) {
         entry_boxes.push_back(box);
         entry_index.push_back(index);
@@ -682,15 +750,19 @@ void World<Dim, T>::Implementation::search()
             const Box around = world::hull(object.before, object.now);
             if (object.has(world::flag::leap) || world::is_leap(object.before, object.now, around)) {
                 enter(index, object.before, Entry::old_only);
+                enter_changed(object, index, false);
                 enter(index, object.now, Entry::new_only);
+                enter_changed(object, index, false);
             } else {
                 enter(index, around, Entry::both);
+                enter_changed(object, index, !object.has(world::flag::refiltered | world::flag::asked));
             }
-        } else if (was) {
-            enter(index, object.before, Entry::old_only);
-        } else if (is) {
-            enter(index, object.now, Entry::new_only);
+        } else if (was || is) {
+            enter(index, was ? object.before : object.now, was ? Entry::old_only : Entry::new_only);
+            enter_changed(object, index, false);
         }
+        // Found as a changed one; as a resting one it takes a second look, which sees that it isn't.
+        if (object.place() == world::Place::resting) class_of[index] = world::FilterClasses::look;
     }
     changed_entries = entry_index.size();
     if (changed_entries == 0) return;
@@ -730,11 +802,7 @@ void World<Dim, T>::Implementation::search()
     const auto t1 = world::Clock::now();
     next_stats.us_active = world::microseconds(t0, t1);
 
-    if (resting.size() != 0) {
-        resting.join(Boxes(all.first(changed_entries)), joined);
-        const Side resting_side{nullptr, nullptr, true};
-        classify_joined(side, resting_side, result.others);
-    }
+    if (resting.size() != 0) join_resting(side, result.others);
     next_stats.us_resting = world::microseconds(t1, world::Clock::now());
 }
 
@@ -852,7 +920,7 @@ void World<Dim, T>::Implementation::plan_rest()
     for (const std::uint32_t index : settling)
         settling_boxes.push_back(objects[index].now);
     next_active.reserve(next_active.size() + settling.size()); // see commit
-    resting.erase(waking);
+    BoxIndexAccess::erase(resting, waking);
 }
 
 template <int Dim, Coordinate T>
@@ -870,13 +938,17 @@ void World<Dim, T>::Implementation::commit() noexcept
             object.state = 0;
             continue;
         }
+        if (place == world::Place::none || place == world::Place::resting ||
+            object.has(world::flag::refiltered))
+            class_of[index] = filter_classes.of(object.filter());
         object.set_place(object.is_there() ? world::Place::active : world::Place::disabled);
         ++alive;
         disabled += !object.is_there();
         object.state &= ~world::flag::transient;
     }
     try {
-        resting.insert(settling, Boxes(std::span<const Box>(settling_boxes)));
+        if (!settling.empty())
+            BoxIndexAccess::insert(resting, settling, Boxes(std::span<const Box>(settling_boxes)));
         for (const std::uint32_t index : settling)
             objects[index].set_place(world::Place::resting);
     } catch (...) { // no memory: they may stay active as long as it takes

@@ -21,6 +21,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       finder({options.executor, options.memory, options.instruction_set}),
       objects(options.memory),
       shapes(options.memory),
+      class_of(options.memory),
       active(options.memory),
       resting({options.executor, options.memory, options.instruction_set}),
       refused(options.memory),
@@ -34,7 +35,12 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       entry_boxes(options.memory),
       entry_index(options.memory),
       entry_kind(options.memory),
+      entry_before(options.memory),
+      entry_now(options.memory),
+      entry_class(options.memory),
       joined(options.memory),
+      joined_rest(options.memory),
+      joined_late(options.memory),
       kept_of_run(options.memory),
       found_began(options.memory),
       found_asked(options.memory),
@@ -70,13 +76,14 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
     const auto of = [](const auto&... vectors) {
         return (std::uint64_t{0} + ... + (vectors.capacity() * sizeof(vectors[0])));
     };
-    std::uint64_t sum = sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
-                        finder.stats().bytes_reserved + resting.stats().bytes +
-                        refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
-                        of(active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer,
-                           entry_boxes, entry_index, entry_kind, joined, kept_of_run, found_began,
-                           found_asked, found_ended, ended_scratch, key_scratch, index_scratch, newly_refused,
-                           no_longer_refused, next_active, waking, settling, settling_boxes);
+    std::uint64_t sum =
+        sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
+        finder.stats().bytes_reserved + resting.stats().bytes + refused.bucket_count() * sizeof(void*) +
+        refused.size() * 4 * sizeof(void*) +
+        of(active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer, entry_boxes,
+           entry_index, entry_kind, entry_before, entry_now, entry_class, joined, joined_rest, joined_late,
+           class_of, kept_of_run, found_began, found_asked, found_ended, ended_scratch, key_scratch,
+           index_scratch, newly_refused, no_longer_refused, next_active, waking, settling, settling_boxes);
     for (const Results& result : results)
         sum += result.among_active.bytes_reserved() + result.with_idle.bytes_reserved() +
                of(result.others, result.began, result.ended);

@@ -258,13 +258,13 @@ HWY_INLINE void each_lane(unsigned hits, const Write& write)
 }
 
 template <int Dim, class T>
-HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::uint32_t count,
-                          JoinWork<Dim, T>& work)
+HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, const Aabb<Dim, T>* before,
+                          const Aabb<Dim, T>* after, std::uint32_t count, JoinWork<Dim, T>& work)
 {
     using Visit = typename JoinWork<Dim, T>::Visit;
     constexpr std::size_t ahead = 6, room = lanes + 4;
     std::fill_n(work.count, count, 0u);
-    work.touched = 0;
+    work.touched = work.left = 0;
     if (!root) return;
     bool endless = false; // infinite bounds let empty lanes pass
     for (std::uint32_t a = 0; a < count; ++a)
@@ -307,7 +307,8 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
 
     const Visit* const blocks = work.blocks.data();
     Touch* touches = work.touches.reserve(block_count + room);
-    std::size_t touched = 0;
+    Touch* rest = work.rest.reserve(room);
+    std::size_t touched = 0, left = 0;
     for (std::size_t i = 0; i < block_count; ++i) {
         if (touched + room > work.touches.capacity())
             touches = work.touches.grow(2 * (touched + room), touched);
@@ -316,6 +317,16 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
         const std::uint32_t asker = blocks[i].asker;
         unsigned hits = touching(block.bounds, askers[asker]);
         if (endless) hits &= block.live();
+        if (before != nullptr) {
+            if (left + room > work.rest.capacity()) rest = work.rest.grow(2 * (left + room), left);
+            const unsigned steady =
+                hits & touching(block.bounds, before[asker]) & touching(block.bounds, after[asker]);
+            Touch* const to = rest + left;
+            each_lane(hits & ~steady,
+                      [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = {asker, block.id[lane]}; });
+            left += static_cast<std::size_t>(std::popcount(hits & ~steady));
+            hits = steady;
+        }
         Touch* const to = touches + touched;
         each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = {asker, block.id[lane]}; });
         const auto found = static_cast<std::uint32_t>(std::popcount(hits));
@@ -323,6 +334,7 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
         work.count[asker] += found;
     }
     work.touched = touched;
+    work.left = left;
 
     // By asker, and ascending: a short list's ids go where the number of smaller ones says.
     std::uint32_t* const ids = work.ids.reserve(touched + lanes);

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "jostle/box_index.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// What World asks of its index beyond what everybody may.
+class BoxIndexAccess
+{
+  public:
+    /// BoxIndex::join of boxes that each hold two others. A pair whose object touches before[a] and after[a]
+    /// goes to `steady`, ascending by (a, b), any other to `rest`, in no order. Valid boxes only; a NaN in
+    /// before[a] says that no pair of `a` is steady.
+    template <int Dim, Coordinate T>
+    static void join(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes, const BoxView<Dim, T>& before,
+                     const BoxView<Dim, T>& after, std::pmr::vector<Pair>& steady,
+                     std::pmr::vector<Pair>& rest);
+    /// BoxIndex::insert and erase of ids and boxes that are known to be good.
+    template <int Dim, Coordinate T>
+    static void insert(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
+                       const BoxView<Dim, T>& boxes);
+    template <int Dim, Coordinate T>
+    static void erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids) noexcept;
+};
+
+JOSTLE_NAMESPACE_END
