@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: MIT
+#include <embree3/rtcore.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "question_parts.hpp"
+
+namespace jostle_bench {
+namespace {
+
+/// Embree 3.13: one user geometry, built at RTC_BUILD_QUALITY_HIGH. It has no question for a box: a point
+/// query with the sphere around the box stands in.
+class Embree final : public QuestionPeer
+{
+  public:
+    ~Embree() override
+    {
+        if (geometry_ != nullptr) rtcReleaseGeometry(geometry_);
+        if (scene_ != nullptr) rtcReleaseScene(scene_);
+        if (device_ != nullptr) rtcReleaseDevice(device_);
+    }
+    const char* name() const noexcept override { return "embree"; }
+    bool answers(QuestionKind kind) const noexcept override
+    {
+        return kind != QuestionKind::sweep && kind != QuestionKind::frustum;
+    }
+    void build(Boxes3 boxes) override
+    {
+        boxes_ = boxes;
+        device_ = rtcNewDevice(nullptr);
+        if (device_ == nullptr) throw std::runtime_error("embree: cannot create a device");
+        scene_ = rtcNewScene(device_);
+        rtcSetSceneBuildQuality(scene_, RTC_BUILD_QUALITY_HIGH);
+        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST); // without it rays miss boxes that they graze
+        geometry_ = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
+        rtcSetGeometryUserPrimitiveCount(geometry_, static_cast<unsigned>(boxes.size()));
+        rtcSetGeometryUserData(geometry_, this);
+        rtcSetGeometryBoundsFunction(geometry_, bounds, nullptr);
+        rtcSetGeometryIntersectFunction(geometry_, intersect);
+        rtcCommitGeometry(geometry_);
+        rtcAttachGeometry(scene_, geometry_);
+        rtcCommitScene(scene_);
+        if (rtcGetDeviceError(device_) != RTC_ERROR_NONE) throw std::runtime_error("embree: building failed");
+    }
+    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Answers& answers) const override
+    {
+        if (kind == QuestionKind::first || kind == QuestionKind::all) {
+            Context context{};
+            rtcInitIntersectContext(&context);
+            context.line = &questions.rays[i];
+            context.all = kind == QuestionKind::all ? &answers : nullptr;
+            context.question = i;
+            RTCRayHit ray{};
+            const jostle::Ray<3, float>& from = questions.rays[i];
+            ray.ray = {from.origin[0],
+                       from.origin[1],
+                       from.origin[2],
+                       0,
+                       from.direction[0],
+                       from.direction[1],
+                       from.direction[2],
+                       0,
+                       from.max_fraction,
+                       ~0u,
+                       0,
+                       0};
+            ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+            rtcIntersect1(scene_, &context, &ray);
+            context.first.give(i, answers);
+            return;
+        }
+        Query query{this, &questions, kind, i, &answers, nullptr};
+        RTCPointQuery point{};
+        NearestSoFar nearest(kind == QuestionKind::nearest ? questions.nearest[i]
+                                                           : jostle::Nearest<3, float>{});
+        query.nearest = &nearest;
+        const auto at = [&](const float* p, float radius) {
+            point.x = p[0];
+            point.y = p[1];
+            point.z = p[2];
+            point.radius = radius;
+        };
+        if (kind == QuestionKind::nearest) {
+            at(questions.nearest[i].point, questions.nearest[i].max_distance);
+        } else if (kind == QuestionKind::sphere) {
+            at(questions.spheres[i].center, questions.spheres[i].radius * 1.000001f);
+        } else {
+            const jostle::Aabb3f& box = questions.boxes[i];
+            float center[3], sum = 0;
+            for (int d = 0; d < 3; ++d) {
+                center[d] = 0.5f * (box.lo[d] + box.hi[d]);
+                sum += (box.hi[d] - center[d]) * (box.hi[d] - center[d]);
+            }
+            at(center, std::sqrt(sum) * 1.000001f);
+        }
+        RTCPointQueryContext context;
+        rtcInitPointQueryContext(&context);
+        rtcPointQuery(scene_, &point, &context, near, &query);
+        if (kind == QuestionKind::nearest) nearest.give(i, answers);
+    }
+
+  private:
+    struct Context : RTCIntersectContext
+    {
+        const jostle::Ray<3, float>* line;
+        Answers* all;
+        std::size_t question;
+        FirstSoFar first;
+    };
+    struct Query
+    {
+        const Embree* self;
+        const Questions* questions;
+        QuestionKind kind;
+        std::size_t i;
+        Answers* answers;
+        NearestSoFar* nearest;
+    };
+    static void bounds(const RTCBoundsFunctionArguments* arguments)
+    {
+        const jostle::Aabb3f& box =
+            static_cast<const Embree*>(arguments->geometryUserPtr)->boxes_[arguments->primID];
+        *arguments->bounds_o = {box.lo[0], box.lo[1], box.lo[2], 0, box.hi[0], box.hi[1], box.hi[2], 0};
+    }
+    static void intersect(const RTCIntersectFunctionNArguments* arguments)
+    {
+        const auto& self = *static_cast<const Embree*>(arguments->geometryUserPtr);
+        auto& context = *static_cast<Context*>(arguments->context);
+        const std::uint32_t id = arguments->primID;
+        if (arguments->valid[0] == 0) return;
+        if (context.all != nullptr) {
+            if (jostle::hit_fraction(*context.line, self.boxes_[id]))
+                context.all->add_object(context.question, id);
+            return;
+        }
+        context.first.offer(*context.line, id, self.boxes_[id]);
+        if (context.first.best.id != id) return;
+        auto* const ray = reinterpret_cast<RTCRayHit*>(arguments->rayhit);
+        ray->ray.tfar = context.first.best.at;
+        ray->hit.geomID = arguments->geomID;
+        ray->hit.primID = id;
+    }
+    static bool near(RTCPointQueryFunctionArguments* arguments)
+    {
+        Query& query = *static_cast<Query*>(arguments->userPtr);
+        const jostle::Aabb3f& box = query.self->boxes_[arguments->primID];
+        if (query.kind == QuestionKind::nearest) {
+            const float before = query.nearest->limit();
+            query.nearest->offer(jostle::squared_distance(query.questions->nearest[query.i].point, box));
+            if (query.nearest->limit() == before) return false;
+            arguments->query->radius = std::sqrt(query.nearest->limit()) * 1.000001f;
+            return true;
+        }
+        const bool touches = query.kind == QuestionKind::sphere
+                                 ? jostle::overlaps(query.questions->spheres[query.i], box)
+                                 : jostle::overlaps(query.questions->boxes[query.i], box);
+        if (touches) query.answers->add_object(query.i, arguments->primID);
+        return false;
+    }
+
+    Boxes3 boxes_;
+    RTCDevice device_ = nullptr;
+    RTCScene scene_ = nullptr;
+    RTCGeometry geometry_ = nullptr;
+};
+
+} // namespace
+
+std::unique_ptr<QuestionPeer> make_embree_questions()
+{
+    return std::make_unique<Embree>();
+}
+
+std::vector<std::unique_ptr<QuestionPeer>> make_question_peers()
+{
+    std::vector<std::unique_ptr<QuestionPeer>> peers;
+    peers.push_back(make_embree_questions());
+    peers.push_back(make_bullet_questions());
+    peers.push_back(make_fcl_questions());
+    peers.push_back(make_boost_questions());
+    return peers;
+}
+
+} // namespace jostle_bench

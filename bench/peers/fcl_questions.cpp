@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: MIT
+#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
+
+#include <cmath>
+
+#include "question_parts.hpp"
+
+namespace jostle_bench {
+namespace {
+
+/// A geometry that is its box.
+class BoxGeometry final : public fcl::CollisionGeometryd
+{
+  public:
+    BoxGeometry(const float* lo, const float* hi)
+    {
+        aabb_local.min_ = {lo[0], lo[1], lo[2]};
+        aabb_local.max_ = {hi[0], hi[1], hi[2]};
+    }
+    void computeLocalAABB() override {}
+};
+
+/// FCL's DynamicAABBTreeCollisionManager<double>. A sphere is asked for by the box around it.
+class Fcl final : public QuestionPeer
+{
+  public:
+    const char* name() const noexcept override { return "fcl"; }
+    bool answers(QuestionKind kind) const noexcept override
+    {
+        return kind == QuestionKind::box || kind == QuestionKind::sphere || kind == QuestionKind::nearest;
+    }
+    void build(Boxes3 boxes) override
+    {
+        boxes_ = boxes;
+        std::vector<fcl::CollisionObjectd*> pointers;
+        for (std::size_t i = 0; i < boxes.size(); ++i) {
+            objects_.push_back(object(boxes[i].lo, boxes[i].hi));
+            objects_.back()->setUserData(reinterpret_cast<void*>(i));
+            pointers.push_back(objects_.back().get());
+        }
+        manager_.registerObjects(pointers);
+        manager_.setup();
+    }
+    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Answers& answers) const override
+    {
+        if (kind == QuestionKind::nearest) {
+            const jostle::Nearest<3, float>& question = questions.nearest[i];
+            NearestSoFar nearest(question);
+            Query query{this, &questions, kind, i, &answers, &nearest};
+            manager_.distance(object(question.point, question.point).get(), &query, distance);
+            nearest.give(i, answers);
+            return;
+        }
+        float lo[3], hi[3];
+        for (int d = 0; d < 3; ++d) {
+            const jostle::Sphere<3, float>* const sphere =
+                kind == QuestionKind::sphere ? &questions.spheres[i] : nullptr;
+            lo[d] =
+                sphere != nullptr ? sphere->center[d] - sphere->radius * 1.000001f : questions.boxes[i].lo[d];
+            hi[d] =
+                sphere != nullptr ? sphere->center[d] + sphere->radius * 1.000001f : questions.boxes[i].hi[d];
+        }
+        Query query{this, &questions, kind, i, &answers, nullptr};
+        manager_.collide(object(lo, hi).get(), &query, touch);
+    }
+
+  private:
+    struct Query
+    {
+        const Fcl* self;
+        const Questions* questions;
+        QuestionKind kind;
+        std::size_t i;
+        Answers* answers;
+        NearestSoFar* nearest;
+    };
+    static std::unique_ptr<fcl::CollisionObjectd> object(const float* lo, const float* hi)
+    {
+        auto made = std::make_unique<fcl::CollisionObjectd>(std::make_shared<BoxGeometry>(lo, hi));
+        made->setUserData(reinterpret_cast<void*>(~std::uintptr_t{0}));
+        made->computeAABB();
+        return made;
+    }
+    static std::uint32_t number(const fcl::CollisionObjectd* a, const fcl::CollisionObjectd* b)
+    {
+        const auto first = reinterpret_cast<std::uintptr_t>(a->getUserData());
+        const auto second = reinterpret_cast<std::uintptr_t>(b->getUserData());
+        return static_cast<std::uint32_t>(std::min(first, second));
+    }
+    static bool touch(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data)
+    {
+        Query& query = *static_cast<Query*>(data);
+        const std::uint32_t id = number(a, b);
+        const jostle::Aabb3f& box = query.self->boxes_[id];
+        const bool touches = query.kind == QuestionKind::sphere
+                                 ? jostle::overlaps(query.questions->spheres[query.i], box)
+                                 : jostle::overlaps(query.questions->boxes[query.i], box);
+        if (touches) query.answers->add_object(query.i, id);
+        return false;
+    }
+    static bool distance(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data, double& limit)
+    {
+        Query& query = *static_cast<Query*>(data);
+        query.nearest->offer(jostle::squared_distance(query.questions->nearest[query.i].point,
+                                                      query.self->boxes_[number(a, b)]));
+        limit = std::sqrt(static_cast<double>(query.nearest->limit())) * 1.000001;
+        return false;
+    }
+
+    Boxes3 boxes_;
+    std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;
+    fcl::DynamicAABBTreeCollisionManagerd manager_;
+};
+
+} // namespace
+
+std::unique_ptr<QuestionPeer> make_fcl_questions()
+{
+    return std::make_unique<Fcl>();
+}
+
+} // namespace jostle_bench

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "jostle/query.hpp"
+
+/// Other systems that answer questions about boxes that lie still, behind one interface, so that they can be
+/// timed beside Jostle and asked for their answers.
+namespace jostle_bench {
+
+using Boxes3 = std::span<const jostle::Aabb3f>;
+
+enum class QuestionKind
+{
+    first,   ///< the first box along a ray
+    all,     ///< all boxes along a ray
+    sweep,   ///< the first box that a moving box touches
+    box,     ///< all boxes that touch a box
+    sphere,  ///< all boxes that touch a sphere
+    nearest, ///< the boxes nearest to a point
+    frustum, ///< all boxes in a view volume
+};
+
+/// Questions of all kinds; each kind uses what it needs.
+struct Questions
+{
+    std::vector<jostle::Ray<3, float>> rays;
+    std::vector<jostle::Sweep<3, float>> sweeps;
+    std::vector<jostle::Aabb3f> boxes;
+    std::vector<jostle::Sphere<3, float>> spheres;
+    std::vector<jostle::Nearest<3, float>> nearest;
+    std::vector<std::array<jostle::Plane<3, float>, 6>> frustums;
+};
+
+/// What was found, for comparison: how many results, and a sum over them that names objects and, where
+/// several may be equally near, distances only.
+struct Answers
+{
+    std::uint64_t results = 0;
+    std::uint64_t checksum = 0;
+    void add_object(std::size_t question, std::uint32_t id) noexcept
+    {
+        ++results;
+        checksum += (question + 1) * 0x9e3779b97f4a7c15u ^ ((id + std::uint64_t{1}) * 0xbf58476d1ce4e5b9u);
+    }
+    void add_distance(std::size_t question, float at) noexcept
+    {
+        std::uint32_t bits;
+        static_assert(sizeof bits == sizeof at);
+        __builtin_memcpy(&bits, &at, sizeof bits);
+        add_object(question, bits);
+    }
+    Answers& operator+=(const Answers& other) noexcept
+    {
+        results += other.results;
+        checksum += other.checksum;
+        return *this;
+    }
+    friend bool operator==(const Answers&, const Answers&) = default;
+};
+
+/// One system. Results that it offers are checked against the definitions in query.hpp, as any user of it
+/// would have to with his own shapes, and only counted and summed up.
+///
+/// Threads   ask() may be called from several threads at a time.
+class QuestionPeer
+{
+  public:
+    virtual ~QuestionPeer() = default;
+    [[nodiscard]] virtual const char* name() const noexcept = 0;
+    [[nodiscard]] virtual bool answers(QuestionKind kind) const noexcept = 0;
+    /// Takes the boxes, which must outlive it.
+    virtual void build(Boxes3 boxes) = 0;
+    /// Answers question i of a kind.
+    virtual void ask(QuestionKind kind, const Questions& questions, std::size_t i,
+                     Answers& answers) const = 0;
+};
+
+[[nodiscard]] std::vector<std::unique_ptr<QuestionPeer>> make_question_peers();
+
+} // namespace jostle_bench

@@ -1,0 +1,461 @@
+// SPDX-License-Identifier: MIT
+// jostle bench questions: rays, sweeps, regions and nearest objects among boxes that lie still, ours and
+// other systems'.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/question_peers.hpp"
+#include "commands.hpp"
+#include "io/output_file.hpp"
+#include "jostle/box_index.hpp"
+#include "options.hpp"
+#include "progress.hpp"
+#include "scenes/random.hpp"
+#include "scenes/scenes.hpp"
+#include "threads.hpp"
+
+#ifdef JOSTLE_WITH_PEERS
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#endif
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle::Aabb3f;
+using jostle::BoxIndex;
+using jostle_bench::Answers;
+using jostle_bench::QuestionKind;
+using jostle_bench::Questions;
+using Clock = std::chrono::steady_clock;
+
+struct Row
+{
+    const char* name;
+    QuestionKind kind;
+    const char* summary;
+    std::uint32_t questions;
+};
+// In the order in which they are made and asked.
+constexpr Row rows[] = {
+    {"first", QuestionKind::first, "the first box along a ray of half the world's length", 4000},
+    {"all", QuestionKind::all, "all boxes along such a ray", 4000},
+    {"sweep", QuestionKind::sweep, "the first box touched by a unit box that moves by a tenth of the world",
+     4000},
+    {"box-1", QuestionKind::box, "all boxes that touch a box of edge 1", 4000},
+    {"box-10", QuestionKind::box, "... of edge 10", 2000},
+    {"box-20%", QuestionKind::box, "... of a fifth of the world's edge", 200},
+    {"sphere", QuestionKind::sphere, "all boxes that touch a sphere of radius 5", 2000},
+    {"nearest-1", QuestionKind::nearest, "the box nearest to a point", 4000},
+    {"nearest-8", QuestionKind::nearest, "the 8 nearest", 4000},
+    {"frustum", QuestionKind::frustum, "all boxes in a view of 30 degrees, half the world deep", 200},
+};
+
+struct Options
+{
+    std::vector<std::string> scenes{"uniform"};
+    std::vector<std::uint64_t> sizes{10'000, 100'000, 1'000'000};
+    std::vector<std::uint32_t> threads{0};
+    std::uint32_t repetitions = 5;
+    std::uint64_t seed = 1;
+    bool peers = false;
+    std::string json;
+};
+
+/// Questions near objects chosen at random: where there is something to find.
+class Asker
+{
+  public:
+    Asker(std::span<const Aabb3f> boxes, std::uint64_t seed) : boxes_(boxes), random_(seed)
+    {
+        float lo[3], hi[3];
+        for (int d = 0; d < 3; ++d) {
+            lo[d] = hi[d] = boxes[0].lo[d];
+            for (const Aabb3f& box : boxes) {
+                lo[d] = std::min(lo[d], box.lo[d]);
+                hi[d] = std::max(hi[d], box.hi[d]);
+            }
+            world_ = std::max(world_, hi[d] - lo[d]);
+        }
+    }
+    Questions make(const Row& row)
+    {
+        Questions questions;
+        for (std::uint32_t i = 0; i < row.questions; ++i) {
+            float at[3], along[3];
+            place(at);
+            direction(along);
+            const std::string name = row.name;
+            switch (row.kind) {
+            case QuestionKind::first:
+            case QuestionKind::all:
+                questions.rays.push_back({{at[0], at[1], at[2]}, {along[0], along[1], along[2]}, world_ / 2});
+                break;
+            case QuestionKind::sweep: {
+                const float far = world_ / 10;
+                questions.sweeps.push_back(
+                    {around(at, 0.5f), {along[0] * far, along[1] * far, along[2] * far}, 1.0f});
+                break;
+            }
+            case QuestionKind::box:
+                questions.boxes.push_back(
+                    around(at, name == "box-1" ? 0.5f : (name == "box-10" ? 5.0f : world_ / 10)));
+                break;
+            case QuestionKind::sphere:
+                questions.spheres.push_back({{at[0], at[1], at[2]}, 5});
+                break;
+            case QuestionKind::nearest:
+                questions.nearest.push_back({{at[0], at[1], at[2]}, name == "nearest-1" ? 1u : 8u});
+                break;
+            case QuestionKind::frustum:
+                questions.frustums.push_back(view(at, along));
+                break;
+            }
+        }
+        return questions;
+    }
+
+  private:
+    float number(float lo, float hi) { return lo + (hi - lo) * random_.uniform(); }
+    void place(float* at)
+    {
+        const Aabb3f& box = boxes_[random_.below(boxes_.size())];
+        for (int d = 0; d < 3; ++d)
+            at[d] = number(box.lo[d], box.hi[d]) + number(-1, 1);
+    }
+    void direction(float* along)
+    {
+        for (;;) {
+            float square = 0;
+            for (int d = 0; d < 3; ++d) {
+                along[d] = number(-1, 1);
+                square += along[d] * along[d];
+            }
+            if (square > 1 || square < 0.01f) continue;
+            for (int d = 0; d < 3; ++d)
+                along[d] /= std::sqrt(square);
+            return;
+        }
+    }
+    static Aabb3f around(const float* at, float half)
+    {
+        return {{at[0] - half, at[1] - half, at[2] - half}, {at[0] + half, at[1] + half, at[2] + half}};
+    }
+    std::array<jostle::Plane<3, float>, 6> view(const float* at, const float* along) const
+    {
+        // Two directions across the view.
+        const bool x = std::abs(along[0]) < 0.5f;
+        const float up[3] = {x ? 1.0f : 0.0f, x ? 0.0f : 1.0f, 0.0f};
+        float u[3], v[3], length = 0;
+        for (int d = 0; d < 3; ++d) {
+            u[d] = along[(d + 1) % 3] * up[(d + 2) % 3] - along[(d + 2) % 3] * up[(d + 1) % 3];
+            length += u[d] * u[d];
+        }
+        for (float& each : u)
+            each /= std::sqrt(length);
+        for (int d = 0; d < 3; ++d)
+            v[d] = along[(d + 1) % 3] * u[(d + 2) % 3] - along[(d + 2) % 3] * u[(d + 1) % 3];
+        const float slope = 0.268f; // of half of 30 degrees
+        const auto plane = [&](float a, float b, float c, float offset) {
+            jostle::Plane<3, float> made{};
+            made.offset = offset;
+            for (int d = 0; d < 3; ++d) {
+                made.normal[d] = a * along[d] + b * u[d] + c * v[d];
+                made.offset -= made.normal[d] * at[d];
+            }
+            return made;
+        };
+        return {plane(1, 0, 0, -0.1f),  plane(-1, 0, 0, world_ / 2), plane(slope, 1, 0, 0),
+                plane(slope, -1, 0, 0), plane(slope, 0, 1, 0),       plane(slope, 0, -1, 0)};
+    }
+
+    std::span<const Aabb3f> boxes_;
+    jostle_scenes::Random random_;
+    float world_ = 0;
+};
+
+double microseconds_since(Clock::time_point start)
+{
+    return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
+}
+
+/// The median of some runs after one that isn't counted, in microseconds.
+template <class Run>
+double median_of(std::uint32_t repetitions, const Run& run)
+{
+    run();
+    std::vector<double> times;
+    for (std::uint32_t k = 0; k < repetitions; ++k) {
+        const auto start = Clock::now();
+        run();
+        times.push_back(microseconds_since(start));
+    }
+    std::sort(times.begin(), times.end());
+    return times[times.size() / 2];
+}
+
+class Table
+{
+  public:
+    explicit Table(bool print) : print_(print)
+    {
+        if (!print_) return;
+        std::printf("%-10s %10s %8s %-10s %-8s %12s %12s %8s\n", "scene", "n", "threads", "question",
+                    "system", "us each", "results", "");
+    }
+    void add(const std::string& scene, std::uint64_t n, std::uint32_t threads, const Row& row,
+             const std::string& system, double us, const Answers& answers)
+    {
+        const double each = us / row.questions;
+        if (system == "jostle") {
+            ours_ = each;
+            expected_ = answers;
+        } else if (!(answers == expected_)) {
+            difference_ =
+                system + " and jostle differ: " + scene + ", " + std::to_string(n) + ", " + row.name;
+        }
+        if (print_) {
+            const double share = static_cast<double>(answers.results) / row.questions;
+            std::printf("%-10s %10llu %8u %-10s %-8s %12.3f %12.1f", scene.c_str(),
+                        static_cast<unsigned long long>(n), threads, row.name, system.c_str(), each, share);
+            if (system != "jostle")
+                std::printf(" %6.1fx%s", each / ours_, answers == expected_ ? "" : "  DIFFERENT");
+            std::printf("\n");
+            std::fflush(stdout);
+        }
+        rows_.push_back({{"system", system},
+                         {"scene", scene},
+                         {"n", n},
+                         {"threads", threads},
+                         {"question", row.name},
+                         {"questions", row.questions},
+                         {"us_each", each},
+                         {"results", answers.results},
+                         {"checksum", std::to_string(answers.checksum)}});
+    }
+    void add_build(const std::string& scene, std::uint64_t n, std::uint32_t threads, double ms)
+    {
+        if (print_)
+            std::printf("%-10s %10llu %8u %-10s %-8s %9.3f ms\n", scene.c_str(),
+                        static_cast<unsigned long long>(n), threads, "build", "jostle", ms);
+        rows_.push_back({{"system", "jostle"},
+                         {"scene", scene},
+                         {"n", n},
+                         {"threads", threads},
+                         {"question", "build"},
+                         {"ms", ms}});
+    }
+    [[nodiscard]] const std::vector<nlohmann::json>& json() const { return rows_; }
+    [[nodiscard]] const std::string& difference() const { return difference_; }
+
+  private:
+    bool print_;
+    double ours_ = 0;
+    Answers expected_;
+    std::string difference_;
+    std::vector<nlohmann::json> rows_;
+};
+
+double ask_ours(const BoxIndex<3, float>& index, const Row& row, const Questions& questions,
+                std::uint32_t repetitions, Answers& answers)
+{
+    double time = 0;
+    std::vector<jostle::Hit<float>> firsts(row.questions);
+    jostle::ResultLists<jostle::Hit<float>> hits;
+    jostle::ResultLists<std::uint32_t> ids;
+    const auto sum_firsts = [&] {
+        for (std::size_t i = 0; i < firsts.size(); ++i)
+            if (firsts[i].id != firsts[i].none) answers.add_object(i, firsts[i].id);
+    };
+    const auto sum_ids = [&] {
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            for (const std::uint32_t id : ids[i])
+                answers.add_object(i, id);
+    };
+    switch (row.kind) {
+    case QuestionKind::first:
+        time = median_of(repetitions, [&] {
+            index.first(std::span<const jostle::Ray<3, float>>(questions.rays), std::span(firsts));
+        });
+        sum_firsts();
+        break;
+    case QuestionKind::sweep:
+        time = median_of(repetitions, [&] {
+            index.first(std::span<const jostle::Sweep<3, float>>(questions.sweeps), std::span(firsts));
+        });
+        sum_firsts();
+        break;
+    case QuestionKind::all:
+        time = median_of(repetitions,
+                         [&] { index.all(std::span<const jostle::Ray<3, float>>(questions.rays), hits); });
+        for (std::size_t i = 0; i < hits.size(); ++i)
+            for (const auto& hit : hits[i])
+                answers.add_object(i, hit.id);
+        break;
+    case QuestionKind::box:
+        time = median_of(repetitions, [&] { index.all(std::span<const Aabb3f>(questions.boxes), ids); });
+        sum_ids();
+        break;
+    case QuestionKind::sphere:
+        time = median_of(repetitions, [&] {
+            index.all(std::span<const jostle::Sphere<3, float>>(questions.spheres), ids);
+        });
+        sum_ids();
+        break;
+    case QuestionKind::nearest:
+        time = median_of(repetitions, [&] {
+            index.nearest(std::span<const jostle::Nearest<3, float>>(questions.nearest), hits);
+        });
+        for (std::size_t i = 0; i < hits.size(); ++i)
+            for (const auto& hit : hits[i])
+                answers.add_distance(i, hit.at);
+        break;
+    case QuestionKind::frustum: {
+        std::vector<jostle::Frustum<3, float>> frustums;
+        for (const auto& planes : questions.frustums)
+            frustums.push_back({planes});
+        time = median_of(repetitions,
+                         [&] { index.all(std::span<const jostle::Frustum<3, float>>(frustums), ids); });
+        sum_ids();
+        break;
+    }
+    }
+    return time;
+}
+
+void measure(const Options& options, const std::string& scene_name, std::uint64_t n, Table& table)
+{
+    const jostle_scenes::Scene<3, float> scene(scene_name, n, options.seed);
+    const std::span<const Aabb3f> boxes = scene.boxes();
+#ifdef JOSTLE_WITH_PEERS
+    std::vector<std::unique_ptr<jostle_bench::QuestionPeer>> peers;
+    if (options.peers) peers = jostle_bench::make_question_peers();
+    for (const auto& peer : peers) {
+        Progress progress(scene_name + ", " + std::to_string(n) + " boxes, building " + peer->name(), 0);
+        peer->build(boxes);
+    }
+#endif
+    for (const std::uint32_t count : options.threads) {
+        const Threads threads(count);
+        jostle::IndexOptions index_options;
+        index_options.executor = &threads.executor();
+        BoxIndex<3, float> index(index_options);
+        table.add_build(scene_name, n, threads.count(),
+                        median_of(std::min(options.repetitions, 3u), [&] { index.build(boxes); }) / 1000);
+        Asker asker(boxes, options.seed);
+        for (const Row& row : rows) {
+            const Questions questions = asker.make(row);
+            Answers answers;
+            const double time = ask_ours(index, row, questions, options.repetitions, answers);
+            table.add(scene_name, n, threads.count(), row, "jostle", time, answers);
+#ifdef JOSTLE_WITH_PEERS
+            for (const auto& peer : peers) {
+                if (!peer->answers(row.kind)) continue;
+                tbb::task_arena arena(static_cast<int>(threads.count()));
+                Answers theirs;
+                // Some take milliseconds for one question.
+                const double peer_time = median_of(1, [&] {
+                    const std::uint32_t runs = (row.questions + 31) / 32;
+                    std::vector<Answers> parts(runs);
+                    arena.execute([&] {
+                        tbb::parallel_for(std::uint32_t{0}, runs, [&](std::uint32_t run) {
+                            for (std::uint32_t i = run * 32; i < std::min(row.questions, run * 32 + 32); ++i)
+                                peer->ask(row.kind, questions, i, parts[run]);
+                        });
+                    });
+                    theirs = {};
+                    for (const Answers& part : parts)
+                        theirs += part;
+                });
+                table.add(scene_name, n, threads.count(), row, peer->name(), peer_time, theirs);
+            }
+#endif
+        }
+    }
+}
+
+void run(const Options& options)
+{
+#ifndef JOSTLE_WITH_PEERS
+    if (options.peers)
+        throw UsageError("--peers: built without other systems; configure with -DJOSTLE_BENCH=ON");
+#endif
+    for (const std::string& scene : options.scenes) {
+        try {
+            (void)jostle_scenes::scene_info(scene);
+        } catch (const std::invalid_argument& error) {
+            throw UsageError(error.what());
+        }
+    }
+    std::unique_ptr<OutputFile> json;
+    if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+    Table table(options.json != "-");
+    for (const std::string& scene : options.scenes)
+        for (const std::uint64_t n : options.sizes)
+            measure(options, scene, n, table);
+    if (json) {
+        std::string text = "[\n";
+        for (std::size_t i = 0; i < table.json().size(); ++i)
+            text += table.json()[i].dump() + (i + 1 < table.json().size() ? ",\n" : "\n");
+        json->write(text + "]\n");
+        json->commit();
+    }
+    if (!table.difference().empty()) throw std::runtime_error(table.difference());
+}
+
+} // namespace
+
+void add_bench_questions_command(CLI::App& bench)
+{
+    CLI::App* command = bench.add_subcommand("questions", "How long rays, regions and nearest objects take");
+    std::string help = "Questions:\n";
+    for (const Row& row : rows) {
+        char line[160];
+        std::snprintf(line, sizeof line, "  %-10s %s\n", row.name, row.summary);
+        help += line;
+    }
+    command->footer(help + R"(
+The boxes lie still; places and directions are random, near some box. Asked in batches, on all threads. Ours are
+sorted lists, the others' results are only counted. All systems must find the same: if they don't, the exit status
+is 1.
+
+Examples:
+  jostle bench questions                              uniform boxes, 10,000 to 1,000,000
+  jostle bench questions powerlaw -n 100000 --threads 1,2
+  jostle bench questions --peers --json -)");
+    const auto options = std::make_shared<Options>();
+    command->add_option("SCENE", options->scenes, "Which scenes, as in jostle bench (uniform)")
+        ->type_name("");
+    command->add_option("-n", options->sizes, "How many boxes; several with commas (10000,100000,1000000)")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
+        ->type_name("N");
+    command->add_option("--threads", options->threads, "How many threads, several with commas; one per core")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(1u, Threads::most).description(""))
+        ->type_name("T");
+    add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
+                      "How often each batch is asked; the median counts (5)")
+        ->type_name("R");
+    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
+                      "Other boxes and questions of the same kind (1)")
+        ->type_name("S");
+    command
+        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
+        ->type_name("FILE");
+    command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool
