@@ -604,7 +604,8 @@ Examples:
   jostle bench lattice --dim 2 --double --json -  rows as JSON on stdout
   jostle bench uniform -n 1000,10000 --engine chapter
   jostle bench --peers --report report.html       beside other systems, with plots
-  jostle bench world                              objects that move and rest, and events)";
+  jostle bench world                              objects that move and rest, and events
+  jostle bench questions                          rays, regions, nearest objects)";
 }
 
 } // namespace
@@ -662,6 +663,7 @@ void add_bench_command(CLI::App& app)
     command->add_option("--report", options->report, "Write tables and plots as one HTML page; wants gnuplot")
         ->type_name("FILE");
     add_bench_world_command(*command);
+    add_bench_questions_command(*command);
     command->callback([command, options] {
         if (command->get_subcommands().empty()) run(*options); // else that one was asked for
     });

@@ -125,10 +125,10 @@ class Asker
     }
 
   private:
-    float number(float lo, float hi) { return lo + (hi - lo) * random_.uniform(); }
+    float number(float lo, float hi) { return static_cast<float>(random_.uniform(lo, hi)); }
     void place(float* at)
     {
-        const Aabb3f& box = boxes_[random_.below(boxes_.size())];
+        const Aabb3f& box = boxes_[random_.below(static_cast<std::uint32_t>(boxes_.size()))];
         for (int d = 0; d < 3; ++d)
             at[d] = number(box.lo[d], box.hi[d]) + number(-1, 1);
     }

@@ -19,7 +19,7 @@ constexpr std::uint32_t straggler = 3;
 /// A brick is put in order again when this many objects came or went.
 constexpr std::uint32_t tolerated_disorder(std::uint32_t count)
 {
-    return 8 + count / 8;
+    return 2 + count / 32;
 }
 
 template <int Dim, class T>
@@ -902,6 +902,82 @@ IndexStats Tree<Dim, T>::stats() const noexcept
     stats.bytes = blocks_.bytes() + bricks_.bytes() + forks_.bytes() + wides_.bytes() +
                   (brick_of_.capacity() + listed_.capacity()) * sizeof(std::uint32_t);
     return stats;
+}
+
+template <int Dim, class T>
+const char* Tree<Dim, T>::validate() const
+{
+    const auto holds = [](const Box& outer, const Box& inner) { return inside(inner, outer); };
+    std::size_t objects = 0;
+    std::uint64_t bricks = 0, wides = 0, blocks = 0, forks = 0;
+    std::vector<Ref> way;
+    if (root_ != none) way.push_back(root_);
+    while (!way.empty()) {
+        const Ref ref = way.back();
+        way.pop_back();
+        if (!(ref & brick_bit)) {
+            const Fork& fork = forks_[ref];
+            ++forks;
+            if (fork.leaves < 2 || fork.leaves > lanes) return "a piece has too many leaves or too few";
+            for (const Ref child : fork.child) {
+                const std::uint32_t parent =
+                    child & brick_bit ? bricks_[child & ~brick_bit].parent : forks_[child].parent;
+                if (parent != ref) return "a child names another parent";
+                if (!(child & brick_bit) && forks_[child].level <= fork.level)
+                    return "a fork is above a higher digit";
+                way.push_back(child);
+            }
+            if (fork.wide == none) continue;
+            ++wides;
+            const Wide& wide = wides_[fork.wide];
+            if (wide.fork != ref || wide.count != fork.leaves) return "a wide node doesn't know its fork";
+            if (!same(wide.hull, wide.node.bounds.hull())) return "a wide node's bounds are stale";
+            if (wide.wide == none) {
+                if (ref != root_) return "a wide node hangs nowhere";
+                continue;
+            }
+            const Wide& above = wides_[wide.wide];
+            if (!(above.node.child[wide.lane] == Child<Dim, T>(&wide.node)))
+                return "a wide node isn't where it says";
+            if (!same(above.node.bounds.get(wide.lane), wide.hull))
+                return "the bounds above a wide node are stale";
+            continue;
+        }
+        const std::uint32_t number = ref & ~brick_bit;
+        const Brick& brick = bricks_[number];
+        ++bricks;
+        if (!brick.used || brick.listed) return "a brick is unfinished";
+        if (brick.count == 0 || brick.count > brick_capacity) return "a brick is empty or overfull";
+        if (brick.wide != none) {
+            const Wide& above = wides_[brick.wide];
+            if (!(above.node.child[brick.lane] == child_of(brick))) return "a brick isn't where it says";
+            if (!same(above.node.bounds.get(brick.lane), brick.hull))
+                return "the bounds above a brick are stale";
+        }
+        std::uint32_t count = 0;
+        for (std::uint32_t b = 0; b < brick.blocks; ++b) {
+            const BlockT& block = blocks_[brick.block[b]];
+            ++blocks;
+            if (block.live() != brick.live[b] || brick.live[b] == 0)
+                return "a block's objects are miscounted";
+            if (!(brick.node.child[b] == Child<Dim, T>(&block))) return "a brick's node names another block";
+            if (!same(brick.node.bounds.get(b), block.bounds.hull()))
+                return "the bounds of a block are stale";
+            for (unsigned live = brick.live[b]; live != 0; live &= live - 1) {
+                const auto lane = static_cast<std::uint32_t>(std::countr_zero(live));
+                if (brick_of_[block.id[lane]] != number) return "an object is noted in another brick";
+                if (!holds(hull_, block.bounds.get(lane))) return "an object lies outside of everything";
+                ++count;
+            }
+        }
+        if (count != brick.count) return "a brick's objects are miscounted";
+        objects += count;
+    }
+    if (objects != size_) return "objects are lost";
+    if (bricks != bricks_.in_use() || blocks != blocks_.in_use() || wides != wides_.in_use() ||
+        forks != forks_.in_use())
+        return "something is in use that nothing refers to";
+    return nullptr;
 }
 
 template class Tree<2, float>;

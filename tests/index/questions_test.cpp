@@ -58,6 +58,7 @@ TEST_P(Questions, AnswerAsDefined)
             churn<3, double>(kind, ++seed, 400, set, threads);
             churn<2, double>(kind, ++seed, 300, set, threads);
         }
+    churn<3, float>(kind, ++seed, 6000, supported_instruction_sets().front(), 2);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, Questions, ::testing::Range(0, static_cast<int>(Kind::last) + 1),
                          [](const auto& each) {

@@ -131,16 +131,24 @@ struct Way
 };
 
 template <int Dim, class T>
-inline bool emit(const Block<Dim, T>& block, unsigned hits, Wanted wanted, Found<std::uint32_t>& out)
+HWY_ATTR inline bool emit(const Block<Dim, T>& block, unsigned hits, Wanted wanted, Found<std::uint32_t>& out)
 {
     if (!out.has_room()) out.full(out);
     std::uint32_t* next = out.next;
     if (!wanted) {
+#if !JOSTLE_INDEX_SCALAR && HWY_TARGET == HWY_AVX3
+        const __m512i ids = _mm512_load_si512(block.id);
+        const __mmask16 taken =
+            _mm512_mask_cmpneq_epi32_mask(static_cast<__mmask16>(hits), ids, _mm512_set1_epi32(-1));
+        _mm512_storeu_si512(next, _mm512_maskz_compress_epi32(taken, ids));
+        next += std::popcount(static_cast<unsigned>(taken));
+#else
         for (; hits != 0; hits &= hits - 1) {
             const std::uint32_t id = block.id[std::countr_zero(hits)];
             *next = id;
             next += id != no_id;
         }
+#endif
     } else {
         for (; hits != 0; hits &= hits - 1) {
             const std::uint32_t id = block.id[std::countr_zero(hits)];
@@ -185,11 +193,13 @@ HWY_ATTR void search_region(Child<Dim, T> root, const Region& region, Wanted wan
         here.node = node;
         if (inside) {
             here.left = here.inside = 0xffff;
+            for (const Child<Dim, T> child : node->child)
+                if (child && child.is_block()) __builtin_prefetch(child.block()->id);
             return;
         }
         here.left = region.touch(node->bounds);
         here.inside = std::popcount(here.left) >= 4 ? region.contain(node->bounds) & here.left : 0;
-        fetch(*node, here.left & ~here.inside);
+        fetch(*node, here.left);
     };
     enter(root.node(), false);
     while (depth >= 0) {

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: MIT
+// The structure itself: whole after every change, as good after long use as when built anew, and as before
+// where memory runs out.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "index/tree.hpp"
+#include "tests/contract/counting_memory.hpp"
+#include "tests/index/twin.hpp"
+
+namespace {
+
+using namespace jostle;
+using twin::Kind;
+using twin::Random;
+using twin::random_box;
+
+using Tree = index::Tree<3, float>;
+using View = BoxView<3, float>;
+
+/// Nodes and blocks that a search for each of some boxes opens.
+double visits(const Tree& tree, const std::vector<Aabb3f>& questions)
+{
+    std::uint64_t opened = 0;
+    for (const Aabb3f& box : questions) {
+        std::vector<index::Child<3, float>> way;
+        if (tree.root()) way.push_back(tree.root());
+        while (!way.empty()) {
+            const index::Child<3, float> child = way.back();
+            way.pop_back();
+            ++opened;
+            if (child.is_block()) continue;
+            for (std::uint32_t lane = 0; lane < index::lanes; ++lane)
+                if (child.node()->child[lane] && overlaps(child.node()->bounds.get(lane), box))
+                    way.push_back(child.node()->child[lane]);
+        }
+    }
+    return static_cast<double>(opened) / static_cast<double>(questions.size());
+}
+
+struct Objects
+{
+    std::vector<std::uint32_t> ids;
+    std::vector<Aabb3f> boxes;
+
+    Objects(Kind kind, std::uint32_t count, std::uint64_t seed)
+    {
+        Random random(seed);
+        for (std::uint32_t i = 0; i < count; ++i) {
+            ids.push_back(i);
+            boxes.push_back(random_box<3, float>(random, kind));
+        }
+    }
+    /// A tree built anew opens `fresh` nodes and blocks for the boxes; how many more does this one?
+    double compare(const Tree& tree) const
+    {
+        Tree fresh{IndexOptions{}};
+        fresh.insert(ids, View(boxes));
+        EXPECT_EQ(fresh.validate(), nullptr);
+        std::vector<Aabb3f> questions;
+        for (std::size_t i = 0; i < boxes.size(); i += 7)
+            questions.push_back(boxes[i]);
+        return visits(tree, questions) / visits(fresh, questions);
+    }
+};
+
+class Churn : public ::testing::TestWithParam<int>
+{
+};
+
+TEST_P(Churn, LeavesTheTreeAsGoodAsNew)
+{
+    const Kind kind = static_cast<Kind>(GetParam());
+    Objects objects(kind, 12000, 3);
+    Random random(5);
+    Tree tree{IndexOptions{}};
+    tree.insert(objects.ids, View(objects.boxes));
+    for (int round = 0; round < 60; ++round) {
+        std::vector<std::uint32_t> gone, moved;
+        std::vector<Aabb3f> back, to;
+        for (const std::uint32_t id : objects.ids) {
+            if (random.below(20) == 0) {
+                gone.push_back(id);
+                back.push_back(objects.boxes[id] = random_box<3, float>(random, kind));
+            } else if (random.below(10) == 0) {
+                moved.push_back(id);
+                Aabb3f& box = objects.boxes[id];
+                for (int d = 0; d < 3; ++d) {
+                    const float by = static_cast<float>(random.number(-0.1, 0.1));
+                    box.lo[d] += by;
+                    box.hi[d] += by;
+                }
+                to.push_back(box);
+            }
+        }
+        tree.erase(gone);
+        ASSERT_EQ(tree.validate(), nullptr);
+        tree.insert(gone, View(back));
+        ASSERT_EQ(tree.validate(), nullptr);
+        tree.move(moved, View(to));
+        ASSERT_EQ(tree.validate(), nullptr);
+    }
+    const double ratio = objects.compare(tree);
+    RecordProperty("visits", std::to_string(ratio));
+    EXPECT_LE(ratio, 1.05);
+    std::vector<std::uint32_t> order = objects.ids;
+    tree.erase(order);
+    EXPECT_EQ(tree.validate(), nullptr);
+    EXPECT_EQ(tree.stats().blocks + tree.stats().bricks + tree.stats().nodes, 0u);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, Churn, ::testing::Range(0, static_cast<int>(Kind::last) + 1),
+                         [](const auto& each) {
+                             return std::string(twin::name(static_cast<Kind>(each.param)));
+                         });
+
+TEST(Order, OfInsertionDoesNotMatter)
+{
+    Objects objects(Kind::uniform, 12000, 3);
+    std::vector<std::uint32_t> order = objects.ids;
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return objects.boxes[a].lo[0] < objects.boxes[b].lo[0];
+    });
+    for (const std::size_t batch : {1u, 100u}) {
+        Tree tree{IndexOptions{}};
+        for (std::size_t i = 0; i < order.size(); i += batch) {
+            const std::vector<std::uint32_t> ids(
+                order.begin() + static_cast<std::ptrdiff_t>(i),
+                order.begin() + static_cast<std::ptrdiff_t>(std::min(order.size(), i + batch)));
+            std::vector<Aabb3f> boxes;
+            for (const std::uint32_t id : ids)
+                boxes.push_back(objects.boxes[id]);
+            tree.insert(ids, View(boxes));
+        }
+        ASSERT_EQ(tree.validate(), nullptr);
+        EXPECT_LE(objects.compare(tree), 1.05) << "batches of " << batch;
+    }
+}
+
+TEST(Memory, RunningOutLeavesTheTreeAsItWas)
+{
+    const Objects objects(Kind::clusters, 3000, 9), more(Kind::power_law, 3000, 10);
+    std::vector<std::uint32_t> new_ids, moved;
+    for (const std::uint32_t id : more.ids) {
+        new_ids.push_back(id + 3000);
+        if (id % 2 == 0) moved.push_back(id);
+    }
+    std::vector<Aabb3f> to;
+    for (const std::uint32_t id : moved)
+        to.push_back(more.boxes[id]);
+    std::uint64_t refusals = 0;
+    for (int change = 0; change < 3; ++change)
+        for (std::uint64_t allowed = 0;; ++allowed) {
+            contract::CountingMemory memory;
+            IndexOptions options;
+            options.memory = &memory;
+            Tree tree(options);
+            if (change != 0) tree.insert(objects.ids, View(objects.boxes));
+            memory.failing_allocation = memory.allocations + allowed;
+            bool failed = false;
+            try {
+                if (change == 0) tree.insert(objects.ids, View(objects.boxes));
+                if (change == 1) tree.insert(new_ids, View(more.boxes));
+                if (change == 2) tree.move(moved, View(to));
+            } catch (const std::bad_alloc&) {
+                failed = true;
+            }
+            ASSERT_EQ(tree.validate(), nullptr) << "change " << change << ", allocation " << allowed;
+            if (!failed) break;
+            ++refusals;
+            ASSERT_EQ(tree.size(), change == 0 ? 0u : 3000u);
+            for (const std::uint32_t id : objects.ids) {
+                if (change == 0) break;
+                ASSERT_TRUE(tree.contains(id));
+                const Aabb3f box = tree.box(id);
+                for (int d = 0; d < 3; ++d)
+                    ASSERT_TRUE(box.lo[d] == objects.boxes[id].lo[d] && box.hi[d] == objects.boxes[id].hi[d]);
+            }
+        }
+    EXPECT_GT(refusals, 30u);
+}
+
+TEST(Memory, ASteadyWorldTakesNoMore)
+{
+    contract::CountingMemory memory;
+    IndexOptions options;
+    options.memory = &memory;
+    Objects objects(Kind::uniform, 5000, 4);
+    Tree tree(options);
+    tree.insert(objects.ids, View(objects.boxes));
+    Random random(1);
+    std::uint64_t after_warm_up = 0;
+    for (int round = 0; round < 300; ++round) {
+        if (round == 200) after_warm_up = memory.bytes;
+        std::vector<std::uint32_t> ids;
+        std::vector<Aabb3f> boxes;
+        for (std::uint32_t id = random.below(20); id < 5000; id += 20) {
+            ids.push_back(id);
+            boxes.push_back(random_box<3, float>(random, Kind::uniform));
+        }
+        tree.erase(ids);
+        tree.insert(ids, View(boxes));
+    }
+    EXPECT_LE(memory.bytes, after_warm_up + after_warm_up / 20);
+}
+
+} // namespace
