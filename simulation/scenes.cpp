@@ -105,15 +105,16 @@ World make_world(std::string_view scene, std::uint32_t bodies, std::uint64_t see
     const bool closed = scene == "closed";
     World world;
     world.moving = bodies;
+    world.most_points = scene == "spheres" ? 1 : 4;
     world.gravity = closed ? Vec3{} : Vec3{0, -9.81f, 0};
 
-    // On a lattice wide enough that they don't touch however they are turned, numbered along it: what is near
-    // in space is near in memory. Falling, they are at most `layers` deep.
+    // On a lattice wide enough that they don't touch however they are turned, numbered column by column: what
+    // is near in space is near in memory. Falling, they are at most `layers` deep.
     constexpr double least = 0.3, most = 0.5;
-    const double layers = scene == "spheres" ? 8 : 4;
+    const std::uint32_t layers = closed ? 0 : scene == "spheres" ? 8 : 4;
     const double spacing = (scene == "spheres" ? 2 * most : 2 * most * 1.7321) + 0.05;
     std::uint32_t side = 1;
-    while (closed ? std::uint64_t{side} * side * side < bodies : side * (side * layers) < bodies)
+    while (closed ? std::uint64_t{side} * side * side < bodies : std::uint64_t{side} * side * layers < bodies)
         ++side;
     world.hulls.reserve(8); // shapes point into it
     for (int k = 0; k < 8; ++k) {
@@ -131,7 +132,8 @@ World make_world(std::string_view scene, std::uint32_t bodies, std::uint64_t see
         const double size = least + (most - least) * eighth / 7;
         world.shapes.push_back(kind == Kind::sphere ? Shape3::sphere(size) : Shape3::box({size, size, size}));
         world.bodies.push_back(body_of(kind, size));
-        const double at[3] = {double(i % side), double(i / side / side), double(i / side % side)};
+        const std::uint32_t high = closed ? side : layers;
+        const double at[3] = {double(i / high % side), double(i % high), double(i / high / side)};
         jostle::Pose3f pose;
         for (std::size_t d = 0; d < 3; ++d) {
             const double middle = d == 1 && !closed ? 0 : 0.5 * (side - 1);

@@ -51,6 +51,7 @@ struct World
     std::vector<jostle::Pose3f> poses;
     std::vector<Body> bodies;
     std::uint32_t moving = 0;
+    std::uint32_t most_points = 4; ///< of a contact
     Vec3 gravity;
     std::vector<jostle::ConvexHull<3>> hulls; ///< what shapes point to
 };

@@ -21,8 +21,8 @@ using jostle::Work;
 using Contact = jostle::Contact<3, float>;
 
 constexpr float frame_time = 1.0f / 60;
-constexpr int fewest_iterations = 4, most_iterations = 12;
-constexpr double settled = 0.1; ///< metres a second; see iterate
+constexpr int fewest_iterations = 4, most_iterations = 24;
+constexpr double settled = 0.02; ///< metres a second; see iterate
 constexpr float friction = 0.5f;
 constexpr float slop = 0.005f;       ///< overlap that is left alone, in metres
 constexpr float pushed_out = 0.2f;   ///< of the rest, per frame
@@ -176,7 +176,7 @@ struct Simulation::Implementation
         jostle::process_items(
             plan.blocks,
             [&](std::uint64_t block, std::uint64_t, Work work) {
-                const std::size_t first = block * contacts_per_block * Contact::max_points;
+                const std::size_t first = block * rows_per_block();
                 work_on(first, first + row_count[block], work);
             },
             by(1));
@@ -213,6 +213,8 @@ struct Simulation::Implementation
         }
         return total;
     }
+    /// Room for the rows of a block of contacts.
+    std::size_t rows_per_block() const { return contacts_per_block * world.most_points; }
     bool moves(std::uint32_t body) const { return body < world.moving; }
 
     World world;
@@ -299,7 +301,7 @@ void Simulation::Implementation::prepare_rows()
     plan = jostle::plan_work(contacts->size(), by(contacts_per_block));
     row_count.assign(plan.blocks, 0);
     deepest_of.assign(plan.blocks, 0);
-    const std::size_t most_rows = plan.blocks * contacts_per_block * Contact::max_points;
+    const std::size_t most_rows = plan.blocks * rows_per_block();
     if (rows.size() < most_rows) {
         rows.resize(most_rows + most_rows / 4);
         loads.resize(rows.size());
@@ -310,7 +312,7 @@ void Simulation::Implementation::prepare_rows()
         *contacts,
         [&](const jostle::Batch<Contact>& batch) {
             const std::uint32_t block = batch.work.block;
-            const std::size_t first = block * contacts_per_block * Contact::max_points;
+            const std::size_t first = block * rows_per_block();
             for (const Contact& contact : batch.items) {
                 const std::uint32_t a = contact.pair.a, b = contact.pair.b;
                 if (!moves(a)) continue; // nor does b: what moves comes first
@@ -465,12 +467,11 @@ void Simulation::Implementation::carry_over()
         row_before[block] = before;
         last_a_before[block] = last_a;
         before += row_count[block];
-        if (row_count[block] != 0)
-            last_a = rows[block * contacts_per_block * Contact::max_points + row_count[block] - 1].a + 1;
+        if (row_count[block] != 0) last_a = rows[block * rows_per_block() + row_count[block] - 1].a + 1;
     }
     if (carried.size() < before) carried.resize(before + before / 4);
     each_block_of_rows([&](std::size_t begin, std::size_t end, Work work) {
-        const auto block = static_cast<std::size_t>(begin / (contacts_per_block * Contact::max_points));
+        const auto block = static_cast<std::size_t>(begin / rows_per_block());
         std::uint64_t at = row_before[block];
         std::uint32_t next_a = last_a_before[block]; // the lowest without a first point so far
         for (std::size_t k = begin; k < end; ++k, ++at) {
