@@ -5,13 +5,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <limits>
+#include <utility>
 #include <vector>
 
 #include "jostle/contact.hpp"
 #include "jostle/process.hpp"
 #include "jostle/responses.hpp"
 #include "simulation/scenes.hpp"
+#include "simulation/solve.hpp"
 
 namespace jostle_simulation {
 
@@ -20,14 +21,12 @@ namespace {
 using jostle::Work;
 using Contact = jostle::Contact<3, float>;
 
-constexpr float frame_time = 1.0f / 60;
 constexpr int fewest_iterations = 4, most_iterations = 24;
-constexpr double settled = 0.02; ///< metres a second; see iterate
-constexpr float friction = 0.5f;
-constexpr float slop = 0.005f;       ///< overlap that is left alone, in metres
-constexpr float pushed_out = 0.2f;   ///< of the rest, per frame
-constexpr float near_enough = 0.01f; ///< a gap that will be this small is kept in mind
-constexpr std::uint64_t contacts_per_block = 128;
+constexpr double settled = 0.02;                  ///< metres a second; see iterate
+constexpr float slop = 0.005f;                    ///< overlap that is left alone, in metres
+constexpr float pushed_out = 0.2f;                ///< of the rest, per frame
+constexpr float near_enough = 0.01f;              ///< a gap that will be this small is kept in mind
+constexpr std::uint64_t contacts_per_block = 512; ///< a whole number of strips
 constexpr std::uint64_t bodies_per_block = 1024;
 
 Vec3 vec(const jostle::Vec<3, float>& v)
@@ -35,16 +34,7 @@ Vec3 vec(const jostle::Vec<3, float>& v)
     return {v[0], v[1], v[2]};
 }
 
-/// One point of contact.
-struct Row
-{
-    std::uint32_t a, b;
-    Vec3 normal; ///< from a to b
-    Vec3 from_a, from_b;
-    float gap;
-    float mass_along, mass_across; ///< what resists an impulse along the normal and across it
-};
-/// What it carries: the impulse on b.
+/// What a point carries: the impulse on b.
 struct Load
 {
     float along = 0;
@@ -102,6 +92,33 @@ double motion_of(const Body& body)
            0.5 * dot(body.angular, body.angular) / body.inverse_inertia;
 }
 
+void put(const Columns3& columns, std::size_t k, Vec3 v)
+{
+    columns.x[k] = v.x;
+    columns.y[k] = v.y;
+    columns.z[k] = v.z;
+}
+Vec3 get(const Columns3& columns, std::size_t k)
+{
+    return {columns.x[k], columns.y[k], columns.z[k]};
+}
+void put(Lanes3& lanes, std::size_t k, Vec3 v)
+{
+    lanes.x[k] = v.x;
+    lanes.y[k] = v.y;
+    lanes.z[k] = v.z;
+}
+Vec3 get(const Lanes3& lanes, std::size_t k)
+{
+    return {lanes.x[k], lanes.y[k], lanes.z[k]};
+}
+
+void prefetch(const float* numbers, std::size_t bytes)
+{
+    for (std::size_t at = 0; at < bytes; at += 64)
+        __builtin_prefetch(reinterpret_cast<const char*>(numbers) + at);
+}
+
 Impulse impulse_at(Vec3 from_centre, Vec3 impulse)
 {
     return {impulse, cross(from_centre, impulse)};
@@ -125,6 +142,7 @@ struct Simulation::Implementation
           impulses(responses_options()),
           pushes(responses_options()),
           boxes(world.shapes.size()),
+          solver(solver_for(given.instruction_set)),
           points_of(world.moving, 1),
           carried_of(world.shapes.size() + 1, 0)
     {
@@ -135,7 +153,7 @@ struct Simulation::Implementation
     // The stages.
     void make_boxes();
     void find_contacts();
-    void prepare_rows();
+    void prepare_points();
     void apply_first_impulses();
     double iterate(bool first);
     void push_out(double lost);
@@ -169,17 +187,32 @@ struct Simulation::Implementation
         options.block_items = block_items;
         return options;
     }
-    /// Calls work_on(first row, the row after the last, work) for each block.
+    /// Calls work_on(work) for each block of points.
     template <class F>
-    void each_block_of_rows(F&& work_on)
+    void each_block(F&& work_on)
     {
         jostle::process_items(
-            plan.blocks,
-            [&](std::uint64_t block, std::uint64_t, Work work) {
-                const std::size_t first = block * rows_per_block();
-                work_on(first, first + row_count[block], work);
-            },
-            by(1));
+            plan.blocks, [&](std::uint64_t, std::uint64_t, Work work) { work_on(work); }, by(1));
+    }
+    /// A strip of a block's points.
+    Points strip_of(std::uint32_t block, std::size_t number)
+    {
+        float* column = columns.data() + (block * points_per_block() + number * strip) * columns_count;
+        const auto next = [&] { return std::exchange(column, column + strip); };
+        const auto next3 = [&]() -> Columns3 {
+            float *const x = next(), *const y = next(), *const z = next();
+            return {x, y, z};
+        };
+        Points p{};
+        p.normal = next3();
+        p.from_a = next3();
+        p.from_b = next3();
+        p.across = next3();
+        p.gap = next();
+        p.along = next();
+        p.mass_along = next();
+        p.mass_across = next();
+        return p;
     }
     template <class F>
     void each_body(F&& work_on)
@@ -213,8 +246,8 @@ struct Simulation::Implementation
         }
         return total;
     }
-    /// Room for the rows of a block of contacts.
-    std::size_t rows_per_block() const { return contacts_per_block * world.most_points; }
+    /// Room for the points of a block of contacts.
+    std::size_t points_per_block() const { return contacts_per_block * world.most_points; }
     bool moves(std::uint32_t body) const { return body < world.moving; }
 
     World world;
@@ -230,16 +263,19 @@ struct Simulation::Implementation
     const jostle::ContactBuffer<3, float>* contacts = nullptr;
     float reach = 0; ///< the widest gap that can close in this frame
 
-    jostle::WorkPlan plan;                    ///< of the contacts; rows have the same blocks
-    std::vector<std::uint32_t> row_count;     ///< by block
-    std::vector<float> deepest_of;            ///< by block
-    std::vector<double> wrong_of;             ///< by block: squares, summed up
-    std::vector<Row> rows;                    ///< each block's from its contacts_per_block * max_points-th on
-    std::vector<Load> loads;                  ///< as rows
-    std::vector<std::uint32_t> features;      ///< as rows
+    // Points of contact, those of a block of contacts together; of each strip a column for each number.
+    static constexpr std::size_t columns_count = 16;
+    jostle::WorkPlan plan;               ///< of the contacts
+    std::vector<std::uint32_t> count_of; ///< by block: its points
+    std::vector<float> deepest_of;       ///< by block
+    std::vector<double> wrong_of;        ///< by block: squares, summed up
+    std::vector<float> columns;          ///< strip_of says which
+    std::vector<std::uint32_t> body_a, body_b, feature;
+    Solver solver;
+
     std::vector<float> points_of;             ///< by body: at least 1
-    std::vector<std::uint64_t> row_before;    ///< by block: rows in the blocks before
-    std::vector<std::uint32_t> last_a_before; ///< by block: the last row's a in the blocks before, plus 1
+    std::vector<std::uint64_t> points_before; ///< by block: in the blocks before
+    std::vector<std::uint32_t> last_a_before; ///< by block: the last point's a in the blocks before, plus 1
     std::vector<Carried> carried;             ///< ascending by a, as the pairs are
     std::vector<std::uint64_t> carried_of;    ///< by a: its first
     std::vector<float> fastest_of;            ///< by block of bodies
@@ -296,49 +332,60 @@ void Simulation::Implementation::find_contacts()
 }
 
 /// The points that will matter, with what they carried in the frame before.
-void Simulation::Implementation::prepare_rows()
+void Simulation::Implementation::prepare_points()
 {
     plan = jostle::plan_work(contacts->size(), by(contacts_per_block));
-    row_count.assign(plan.blocks, 0);
+    count_of.assign(plan.blocks, 0);
     deepest_of.assign(plan.blocks, 0);
-    const std::size_t most_rows = plan.blocks * rows_per_block();
-    if (rows.size() < most_rows) {
-        rows.resize(most_rows + most_rows / 4);
-        loads.resize(rows.size());
-        features.resize(rows.size());
+    const std::size_t most_points = plan.blocks * points_per_block();
+    if (body_a.size() < most_points) {
+        const std::size_t room = most_points + most_points / 4;
+        columns.resize(room * columns_count);
+        body_a.resize(room);
+        body_b.resize(room);
+        feature.resize(room);
     }
     first_impulses.start(world.moving, plan);
     jostle::process_contacts(
         *contacts,
         [&](const jostle::Batch<Contact>& batch) {
             const std::uint32_t block = batch.work.block;
-            const std::size_t first = block * rows_per_block();
+            const std::size_t first = block * points_per_block();
+            std::uint32_t& count = count_of[block];
+            Points p = strip_of(block, count / strip);
             for (const Contact& contact : batch.items) {
                 const std::uint32_t a = contact.pair.a, b = contact.pair.b;
                 if (!moves(a)) continue; // nor does b: what moves comes first
-                const Body &body_a = world.bodies[a], &body_b = world.bodies[b];
-                for (std::uint32_t k = 0; k < contact.count; ++k) {
-                    const auto& point = contact.point[k];
-                    Row row{a, b, vec(contact.normal), vec(point.from_a), vec(point.from_b), -point.depth,
-                            0, 0};
+                const Vec3 normal = vec(contact.normal);
+                for (std::uint32_t i = 0; i < contact.count; ++i) {
+                    const auto& point = contact.point[i];
+                    const Vec3 from_a = vec(point.from_a), from_b = vec(point.from_b);
                     Load load;
                     for (std::uint64_t c = carried_of[a]; c < carried_of[a + 1]; ++c)
                         if (carried[c].b == b && carried[c].feature == point.feature) {
                             load = carried[c].load;
-                            load.across = load.across - dot(load.across, row.normal) * row.normal;
+                            load.across = load.across - dot(load.across, normal) * normal;
                             break;
                         }
-                    const float closing =
-                        dot(row.normal, velocity_at(body_b, row.from_b) - velocity_at(body_a, row.from_a));
-                    if (load.along == 0 && row.gap + frame_time * closing > near_enough) continue;
+                    const float closing = dot(normal, velocity_at(world.bodies[b], from_b) -
+                                                          velocity_at(world.bodies[a], from_a));
+                    if (load.along == 0 && frame_time * closing - point.depth > near_enough) continue;
                     deepest_of[block] = std::max(deepest_of[block], point.depth);
-                    const std::size_t at = first + row_count[block]++;
-                    rows[at] = row;
-                    loads[at] = load;
-                    features[at] = point.feature;
-                    const Vec3 impulse = load.along * row.normal + load.across;
-                    first_impulses.add(batch.work, a, {impulse_at(row.from_a, -1.0f * impulse), 1});
-                    if (moves(b)) first_impulses.add(batch.work, b, {impulse_at(row.from_b, impulse), 1});
+                    const std::size_t k = count % strip;
+                    if (k == 0) p = strip_of(block, count / strip);
+                    put(p.normal, k, normal);
+                    put(p.from_a, k, from_a);
+                    put(p.from_b, k, from_b);
+                    put(p.across, k, load.across);
+                    p.gap[k] = -point.depth;
+                    p.along[k] = load.along;
+                    body_a[first + count] = a;
+                    body_b[first + count] = b;
+                    feature[first + count] = point.feature;
+                    ++count;
+                    const Vec3 impulse = load.along * normal + load.across;
+                    first_impulses.add(batch.work, a, {impulse_at(from_a, -1.0f * impulse), 1});
+                    if (moves(b)) first_impulses.add(batch.work, b, {impulse_at(from_b, impulse), 1});
                 }
             }
         },
@@ -346,7 +393,7 @@ void Simulation::Implementation::prepare_rows()
     points = 0;
     deepest = 0;
     for (std::uint32_t block = 0; block < plan.blocks; ++block) {
-        points += row_count[block];
+        points += count_of[block];
         deepest = std::max(deepest, deepest_of[block]);
     }
     pushing = deepest > slop;
@@ -367,48 +414,52 @@ void Simulation::Implementation::apply_first_impulses()
 /// square of the velocities at which surfaces would have gone into each other before.
 double Simulation::Implementation::iterate(bool first)
 {
-    wrong_of.assign(plan.blocks, 0);
+    wrong_of.resize(plan.blocks);
     impulses.start(world.moving, plan);
-    each_block_of_rows([&](std::size_t begin, std::size_t end, Work work) {
-        constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-        std::uint32_t a = none; // of the rows before, which lie together
-        Impulse on_a;
+    each_block([&](Work work) {
         double wrong = 0;
-        for (std::size_t k = begin; k < end; ++k) {
-            Row& row = rows[k];
-            const Body &body_a = world.bodies[row.a], &body_b = world.bodies[row.b];
+        for (std::size_t begin = 0; begin < count_of[work.block]; begin += strip) {
+            const std::size_t count = std::min<std::size_t>(strip, count_of[work.block] - begin);
+            const std::size_t at = work.block * points_per_block() + begin;
+            const std::uint32_t *const a = body_a.data() + at, *const b = body_b.data() + at;
+            const Points p = strip_of(work.block, begin / strip);
+            if (begin + strip < count_of[work.block])
+                prefetch(strip_of(work.block, begin / strip + 1).normal.x,
+                         strip * columns_count * sizeof(float));
             if (first) {
-                const Vec3 lever_a = cross(row.from_a, row.normal), lever_b = cross(row.from_b, row.normal);
-                const float share_a = points_of[row.a], share_b = moves(row.b) ? points_of[row.b] : 0;
-                row.mass_along =
-                    1 / (share_a * (body_a.inverse_mass + body_a.inverse_inertia * dot(lever_a, lever_a)) +
-                         share_b * (body_b.inverse_mass + body_b.inverse_inertia * dot(lever_b, lever_b)));
-                // At most this, whatever the direction: no iteration overshoots.
-                row.mass_across =
-                    1 /
-                    (share_a * (body_a.inverse_mass + body_a.inverse_inertia * dot(row.from_a, row.from_a)) +
-                     share_b * (body_b.inverse_mass + body_b.inverse_inertia * dot(row.from_b, row.from_b)));
+                StripMobility mobility;
+                for (std::size_t k = 0; k < count; ++k) {
+                    const Body &on_a = world.bodies[a[k]], &on_b = world.bodies[b[k]];
+                    const float share_a = points_of[a[k]], share_b = moves(b[k]) ? points_of[b[k]] : 0;
+                    mobility.linear_a[k] = share_a * on_a.inverse_mass;
+                    mobility.angular_a[k] = share_a * on_a.inverse_inertia;
+                    mobility.linear_b[k] = share_b * on_b.inverse_mass;
+                    mobility.angular_b[k] = share_b * on_b.inverse_inertia;
+                }
+                solver.resist(p, mobility, count);
             }
-            const Vec3 velocity = velocity_at(body_b, row.from_b) - velocity_at(body_a, row.from_a);
-            const float along = dot(row.normal, velocity);
-            Load& load = loads[k];
-            const float wanted = along + std::max(row.gap, 0.0f) * (1 / frame_time);
-            if (wanted < 0) wrong += wanted * wanted;
-            const float new_along = std::max(0.0f, load.along - row.mass_along * wanted);
-            Vec3 new_across = load.across - row.mass_across * (velocity - along * row.normal);
-            const float most = friction * new_along, size = dot(new_across, new_across);
-            if (size > most * most) new_across = (most / std::sqrt(size)) * new_across;
-            const Vec3 impulse = (new_along - load.along) * row.normal + (new_across - load.across);
-            load = {new_along, new_across};
-            if (row.a != a) {
-                if (a != none) impulses.add(work, a, on_a);
-                a = row.a;
-                on_a = {};
+            StripBodies bodies;
+            for (std::size_t k = 0; k < count; ++k) {
+                const Body &on_a = world.bodies[a[k]], &on_b = world.bodies[b[k]];
+                put(bodies.linear_a, k, on_a.linear);
+                put(bodies.angular_a, k, on_a.angular);
+                put(bodies.linear_b, k, on_b.linear);
+                put(bodies.angular_b, k, on_b.angular);
             }
-            on_a += impulse_at(row.from_a, -1.0f * impulse);
-            if (moves(row.b)) impulses.add(work, row.b, impulse_at(row.from_b, impulse));
+            StripImpulses out;
+            solver.solve(p, bodies, count, out);
+            for (std::size_t k = 0; k < count;) {
+                const std::uint32_t same_a = a[k]; // its points lie together
+                Impulse on_a;
+                for (; k < count && a[k] == same_a; ++k) {
+                    const Vec3 impulse = get(out.impulse, k);
+                    on_a += {impulse, get(out.turn_a, k)};
+                    if (moves(b[k])) impulses.add(work, b[k], {impulse, get(out.turn_b, k)});
+                    wrong += out.wrong[k];
+                }
+                impulses.add(work, same_a, {-1.0f * on_a.linear, -1.0f * on_a.angular});
+            }
         }
-        if (a != none) impulses.add(work, a, on_a);
         wrong_of[work.block] = wrong;
     });
     const auto merged = impulses.merge();
@@ -428,19 +479,20 @@ double Simulation::Implementation::iterate(bool first)
 void Simulation::Implementation::push_out(double lost)
 {
     pushes.start(world.moving, plan);
-    each_block_of_rows([&](std::size_t begin, std::size_t end, Work work) {
+    each_block([&](Work work) {
         if (deepest_of[work.block] <= slop) return;
-        for (std::size_t k = begin; k < end; ++k) {
-            const Row& row = rows[k];
-            const float overlap = -row.gap - slop;
+        const std::size_t first = work.block * points_per_block();
+        for (std::size_t i = 0; i < count_of[work.block]; ++i) {
+            const Points p = strip_of(work.block, i / strip);
+            const std::size_t k = i % strip;
+            const float overlap = -p.gap[k] - slop;
             if (overlap <= 0) continue;
-            const float weight_a = world.bodies[row.a].inverse_mass,
-                        weight_b = world.bodies[row.b].inverse_mass;
+            const std::uint32_t a = body_a[first + i], b = body_b[first + i];
+            const float ease_a = world.bodies[a].inverse_mass, ease_b = world.bodies[b].inverse_mass;
             const float size =
-                pushed_out * overlap /
-                (weight_a * points_of[row.a] + (moves(row.b) ? weight_b * points_of[row.b] : 0));
-            pushes.add(work, row.a, {-size * weight_a * row.normal});
-            if (moves(row.b)) pushes.add(work, row.b, {size * weight_b * row.normal});
+                pushed_out * overlap / (ease_a * points_of[a] + (moves(b) ? ease_b * points_of[b] : 0));
+            pushes.add(work, a, {-size * ease_a * get(p.normal, k)});
+            if (moves(b)) pushes.add(work, b, {size * ease_b * get(p.normal, k)});
         }
     });
     const auto merged = pushes.merge();
@@ -459,27 +511,28 @@ void Simulation::Implementation::push_out(double lost)
 /// Keeps what points carry, by body, for the next frame.
 void Simulation::Implementation::carry_over()
 {
-    row_before.resize(plan.blocks);
+    points_before.resize(plan.blocks);
     last_a_before.resize(plan.blocks);
     std::uint64_t before = 0;
     std::uint32_t last_a = 0;
     for (std::uint32_t block = 0; block < plan.blocks; ++block) {
-        row_before[block] = before;
+        points_before[block] = before;
         last_a_before[block] = last_a;
-        before += row_count[block];
-        if (row_count[block] != 0) last_a = rows[block * rows_per_block() + row_count[block] - 1].a + 1;
+        before += count_of[block];
+        if (count_of[block] != 0) last_a = body_a[block * points_per_block() + count_of[block] - 1] + 1;
     }
     if (carried.size() < before) carried.resize(before + before / 4);
-    each_block_of_rows([&](std::size_t begin, std::size_t end, Work work) {
-        const auto block = static_cast<std::size_t>(begin / rows_per_block());
-        std::uint64_t at = row_before[block];
-        std::uint32_t next_a = last_a_before[block]; // the lowest without a first point so far
-        for (std::size_t k = begin; k < end; ++k, ++at) {
-            for (; next_a <= rows[k].a; ++next_a)
+    each_block([&](Work work) {
+        const std::size_t first = work.block * points_per_block();
+        std::uint64_t at = points_before[work.block];
+        std::uint32_t next_a = last_a_before[work.block]; // the lowest without a first point so far
+        for (std::size_t i = 0; i < count_of[work.block]; ++i, ++at) {
+            for (; next_a <= body_a[first + i]; ++next_a)
                 carried_of[next_a] = at;
-            carried[at] = {rows[k].b, features[k], loads[k]};
+            const Points p = strip_of(work.block, i / strip);
+            carried[at] = {
+                body_b[first + i], feature[first + i], {p.along[i % strip], get(p.across, i % strip)}};
         }
-        (void)work;
     });
     std::fill(carried_of.begin() + last_a, carried_of.end(), before);
 }
@@ -535,7 +588,7 @@ void Simulation::Implementation::step()
     timed(1, [&] { pairs = &finder.find(boxes, {}, jostle::Order::sorted); });
     timed(2, [&] { find_contacts(); });
     timed(3, [&] {
-        prepare_rows();
+        prepare_points();
         apply_first_impulses();
         iterations = 0;
         for (bool more = true; more; ++iterations) {
