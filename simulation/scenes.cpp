@@ -35,7 +35,7 @@ Kind kind_of(std::string_view scene, std::uint32_t i)
     if (scene == "spheres") return Kind::sphere;
     if (scene == "boxes") return Kind::cube;
     if (scene == "closed") return i % 2 == 0 ? Kind::sphere : Kind::cube;
-    return static_cast<Kind>(i % 2);
+    return static_cast<Kind>(i % 3);
 }
 
 constexpr double density = 1000; // water's
@@ -124,13 +124,16 @@ World make_world(std::string_view scene, std::uint32_t bodies, std::uint64_t see
             corners.push_back({0, 0, 0});
             corners.back()[static_cast<std::size_t>(d / 2)] = d % 2 == 0 ? size : -size;
         }
+        world.hulls.emplace_back(corners);
     }
     for (std::uint32_t i = 0; i < bodies; ++i) {
         Random random(seed, i, 0);
         const Kind kind = kind_of(scene, i);
         const std::uint32_t eighth = random.below(8);
         const double size = least + (most - least) * eighth / 7;
-        world.shapes.push_back(kind == Kind::sphere ? Shape3::sphere(size) : Shape3::box({size, size, size}));
+        world.shapes.push_back(kind == Kind::sphere ? Shape3::sphere(size)
+                               : kind == Kind::cube ? Shape3::box({size, size, size})
+                                                    : Shape3(world.hulls[eighth]));
         world.bodies.push_back(body_of(kind, size));
         const std::uint32_t high = closed ? side : layers;
         const double at[3] = {double(i / high % side), double(i % high), double(i / high / side)};
