@@ -102,7 +102,7 @@ TEST(Simulation, APileComesToRestAndStaysThere)
     const auto executor = jostle::make_thread_executor(2);
     for (const std::string_view scene : {"spheres", "boxes"}) {
         Simulation simulation(options_for(scene, 60, *executor));
-        for (int frame = 0; frame < 600; ++frame)
+        for (int frame = 0; frame < 1000; ++frame)
             simulation.step();
         std::vector<std::array<float, 3>> at;
         for (std::uint32_t i = 0; i < simulation.bodies(); ++i) {
