@@ -99,7 +99,7 @@ class Quickhull
 
     Index add(Index a, Index b, Index c)
     {
-        Triangle t;
+        Triangle t{}; // all of it: sanitizer builds of g++ 12 see a part that would be left open
         t.v[0] = a, t.v[1] = b, t.v[2] = c;
         const Vec3 n = cross(points_[b] - points_[a], points_[c] - points_[a]);
         const double size = length(n);
