@@ -1,4 +1,4 @@
-# cmake -D preset= -D source= -D build= -D target= -D run= -P: see add_variant.
+# cmake -D preset= -D source= -D build= -D targets=a,b -D run= -P: see add_variant.
 include(ProcessorCount)
 ProcessorCount(cores)
 if(DEFINED ENV{CMAKE_BUILD_PARALLEL_LEVEL})
@@ -15,7 +15,8 @@ function(step what)
 endfunction()
 
 step("Configuring" ${CMAKE_COMMAND} --preset ${preset} -B ${build})
-step("Building" ${CMAKE_COMMAND} --build ${build} --target ${target} --parallel ${cores})
+string(REPLACE "," ";" targets "${targets}")
+step("Building" ${CMAKE_COMMAND} --build ${build} --target ${targets} --parallel ${cores})
 if(run)
   step("Testing" ${CMAKE_CTEST_COMMAND} --test-dir ${build} -L ${run} -j ${cores} --output-on-failure --no-tests=error)
 endif()
