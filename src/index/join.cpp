@@ -43,11 +43,16 @@ template <int Dim, class T>
 Join<Dim, T>::~Join() = default;
 
 template <int Dim, class T>
-const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes)
+const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const Batch& batch)
 {
+    const BoxView<Dim, T>& boxes = batch.boxes;
     const auto count = static_cast<std::uint32_t>(boxes.size());
     std::uint64_t* keys = keys_.reserve(count);
-    if (count <= lanes) {
+    // Those that don't begin with the tree are well off in any order.
+    std::size_t elsewhere = 0;
+    for (const Start<Dim, T>& start : batch.starts)
+        elsewhere += static_cast<bool>(start.child);
+    if (count <= lanes || 2 * elsewhere > count) {
         for (std::uint32_t i = 0; i < count; ++i)
             keys[i] = i;
         return keys;
@@ -114,16 +119,18 @@ void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const Bat
     JoinWork<Dim, T>& work = slot.work;
     constexpr std::uint32_t most = JoinWork<Dim, T>::most_askers;
     Aabb<Dim, T> askers[most], before[most], after[most];
+    Start<Dim, T> starts[most];
     const std::uint32_t count = end - begin;
     for (std::uint32_t a = 0; a < count; ++a) {
         const auto position = static_cast<std::uint32_t>(order[begin + a]);
         askers[a] = batch.boxes[position];
+        if (!batch.starts.empty()) starts[a] = batch.starts[position];
+        if (!starts[a].child) starts[a].child = tree.root();
         if (!batch.split) continue;
         before[a] = batch.before[position];
         after[a] = batch.after[position];
     }
-    kernels_.join(tree.root(), askers, batch.split ? before : nullptr, batch.split ? after : nullptr, count,
-                  work);
+    kernels_.join(starts, askers, batch.split ? before : nullptr, batch.split ? after : nullptr, count, work);
     std::uint32_t* const ids = slot.ids.grow(slot.id_count + work.touched, slot.id_count);
     std::copy_n(work.ids.data(), work.touched, ids + slot.id_count);
     for (std::uint32_t a = 0; a < count; ++a) {
@@ -141,15 +148,16 @@ template <int Dim, class T>
 void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
                        std::pmr::vector<Pair>& out)
 {
-    run(tree, executor, Batch{boxes, boxes, boxes, false}, out, nullptr);
+    run(tree, executor, Batch{boxes, boxes, boxes, false, {}}, out, nullptr);
 }
 
 template <int Dim, class T>
 void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
                        const BoxView<Dim, T>& before, const BoxView<Dim, T>& after,
-                       std::pmr::vector<Pair>& out, std::pmr::vector<Pair>& rest)
+                       std::span<const Start<Dim, T>> starts, std::pmr::vector<Pair>& out,
+                       std::pmr::vector<Pair>& rest)
 {
-    run(tree, executor, Batch{boxes, before, after, true}, out, &rest);
+    run(tree, executor, Batch{boxes, before, after, true, starts}, out, &rest);
 }
 
 template <int Dim, class T>
@@ -165,7 +173,7 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const Batch
         slots_.push_back(std::make_unique<Slot>(memory_));
     for (const auto& slot : slots_)
         slot->id_count = slot->rest_count = 0;
-    const std::uint64_t* const ordered = order(tree, batch.boxes);
+    const std::uint64_t* const ordered = order(tree, batch);
     List* const lists = lists_.reserve(count);
     share_out(executor, threads, count, JoinWork<Dim, T>::most_askers,
               [&](std::uint32_t slot, std::size_t begin, std::size_t end) {

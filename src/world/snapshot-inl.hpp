@@ -227,6 +227,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     in.demand(end <= std::numeric_limits<std::uint32_t>::max(), "too many objects");
     me.objects.grow(end);
     me.class_of.resize(me.objects.capacity());
+    me.rested_at.resize(me.objects.capacity());
     std::vector<std::uint32_t> generations(end), resting;
     std::vector<Box> resting_boxes;
     std::size_t active = 0;

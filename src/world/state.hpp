@@ -17,6 +17,7 @@
 #include "world/commands.hpp"
 #include "world/filter_classes.hpp"
 #include "world/ids.hpp"
+#include "world/neighbourhoods.hpp"
 #include "world/objects.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -64,6 +65,8 @@ struct World<Dim, T>::Implementation
     struct Side;
     Pair* classify(Pair* first, Pair* last, const Side& a, const Side& b);
     void join_resting(const Side& side, std::pmr::vector<Pair>& persisting);
+    void begin_in_neighbourhoods();
+    void invalidate_neighbourhoods();
     template <class Body>
     void in_runs(std::size_t count, const Body& body);
     void prefetch(std::uint32_t index) const noexcept;
@@ -156,7 +159,21 @@ struct World<Dim, T>::Implementation
     // `look` where there is more to know.
     std::pmr::vector<Box> entry_before, entry_now;
     std::pmr::vector<std::uint8_t> entry_class;
+    std::pmr::vector<std::uint8_t> entry_moves_on; // was active already
     std::pmr::vector<Pair> joined, joined_rest, joined_late;
+
+    // Lists of what rests near objects that keep moving. Results don't depend on them.
+    world::Neighbourhoods<Dim, T> hoods;
+    std::uint32_t update_number = 1;
+    std::pmr::vector<std::uint32_t> rested_at;     // the first update that can find it resting, by index
+    bool calm = true;                              // few objects came to rest in the last update
+    std::pmr::vector<index::Start<Dim, T>> starts; // of changed entries: where to search
+    std::pmr::vector<std::uint32_t> entry_created; // and of when that is
+    std::pmr::vector<std::uint32_t> newcomers;     // entries that need a new list
+    std::pmr::vector<Box> ways, hood_bounds;
+    std::pmr::vector<Pair> way_pairs;
+    std::pmr::vector<std::uint32_t> hood_numbers;
+    PairBuffer scratch_pairs;
     std::pmr::vector<std::uint32_t> kept_of_run;
 
     std::mutex found_mutex; // guards the five that follow, while tasks run

@@ -22,6 +22,8 @@ constexpr std::uint32_t idle_updates = 3;
 constexpr std::uint64_t least_settling = 512;
 // Below this many boxes all pairs are tried: a grid takes longer to choose.
 constexpr std::size_t few = 24;
+// With fewer resting objects the index is as quick as a list.
+constexpr std::size_t worth_listing = 64;
 // Candidates are looked at in runs of this many.
 constexpr std::size_t run_length = 4096;
 
@@ -235,6 +237,8 @@ void World<Dim, T>::Implementation::apply(std::span<const ObjectId> move_ids, co
 {
     objects.grow(ids.end());
     if (class_of.size() < objects.capacity()) class_of.resize(objects.capacity());
+    if (rested_at.size() < objects.capacity()) rested_at.resize(objects.capacity());
+    hoods.make_room(objects.capacity());
     // The lanes in use, the one of the calling thread with the moves given to update() as its last.
     const std::thread::id me = std::this_thread::get_id();
     std::uint32_t lanes = 0, number = 0, own_lane = 0;
@@ -507,6 +511,7 @@ void World<Dim, T>::Implementation::undo() noexcept
     }
     for (const std::uint64_t key : newly_refused)
         refused.erase(key);
+    hoods.invalidate_all(); // new ones left out what woke up
 }
 
 // ---------------------------------------------------------------------------------------------------------
@@ -644,6 +649,94 @@ void World<Dim, T>::Implementation::in_runs(std::size_t count, const Body& body)
     if (failure) std::rethrow_exception(failure);
 }
 
+/// Finds out for which changed entries a list of neighbours will do instead of the index, and makes new lists
+/// for those that have none and look as if they moved on.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::begin_in_neighbourhoods()
+{
+    starts.assign(changed_entries, {});
+    entry_created.assign(changed_entries, ~std::uint32_t{0});
+    newcomers.clear();
+    ways.clear();
+    if (resting.size() < world::worth_listing) return;
+    const auto begin_at = [&](std::uint32_t entry, const auto& hood) {
+        if (hood.blocks == 0) return;
+        starts[entry] = {hood.block, hood.blocks};
+        entry_created[entry] = hood.created;
+    };
+    for (std::uint32_t entry = 0; entry < changed_entries; ++entry) {
+        if (!entry_moves_on[entry]) continue;
+        const auto* const hood = hoods.find(entry_index[entry]);
+        if (hood != nullptr && hood->valid && world::holds(hood->bounds, entry_boxes[entry])) {
+            begin_at(entry, *hood);
+        } else if (calm) {
+            newcomers.push_back(entry);
+            ways.push_back(world::way_of(entry_before[entry], entry_now[entry], entry_boxes[entry]));
+        }
+    }
+    if (newcomers.empty()) return;
+    resting.join(Boxes(std::span<const Box>(ways)), way_pairs);
+    auto pair = way_pairs.begin();
+    for (std::uint32_t k = 0; k < newcomers.size(); ++k) {
+        const auto first = pair;
+        while (pair != way_pairs.end() && pair->a == k) {
+            if (way_pairs.end() - pair > static_cast<std::ptrdiff_t>(world::fetch_ahead))
+                prefetch(pair[world::fetch_ahead].b);
+            ++pair;
+        }
+        auto& hood = hoods.make(entry_index[newcomers[k]], ways[k], update_number,
+                                static_cast<std::size_t>(pair - first));
+        std::uint32_t lane = 0;
+        if (hood.blocks != 0)
+            for (auto each = first; each != pair; ++each)
+                if (const Object& object = objects[each->b]; !object.has(world::flag::touched)) {
+                    auto& block = hood.block[lane / index::lanes];
+                    block.bounds.set(lane % index::lanes, object.now);
+                    block.id[lane % index::lanes] = each->b;
+                    ++lane;
+                }
+        for (; lane < hood.blocks * index::lanes; ++lane) {
+            hood.block[lane / index::lanes].bounds.clear(lane % index::lanes);
+            hood.block[lane / index::lanes].id[lane % index::lanes] = index::no_id;
+        }
+        begin_at(newcomers[k], hood);
+    }
+}
+
+/// Lists that the objects about to settle belong into are of no more use.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::invalidate_neighbourhoods()
+{
+    calm = 8 * settling.size() <= changed.size();
+    if (settling.empty() || hoods.size() == 0) return;
+    if (!calm && settling.size() > 64) {
+        hoods.invalidate_all();
+        return;
+    }
+    hood_bounds.clear();
+    hood_numbers.clear();
+    auto& all = hoods.all();
+    for (std::uint32_t h = 0; h < all.size(); ++h)
+        if (all[h].valid) {
+            hood_bounds.push_back(all[h].bounds);
+            hood_numbers.push_back(h);
+        }
+    if (hood_bounds.size() * settling.size() <= 4096) {
+        for (const Box& box : settling_boxes)
+            for (std::size_t h = 0; h < hood_bounds.size(); ++h)
+                if (world::touch(box, hood_bounds[h])) all[hood_numbers[h]].valid = false;
+        return;
+    }
+    const auto select = [&](Pair* first, Pair* last) {
+        const std::lock_guard lock(found_mutex);
+        for (const Pair* pair = first; pair != last; ++pair)
+            all[hood_numbers[pair->b]].valid = false;
+        return first;
+    };
+    PairFinderAccess::find(finder, Boxes(std::span<const Box>(settling_boxes)),
+                           Boxes(std::span<const Box>(hood_bounds)), select, scratch_pairs);
+}
+
 /// Pairs of changed and resting objects.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::join_resting(const Side& side, std::pmr::vector<Pair>& persisting)
@@ -651,8 +744,12 @@ void World<Dim, T>::Implementation::join_resting(const Side& side, std::pmr::vec
     const auto changed_part = [&](const std::pmr::vector<Box>& boxes) {
         return Boxes(std::span<const Box>(boxes).first(changed_entries));
     };
+    begin_in_neighbourhoods();
     BoxIndexAccess::join(resting, changed_part(entry_boxes), changed_part(entry_before),
-                         changed_part(entry_now), joined, joined_rest);
+                         changed_part(entry_now), std::span<const index::Start<Dim, T>>(starts), joined,
+                         joined_rest);
+    // What a list holds and has woken up since is found elsewhere, if anywhere.
+    const auto is_stale = [&](const Pair& pair) { return rested_at[pair.b] > entry_created[pair.a]; };
 
     // Steady pairs touched before and touch now. Their filters' classes tell the rest, mostly.
     kept_of_run.resize((joined.size() + world::run_length - 1) / world::run_length);
@@ -663,6 +760,10 @@ void World<Dim, T>::Implementation::join_resting(const Side& side, std::pmr::vec
         std::size_t late = 0;
         for (std::size_t k = begin; k < end; ++k) {
             const Pair pair = joined[k];
+            if (is_stale(pair)) {
+                ++late;
+                continue;
+            }
             const std::uint8_t class_a = entry_class[pair.a], class_b = class_of[pair.b];
             const std::uint32_t index_a = entry_index[pair.a];
             const Pair named{std::min(index_a, pair.b), std::max(index_a, pair.b)};
@@ -690,6 +791,7 @@ void World<Dim, T>::Implementation::join_resting(const Side& side, std::pmr::vec
     }
 
     // The others are looked at one by one. They come in no order, so what persists is put in one.
+    joined_rest.erase(std::remove_if(joined_rest.begin(), joined_rest.end(), is_stale), joined_rest.end());
     joined_rest.insert(joined_rest.end(), joined_late.begin(), joined_late.end());
     kept_of_run.resize((joined_rest.size() + world::run_length - 1) / world::run_length);
     const Side resting_side{nullptr, nullptr, true};
@@ -728,10 +830,12 @@ void World<Dim, T>::Implementation::search()
     entry_before.clear();
     entry_now.clear();
     entry_class.clear();
+    entry_moves_on.clear();
     const auto enter_changed = [&](const Object& object, std::uint32_t index, bool usual) {
         static constexpr T nan = std::numeric_limits<T>::quiet_NaN();
         entry_before.push_back(object.before);
         entry_now.push_back(object.now);
+        entry_moves_on.push_back(usual && object.place() == world::Place::active);
         entry_class.push_back(usual ? class_of[index] : world::FilterClasses::look);
         if (!usual) entry_before.back().lo[0] = nan;
     };
@@ -920,6 +1024,7 @@ void World<Dim, T>::Implementation::plan_rest()
     for (const std::uint32_t index : settling)
         settling_boxes.push_back(objects[index].now);
     next_active.reserve(next_active.size() + settling.size()); // see commit
+    invalidate_neighbourhoods();
     BoxIndexAccess::erase(resting, waking);
 }
 
@@ -933,6 +1038,8 @@ void World<Dim, T>::Implementation::commit() noexcept
         const world::Place place = object.place();
         disabled -= place == world::Place::disabled;
         alive -= place != world::Place::none;
+        if (place == world::Place::resting) rested_at[index] = ~std::uint32_t{0};
+        if (!object.is_there()) hoods.drop(index);
         if (!object.has(world::flag::alive)) {
             ids.release(id_of(index));
             object.state = 0;
@@ -949,8 +1056,11 @@ void World<Dim, T>::Implementation::commit() noexcept
     try {
         if (!settling.empty())
             BoxIndexAccess::insert(resting, settling, Boxes(std::span<const Box>(settling_boxes)));
-        for (const std::uint32_t index : settling)
+        for (const std::uint32_t index : settling) {
             objects[index].set_place(world::Place::resting);
+            rested_at[index] = update_number + 1;
+            hoods.drop(index);
+        }
     } catch (...) { // no memory: they may stay active as long as it takes
         next_stats.settled = 0;
         for (const std::uint32_t index : settling)
@@ -964,6 +1074,12 @@ void World<Dim, T>::Implementation::commit() noexcept
     recent_work = recent_work_next;
     for (const std::uint64_t key : no_longer_refused)
         refused.erase(key);
+    if (++update_number == ~std::uint32_t{0} - 1) { // numbers begin again
+        hoods.invalidate_all();
+        for (std::uint32_t& at : rested_at)
+            at = at == ~std::uint32_t{0} ? at : 0;
+        update_number = 1;
+    }
     queues.forget();
     shown = 1 - shown;
 }

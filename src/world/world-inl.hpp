@@ -38,9 +38,20 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       entry_before(options.memory),
       entry_now(options.memory),
       entry_class(options.memory),
+      entry_moves_on(options.memory),
       joined(options.memory),
       joined_rest(options.memory),
       joined_late(options.memory),
+      hoods(options.memory),
+      rested_at(options.memory),
+      starts(options.memory),
+      entry_created(options.memory),
+      newcomers(options.memory),
+      ways(options.memory),
+      hood_bounds(options.memory),
+      way_pairs(options.memory),
+      hood_numbers(options.memory),
+      scratch_pairs(options.memory),
       kept_of_run(options.memory),
       found_began(options.memory),
       found_asked(options.memory),
@@ -78,7 +89,8 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
     };
     std::uint64_t sum =
         sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
-        finder.stats().bytes_reserved + resting.stats().bytes + refused.bucket_count() * sizeof(void*) +
+        finder.stats().bytes_reserved + resting.stats().bytes + hoods.bytes() +
+        scratch_pairs.bytes_reserved() + refused.bucket_count() * sizeof(void*) +
         refused.size() * 4 * sizeof(void*) +
         of(active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer, entry_boxes,
            entry_index, entry_kind, entry_before, entry_now, entry_class, joined, joined_rest, joined_late,

@@ -108,8 +108,8 @@ struct Kernels
     void (*frustum)(Root root, const Frustum<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
     /// For at most JoinWork::most_askers boxes. If `before` and `after` aren't null, an object counts as
     /// touched only if it touches both of these as well, and goes to `rest` if it doesn't.
-    void (*join)(Root root, const Aabb<Dim, T>* askers, const Aabb<Dim, T>* before, const Aabb<Dim, T>* after,
-                 std::uint32_t count, JoinWork<Dim, T>& work);
+    void (*join)(const Start<Dim, T>* starts, const Aabb<Dim, T>* askers, const Aabb<Dim, T>* before,
+                 const Aabb<Dim, T>* after, std::uint32_t count, JoinWork<Dim, T>& work);
     Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
     void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
     void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);

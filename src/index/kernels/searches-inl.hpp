@@ -268,14 +268,13 @@ HWY_INLINE void each_lane(unsigned hits, const Write& write)
 }
 
 template <int Dim, class T>
-HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, const Aabb<Dim, T>* before,
+HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* askers, const Aabb<Dim, T>* before,
                           const Aabb<Dim, T>* after, std::uint32_t count, JoinWork<Dim, T>& work)
 {
     using Visit = typename JoinWork<Dim, T>::Visit;
     constexpr std::size_t ahead = 6, room = lanes + 4;
     std::fill_n(work.count, count, 0u);
     work.touched = work.left = 0;
-    if (!root) return;
     bool endless = false; // infinite bounds let empty lanes pass
     for (std::uint32_t a = 0; a < count; ++a)
         for (int d = 0; d < Dim; ++d)
@@ -284,9 +283,18 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, const 
     engine::Buffer<Visit>* now = &work.nodes;
     engine::Buffer<Visit>* then = &work.next;
     Visit* nodes = now->reserve(count + room);
-    std::size_t node_count = count, block_count = 0;
-    for (std::uint32_t a = 0; a < count; ++a)
-        nodes[a] = {root, a};
+    std::size_t node_count = 0, block_count = 0;
+    for (std::uint32_t a = 0; a < count; ++a) {
+        const Start<Dim, T>& start = starts[a];
+        if (!start.child) continue;
+        if (!start.child.is_block()) {
+            nodes[node_count++] = {start.child, a};
+            continue;
+        }
+        Visit* const to = work.blocks.grow(block_count + start.blocks, block_count);
+        for (std::uint32_t k = 0; k < start.blocks; ++k)
+            to[block_count++] = {start.child.block() + k, a};
+    }
     while (node_count != 0) {
         std::size_t next_count = 0;
         Visit* next = then->reserve(room);
@@ -315,7 +323,7 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, const 
         node_count = next_count;
     }
 
-    const Visit* const blocks = work.blocks.data();
+    const Visit* const blocks = work.blocks.data(); // those to begin with, then those of the tree
     Touch* touches = work.touches.reserve(block_count + room);
     Touch* rest = work.rest.reserve(room);
     std::size_t touched = 0, left = 0;
