@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#include <cstdio>
+#include <map>
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "jostle/find_pairs.hpp"
+#include "run_tool.hpp"
+#include "scenes/scenes.hpp"
+
+namespace tool_test {
+namespace {
+
+TEST_F(ToolTest, BenchWorldMeasuresWhatItFinds)
+{
+    const Result result = run({"bench", "world", "resting", "moving", "churn", "-n", "700", "--threads",
+                               "1,2", "--frames", "6", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const nlohmann::json rows = nlohmann::json::parse(result.out);
+    std::map<std::string, std::set<std::string>> checksums;
+    for (const auto& row : rows) {
+        EXPECT_EQ(row["n"], 700);
+        EXPECT_EQ(row["frames"], 6);
+        EXPECT_LE(row["min_ms"], row["median_ms"]);
+        EXPECT_LE(row["median_ms"], row["p99_ms"]);
+        EXPECT_LE(row["p99_ms"], row["max_ms"]);
+        EXPECT_GT(row["pairs"], 500);
+        checksums[row["scene"]].insert(row["checksum"]);
+    }
+    EXPECT_EQ(rows.size(), 8u) << "moving has a second system, the stateless engine";
+    ASSERT_EQ(checksums.size(), 3u);
+    for (const auto& [scene, sums] : checksums)
+        EXPECT_EQ(sums.size(), 1u) << scene << ": all systems have the same pairs";
+    // Those of the scene itself, after as many steps.
+    jostle_scenes::Scene<3, float> scene("resting", 700, 1);
+    for (int step = 0; step < 8; ++step)
+        scene.step();
+    char sum[17];
+    std::snprintf(sum, sizeof sum, "%016llx",
+                  static_cast<unsigned long long>(jostle::pair_checksum(jostle::find_pairs(scene.boxes()))));
+    EXPECT_EQ(checksums["resting"], std::set<std::string>{sum});
+}
+
+TEST_F(ToolTest, BenchWorldNamesWhatItDoesntKnow)
+{
+    const Result result = run({"bench", "world", "nowhere"});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.err.find("nowhere is no scene of bench world; choose from resting"), std::string::npos)
+        << result.err;
+}
+
+} // namespace
+} // namespace tool_test
