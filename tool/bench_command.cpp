@@ -605,7 +605,8 @@ Examples:
   jostle bench uniform -n 1000,10000 --engine chapter
   jostle bench --peers --report report.html       beside other systems, with plots
   jostle bench world                              objects that move and rest, and events
-  jostle bench questions                          rays, regions, nearest objects)";
+  jostle bench questions                          rays, regions, nearest objects
+  jostle bench contacts                           where shapes touch, pair by pair)";
 }
 
 } // namespace
@@ -664,6 +665,7 @@ void add_bench_command(CLI::App& app)
         ->type_name("FILE");
     add_bench_world_command(*command);
     add_bench_questions_command(*command);
+    add_bench_contacts_command(*command);
     command->callback([command, options] {
         if (command->get_subcommands().empty()) run(*options); // else that one was asked for
     });

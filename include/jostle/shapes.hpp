@@ -81,6 +81,9 @@ class JOSTLE_API ConvexHull
     [[nodiscard]] std::span<const Vec<Dim, double>> vertices() const noexcept;
     /// Faces in 3D, edges in 2D; coplanar ones are one.
     [[nodiscard]] std::size_t face_count() const noexcept;
+    /// The corners of one face as positions in vertices(), counterclockwise seen from outside.
+    [[nodiscard]] std::span<const std::uint32_t> face(std::size_t i) const noexcept
+        requires(Dim == 3);
 
   private:
     friend struct narrow::ShapeAccess;

@@ -454,6 +454,14 @@ std::size_t ConvexHull<2>::face_count() const noexcept
 }
 
 template <int Dim>
+std::span<const std::uint32_t> ConvexHull<Dim>::face(std::size_t i) const noexcept
+    requires(Dim == 3)
+{
+    const narrow::Polytope& hull = data_->polytope;
+    return {hull.loop + hull.loop_begin[i], hull.loop + hull.loop_begin[i + 1]};
+}
+
+template <int Dim>
 Shape<Dim>::Shape(const ConvexHull<Dim>& hull) noexcept
 {
     const auto& data = narrow::ShapeAccess::data_of(hull);

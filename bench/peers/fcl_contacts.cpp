@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: MIT
+// The packaged library holds the double version only; a float one would be compiled here, for minutes.
+#include <fcl/narrowphase/collision.h>
+
+#include "bench/contact_peers.hpp"
+
+namespace jostle_bench {
+namespace {
+
+class FclContacts final : public ContactPeer
+{
+  public:
+    const char* name() const noexcept override { return "fcl"; }
+    const char* how() const noexcept override
+    {
+        return "FCL 0.7 collide<double> with contacts, libccd as its solver; at most 4 contacts a pair, 64 "
+               "with a mesh";
+    }
+
+    void start(std::span<const BodyShape> shapes, std::span<const jostle::Pair> pairs,
+               jostle::Executor& executor) override
+    {
+        executor_ = &executor;
+        pairs_ = pairs;
+        objects_.clear();
+        kinds_.clear();
+        for (const BodyShape& body : shapes) {
+            objects_.push_back(std::make_unique<fcl::CollisionObjectd>(make_shape(body)));
+            kinds_.push_back(body.kind);
+        }
+        counts_.assign(executor.concurrency(), {});
+    }
+
+    void move(std::span<const jostle::Pose3f> poses) override
+    {
+        for (std::size_t i = 0; i < poses.size(); ++i) {
+            const auto& p = poses[i].position;
+            const auto& q = poses[i].rotation;
+            fcl::Quaterniond rotation = fcl::Quaterniond(q[3], q[0], q[1], q[2]).normalized();
+            // FCL's capsules lie along z, the scene's along y.
+            if (kinds_[i] == BodyKind::capsule)
+                rotation = rotation * fcl::Quaterniond(0.70710678118654752, -0.70710678118654752, 0, 0);
+            objects_[i]->setTransform(rotation, fcl::Vector3d(p[0], p[1], p[2]));
+        }
+    }
+
+    void frame() override
+    {
+        executor_->run(static_cast<std::uint32_t>(counts_.size()), [&](std::uint32_t i) {
+            ContactCounts counts;
+            fcl::CollisionResultd result;
+            const std::size_t first = pairs_.size() * i / counts_.size(),
+                              last = pairs_.size() * (i + 1) / counts_.size();
+            for (std::size_t k = first; k < last; ++k) {
+                const jostle::Pair& pair = pairs_[k];
+                const bool mesh = kinds_[pair.a] == BodyKind::mesh || kinds_[pair.b] == BodyKind::mesh;
+                result.clear();
+                const fcl::CollisionRequestd request(mesh ? 64 : 4, true);
+                fcl::collide(objects_[pair.a].get(), objects_[pair.b].get(), request, result);
+                counts.touching += result.isCollision() ? 1 : 0;
+                counts.points += result.numContacts();
+            }
+            counts_[i] = counts;
+        });
+    }
+
+    ContactCounts counts() const override
+    {
+        ContactCounts all;
+        for (const ContactCounts& counts : counts_) {
+            all.touching += counts.touching;
+            all.points += counts.points;
+        }
+        return all;
+    }
+
+  private:
+    static std::shared_ptr<fcl::CollisionGeometryd> make_shape(const BodyShape& body)
+    {
+        switch (body.kind) {
+        case BodyKind::sphere:
+            return std::make_shared<fcl::Sphered>(body.radius);
+        case BodyKind::capsule:
+            return std::make_shared<fcl::Capsuled>(body.radius, 2 * body.half_length);
+        case BodyKind::box:
+            return std::make_shared<fcl::Boxd>(2 * body.half[0], 2 * body.half[1], 2 * body.half[2]);
+        case BodyKind::hull: {
+            auto points = std::make_shared<std::vector<fcl::Vector3d>>();
+            for (const auto& p : body.points)
+                points->emplace_back(p[0], p[1], p[2]);
+            auto faces = std::make_shared<std::vector<int>>();
+            for (const auto& t : body.triangles) {
+                faces->push_back(3);
+                for (const std::uint32_t v : t)
+                    faces->push_back(static_cast<int>(v));
+            }
+            return std::make_shared<fcl::Convexd>(points, static_cast<int>(body.triangles.size()), faces);
+        }
+        case BodyKind::mesh:
+            break;
+        }
+        auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
+        mesh->beginModel(static_cast<int>(body.triangles.size()), static_cast<int>(body.points.size()));
+        for (const auto& t : body.triangles) {
+            const auto corner = [&](std::size_t i) {
+                const auto& p = body.points[t[i]];
+                return fcl::Vector3d(p[0], p[1], p[2]);
+            };
+            mesh->addTriangle(corner(0), corner(1), corner(2));
+        }
+        mesh->endModel();
+        return mesh;
+    }
+
+    jostle::Executor* executor_ = nullptr;
+    std::span<const jostle::Pair> pairs_;
+    std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;
+    std::vector<BodyKind> kinds_;
+    std::vector<ContactCounts> counts_;
+};
+
+} // namespace
+
+std::unique_ptr<ContactPeer> make_fcl_contacts()
+{
+    return std::make_unique<FclContacts>();
+}
+
+} // namespace jostle_bench

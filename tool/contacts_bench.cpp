@@ -1,0 +1,414 @@
+// SPDX-License-Identifier: MIT
+// jostle bench contacts: how long the detailed test of a pair takes, ours and other systems'.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/contact_peers.hpp"
+#include "commands.hpp"
+#include "io/output_file.hpp"
+#include "jostle/contact.hpp"
+#include "scenes/random.hpp"
+#include "threads.hpp"
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle::Pair;
+using jostle::Pose3f;
+using jostle::Shape3;
+using jostle_bench::BodyKind;
+using jostle_bench::BodyShape;
+using jostle_bench::ContactCounts;
+
+struct Options
+{
+    std::vector<std::string> combinations;
+    std::uint64_t pairs = 20'000;
+    std::vector<std::uint32_t> threads{0};
+    std::uint32_t frames = 15;
+    std::uint64_t seed = 1;
+    bool peers = false;
+    std::string json;
+};
+
+struct Combination
+{
+    const char* name;
+    BodyKind a, b;
+    std::uint64_t pairs_divisor; ///< of --pairs: what is slow gets fewer
+};
+constexpr Combination all_combinations[] = {
+    {"sphere-sphere", BodyKind::sphere, BodyKind::sphere, 1},
+    {"box-box", BodyKind::box, BodyKind::box, 1},
+    {"capsule-box", BodyKind::capsule, BodyKind::box, 1},
+    {"hull-hull", BodyKind::hull, BodyKind::hull, 2},
+    {"box-mesh", BodyKind::box, BodyKind::mesh, 4},
+};
+
+constexpr std::uint32_t warm_up = 2;
+constexpr std::size_t pose_sets = 4;
+
+/// Pairs of bodies of about 1 m whose gaps are spread from -0.1 to 0.1 m: half of them touch. Between frames
+/// every body of a pair moves and turns a little.
+struct PairScene
+{
+    std::vector<BodyShape> bodies;
+    std::vector<Shape3> shapes;
+    std::vector<std::vector<Pose3f>> poses; ///< one set per frame, in turn
+    std::vector<Pair> pairs;
+
+    std::vector<std::vector<jostle::Vec<3, double>>> points;
+    std::vector<std::vector<std::array<std::uint32_t, 3>>> triangles;
+    std::vector<std::unique_ptr<jostle::ConvexHull<3>>> hulls;
+    std::unique_ptr<jostle::Mesh<3>> mesh;
+};
+
+class Numbers
+{
+  public:
+    explicit Numbers(std::uint64_t seed) : random_(seed) {}
+    double uniform(double lo, double hi) { return lo + (hi - lo) * random_.uniform(); }
+    jostle::Vec<3, double> in_ball()
+    {
+        for (;;) {
+            const jostle::Vec<3, double> p{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
+            const double size = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+            if (size <= 1 && size > 1e-4) return p;
+        }
+    }
+    std::array<float, 4> rotation()
+    {
+        std::array<float, 4> q{};
+        double size = 0;
+        while (size < 0.01 || size > 1) {
+            size = 0;
+            for (float& x : q)
+                x = static_cast<float>(uniform(-1, 1)), size += double{x} * x;
+        }
+        for (float& x : q)
+            x = static_cast<float>(x / std::sqrt(size));
+        return q;
+    }
+
+  private:
+    jostle_scenes::Random random_;
+};
+
+constexpr std::size_t hull_models = 64;
+
+void add_hull_models(PairScene& scene, Numbers& numbers)
+{
+    for (std::size_t k = 0; k < hull_models; ++k) {
+        std::vector<jostle::Vec<3, double>> points(32);
+        for (auto& p : points) { // on a sphere: all are corners
+            p = numbers.in_ball();
+            const double size = std::sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+            for (double& x : p)
+                x *= 0.6 / size;
+        }
+        scene.hulls.push_back(std::make_unique<jostle::ConvexHull<3>>(points));
+        const auto corners = scene.hulls.back()->vertices();
+        scene.points.emplace_back(corners.begin(), corners.end());
+        auto& triangles = scene.triangles.emplace_back();
+        for (std::size_t f = 0; f < scene.hulls.back()->face_count(); ++f) {
+            const auto face = scene.hulls.back()->face(f);
+            for (std::size_t i = 2; i < face.size(); ++i)
+                triangles.push_back({face[0], face[i - 1], face[i]});
+        }
+    }
+}
+
+/// Hills of 1 m over 100 x 100 cells of 0.5 m.
+void add_terrain(PairScene& scene)
+{
+    constexpr std::uint32_t cells = 100;
+    auto& points = scene.points.emplace_back();
+    auto& triangles = scene.triangles.emplace_back();
+    for (std::uint32_t z = 0; z <= cells; ++z)
+        for (std::uint32_t x = 0; x <= cells; ++x)
+            points.push_back({x * 0.5, std::sin(x * 0.31) * std::cos(z * 0.23), z * 0.5});
+    for (std::uint32_t z = 0; z < cells; ++z)
+        for (std::uint32_t x = 0; x < cells; ++x) {
+            const std::uint32_t at = z * (cells + 1) + x;
+            triangles.push_back({at, at + cells + 2, at + 1});
+            triangles.push_back({at, at + cells + 1, at + cells + 2});
+        }
+    scene.mesh = std::make_unique<jostle::Mesh<3>>(points, triangles);
+}
+
+void add_body(PairScene& scene, BodyKind kind, Numbers& numbers)
+{
+    BodyShape body{kind};
+    Shape3 shape;
+    switch (kind) {
+    case BodyKind::sphere:
+        body.radius = numbers.uniform(0.3, 0.6);
+        shape = Shape3::sphere(body.radius);
+        break;
+    case BodyKind::capsule:
+        body.radius = numbers.uniform(0.15, 0.3);
+        body.half_length = numbers.uniform(0.2, 0.5);
+        shape = Shape3::capsule(body.half_length, body.radius);
+        break;
+    case BodyKind::box:
+        for (double& h : body.half)
+            h = numbers.uniform(0.25, 0.6);
+        shape = Shape3::box(body.half);
+        break;
+    case BodyKind::hull: {
+        const std::size_t model = static_cast<std::size_t>(numbers.uniform(0, hull_models - 0.001));
+        body.points = scene.points[model];
+        body.triangles = scene.triangles[model];
+        shape = *scene.hulls[model];
+        break;
+    }
+    case BodyKind::mesh:
+        body.points = scene.points.back();
+        body.triangles = scene.triangles.back();
+        shape = *scene.mesh;
+        break;
+    }
+    scene.bodies.push_back(body);
+    scene.shapes.push_back(shape);
+}
+
+std::unique_ptr<PairScene> make_scene(const Combination& combination, std::uint64_t count, std::uint64_t seed)
+{
+    auto made = std::make_unique<PairScene>();
+    PairScene& scene = *made;
+    Numbers numbers(seed);
+    if (combination.a == BodyKind::hull) add_hull_models(scene, numbers);
+    const bool with_mesh = combination.b == BodyKind::mesh;
+    std::vector<Pose3f> base;
+    if (with_mesh) {
+        add_terrain(scene);
+        add_body(scene, BodyKind::mesh, numbers);
+        base.emplace_back();
+    }
+    for (std::uint64_t i = 0; i < count; ++i) {
+        const std::uint32_t a = static_cast<std::uint32_t>(scene.shapes.size());
+        add_body(scene, combination.a, numbers);
+        if (with_mesh) {
+            Pose3f pose{{static_cast<float>(numbers.uniform(2, 48)), 3, static_cast<float>(numbers.uniform(2, 48))},
+                        numbers.rotation()};
+            const double gap = numbers.uniform(-0.1, 0.1);
+            for (int step = 0; step < 3; ++step)
+                if (const auto d = jostle::distance(scene.shapes[a], pose, scene.shapes[0], Pose3f{}, 1e9f))
+                    pose.position[1] -= static_cast<float>(d->distance - gap);
+            base.push_back(pose);
+            scene.pairs.push_back({a, 0});
+            continue;
+        }
+        add_body(scene, combination.b, numbers);
+        Pose3f pose_a{{}, numbers.rotation()}, pose_b{{}, numbers.rotation()};
+        const auto away = numbers.in_ball();
+        const double size = std::sqrt(away[0] * away[0] + away[1] * away[1] + away[2] * away[2]);
+        for (std::size_t d = 0; d < 3; ++d) {
+            pose_a.position[d] = static_cast<float>(numbers.uniform(-100, 100));
+            pose_b.position[d] = pose_a.position[d] + static_cast<float>(away[d] * 3 / size);
+        }
+        const double gap = numbers.uniform(-0.1, 0.1);
+        for (int step = 0; step < 3; ++step)
+            if (const auto d = jostle::distance(scene.shapes[a], pose_a, scene.shapes[a + 1], pose_b, 1e9f))
+                for (std::size_t k = 0; k < 3; ++k)
+                    pose_b.position[k] -= d->normal[k] * static_cast<float>(d->distance - gap);
+        base.push_back(pose_a);
+        base.push_back(pose_b);
+        scene.pairs.push_back({a, a + 1});
+    }
+    for (std::size_t set = 0; set < pose_sets; ++set) {
+        auto& poses = scene.poses.emplace_back(base);
+        for (std::size_t i = with_mesh ? 1 : 0; i < poses.size(); ++i) {
+            const auto nudge = numbers.in_ball();
+            for (std::size_t k = 0; k < 3; ++k) {
+                poses[i].position[k] += static_cast<float>(0.01 * nudge[k]);
+                poses[i].rotation[k] += static_cast<float>(0.01 * nudge[2 - k]);
+            }
+        }
+    }
+    return made;
+}
+
+struct Measured
+{
+    std::vector<double> ms;
+    ContactCounts counts;
+};
+
+template <class Move, class Frame>
+Measured measure(const PairScene& scene, std::uint32_t frames, const Move& move, const Frame& frame)
+{
+    using Clock = std::chrono::steady_clock;
+    Measured result;
+    for (std::uint32_t f = 0; f < frames + warm_up; ++f) {
+        move(scene.poses[f % pose_sets]);
+        const Clock::time_point before = Clock::now();
+        frame();
+        const Clock::time_point after = Clock::now();
+        if (f >= warm_up) result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
+    }
+    std::sort(result.ms.begin(), result.ms.end());
+    return result;
+}
+
+Measured measure_jostle(const PairScene& scene, std::uint32_t frames, jostle::Executor& executor)
+{
+    jostle::ContactOptions options;
+    options.executor = &executor;
+    jostle::ContactFinder3f finder(options);
+    const std::vector<Pose3f>* poses = nullptr;
+    const jostle::ContactBuffer<3, float>* found = nullptr;
+    Measured result = measure(
+        scene, frames, [&](const std::vector<Pose3f>& given) { poses = &given; },
+        [&] { found = &finder.find(scene.shapes, *poses, std::span<const Pair>(scene.pairs)); });
+    Pair last{~0u, ~0u};
+    for (const auto& contact : *found) {
+        result.counts.points += contact.count;
+        if (!(contact.pair == last)) ++result.counts.touching;
+        last = contact.pair;
+    }
+    return result;
+}
+
+class Table
+{
+  public:
+    explicit Table(bool shown) : shown_(shown)
+    {
+        if (shown_)
+            std::printf("%-14s %8s %7s  %-8s %10s %9s %9s %9s %9s\n", "pair", "pairs", "threads", "system",
+                        "ns/pair", "min", "max", "touching", "points");
+    }
+    void add(const char* system, const Combination& combination, const PairScene& scene, std::uint32_t threads,
+             const Measured& measured, double reference_ns)
+    {
+        const double to_ns = 1e6 / static_cast<double>(scene.pairs.size());
+        const double median = measured.ms[measured.ms.size() / 2] * to_ns;
+        nlohmann::ordered_json json;
+        json["system"] = system;
+        json["pair"] = combination.name;
+        json["pairs"] = scene.pairs.size();
+        json["threads"] = threads;
+        json["median_ns"] = std::round(median * 10) / 10;
+        json["min_ns"] = std::round(measured.ms.front() * to_ns * 10) / 10;
+        json["max_ns"] = std::round(measured.ms.back() * to_ns * 10) / 10;
+        json["touching"] = measured.counts.touching;
+        json["points"] = measured.counts.points;
+        rows.push_back(json);
+        if (!shown_) return;
+        std::printf("%-14s %8zu %7u  %-8s %10.1f %9.1f %9.1f %9llu %9llu", combination.name, scene.pairs.size(),
+                    threads, system, median, measured.ms.front() * to_ns, measured.ms.back() * to_ns,
+                    static_cast<unsigned long long>(measured.counts.touching),
+                    static_cast<unsigned long long>(measured.counts.points));
+        if (reference_ns > 0) std::printf("   %.1fx", median / reference_ns);
+        std::printf("\n");
+        std::fflush(stdout);
+    }
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+
+  private:
+    bool shown_;
+};
+
+void run(const Options& options)
+{
+    std::vector<const Combination*> wanted;
+    for (const std::string& name : options.combinations) {
+        const auto known = std::find_if(std::begin(all_combinations), std::end(all_combinations),
+                                        [&](const Combination& c) { return name == c.name; });
+        if (known == std::end(all_combinations)) {
+            std::string names;
+            for (const Combination& c : all_combinations)
+                names += (names.empty() ? "" : ", ") + std::string(c.name);
+            throw UsageError(name + " is no pair of shapes that is measured; choose from " + names);
+        }
+        wanted.push_back(known);
+    }
+    if (wanted.empty())
+        for (const Combination& c : all_combinations)
+            wanted.push_back(&c);
+#ifndef JOSTLE_WITH_PEERS
+    if (options.peers)
+        throw UsageError("--peers: this build has no peers; install the packages of bench/packages, configure "
+                         "with cmake -DJOSTLE_BENCH=ON and build again");
+#endif
+    std::unique_ptr<OutputFile> json;
+    if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+    Table table(options.json != "-");
+    for (const Combination* combination : wanted) {
+        const std::uint64_t count = std::max<std::uint64_t>(1, options.pairs / combination->pairs_divisor);
+        const std::unique_ptr<PairScene> scene = make_scene(*combination, count, options.seed);
+        for (const std::uint32_t asked : options.threads) {
+            const Threads threads(asked);
+            const Measured own = measure_jostle(*scene, options.frames, threads.executor());
+            table.add("jostle", *combination, *scene, threads.count(), own, 0);
+#ifdef JOSTLE_WITH_PEERS
+            if (!options.peers) continue;
+            const double own_ns =
+                own.ms[own.ms.size() / 2] * 1e6 / static_cast<double>(scene->pairs.size());
+            for (const auto& make : {jostle_bench::make_bullet_contacts, jostle_bench::make_fcl_contacts}) {
+                const auto peer = make();
+                peer->start(scene->bodies, scene->pairs, threads.executor());
+                Measured theirs = measure(
+                    *scene, options.frames, [&](const std::vector<Pose3f>& poses) { peer->move(poses); },
+                    [&] { peer->frame(); });
+                theirs.counts = peer->counts();
+                table.add(peer->name(), *combination, *scene, threads.count(), theirs, own_ns);
+            }
+#endif
+        }
+    }
+    if (json) {
+        std::string text = "[\n";
+        for (std::size_t i = 0; i < table.rows.size(); ++i)
+            text += table.rows[i].dump() + (i + 1 < table.rows.size() ? ",\n" : "\n");
+        json->write(text + "]\n");
+        json->commit();
+    }
+}
+
+} // namespace
+
+void add_bench_contacts_command(CLI::App& bench)
+{
+    CLI::App* command = bench.add_subcommand("contacts", "How long the detailed test of a pair of shapes takes");
+    command->footer(R"(Pairs: sphere-sphere, box-box, capsule-box, hull-hull (32 corners each), box-mesh (20,000 triangles).
+Bodies are about 1 m; gaps are spread from -0.1 to 0.1 m, so that half of the pairs touch. Timed is all that it
+takes to get from poses to contact points. Other systems keep margins and depths of their own: their numbers of
+touching pairs differ a little.
+
+Examples:
+  jostle bench contacts
+  jostle bench contacts box-box hull-hull --threads 1,2
+  jostle bench contacts --peers --json -)");
+    const auto options = std::make_shared<Options>();
+    command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")->type_name("");
+    add_number_option(*command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
+                      "How many pairs (20000); of hulls half, of meshes a quarter as many")
+        ->type_name("N");
+    command->add_option("--threads", options->threads, "How many threads, several with commas; one per core")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(1u, Threads::most).description(""))
+        ->type_name("T");
+    add_number_option(*command, "--frames", options->frames, 1u, 100'000u, "How many frames are counted (15)")
+        ->type_name("F");
+    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
+                      "Other bodies of the same kind (1)")
+        ->type_name("S");
+    command->add_flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
+    command->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
+        ->type_name("FILE");
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool
