@@ -4,6 +4,7 @@
 
 #include "jostle/contact.hpp"
 #include "narrow/answers.hpp"
+#include "narrow/batches.hpp"
 #include "narrow/share_out.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -11,7 +12,6 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-constexpr std::size_t block_pairs = 512;
 constexpr std::size_t block_objects = 4096;
 
 /// The lowest object for which good(i) is false is given to refuse(i).
@@ -68,7 +68,10 @@ template <int Dim, Coordinate T>
 struct ContactFinder<Dim, T>::Implementation
 {
     using Sides = narrow::Side<Dim, T>;
-    explicit Implementation(const ContactOptions& given) : options(given), result(given.memory) {}
+    explicit Implementation(const ContactOptions& given)
+        : options(given), kernels(&narrow::kernels_for(given.instruction_set)), result(given.memory)
+    {
+    }
 
     [[nodiscard]] Executor& executor() const
     {
@@ -98,8 +101,10 @@ struct ContactFinder<Dim, T>::Implementation
 
     struct alignas(64) Worker
     {
-        explicit Worker(std::pmr::memory_resource* memory) : found(memory) {}
-        narrow::FoundList<Dim> found;
+        explicit Worker(std::pmr::memory_resource* memory) : found(memory), one(memory) {}
+        narrow::FoundList<Dim> found, one;
+        narrow::PairLists lists;
+        narrow::Slot<Dim> slot[narrow::block_pairs];
     };
     /// A run of pairs of one given block.
     struct Work
@@ -113,6 +118,7 @@ struct ContactFinder<Dim, T>::Implementation
     }
 
     ContactOptions options;
+    const narrow::Kernels* kernels;
     std::pmr::vector<PairTest<Dim>> tests{options.memory};
     std::pmr::vector<Worker> workers{options.memory};
     std::pmr::vector<Work> works{options.memory};
@@ -207,14 +213,34 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
         Worker& worker = workers[w];
         auto& chunk = chunks[k];
         chunk.size = 0;
-        for (const Pair& pair : pairs) {
+        for (const Pair& pair : pairs)
             narrow::check_pair(pair, side_a.shapes.size(), side_b.shapes.size());
-            const Arranged arranged = find_one(side_a, side_b, pair, double{margin}, worker.found);
-            Access::grow(result, chunk, chunk.size + worker.found.size());
-            for (const narrow::Found<Dim>& one : worker.found) {
+        worker.found.clear();
+        worker.lists.clear();
+        for (std::size_t i = 0; i < pairs.size(); ++i) {
+            const narrow::Group group =
+                tests.empty() ? narrow::group_of(side_a.shapes[pairs[i].a], side_b.shapes[pairs[i].b])
+                              : narrow::Group::other;
+            worker.lists.add(group, static_cast<std::uint16_t>(i));
+        }
+        if constexpr (Dim == 3) {
+            narrow::Batch<T> batch{side_a.shapes, side_a.poses, side_b.shapes, side_b.poses, pairs,
+                                   worker.lists,  worker.slot,  worker.found,  double{margin}};
+            batch.run(*kernels);
+        }
+        for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
+            const Arranged arranged = find_one(side_a, side_b, pairs[i], double{margin}, worker.one);
+            worker.slot[i] = {static_cast<std::uint32_t>(worker.found.size()),
+                              static_cast<std::uint32_t>(worker.one.size()), arranged.swapped, arranged.placed.d};
+            worker.found.insert(worker.found.end(), worker.one.begin(), worker.one.end());
+        }
+        Access::grow(result, chunk, worker.found.size());
+        for (std::size_t i = 0; i < pairs.size(); ++i) {
+            const narrow::Slot<Dim>& slot = worker.slot[i];
+            for (std::uint32_t f = slot.first; f < slot.first + slot.count; ++f) {
                 Contact<Dim, T>& contact = *::new (chunk.contacts + chunk.size++) Contact<Dim, T>;
-                contact.pair = pair;
-                narrow::finish(one, arranged.placed.d, arranged.swapped, contact);
+                contact.pair = pairs[i];
+                narrow::finish(worker.found[f], slot.d, slot.swapped, contact);
             }
         }
     });

@@ -121,6 +121,19 @@ HWY_ATTR inline RealAxis best_box_axis(const RealMat& a, const Real3& half_a, co
     return best;
 }
 
+HWY_ATTR inline void put(const Real3& v, double (*columns)[batch], std::uint32_t k)
+{
+    to(v.x, columns[0] + k);
+    to(v.y, columns[1] + k);
+    to(v.z, columns[2] + k);
+}
+HWY_ATTR inline void put(const RealMat& m, double (*columns)[batch], std::uint32_t k)
+{
+    put(m.x, columns, k);
+    put(m.y, columns + 3, k);
+    put(m.z, columns + 6, k);
+}
+
 HWY_ATTR inline void boxes(BoxBatch& pairs)
 {
     for (std::uint32_t k = 0; k < batch; k += reals) {
@@ -131,9 +144,9 @@ HWY_ATTR inline void boxes(BoxBatch& pairs)
         const RealAxis best = best_box_axis(a, half_a, b, half_b, d);
         to(best.separation, pairs.separation + k);
         to(best.axis, pairs.axis + k);
-        to(best.normal.x, pairs.normal[0] + k);
-        to(best.normal.y, pairs.normal[1] + k);
-        to(best.normal.z, pairs.normal[2] + k);
+        put(best.normal, pairs.normal, k);
+        put(a, pairs.matrix_a, k);
+        put(b, pairs.matrix_b, k);
     }
 }
 
@@ -243,14 +256,10 @@ HWY_ATTR inline void capsule_box(CapsuleBoxBatch& pairs)
         const Real3 d{from(pairs.d[0] + k), from(pairs.d[1] + k), from(pairs.d[2] + k)};
         const RealGap gap = segment_box(a.y, from(pairs.half_length + k), b, half, d);
         to(gap.distance, pairs.distance + k);
-        to(gap.normal.x, pairs.normal[0] + k);
-        to(gap.normal.y, pairs.normal[1] + k);
-        to(gap.normal.z, pairs.normal[2] + k);
-        to(gap.on_a.x, pairs.on_a[0] + k);
-        to(gap.on_a.y, pairs.on_a[1] + k);
-        to(gap.on_a.z, pairs.on_a[2] + k);
-        to(gap.on_b.x, pairs.on_b[0] + k);
-        to(gap.on_b.y, pairs.on_b[1] + k);
-        to(gap.on_b.z, pairs.on_b[2] + k);
+        put(gap.normal, pairs.normal, k);
+        put(gap.on_a, pairs.on_a, k);
+        put(gap.on_b, pairs.on_b, k);
+        put(a.y, pairs.axis_a, k);
+        put(b, pairs.matrix_b, k);
     }
 }

@@ -105,7 +105,7 @@ namespace HWY_NAMESPACE {
 #if defined(JOSTLE_WITH_SIMD) && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::CappedTag<double, batch>;
-constexpr std::uint32_t reals = HWY_MAX_LANES_D(Lanes);
+constexpr std::uint32_t reals = static_cast<std::uint32_t>(hn::MaxLanes(Lanes()));
 struct Real
 {
     hn::Vec<Lanes> v;
@@ -172,7 +172,7 @@ using one_pair::boxes;
 using one_pair::capsule_box;
 #endif
 
-const Kernels& kernels()
+[[maybe_unused]] const Kernels& kernels()
 {
     static constexpr Kernels table{JOSTLE_NARROW_SET, boxes, capsule_box};
     return table;
@@ -223,13 +223,13 @@ const Kernels& kernels_for(InstructionSet set) noexcept
 
 namespace {
 
-one_pair::Real3 plain(const Vec3& v)
+one_pair::Real3 as_plain(const Vec3& v)
 {
     return {v.x, v.y, v.z};
 }
-one_pair::RealMat plain(const Mat3& m)
+one_pair::RealMat as_plain(const Mat3& m)
 {
-    return {plain(m.x), plain(m.y), plain(m.z)};
+    return {as_plain(m.x), as_plain(m.y), as_plain(m.z)};
 }
 Vec3 from_plain(const one_pair::Real3& v)
 {
@@ -241,13 +241,13 @@ Vec3 from_plain(const one_pair::Real3& v)
 BoxAxis box_axis(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b, const Vec3& d)
 {
     const one_pair::RealAxis best =
-        one_pair::best_box_axis(plain(a), plain(half_a), plain(b), plain(half_b), plain(d));
+        one_pair::best_box_axis(as_plain(a), as_plain(half_a), as_plain(b), as_plain(half_b), as_plain(d));
     return {best.separation, from_plain(best.normal), static_cast<int>(best.axis)};
 }
 
-CapsuleBoxGap capsule_box_gap(const Mat3& a, double half_length, const Mat3& b, const Vec3& half, const Vec3& d)
+CapsuleBoxGap capsule_box_gap(const Vec3& axis, double half_length, const Mat3& b, const Vec3& half, const Vec3& d)
 {
-    const one_pair::RealGap gap = one_pair::segment_box(plain(a.y), half_length, plain(b), plain(half), plain(d));
+    const one_pair::RealGap gap = one_pair::segment_box(as_plain(axis), half_length, as_plain(b), as_plain(half), as_plain(d));
     return {gap.distance, from_plain(gap.normal), from_plain(gap.on_a), from_plain(gap.on_b)};
 }
 

@@ -23,6 +23,7 @@ struct BoxBatch
     double separation[batch];
     double normal[3][batch]; ///< unit, from a to b, in world axes
     double axis[batch];      ///< 0-2 a's faces, 3-5 b's, 6 + 3 i + j a's edge i with b's edge j
+    double matrix_a[9][batch], matrix_b[9][batch]; ///< x, y and z axis
 };
 
 struct CapsuleBoxBatch
@@ -33,6 +34,7 @@ struct CapsuleBoxBatch
     double distance[batch];
     double normal[3][batch];
     double on_a[3][batch], on_b[3][batch]; ///< from a's position; of separated pairs only
+    double axis_a[3][batch], matrix_b[9][batch];
 };
 
 struct Kernels
@@ -56,7 +58,7 @@ struct CapsuleBoxGap
     double distance;
     Vec3 normal, on_a, on_b;
 };
-[[nodiscard]] CapsuleBoxGap capsule_box_gap(const Mat3& a, double half_length, const Mat3& b, const Vec3& half,
+[[nodiscard]] CapsuleBoxGap capsule_box_gap(const Vec3& axis, double half_length, const Mat3& b, const Vec3& half,
                                             const Vec3& d);
 
 } // namespace narrow

@@ -39,6 +39,8 @@ using FoundList = std::pmr::vector<Found<Dim>>;
 /// Appends the contacts of an arranged pair, by ascending (part_a, part_b).
 template <int Dim>
 void find_contacts(const Placed<Dim>& pair, double margin, FoundList<Dim>& found);
+/// The same without the short ways of simple3.hpp, for pairs within reach.
+void find_contacts_generally(const Placed<3>& pair, double margin, FoundList<3>& found);
 /// The least signed distance of an arranged pair. `gap.distance` is infinite if it is more than `enough`.
 template <int Dim>
 void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& gap);

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "narrow/pair.hpp"
+#include "narrow/simple3.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -370,12 +371,40 @@ void for_each_part_pair(const Placed<3>& pair, const double& reach, Visit&& visi
     });
 }
 
+/// The short ways, for the shapes that have one.
+Outcome simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifold)
+{
+    const Shape<3>&a = *pair.a, &b = *pair.b;
+    if (b.type() == ShapeTypes::sphere) return spheres(a.radius(), b.radius(), pair.d, margin, manifold);
+    if (b.type() != ShapeTypes::box || a.type() > ShapeTypes::box) return Outcome::unclear;
+    const Vec3 half = load(b.size());
+    if (a.type() == ShapeTypes::box) {
+        const Vec3 half_a = load(a.size());
+        return boxes(pair.ra, half_a, pair.rb, half, pair.d, box_axis(pair.ra, half_a, pair.rb, half, pair.d), margin,
+                     manifold);
+    }
+    const double half_length = a.size()[1];
+    return capsule_box(pair.ra.y, half_length, a.radius(), pair.rb, half, pair.d,
+                       capsule_box_gap(pair.ra.y, half_length, pair.rb, half, pair.d), margin, manifold);
+}
+
 } // namespace
 
 template <>
 void find_contacts(const Placed<3>& pair, double margin, FoundList<3>& found)
 {
     if (!within_reach(pair, margin)) return;
+    if (pair.b->type() <= ShapeTypes::box) {
+        Found<3> one;
+        const Outcome outcome = simple_contact(pair, margin, one.manifold);
+        if (outcome == Outcome::touch) found.push_back(one);
+        if (outcome != Outcome::unclear) return;
+    }
+    find_contacts_generally(pair, margin, found);
+}
+
+void find_contacts_generally(const Placed<3>& pair, double margin, FoundList<3>& found)
+{
     for_each_part_pair(pair, margin,
                        [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
                            Found<3> one;

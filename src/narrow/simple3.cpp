@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: MIT
+#include "narrow/simple3.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+/// A box's edge along `axis`, by the signs of its other two coordinates in turn.
+std::uint32_t edge_number(int axis, bool first, bool second)
+{
+    return static_cast<std::uint32_t>(axis * 4 + (first ? 1 : 0) + (second ? 2 : 0));
+}
+std::uint32_t face_number(int axis, bool positive)
+{
+    return static_cast<std::uint32_t>(2 * axis + (positive ? 1 : 0));
+}
+std::uint32_t vertex_number(int i, bool sign_i, int j, bool sign_j, int k, bool sign_k)
+{
+    return static_cast<std::uint32_t>((sign_i ? 1 : 0) << i | (sign_j ? 1 : 0) << j | (sign_k ? 1 : 0) << k);
+}
+
+Vec3 column(const Mat3& m, int i)
+{
+    return i == 0 ? m.x : i == 1 ? m.y : m.z;
+}
+
+/// A corner of the face being cut: lateral place and height in the reference face's frame.
+struct Corner
+{
+    double u, v, w;
+    std::uint16_t feature_x, feature_y;
+    std::uint8_t side; ///< that leads to the next: 0-3 of the cut face, 4-7 of the reference face
+};
+
+struct FaceCut
+{
+    Corner corner[8];
+    int count = 4;
+};
+
+/// Sutherland and Hodgman's step for the side `sign * coordinate <= limit`.
+template <double Corner::*coordinate>
+void cut(FaceCut& polygon, double sign, double limit, std::uint8_t side, std::uint16_t edge_x, std::uint16_t vertex_before,
+         std::uint16_t vertex_after, const std::uint16_t (&edge_y)[4], std::uint16_t face_y)
+{
+    double inside[8];
+    bool all = true;
+    for (int k = 0; k < polygon.count; ++k) {
+        inside[k] = limit - sign * polygon.corner[k].*coordinate;
+        all = all && inside[k] >= 0;
+    }
+    if (all) return;
+    FaceCut result;
+    result.count = 0;
+    for (int k = 0; k < polygon.count; ++k) {
+        const int next = k + 1 == polygon.count ? 0 : k + 1;
+        const Corner& from = polygon.corner[k];
+        if (inside[k] >= 0) result.corner[result.count++] = from;
+        if ((inside[k] >= 0) == (inside[next] >= 0)) continue;
+        const Corner& to = polygon.corner[next];
+        const double t = inside[k] / (inside[k] - inside[next]);
+        Corner made;
+        made.u = from.u + (to.u - from.u) * t;
+        made.v = from.v + (to.v - from.v) * t;
+        made.w = from.w + (to.w - from.w) * t;
+        if (from.side >= 4) {
+            // The cut runs along a side of the reference face: a corner of that. Going out it is the one after
+            // that side; sides are cut in turn.
+            made.feature_x = from.side == ((side - 4 + 3) % 4) + 4 ? vertex_before : vertex_after;
+            made.feature_y = face_y;
+        } else {
+            made.feature_x = edge_x;
+            made.feature_y = edge_y[from.side];
+        }
+        made.side = inside[k] >= 0 ? side : from.side;
+        // A convex polygon gains one corner a cut: at most 8 in all. Rounding can't make it cross twice.
+        if (result.count < 8) result.corner[result.count++] = made;
+    }
+    polygon = result;
+}
+
+/// Face i of a box, on its positive or negative side.
+struct Reference
+{
+    int i;
+    bool positive;
+};
+
+/// The face of box y that looks at the reference face of box x, cut to that.
+void meet_faces(const Mat3& x, const Vec3& half_x, const Vec3& place_x, const Mat3& y, const Vec3& half_y,
+                const Vec3& place_y, Reference ref, bool x_is_a, double margin,
+                ManifoldPoint<3>* found, std::uint32_t& count)
+{
+    const int i = ref.i, iu = (i + 1) % 3, iv = (i + 2) % 3;
+    const Vec3 out = column(x, i) * (ref.positive ? 1.0 : -1.0), xu = column(x, iu), xv = column(x, iv);
+    const Vec3 t = place_y - place_x;
+    const double facing[3] = {dot(out, y.x), dot(out, y.y), dot(out, y.z)};
+    int j = 0;
+    for (int k = 1; k < 3; ++k)
+        if (std::abs(facing[k]) > std::abs(facing[j])) j = k;
+    const bool positive_y = facing[j] < 0;
+    const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+    const Vec3 centre = t + column(y, j) * (positive_y ? half_y[j] : -half_y[j]);
+    const double cu = dot(xu, centre), cv = dot(xv, centre), cw = dot(out, centre);
+    const Vec3 y1 = column(y, j1), y2 = column(y, j2);
+    const double u1 = dot(xu, y1) * half_y[j1], v1 = dot(xv, y1) * half_y[j1], w1 = facing[j1] * half_y[j1];
+    const double u2 = dot(xu, y2) * half_y[j2], v2 = dot(xv, y2) * half_y[j2], w2 = facing[j2] * half_y[j2];
+
+    const std::uint16_t face_x = feature_id(face_feature, face_number(i, ref.positive));
+    const std::uint16_t face_y = feature_id(face_feature, face_number(j, positive_y));
+    FaceCut polygon;
+    constexpr bool sign1[4] = {false, true, true, false}, sign2[4] = {false, false, true, true};
+    for (int k = 0; k < 4; ++k) {
+        const double s1 = sign1[k] ? 1 : -1, s2 = sign2[k] ? 1 : -1;
+        Corner& corner = polygon.corner[k];
+        corner.u = cu + s1 * u1 + s2 * u2;
+        corner.v = cv + s1 * v1 + s2 * v2;
+        corner.w = cw + s1 * w1 + s2 * w2;
+        corner.feature_x = face_x;
+        corner.feature_y = feature_id(vertex_feature, vertex_number(j, positive_y, j1, sign1[k], j2, sign2[k]));
+        corner.side = static_cast<std::uint8_t>(k);
+    }
+    // Side k leads from corner k: along y1, y2, y1, y2. The two other axes in turn after y1 are j2, j.
+    const std::uint16_t edge_y[4] = {feature_id(edge_feature, edge_number(j1, false, positive_y)),
+                                     feature_id(edge_feature, edge_number(j2, positive_y, true)),
+                                     feature_id(edge_feature, edge_number(j1, true, positive_y)),
+                                     feature_id(edge_feature, edge_number(j2, positive_y, false))};
+    const double hu = half_x[iu], hv = half_x[iv];
+    // The reference face's sides in turn: u+, v+, u-, v-; vertices between them.
+    const auto vertex_x = [&](bool su, bool sv) {
+        return feature_id(vertex_feature, vertex_number(i, ref.positive, iu, su, iv, sv));
+    };
+    const std::uint16_t pp = vertex_x(true, true), mp = vertex_x(false, true), mm = vertex_x(false, false),
+                        pm = vertex_x(true, false);
+    cut<&Corner::u>(polygon, 1, hu, 4, feature_id(edge_feature, edge_number(iv, ref.positive, true)), pm, pp, edge_y,
+                    face_y);
+    cut<&Corner::v>(polygon, 1, hv, 5, feature_id(edge_feature, edge_number(iu, true, ref.positive)), pp, mp, edge_y,
+                    face_y);
+    cut<&Corner::u>(polygon, -1, hu, 6, feature_id(edge_feature, edge_number(iv, ref.positive, false)), mp, mm,
+                    edge_y, face_y);
+    cut<&Corner::v>(polygon, -1, hv, 7, feature_id(edge_feature, edge_number(iu, false, ref.positive)), mm, pm,
+                    edge_y, face_y);
+    const double top = half_x[i];
+    count = 0;
+    for (int k = 0; k < polygon.count; ++k) {
+        const Corner& corner = polygon.corner[k];
+        const double depth = top - corner.w;
+        if (!(depth >= -margin)) continue;
+        const Vec3 p = place_x + xu * corner.u + xv * corner.v + out * (corner.w + 0.5 * depth);
+        found[count++] = x_is_a ? ManifoldPoint<3>{p, depth, corner.feature_x, corner.feature_y}
+                                : ManifoldPoint<3>{p, depth, corner.feature_y, corner.feature_x};
+    }
+}
+
+} // namespace
+
+Outcome spheres(double radius_a, double radius_b, const Vec3& d, double margin, Manifold<3>& manifold)
+{
+    const double square = length2(d), radii = radius_a + radius_b, enough = radii + margin;
+    if (square > enough * enough * (1 + 1e-15)) return Outcome::apart;
+    const double distance = std::sqrt(square);
+    if (!(distance <= enough)) return Outcome::apart;
+    const Vec3 n = distance > 0 ? d * (1 / distance) : Vec3{0, 1, 0};
+    manifold.normal = n;
+    manifold.count = 1;
+    manifold.point[0] = {n * (0.5 * (radius_a + (distance - radius_b))), radii - distance,
+                         feature_id(vertex_feature, 0), feature_id(vertex_feature, 0)};
+    return Outcome::touch;
+}
+
+Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b, const Vec3& d,
+              const BoxAxis& axis, double margin, Manifold<3>& manifold)
+{
+    if (!(axis.separation <= margin)) return Outcome::apart;
+    const Vec3& n = axis.normal;
+    const double slack = 1e-9 * (half_a.x + half_a.y + half_a.z + half_b.x + half_b.y + half_b.z);
+    if (axis.axis >= 6) {
+        const int i = (axis.axis - 6) / 3, j = (axis.axis - 6) % 3;
+        // The edges that look at each other, and where they come nearest.
+        bool sign_a[3], sign_b[3];
+        Vec3 pa, pb = d;
+        for (int k = 0; k < 3; ++k) {
+            sign_a[k] = dot(n, column(a, k)) > 0;
+            sign_b[k] = dot(n, column(b, k)) < 0;
+            if (k != i) pa += column(a, k) * (sign_a[k] ? half_a[k] : -half_a[k]);
+            if (k != j) pb += column(b, k) * (sign_b[k] ? half_b[k] : -half_b[k]);
+        }
+        const Vec3 da = column(a, i), db = column(b, j), r = pb - pa;
+        const double c = dot(da, db), ra = dot(da, r), rb = dot(db, r), denominator = 1 - c * c;
+        const double s = (ra - c * rb) / denominator, t = (c * ra - rb) / denominator;
+        if (std::abs(s) > half_a[i] + slack || std::abs(t) > half_b[j] + slack) return Outcome::unclear;
+        const Vec3 middle = (pa + da * s + pb + db * t) * 0.5;
+        manifold.normal = n;
+        manifold.count = 1;
+        manifold.point[0] = {
+            middle, -axis.separation,
+            feature_id(edge_feature, edge_number(i, sign_a[(i + 1) % 3], sign_a[(i + 2) % 3])),
+            feature_id(edge_feature, edge_number(j, sign_b[(j + 1) % 3], sign_b[(j + 2) % 3]))};
+        return Outcome::touch;
+    }
+    ManifoldPoint<3> found[8];
+    std::uint32_t count = 0;
+    if (axis.axis < 3)
+        meet_faces(a, half_a, {}, b, half_b, d, {axis.axis, dot(n, column(a, axis.axis)) > 0}, true, margin, found,
+                   count);
+    else
+        meet_faces(b, half_b, d, a, half_a, {}, {axis.axis - 3, dot(n, column(b, axis.axis - 3)) < 0}, false,
+                   margin, found, count);
+    double deepest = -HUGE_VAL;
+    for (std::uint32_t k = 0; k < count; ++k)
+        deepest = std::max(deepest, found[k].depth);
+    if (!(std::abs(deepest + axis.separation) <= slack)) return Outcome::unclear;
+    reduce(n, found, count, manifold);
+    return Outcome::touch;
+}
+
+Outcome capsule_box(const Vec3& axis, double half_length, double radius, const Mat3& b, const Vec3& half,
+                    const Vec3& d, const CapsuleBoxGap& gap, double margin, Manifold<3>& manifold)
+{
+    if (!(gap.distance <= radius + margin)) return Outcome::apart;
+    const Vec3& n = gap.normal;
+    const Vec3 up = b.back(-n); // from the box to the capsule, in its frame
+    const Vec3 centre = b.back(-d), along = b.back(axis);
+    int i = 0;
+    for (int k = 1; k < 3; ++k)
+        if (std::abs(up[k]) > std::abs(up[i])) i = k;
+    const bool positive = up[i] > 0;
+    const double slack = 1e-9 * (half_length + half.x + half.y + half.z);
+    manifold.normal = n;
+    manifold.count = 0;
+    if (std::abs(up[i]) > 1 - 1e-12) {
+        // Over a face: the part of the segment that is over it, by its ends.
+        const int axes[2] = {(i + 1) % 3, (i + 2) % 3};
+        double begin = -half_length, end = half_length;
+        std::uint16_t end_a[2] = {feature_id(vertex_feature, 0), feature_id(vertex_feature, 1)};
+        const std::uint16_t face = feature_id(face_feature, face_number(i, positive));
+        std::uint16_t end_b[2] = {face, face};
+        const std::uint16_t middle = feature_id(edge_feature, 0);
+        bool over = true;
+        for (const int k : axes) {
+            const int other = axes[0] == k ? axes[1] : axes[0];
+            for (const bool side : {false, true}) {
+                const double sign = side ? 1 : -1;
+                // sign * (centre + t * along) <= half
+                const double room = half[k] - sign * centre[k], speed = sign * along[k];
+                const std::uint16_t edge =
+                    feature_id(edge_feature, other == (i + 1) % 3 ? edge_number(other, side, positive)
+                                                                 : edge_number(other, positive, side));
+                if (speed > 0) {
+                    if (room / speed < end) end = room / speed, end_a[1] = middle, end_b[1] = edge;
+                } else if (speed < 0) {
+                    if (room / speed > begin) begin = room / speed, end_a[0] = middle, end_b[0] = edge;
+                } else if (room < 0) {
+                    over = false;
+                }
+            }
+        }
+        if (over && begin <= end) {
+            const double rise = dot(n, axis);
+            const double top = dot(n, d) - std::abs(up[i]) * half[i]; // the face's height along n
+            for (int which = 0; which < (end > begin ? 2 : 1); ++which) {
+                const double t = which == 0 ? begin : end;
+                const double height = rise * t + radius;
+                const double depth = height - top;
+                if (!(depth >= -margin)) continue;
+                const Vec3 p = axis * t + n * (radius - 0.5 * depth);
+                manifold.point[manifold.count++] = {p, depth, end_a[which], end_b[which]};
+            }
+            if (manifold.count == 2 && manifold.point[1].depth > manifold.point[0].depth)
+                std::swap(manifold.point[0], manifold.point[1]);
+        }
+        if (manifold.count > 0 && std::abs(manifold.point[0].depth - (radius - gap.distance)) <= slack)
+            return Outcome::touch;
+    }
+    if (gap.distance <= 0) return Outcome::unclear;
+    const double at = dot(axis, gap.on_a);
+    const std::uint16_t feature_a = at <= -half_length  ? feature_id(vertex_feature, 0)
+                                    : at >= half_length ? feature_id(vertex_feature, 1)
+                                                        : feature_id(edge_feature, 0);
+    const Vec3 q = b.back(gap.on_b - d);
+    bool sign[3], free[3];
+    int frees = 0, last = 0;
+    for (int k = 0; k < 3; ++k) {
+        sign[k] = q[k] > 0;
+        free[k] = std::abs(q[k]) < half[k] - slack;
+        if (free[k]) ++frees, last = k;
+    }
+    std::uint16_t feature_b = feature_id(vertex_feature, vertex_number(0, sign[0], 1, sign[1], 2, sign[2]));
+    if (frees == 1)
+        feature_b = feature_id(edge_feature, edge_number(last, sign[(last + 1) % 3], sign[(last + 2) % 3]));
+    else if (frees >= 2)
+        feature_b = feature_id(face_feature, face_number(i, positive));
+    manifold.count = 1;
+    manifold.point[0] = {(gap.on_a + n * radius + gap.on_b) * 0.5, radius - gap.distance, feature_a, feature_b};
+    return Outcome::touch;
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END
