@@ -147,6 +147,7 @@ auto ContactFinder<Dim, T>::Implementation::find_one(const Sides& side_a, const 
     const Shape<Dim>& a = side_a.shapes[pair.a];
     const Shape<Dim>& b = side_b.shapes[pair.b];
     Arranged arranged{narrow::place(a, side_a.poses[pair.a], b, side_b.poses[pair.b]), false};
+    arranged.placed.kernels = kernels;
     arranged.swapped = narrow::arrange(arranged.placed);
     found.clear();
     const narrow::Placed<Dim>& placed = arranged.placed;

@@ -167,13 +167,18 @@ struct Support
 Support support(const Core3& core, const Vec3& direction)
 {
     const Vec3 d = core.frame.r.back(direction);
-    if (core.custom != nullptr) return {0, core.frame * load(core.custom->support({d.x, d.y, d.z}))};
+    if (core.custom != nullptr)
+        return {0, core.frame * load(core.custom->support({d.x, d.y, d.z}))};
     const Polytope& hull = core.polytope;
     std::uint32_t best = 0;
-    double most = -HUGE_VAL;
-    for (std::uint32_t i = 0; i < hull.vertices; ++i) {
-        const double h = d.x * hull.x[i] + d.y * hull.x[hull.stride + i] + d.z * hull.x[2 * hull.stride + i];
-        if (h > most) most = h, best = i;
+    if (hull.vertices > 3) {
+        best = core.kernels->furthest(hull.x, hull.stride, d.x, d.y, d.z);
+    } else {
+        double most = -HUGE_VAL;
+        for (std::uint32_t i = 0; i < hull.vertices; ++i) {
+            const double h = dot(d, hull.vertex(i));
+            if (h > most) most = h, best = i;
+        }
     }
     return {best, core.frame * hull.vertex(best)};
 }
@@ -295,6 +300,7 @@ bool gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Simpl
     Vec3 v = a.frame.p - b.frame.p - shift;
     if (length2(v) == 0) v = {1, 0, 0};
     double least = HUGE_VAL, extent = 0;
+    Vec3 on_a, on_b;
     s.count = 0;
     for (int step = 0; step < 100; ++step) {
         const Support pa = support(a, -v), pb = support(b, v);
@@ -313,7 +319,6 @@ bool gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Simpl
                                 s.point[i].ib == w.ib);
             if (done) break;
         }
-        const Simplex before = s;
         s.point[s.count] = w;
         s.weight[s.count] = 1;
         ++s.count;
@@ -326,23 +331,22 @@ bool gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Simpl
         const Vec3 next = position(s);
         const double next_size = length2(next);
         if (next_size <= 1e-26 * extent) return true;
-        if (!(next_size < least)) { // rounding: the last one was the best
-            s = before;
-            break;
-        }
+        if (!(next_size < least)) break; // rounding: the last one was the best
         least = next_size;
         v = next;
+        on_a = on_b = {};
+        for (int i = 0; i < s.count; ++i) {
+            on_a += s.point[i].a * s.weight[i];
+            on_b += s.point[i].b * s.weight[i];
+        }
     }
     const double distance = length(v);
     // A gap this small has a direction of few digits: the overlap's is better.
     if (distance <= 1e-9 * std::sqrt(extent)) return true;
     gap.distance = distance;
     gap.normal = v * (-1 / distance);
-    gap.on_a = gap.on_b = {};
-    for (int i = 0; i < s.count; ++i) {
-        gap.on_a += s.point[i].a * s.weight[i];
-        gap.on_b += s.point[i].b * s.weight[i];
-    }
+    gap.on_a = on_a;
+    gap.on_b = on_b;
     return false;
 }
 
@@ -365,7 +369,7 @@ class Expansion
         for (const Vec3& direction : tries)
             extent_ = std::max(extent_, length(ask(direction).w));
         // From the first point: the simplex again, as far as it has full size, and what is missing.
-        const SmallVector<SimplexPoint, 64> given = points_;
+        const SmallVector<SimplexPoint, 64> given(points_);
         points_.clear();
         const auto take = [&](auto&& measure, auto&& directions) {
             const double least = 1e-10 * extent_;
@@ -604,14 +608,16 @@ struct Feature
 };
 
 /// The face that looks most into `direction`, in local axes.
-std::uint32_t best_face(const Polytope& hull, const Vec3& d, double& alignment)
+std::uint32_t best_face(const Polytope& hull, const Kernels& kernels, const Vec3& d, double& alignment)
 {
-    std::uint32_t best = 0;
     alignment = -HUGE_VAL;
-    for (std::uint32_t f = 0; f < hull.faces; ++f) {
-        const double along =
-            d.x * hull.nx[f] + d.y * hull.nx[hull.face_stride + f] + d.z * hull.nx[2 * hull.face_stride + f];
-        if (along > alignment) alignment = along, best = f;
+    std::uint32_t best = 0;
+    if (hull.faces > 2) {
+        best = kernels.furthest(hull.nx, hull.face_stride, d.x, d.y, d.z);
+        alignment = dot(d, hull.normal(best));
+    } else {
+        for (std::uint32_t f = 0; f < hull.faces; ++f)
+            if (const double along = dot(d, hull.normal(f)); along > alignment) alignment = along, best = f;
     }
     return best;
 }
@@ -638,34 +644,28 @@ void take_face(const Core3& core, std::uint32_t f, Feature& feature)
 void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature& feature)
 {
     const Polytope& hull = core.polytope;
+    const Support s = support(core, core.frame.r * d);
+    const double highest = dot(d, hull.vertex(s.vertex)), near = highest - 1e-9 * core.reach;
     double most = -HUGE_VAL;
     std::uint32_t best = 0;
     for (std::uint32_t e = 0; e < hull.edges; ++e) {
         const Vec3 p = hull.vertex(hull.edge[e].v[0]), q = hull.vertex(hull.edge[e].v[1]);
         const double hp = dot(d, p), hq = dot(d, q);
+        // It must carry a highest vertex, or it is the edge of another region.
+        if (hp < near && hq < near) continue;
+        // Of these the one whose other end is highest.
         const double low = std::min(hp, hq);
-        // The highest edge by its middle: the one whose lower end is highest could be a short steep one.
-        const double height = low + 0.5 * std::max(hp - low, hq - low);
-        if (height > most && std::abs(hp - hq) <= slope * length(q - p)) most = height, best = e;
+        if (low > most && (hp - hq) * (hp - hq) <= slope * slope * length2(q - p)) most = low, best = e;
     }
     if (most != -HUGE_VAL) {
-        // It must carry the support vertex, or it is the edge of another region.
-        const Edge& edge = hull.edge[best];
-        const double top = std::max(dot(d, hull.vertex(edge.v[0])), dot(d, hull.vertex(edge.v[1])));
-        double highest = -HUGE_VAL;
-        for (std::uint32_t i = 0; i < hull.vertices; ++i)
-            highest = std::max(highest, dot(d, hull.vertex(i)));
-        if (top >= highest - 1e-9 * core.reach) {
-            feature.kind = edge_feature;
-            feature.id = best;
-            for (const std::uint32_t v : edge.v) {
-                feature.vertex.push_back(v);
-                feature.point.push_back(core.frame * hull.vertex(v));
-            }
-            return;
+        feature.kind = edge_feature;
+        feature.id = best;
+        for (const std::uint32_t v : hull.edge[best].v) {
+            feature.vertex.push_back(v);
+            feature.point.push_back(core.frame * hull.vertex(v));
         }
+        return;
     }
-    const Support s = support(core, core.frame.r * d);
     feature.kind = vertex_feature;
     feature.id = s.vertex;
     feature.vertex.push_back(s.vertex);
@@ -676,8 +676,8 @@ void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, F
 {
     const Vec3 da = a.frame.r.back(n), db = b.frame.r.back(-n);
     double along_a = -1, along_b = -1;
-    const std::uint32_t face_a = best_face(a.polytope, da, along_a);
-    const std::uint32_t face_b = best_face(b.polytope, db, along_b);
+    const std::uint32_t face_a = best_face(a.polytope, *a.kernels, da, along_a);
+    const std::uint32_t face_b = best_face(b.polytope, *b.kernels, db, along_b);
     const bool exact_a = along_a > exactly_face, exact_b = along_b > exactly_face;
     // Against a face the other shape shows all it has, and what is too high falls away by its depth:
     // points come and go continuously. Where no face is hit squarely only what is nearly level counts.
@@ -747,15 +747,19 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
         std::uint32_t side; // that leads to the next corner: of b, or of a with the top bit set
     };
     constexpr std::uint32_t of_a = 0x80000000u;
-    SmallVector<Corner, 24> polygon, next;
+    SmallVector<Corner, 24> room[2];
+    SmallVector<Corner, 24>* now = &room[0];
+    SmallVector<Corner, 24>* later = &room[1];
     const std::uint16_t face_a = feature_id(face_feature, a.id), face_b = feature_id(face_feature, b.id);
     // b's loop runs clockwise as a sees it: backwards, side i - 1 leads from corner i.
     const std::size_t sides_a = a.point.size(), sides_b = b.point.size();
     for (std::size_t k = sides_b; k-- > 0;)
-        polygon.push_back({clip.lateral.flat(b.point[k]), face_a, feature_id(vertex_feature, b.vertex[k]),
+        now->push_back({clip.lateral.flat(b.point[k]), face_a, feature_id(vertex_feature, b.vertex[k]),
                            static_cast<std::uint32_t>((k + sides_b - 1) % sides_b)});
     Vec2 from = clip.lateral.flat(a.point[0]);
-    for (std::size_t i = 0; i < sides_a && !polygon.empty(); ++i) {
+    for (std::size_t i = 0; i < sides_a && !now->empty(); ++i) {
+        const SmallVector<Corner, 24>& polygon = *now;
+        SmallVector<Corner, 24>& next = *later;
         const std::size_t after = i + 1 == sides_a ? 0 : i + 1;
         const Vec2 to = clip.lateral.flat(a.point[after]);
         const Vec2 side = to - from;
@@ -785,9 +789,10 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
             }
             here = there;
         }
-        std::swap(polygon, next);
+        std::swap(now, later);
         from = to;
     }
+    const SmallVector<Corner, 24>& polygon = *now;
     const Slope height_a(clip.lateral, a), height_b(clip.lateral, b);
     for (std::size_t k = 0; k < polygon.size(); ++k) {
         const Corner& corner = polygon[k];
@@ -1008,7 +1013,7 @@ bool face_contact(const Core3& a, const Core3& triangle, double side, double mar
     take_face(triangle, face, fb);
     double along = -1;
     const Vec3 da = a.frame.r.back(n);
-    const std::uint32_t face_a = best_face(a.polytope, da, along);
+    const std::uint32_t face_a = best_face(a.polytope, *a.kernels, da, along);
     if (along > other_face)
         take_face(a, face_a, fa);
     else if (a.custom == nullptr)

@@ -3,6 +3,7 @@
 // capsule a segment, the others have radius 0.
 #pragma once
 
+#include "narrow/kernels.hpp"
 #include "narrow/shape_data.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -47,6 +48,7 @@ struct Core3
     double radius = 0;
     double reach = 0; ///< radius of a ball around frame.p that holds the core
     const CustomShape<3>* custom = nullptr;
+    const Kernels* kernels = &best_kernels();
     double coordinates[3 * lanes];
     double normals[6];
     Vec3 directions[3];

@@ -263,3 +263,20 @@ HWY_ATTR inline void capsule_box(CapsuleBoxBatch& pairs)
         put(b, pairs.matrix_b, k);
     }
 }
+
+HWY_ATTR inline std::uint32_t furthest(const double* x, std::uint32_t stride, double dx, double dy, double dz)
+{
+    const double* y = x + stride;
+    const double* z = y + stride;
+    const Real rx = real(dx), ry = real(dy), rz = real(dz);
+    Real most = real(-HUGE_VAL), group = real(0);
+    for (std::uint32_t i = 0; i < stride; i += reals) {
+        const Real h = rx * from(x + i) + ry * from(y + i) + rz * from(z + i);
+        const RealMask higher = is_less(most, h);
+        most = choose(higher, h, most);
+        group = choose(higher, real(i), group);
+    }
+    const double highest = greatest(most);
+    const Real place = choose(is_less(most, real(highest)), real(1e300), group + lane_numbers());
+    return static_cast<std::uint32_t>(least(place));
+}

@@ -67,6 +67,18 @@ inline Real root(Real a)
 {
     return std::sqrt(a);
 }
+inline double greatest(Real a)
+{
+    return a;
+}
+inline double least(Real a)
+{
+    return a;
+}
+inline Real lane_numbers()
+{
+    return 0;
+}
 #pragma push_macro("HWY_ATTR")
 #undef HWY_ATTR
 #define HWY_ATTR
@@ -166,15 +178,28 @@ HWY_ATTR inline Real root(const Real& a)
 {
     return {hn::Sqrt(a.v)};
 }
+HWY_ATTR inline double greatest(const Real& a)
+{
+    return hn::GetLane(hn::MaxOfLanes(Lanes(), a.v));
+}
+HWY_ATTR inline double least(const Real& a)
+{
+    return hn::GetLane(hn::MinOfLanes(Lanes(), a.v));
+}
+HWY_ATTR inline Real lane_numbers()
+{
+    return {hn::Iota(Lanes(), 0.0)};
+}
 #include "narrow/kernels-inl.hpp"
 #else
 using one_pair::boxes;
 using one_pair::capsule_box;
+using one_pair::furthest;
 #endif
 
 [[maybe_unused]] const Kernels& kernels()
 {
-    static constexpr Kernels table{JOSTLE_NARROW_SET, boxes, capsule_box};
+    static constexpr Kernels table{JOSTLE_NARROW_SET, boxes, capsule_box, furthest};
     return table;
 }
 
@@ -217,8 +242,15 @@ const Kernels& kernels_for(InstructionSet set) noexcept
     default:
         break;
     }
-    static constexpr Kernels plain{InstructionSet::scalar, one_pair::boxes, one_pair::capsule_box};
+    static constexpr Kernels plain{InstructionSet::scalar, one_pair::boxes, one_pair::capsule_box,
+                                   one_pair::furthest};
     return plain;
+}
+
+const Kernels& best_kernels() noexcept
+{
+    static const Kernels& best = kernels_for(supported_instruction_sets().front());
+    return best;
 }
 
 namespace {

@@ -42,8 +42,13 @@ struct Kernels
     InstructionSet set;
     void (*boxes)(BoxBatch&);
     void (*capsule_box)(CapsuleBoxBatch&);
+    /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i], where y = x + stride and z = y + stride;
+    /// stride is a multiple of 8 and all of it is read.
+    std::uint32_t (*furthest)(const double* x, std::uint32_t stride, double dx, double dy, double dz);
 };
 [[nodiscard]] const Kernels& kernels_for(InstructionSet set) noexcept;
+/// Of supported_instruction_sets().front().
+[[nodiscard]] const Kernels& best_kernels() noexcept;
 
 /// What a kernel finds for one pair, from its matrices.
 struct BoxAxis

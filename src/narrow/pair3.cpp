@@ -18,6 +18,7 @@ enum class Surface : std::uint8_t
 /// One convex piece of a shape, seen from a's position.
 struct Part
 {
+    explicit Part(const Kernels& kernels) { core.kernels = &kernels; }
     Core3 core;
     bool half_space = false;
     Vec3 normal; ///< of a half-space; of a triangle's front
@@ -91,10 +92,10 @@ void set_triangle(Part& part, const Vec3& a, const Vec3& b, const Vec3& c, const
 }
 
 template <class Visit>
-void for_each_triangle(const MeshData<3>& mesh, const Frame<3>& frame, const Region& region,
+void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Frame<3>& frame, const Region& region,
                        const double& reach, Visit&& visit)
 {
-    Part part;
+    Part part(kernels);
     for (std::uint32_t k = 0; k < mesh.nodes.size();) {
         const TreeNode& node = mesh.nodes[k];
         if (!region.meets(node.lo, node.hi, reach)) {
@@ -120,11 +121,11 @@ void for_each_triangle(const MeshData<3>& mesh, const Frame<3>& frame, const Reg
 }
 
 template <class Visit>
-void for_each_triangle(const HeightData& field, const Frame<3>& frame, const Region& region,
+void for_each_triangle(const HeightData& field, const Kernels& kernels, const Frame<3>& frame, const Region& region,
                        const double& reach, Visit&& visit)
 {
     if (region.lo[1] > field.highest + reach) return;
-    Part part;
+    Part part(kernels);
     part.floor = field.lowest;
     // Cells under the region; numbers that no grid has are cut off before they become integers.
     const auto cell = [](double x, double spacing, std::uint32_t count) {
@@ -164,18 +165,18 @@ void for_each_triangle(const HeightData& field, const Frame<3>& frame, const Reg
 /// Calls visit(number, part) for each part that may be within `reach` of the region. `reach` may shrink
 /// meanwhile.
 template <class Visit>
-void for_each_part(const Shape<3>& shape, const Frame<3>& frame, const Region& region, const double& reach,
+void for_each_part(const Shape<3>& shape, const Kernels& kernels, const Frame<3>& frame, const Region& region, const double& reach,
                    Visit&& visit)
 {
     switch (shape.type()) {
     case ShapeTypes::mesh:
-        for_each_triangle(ShapeAccess::data<MeshData<3>>(shape), frame, region, reach, visit);
+        for_each_triangle(ShapeAccess::data<MeshData<3>>(shape), kernels, frame, region, reach, visit);
         return;
     case ShapeTypes::height_field:
-        for_each_triangle(ShapeAccess::data<HeightData>(shape), frame, region, reach, visit);
+        for_each_triangle(ShapeAccess::data<HeightData>(shape), kernels, frame, region, reach, visit);
         return;
     case ShapeTypes::compound: {
-        Part part;
+        Part part(kernels);
         std::uint32_t number = 0;
         for (const auto& child : ShapeAccess::data<CompoundData<3>>(shape).children) {
             const double ball = ShapeAccess::reach(child.shape) * (1 + 1e-14);
@@ -193,7 +194,7 @@ void for_each_part(const Shape<3>& shape, const Frame<3>& frame, const Region& r
     }
     default:
         if (shape.custom() != nullptr && !shape.custom()->has_support()) return;
-        Part part;
+        Part part(kernels);
         set_simple(part, shape, frame);
         visit(0u, part);
     }
@@ -364,9 +365,9 @@ void for_each_part_pair(const Placed<3>& pair, const double& reach, Visit&& visi
     const Frame<3> frame_a{pair.ra, {}}, frame_b{pair.rb, pair.d};
     const bool many_b = has_parts(*pair.b);
     const Region around = has_parts(*pair.a) ? region_of(*pair.b, pair.d, frame_a) : everywhere();
-    for_each_part(*pair.a, frame_a, around, reach, [&](std::uint32_t number_a, const Part& a) {
+    for_each_part(*pair.a, *pair.kernels, frame_a, around, reach, [&](std::uint32_t number_a, const Part& a) {
         const Region region = many_b ? region_of(a, frame_b) : everywhere();
-        for_each_part(*pair.b, frame_b, region, reach,
+        for_each_part(*pair.b, *pair.kernels, frame_b, region, reach,
                       [&](std::uint32_t number_b, const Part& b) { visit(number_a, a, number_b, b); });
     });
 }

@@ -2,47 +2,67 @@
 #pragma once
 
 #include <cstddef>
+#include <cstring>
+#include <memory>
 #include <type_traits>
-#include <vector>
 
 #include "jostle/version.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// A stack of trivial values: the first N without allocation, any number with.
+/// A stack of trivial values: the first N without allocation and without being set to anything beforehand.
 template <class T, std::size_t N>
 class SmallVector
 {
-    static_assert(std::is_trivially_copyable_v<T>);
+    static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);
 
   public:
+    SmallVector() {} // not = default, which would zero the memory in SmallVector{}
+    SmallVector(const SmallVector& other) { *this = other; }
+    SmallVector& operator=(const SmallVector& other)
+    {
+        if (this == &other) return *this;
+        size_ = 0;
+        if (other.size_ > capacity_) grow(other.size_);
+        size_ = other.size_;
+        std::memcpy(static_cast<void*>(data_), other.data_, size_ * sizeof(T));
+        return *this;
+    }
+    ~SmallVector() = default;
+
     void push_back(const T& value)
     {
-        if (size_ < N) {
-            inline_[size_++] = value;
+        if (size_ == capacity_) {
+            const T copy = value; // it may be one of ours
+            grow(2 * capacity_);
+            ::new (data_ + size_++) T(copy);
             return;
         }
-        if (size_ == N && more_.empty()) more_.assign(inline_, inline_ + N);
-        more_.push_back(value);
-        ++size_;
+        ::new (data_ + size_++) T(value);
     }
-    void clear()
-    {
-        size_ = 0;
-        more_.clear();
-    }
+    void clear() { size_ = 0; }
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }
-    [[nodiscard]] T* data() { return more_.empty() ? inline_ : more_.data(); }
-    [[nodiscard]] const T* data() const { return more_.empty() ? inline_ : more_.data(); }
-    T& operator[](std::size_t i) { return data()[i]; }
-    const T& operator[](std::size_t i) const { return data()[i]; }
+    [[nodiscard]] T* data() { return data_; }
+    [[nodiscard]] const T* data() const { return data_; }
+    T& operator[](std::size_t i) { return data_[i]; }
+    const T& operator[](std::size_t i) const { return data_[i]; }
 
   private:
-    T inline_[N];
-    std::vector<T> more_; // everything, once there are more than N
-    std::size_t size_ = 0;
+    void grow(std::size_t capacity)
+    {
+        std::unique_ptr<std::byte[]> more(new std::byte[capacity * sizeof(T)]);
+        std::memcpy(more.get(), data_, size_ * sizeof(T));
+        more_ = std::move(more);
+        data_ = reinterpret_cast<T*>(more_.get());
+        capacity_ = capacity;
+    }
+
+    std::size_t size_ = 0, capacity_ = N;
+    T* data_ = reinterpret_cast<T*>(inline_);
+    std::unique_ptr<std::byte[]> more_;
+    alignas(T) std::byte inline_[N * sizeof(T)];
 };
 
 } // namespace narrow
