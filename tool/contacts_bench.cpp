@@ -198,8 +198,9 @@ std::unique_ptr<PairScene> make_scene(const Combination& combination, std::uint6
         const std::uint32_t a = static_cast<std::uint32_t>(scene.shapes.size());
         add_body(scene, combination.a, numbers);
         if (with_mesh) {
-            Pose3f pose{{static_cast<float>(numbers.uniform(2, 48)), 3, static_cast<float>(numbers.uniform(2, 48))},
-                        numbers.rotation()};
+            Pose3f pose{
+                {static_cast<float>(numbers.uniform(2, 48)), 3, static_cast<float>(numbers.uniform(2, 48))},
+                numbers.rotation()};
             const double gap = numbers.uniform(-0.1, 0.1);
             for (int step = 0; step < 3; ++step)
                 if (const auto d = jostle::distance(scene.shapes[a], pose, scene.shapes[0], Pose3f{}, 1e9f))
@@ -254,7 +255,8 @@ Measured measure(const PairScene& scene, std::uint32_t frames, const Move& move,
         const Clock::time_point before = Clock::now();
         frame();
         const Clock::time_point after = Clock::now();
-        if (f >= warm_up) result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        if (f >= warm_up)
+            result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
     }
     std::sort(result.ms.begin(), result.ms.end());
     return result;
@@ -288,8 +290,8 @@ class Table
             std::printf("%-14s %8s %7s  %-8s %10s %9s %9s %9s %9s\n", "pair", "pairs", "threads", "system",
                         "ns/pair", "min", "max", "touching", "points");
     }
-    void add(const char* system, const Combination& combination, const PairScene& scene, std::uint32_t threads,
-             const Measured& measured, double reference_ns)
+    void add(const char* system, const Combination& combination, const PairScene& scene,
+             std::uint32_t threads, const Measured& measured, double reference_ns)
     {
         const double to_ns = 1e6 / static_cast<double>(scene.pairs.size());
         const double median = measured.ms[measured.ms.size() / 2] * to_ns;
@@ -305,9 +307,9 @@ class Table
         json["points"] = measured.counts.points;
         rows.push_back(json);
         if (!shown_) return;
-        std::printf("%-14s %8zu %7u  %-8s %10.1f %9.1f %9.1f %9llu %9llu", combination.name, scene.pairs.size(),
-                    threads, system, median, measured.ms.front() * to_ns, measured.ms.back() * to_ns,
-                    static_cast<unsigned long long>(measured.counts.touching),
+        std::printf("%-14s %8zu %7u  %-8s %10.1f %9.1f %9.1f %9llu %9llu", combination.name,
+                    scene.pairs.size(), threads, system, median, measured.ms.front() * to_ns,
+                    measured.ms.back() * to_ns, static_cast<unsigned long long>(measured.counts.touching),
                     static_cast<unsigned long long>(measured.counts.points));
         if (reference_ns > 0) std::printf("   %.1fx", median / reference_ns);
         std::printf("\n");
@@ -338,8 +340,9 @@ void run(const Options& options)
             wanted.push_back(&c);
 #ifndef JOSTLE_WITH_PEERS
     if (options.peers)
-        throw UsageError("--peers: this build has no peers; install the packages of bench/packages, configure "
-                         "with cmake -DJOSTLE_BENCH=ON and build again");
+        throw UsageError(
+            "--peers: this build has no peers; install the packages of bench/packages, configure "
+            "with cmake -DJOSTLE_BENCH=ON and build again");
 #endif
     std::unique_ptr<OutputFile> json;
     if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
@@ -353,8 +356,7 @@ void run(const Options& options)
             table.add("jostle", *combination, *scene, threads.count(), own, 0);
 #ifdef JOSTLE_WITH_PEERS
             if (!options.peers) continue;
-            const double own_ns =
-                own.ms[own.ms.size() / 2] * 1e6 / static_cast<double>(scene->pairs.size());
+            const double own_ns = own.ms[own.ms.size() / 2] * 1e6 / static_cast<double>(scene->pairs.size());
             for (const auto& make : {jostle_bench::make_bullet_contacts, jostle_bench::make_fcl_contacts}) {
                 const auto peer = make();
                 peer->start(scene->bodies, scene->pairs, threads.executor());
@@ -380,8 +382,10 @@ void run(const Options& options)
 
 void add_bench_contacts_command(CLI::App& bench)
 {
-    CLI::App* command = bench.add_subcommand("contacts", "How long the detailed test of a pair of shapes takes");
-    command->footer(R"(Pairs: sphere-sphere, box-box, capsule-box, hull-hull (32 corners each), box-mesh (20,000 triangles).
+    CLI::App* command =
+        bench.add_subcommand("contacts", "How long the detailed test of a pair of shapes takes");
+    command->footer(
+        R"(Pairs: sphere-sphere, box-box, capsule-box, hull-hull (32 corners each), box-mesh (20,000 triangles).
 Bodies are about 1 m; gaps are spread from -0.1 to 0.1 m, so that half of the pairs touch. Timed is all that it
 takes to get from poses to contact points. Other systems keep margins and depths of their own: their numbers of
 touching pairs differ a little.
@@ -391,7 +395,8 @@ Examples:
   jostle bench contacts box-box hull-hull --threads 1,2
   jostle bench contacts --peers --json -)");
     const auto options = std::make_shared<Options>();
-    command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")->type_name("");
+    command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")
+        ->type_name("");
     add_number_option(*command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
                       "How many pairs (20000); of hulls half, of meshes a quarter as many")
         ->type_name("N");
@@ -406,7 +411,8 @@ Examples:
                       "Other bodies of the same kind (1)")
         ->type_name("S");
     command->add_flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
-    command->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
+    command
+        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
         ->type_name("FILE");
     command->callback([options] { run(*options); });
 }

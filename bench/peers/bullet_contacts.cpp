@@ -33,10 +33,13 @@ class BulletContacts final : public ContactPeer
             for (std::size_t k = first; k < last; ++k) {
                 btCollisionObject& a = *objects_[pairs[k].a];
                 btCollisionObject& b = *objects_[pairs[k].b];
-                const btCollisionObjectWrapper wrap_a(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
-                const btCollisionObjectWrapper wrap_b(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
+                const btCollisionObjectWrapper wrap_a(nullptr, a.getCollisionShape(), &a,
+                                                      a.getWorldTransform(), -1, -1);
+                const btCollisionObjectWrapper wrap_b(nullptr, b.getCollisionShape(), &b,
+                                                      b.getWorldTransform(), -1, -1);
                 run.pairs.push_back(
-                    {&a, &b, run.dispatcher.findAlgorithm(&wrap_a, &wrap_b, nullptr, BT_CONTACT_POINT_ALGORITHMS)});
+                    {&a, &b,
+                     run.dispatcher.findAlgorithm(&wrap_a, &wrap_b, nullptr, BT_CONTACT_POINT_ALGORITHMS)});
             }
         }
     }

@@ -72,7 +72,8 @@ void Batch<T>::keep(std::uint16_t i, const Sides& sides, Outcome outcome, const 
         lists.add(Group::other, i);
         return;
     }
-    slot[i] = {static_cast<std::uint32_t>(found.size()), outcome == Outcome::touch ? 1u : 0u, sides.swapped, sides.d};
+    slot[i] = {static_cast<std::uint32_t>(found.size()), outcome == Outcome::touch ? 1u : 0u, sides.swapped,
+               sides.d};
     if (outcome == Outcome::touch) found.push_back(one);
 }
 
@@ -83,7 +84,9 @@ void Batch<T>::run_spheres()
     Sides s;
     for (const std::uint16_t i : lists.of(Group::spheres)) {
         const bool taken = take(i, s);
-        keep(i, s, taken ? spheres(s.a->radius(), s.b->radius(), s.d, margin, one.manifold) : Outcome::unclear, one);
+        keep(i, s,
+             taken ? spheres(s.a->radius(), s.b->radius(), s.d, margin, one.manifold) : Outcome::unclear,
+             one);
     }
 }
 
@@ -108,8 +111,8 @@ void Batch<T>::run_boxes(const Kernels& kernels)
             if (work.separation[k] <= margin)
                 outcome = boxes(lane(work.matrix_a, k), load(sides[k].a->size()), lane(work.matrix_b, k),
                                 load(sides[k].b->size()), sides[k].d,
-                                {work.separation[k], lane(work.normal, k), static_cast<int>(work.axis[k])}, margin,
-                                one.manifold);
+                                {work.separation[k], lane(work.normal, k), static_cast<int>(work.axis[k])},
+                                margin, one.manifold);
             keep(place[k], sides[k], outcome, one);
         }
         count = 0;

@@ -27,7 +27,8 @@ inline Group group_of(const Shape<3>& a, const Shape<3>& b)
     constexpr Group group[3][3] = {{Group::spheres, Group::other, Group::capsule_box},
                                    {Group::other, Group::other, Group::capsule_box},
                                    {Group::capsule_box, Group::capsule_box, Group::boxes}};
-    return a.type() <= ShapeTypes::box && b.type() <= ShapeTypes::box ? group[a.type()][b.type()] : Group::other;
+    return a.type() <= ShapeTypes::box && b.type() <= ShapeTypes::box ? group[a.type()][b.type()]
+                                                                      : Group::other;
 }
 inline Group group_of(const Shape<2>&, const Shape<2>&)
 {

@@ -225,14 +225,15 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
             worker.lists.add(group, static_cast<std::uint16_t>(i));
         }
         if constexpr (Dim == 3) {
-            narrow::Batch<T> batch{side_a.shapes, side_a.poses, side_b.shapes, side_b.poses, pairs,
+            narrow::Batch<T> batch{side_a.shapes, side_a.poses, side_b.shapes, side_b.poses,  pairs,
                                    worker.lists,  worker.slot,  worker.found,  double{margin}};
             batch.run(*kernels);
         }
         for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
             const Arranged arranged = find_one(side_a, side_b, pairs[i], double{margin}, worker.one);
             worker.slot[i] = {static_cast<std::uint32_t>(worker.found.size()),
-                              static_cast<std::uint32_t>(worker.one.size()), arranged.swapped, arranged.placed.d};
+                              static_cast<std::uint32_t>(worker.one.size()), arranged.swapped,
+                              arranged.placed.d};
             worker.found.insert(worker.found.end(), worker.one.begin(), worker.one.end());
         }
         Access::grow(result, chunk, worker.found.size());

@@ -167,8 +167,7 @@ struct Support
 Support support(const Core3& core, const Vec3& direction)
 {
     const Vec3 d = core.frame.r.back(direction);
-    if (core.custom != nullptr)
-        return {0, core.frame * load(core.custom->support({d.x, d.y, d.z}))};
+    if (core.custom != nullptr) return {0, core.frame * load(core.custom->support({d.x, d.y, d.z}))};
     const Polytope& hull = core.polytope;
     std::uint32_t best = 0;
     if (hull.vertices > 3) {
@@ -755,7 +754,7 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
     const std::size_t sides_a = a.point.size(), sides_b = b.point.size();
     for (std::size_t k = sides_b; k-- > 0;)
         now->push_back({clip.lateral.flat(b.point[k]), face_a, feature_id(vertex_feature, b.vertex[k]),
-                           static_cast<std::uint32_t>((k + sides_b - 1) % sides_b)});
+                        static_cast<std::uint32_t>((k + sides_b - 1) % sides_b)});
     Vec2 from = clip.lateral.flat(a.point[0]);
     for (std::size_t i = 0; i < sides_a && !now->empty(); ++i) {
         const SmallVector<Corner, 24>& polygon = *now;

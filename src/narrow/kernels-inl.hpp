@@ -58,8 +58,8 @@ struct RealAxis
 };
 
 /// Takes an axis if it separates by more than the best one so far and `by`.
-HWY_ATTR inline void take_axis(RealAxis& best, const Real& by, const Real& separation, double axis, const Real& sign,
-                               const Real3& normal)
+HWY_ATTR inline void take_axis(RealAxis& best, const Real& by, const Real& separation, double axis,
+                               const Real& sign, const Real3& normal)
 {
     const RealMask better = is_less(best.separation + by, separation);
     best.separation = choose(better, separation, best.separation);
@@ -71,8 +71,8 @@ HWY_ATTR inline void take_axis(RealAxis& best, const Real& by, const Real& separ
 }
 
 /// The 15 axes of two boxes. Source: Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996; Ericson sec. 4.4.1.
-HWY_ATTR inline RealAxis best_box_axis(const RealMat& a, const Real3& half_a, const RealMat& b, const Real3& half_b,
-                                       const Real3& d)
+HWY_ATTR inline RealAxis best_box_axis(const RealMat& a, const Real3& half_a, const RealMat& b,
+                                       const Real3& half_b, const Real3& d)
 {
     const Real3 axis_a[3] = {a.x, a.y, a.z}, axis_b[3] = {b.x, b.y, b.z};
     const Real ha[3] = {half_a.x, half_a.y, half_a.z}, hb[3] = {half_b.x, half_b.y, half_b.z};
@@ -106,7 +106,8 @@ HWY_ATTR inline RealAxis best_box_axis(const RealMat& a, const Real3& half_a, co
             const Real square = p * p + q * q;
             const Real inverse = real(1) / root(square);
             const Real t = ta[i1] * p + ta[i2] * q;
-            const Real reach = ha[i1] * ac[i2][j] + ha[i2] * ac[i1][j] + hb[j1] * ac[i][j2] + hb[j2] * ac[i][j1];
+            const Real reach =
+                ha[i1] * ac[i2][j] + ha[i2] * ac[i1][j] + hb[j1] * ac[i][j2] + hb[j2] * ac[i][j1];
             // Parallel within 1e-7: a face's normal or another edge says it better.
             const Real separation =
                 choose(is_less(real(1e-14), square), (size_of(t) - reach) * inverse, real(-HUGE_VAL));
@@ -159,8 +160,8 @@ struct RealGap
 /// A segment and a box. The square of the distance from a point of the segment to the box is convex along it,
 /// its derivative piecewise linear with corners where the segment crosses the planes of the box's faces: the
 /// corners around the zero are looked up, the zero between them is exact.
-HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, const RealMat& b, const Real3& half,
-                                    const Real3& d)
+HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, const RealMat& b,
+                                    const Real3& half, const Real3& d)
 {
     const Real zero = real(0), one = real(1);
     const Real box_axis_d[3] = {dot3(b.x, d), dot3(b.y, d), dot3(b.z, d)};
@@ -227,9 +228,9 @@ HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, 
         const Real square = u * u + v * v;
         const Real turn_inverse = one / root(square);
         const Real across = c[j1] * u + c[j2] * v;
-        const Real separation = choose(is_less(real(1e-14), square),
-                                       (size_of(across) - (h[j1] * size_of(u) + h[j2] * size_of(v))) * turn_inverse,
-                                       real(-HUGE_VAL));
+        const Real separation = choose(
+            is_less(real(1e-14), square),
+            (size_of(across) - (h[j1] * size_of(u) + h[j2] * size_of(v))) * turn_inverse, real(-HUGE_VAL));
         const Real3 normal = scale3(add3(scale3(axis_b[j1], u), scale3(axis_b[j2], v)), turn_inverse);
         take_axis(best, by, separation, 3 + j, zero - across, normal);
     }

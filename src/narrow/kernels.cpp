@@ -277,9 +277,11 @@ BoxAxis box_axis(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& h
     return {best.separation, from_plain(best.normal), static_cast<int>(best.axis)};
 }
 
-CapsuleBoxGap capsule_box_gap(const Vec3& axis, double half_length, const Mat3& b, const Vec3& half, const Vec3& d)
+CapsuleBoxGap capsule_box_gap(const Vec3& axis, double half_length, const Mat3& b, const Vec3& half,
+                              const Vec3& d)
 {
-    const one_pair::RealGap gap = one_pair::segment_box(as_plain(axis), half_length, as_plain(b), as_plain(half), as_plain(d));
+    const one_pair::RealGap gap =
+        one_pair::segment_box(as_plain(axis), half_length, as_plain(b), as_plain(half), as_plain(d));
     return {gap.distance, from_plain(gap.normal), from_plain(gap.on_a), from_plain(gap.on_b)};
 }
 

@@ -42,8 +42,8 @@ struct Kernels
     InstructionSet set;
     void (*boxes)(BoxBatch&);
     void (*capsule_box)(CapsuleBoxBatch&);
-    /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i], where y = x + stride and z = y + stride;
-    /// stride is a multiple of 8 and all of it is read.
+    /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i], where y = x + stride and z = y +
+    /// stride; stride is a multiple of 8 and all of it is read.
     std::uint32_t (*furthest)(const double* x, std::uint32_t stride, double dx, double dy, double dz);
 };
 [[nodiscard]] const Kernels& kernels_for(InstructionSet set) noexcept;
@@ -57,14 +57,15 @@ struct BoxAxis
     Vec3 normal;
     int axis;
 };
-[[nodiscard]] BoxAxis box_axis(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b, const Vec3& d);
+[[nodiscard]] BoxAxis box_axis(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
+                               const Vec3& d);
 struct CapsuleBoxGap
 {
     double distance;
     Vec3 normal, on_a, on_b;
 };
-[[nodiscard]] CapsuleBoxGap capsule_box_gap(const Vec3& axis, double half_length, const Mat3& b, const Vec3& half,
-                                            const Vec3& d);
+[[nodiscard]] CapsuleBoxGap capsule_box_gap(const Vec3& axis, double half_length, const Mat3& b,
+                                            const Vec3& half, const Vec3& d);
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

@@ -50,11 +50,7 @@ template <int Dim, class T>
 Placed<Dim> place(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                   const Pose<Dim, T>& pose_b)
 {
-    return {&a,
-            &b,
-            rotation(pose_a),
-            rotation(pose_b),
-            load(pose_b.position) - load(pose_a.position)};
+    return {&a, &b, rotation(pose_a), rotation(pose_b), load(pose_b.position) - load(pose_a.position)};
 }
 
 /// A pair on its way: at time t in [0, 1] b is at d + t * linear from a, each turned by t * angular.

@@ -92,8 +92,8 @@ void set_triangle(Part& part, const Vec3& a, const Vec3& b, const Vec3& c, const
 }
 
 template <class Visit>
-void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Frame<3>& frame, const Region& region,
-                       const double& reach, Visit&& visit)
+void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Frame<3>& frame,
+                       const Region& region, const double& reach, Visit&& visit)
 {
     Part part(kernels);
     for (std::uint32_t k = 0; k < mesh.nodes.size();) {
@@ -121,8 +121,8 @@ void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Fr
 }
 
 template <class Visit>
-void for_each_triangle(const HeightData& field, const Kernels& kernels, const Frame<3>& frame, const Region& region,
-                       const double& reach, Visit&& visit)
+void for_each_triangle(const HeightData& field, const Kernels& kernels, const Frame<3>& frame,
+                       const Region& region, const double& reach, Visit&& visit)
 {
     if (region.lo[1] > field.highest + reach) return;
     Part part(kernels);
@@ -165,8 +165,8 @@ void for_each_triangle(const HeightData& field, const Kernels& kernels, const Fr
 /// Calls visit(number, part) for each part that may be within `reach` of the region. `reach` may shrink
 /// meanwhile.
 template <class Visit>
-void for_each_part(const Shape<3>& shape, const Kernels& kernels, const Frame<3>& frame, const Region& region, const double& reach,
-                   Visit&& visit)
+void for_each_part(const Shape<3>& shape, const Kernels& kernels, const Frame<3>& frame, const Region& region,
+                   const double& reach, Visit&& visit)
 {
     switch (shape.type()) {
     case ShapeTypes::mesh:
@@ -381,8 +381,8 @@ Outcome simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifo
     const Vec3 half = load(b.size());
     if (a.type() == ShapeTypes::box) {
         const Vec3 half_a = load(a.size());
-        return boxes(pair.ra, half_a, pair.rb, half, pair.d, box_axis(pair.ra, half_a, pair.rb, half, pair.d), margin,
-                     manifold);
+        return boxes(pair.ra, half_a, pair.rb, half, pair.d, box_axis(pair.ra, half_a, pair.rb, half, pair.d),
+                     margin, manifold);
     }
     const double half_length = a.size()[1];
     return capsule_box(pair.ra.y, half_length, a.radius(), pair.rb, half, pair.d,

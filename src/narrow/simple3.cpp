@@ -39,9 +39,10 @@ struct FaceCut
 };
 
 /// Sutherland and Hodgman's step for the side `sign * coordinate <= limit`.
-template <double Corner::*coordinate>
-void cut(FaceCut& polygon, double sign, double limit, std::uint8_t side, std::uint16_t edge_x, std::uint16_t vertex_before,
-         std::uint16_t vertex_after, const std::uint16_t (&edge_y)[4], std::uint16_t face_y)
+template <double Corner::* coordinate>
+void cut(FaceCut& polygon, double sign, double limit, std::uint8_t side, std::uint16_t edge_x,
+         std::uint16_t vertex_before, std::uint16_t vertex_after, const std::uint16_t (&edge_y)[4],
+         std::uint16_t face_y)
 {
     double inside[8];
     bool all = true;
@@ -64,8 +65,8 @@ void cut(FaceCut& polygon, double sign, double limit, std::uint8_t side, std::ui
         made.v = from.v + (to.v - from.v) * t;
         made.w = from.w + (to.w - from.w) * t;
         if (from.side >= 4) {
-            // The cut runs along a side of the reference face: a corner of that. Going out it is the one after
-            // that side; sides are cut in turn.
+            // The cut runs along a side of the reference face: a corner of that. Going out it is the one
+            // after that side; sides are cut in turn.
             made.feature_x = from.side == ((side - 4 + 3) % 4) + 4 ? vertex_before : vertex_after;
             made.feature_y = face_y;
         } else {
@@ -88,8 +89,8 @@ struct Reference
 
 /// The face of box y that looks at the reference face of box x, cut to that.
 void meet_faces(const Mat3& x, const Vec3& half_x, const Vec3& place_x, const Mat3& y, const Vec3& half_y,
-                const Vec3& place_y, Reference ref, bool x_is_a, double margin,
-                ManifoldPoint<3>* found, std::uint32_t& count)
+                const Vec3& place_y, Reference ref, bool x_is_a, double margin, ManifoldPoint<3>* found,
+                std::uint32_t& count)
 {
     const int i = ref.i, iu = (i + 1) % 3, iv = (i + 2) % 3;
     const Vec3 out = column(x, i) * (ref.positive ? 1.0 : -1.0), xu = column(x, iu), xv = column(x, iv);
@@ -117,7 +118,8 @@ void meet_faces(const Mat3& x, const Vec3& half_x, const Vec3& place_x, const Ma
         corner.v = cv + s1 * v1 + s2 * v2;
         corner.w = cw + s1 * w1 + s2 * w2;
         corner.feature_x = face_x;
-        corner.feature_y = feature_id(vertex_feature, vertex_number(j, positive_y, j1, sign1[k], j2, sign2[k]));
+        corner.feature_y =
+            feature_id(vertex_feature, vertex_number(j, positive_y, j1, sign1[k], j2, sign2[k]));
         corner.side = static_cast<std::uint8_t>(k);
     }
     // Side k leads from corner k: along y1, y2, y1, y2. The two other axes in turn after y1 are j2, j.
@@ -132,14 +134,14 @@ void meet_faces(const Mat3& x, const Vec3& half_x, const Vec3& place_x, const Ma
     };
     const std::uint16_t pp = vertex_x(true, true), mp = vertex_x(false, true), mm = vertex_x(false, false),
                         pm = vertex_x(true, false);
-    cut<&Corner::u>(polygon, 1, hu, 4, feature_id(edge_feature, edge_number(iv, ref.positive, true)), pm, pp, edge_y,
-                    face_y);
-    cut<&Corner::v>(polygon, 1, hv, 5, feature_id(edge_feature, edge_number(iu, true, ref.positive)), pp, mp, edge_y,
-                    face_y);
-    cut<&Corner::u>(polygon, -1, hu, 6, feature_id(edge_feature, edge_number(iv, ref.positive, false)), mp, mm,
+    cut<&Corner::u>(polygon, 1, hu, 4, feature_id(edge_feature, edge_number(iv, ref.positive, true)), pm, pp,
                     edge_y, face_y);
-    cut<&Corner::v>(polygon, -1, hv, 7, feature_id(edge_feature, edge_number(iu, false, ref.positive)), mm, pm,
+    cut<&Corner::v>(polygon, 1, hv, 5, feature_id(edge_feature, edge_number(iu, true, ref.positive)), pp, mp,
                     edge_y, face_y);
+    cut<&Corner::u>(polygon, -1, hu, 6, feature_id(edge_feature, edge_number(iv, ref.positive, false)), mp,
+                    mm, edge_y, face_y);
+    cut<&Corner::v>(polygon, -1, hv, 7, feature_id(edge_feature, edge_number(iu, false, ref.positive)), mm,
+                    pm, edge_y, face_y);
     const double top = half_x[i];
     count = 0;
     for (int k = 0; k < polygon.count; ++k) {
@@ -201,8 +203,8 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
     ManifoldPoint<3> found[8];
     std::uint32_t count = 0;
     if (axis.axis < 3)
-        meet_faces(a, half_a, {}, b, half_b, d, {axis.axis, dot(n, column(a, axis.axis)) > 0}, true, margin, found,
-                   count);
+        meet_faces(a, half_a, {}, b, half_b, d, {axis.axis, dot(n, column(a, axis.axis)) > 0}, true, margin,
+                   found, count);
     else
         meet_faces(b, half_b, d, a, half_a, {}, {axis.axis - 3, dot(n, column(b, axis.axis - 3)) < 0}, false,
                    margin, found, count);
@@ -245,7 +247,7 @@ Outcome capsule_box(const Vec3& axis, double half_length, double radius, const M
                 const double room = half[k] - sign * centre[k], speed = sign * along[k];
                 const std::uint16_t edge =
                     feature_id(edge_feature, other == (i + 1) % 3 ? edge_number(other, side, positive)
-                                                                 : edge_number(other, positive, side));
+                                                                  : edge_number(other, positive, side));
                 if (speed > 0) {
                     if (room / speed < end) end = room / speed, end_a[1] = middle, end_b[1] = edge;
                 } else if (speed < 0) {
@@ -291,7 +293,8 @@ Outcome capsule_box(const Vec3& axis, double half_length, double radius, const M
     else if (frees >= 2)
         feature_b = feature_id(face_feature, face_number(i, positive));
     manifold.count = 1;
-    manifold.point[0] = {(gap.on_a + n * radius + gap.on_b) * 0.5, radius - gap.distance, feature_a, feature_b};
+    manifold.point[0] = {(gap.on_a + n * radius + gap.on_b) * 0.5, radius - gap.distance, feature_a,
+                         feature_b};
     return Outcome::touch;
 }
 

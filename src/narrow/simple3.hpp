@@ -16,13 +16,14 @@ enum class Outcome
 };
 
 /// b's centre at d from a's. Source: none needed.
-[[nodiscard]] Outcome spheres(double radius_a, double radius_b, const Vec3& d, double margin, Manifold<3>& manifold);
+[[nodiscard]] Outcome spheres(double radius_a, double radius_b, const Vec3& d, double margin,
+                              Manifold<3>& manifold);
 
 /// From the axis that separates two boxes best to their contact: the face that meets the other's face, cut to
-/// it, or the point where two edges cross. Source: Gregorius, Robust Contact Creation for Physics Simulations,
-/// GDC 2015; Ericson sec. 4.4.1, 5.1.9.
-[[nodiscard]] Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b, const Vec3& d,
-                            const BoxAxis& axis, double margin, Manifold<3>& manifold);
+/// it, or the point where two edges cross. Source: Gregorius, Robust Contact Creation for Physics
+/// Simulations, GDC 2015; Ericson sec. 4.4.1, 5.1.9.
+[[nodiscard]] Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
+                            const Vec3& d, const BoxAxis& axis, double margin, Manifold<3>& manifold);
 
 /// From the gap between a capsule's segment (a sphere's centre) and a box to their contact.
 [[nodiscard]] Outcome capsule_box(const Vec3& axis, double half_length, double radius, const Mat3& b,

@@ -1,0 +1,452 @@
+// SPDX-License-Identifier: MIT
+// Meshes, height fields, compounds, moving shapes, users' own shapes and tests, boxes of shapes, errors.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <memory_resource>
+
+#include "tests/narrow/random_pairs.hpp"
+
+using namespace jostle;
+
+namespace {
+
+struct Terrain
+{
+    std::vector<Vec<3, double>> vertices;
+    std::vector<Mesh<3>::Element> triangles;
+    std::vector<double> heights;
+    std::uint32_t columns, rows;
+
+    Terrain(std::uint32_t x, std::uint32_t z, double bumps) : columns(x), rows(z)
+    {
+        Random random(7);
+        for (std::uint32_t k = 0; k < z; ++k)
+            for (std::uint32_t i = 0; i < x; ++i) {
+                heights.push_back(random.uniform(-bumps, bumps));
+                vertices.push_back({i * 1.0, heights.back(), k * 1.0});
+            }
+        for (std::uint32_t k = 0; k + 1 < z; ++k)
+            for (std::uint32_t i = 0; i + 1 < x; ++i) { // as a height field's cells
+                const std::uint32_t at = k * x + i;
+                triangles.push_back({at, at + x + 1, at + 1});
+                triangles.push_back({at, at + x, at + x + 1});
+            }
+    }
+};
+
+std::vector<Shape3> movers()
+{
+    static const ConvexHull<3> hull(std::vector<Vec<3, double>>{
+        {0.4, 0, 0}, {-0.4, 0, 0}, {0, 0.4, 0}, {0, -0.4, 0}, {0, 0, 0.4}, {0, 0, -0.4}, {0.3, 0.3, 0.3}});
+    return {Shape3::sphere(0.3), Shape3::capsule(0.3, 0.2), Shape3::box({0.3, 0.2, 0.4}), hull};
+}
+
+TEST(AMesh, IsAsFarAsItsNearestTriangle)
+{
+    const Terrain terrain(8, 8, 0.4);
+    const Mesh<3> mesh(terrain.vertices, terrain.triangles);
+    Random random(1);
+    for (int round = 0; round < 200; ++round)
+        for (const Shape3& shape : movers()) {
+            Pose3d pose = random.pose<double>(1);
+            for (std::size_t d = 0; d < 3; ++d)
+                pose.position[d] += d == 1 ? 1 : 3.5;
+            double nearest = 1e300;
+            for (const auto& triangle : terrain.triangles) {
+                const Mesh<3> one(std::vector<Vec<3, double>>{terrain.vertices[triangle[0]],
+                                                              terrain.vertices[triangle[1]],
+                                                              terrain.vertices[triangle[2]]},
+                                  std::vector<Mesh<3>::Element>{{0, 1, 2}});
+                nearest = std::min(nearest, distance(Shape3(one), Pose3d{}, shape, pose, 1e300)->distance);
+            }
+            ASSERT_NEAR(distance(Shape3(mesh), Pose3d{}, shape, pose, 1e300)->distance, nearest, 1e-9);
+        }
+}
+
+TEST(AMesh, NothingCatchesOnTheSidesInsideALevelFloor)
+{
+    const Terrain terrain(12, 12, 0);
+    const Mesh<3> mesh(terrain.vertices, terrain.triangles);
+    Random random(2);
+    for (const Shape3& shape : movers())
+        for (int round = 0; round < 300; ++round) {
+            Pose3d pose;
+            pose.rotation = random.rotation<double>();
+            pose.position = {random.uniform(3, 8), 5, random.uniform(3, 8)};
+            pose.position[1] -= distance(Shape3(mesh), Pose3d{}, shape, pose, 1e300)->distance + 0.01;
+            const auto found = contacts(Shape3(mesh), Pose3d{}, shape, pose);
+            ASSERT_FALSE(found.empty());
+            for (const auto& contact : found) {
+                ASSERT_NEAR(contact.normal[1], 1, 1e-9);
+                ASSERT_LE(contact.point[0].depth, 0.01 + 1e-9);
+            }
+        }
+}
+
+TEST(AHeightField, IsItsTrianglesFromAboveAndPushesUpFromBelow)
+{
+    const Terrain terrain(10, 9, 0.3);
+    const Mesh<3> mesh(terrain.vertices, terrain.triangles);
+    const HeightField field(HeightGrid<double>{terrain.heights, terrain.columns, terrain.rows, 1, 1});
+    Random random(3);
+    for (const Shape3& shape : movers())
+        for (int round = 0; round < 200; ++round) {
+            Pose3d pose;
+            pose.rotation = random.rotation<double>();
+            pose.position = {random.uniform(2, 7), 5, random.uniform(2, 6)};
+            const auto above = distance(Shape3(field), Pose3d{}, shape, pose, 1e300);
+            ASSERT_TRUE(above);
+            ASSERT_NEAR(above->distance, distance(Shape3(mesh), Pose3d{}, shape, pose, 1e300)->distance,
+                        1e-9);
+            for (int step = 0; step < 50; ++step) // down to a depth of about 0.01, whatever the slope
+                pose.position[1] -=
+                    std::max(0.0, distance(Shape3(field), Pose3d{}, shape, pose, 1e300)->distance + 0.01);
+            ASSERT_FALSE(contacts(Shape3(field), Pose3d{}, shape, pose).empty());
+            // Sunk in to its middle and beyond.
+            pose.position[1] = random.uniform(-0.6, -0.25);
+            const auto sunk = contacts(Shape3(field), Pose3d{}, shape, pose);
+            ASSERT_FALSE(sunk.empty()) << round;
+            for (const auto& contact : sunk)
+                ASSERT_GT(contact.normal[1], 0) << round;
+        }
+}
+
+TEST(ACompound, IsItsChildren)
+{
+    Random random(4);
+    for (int round = 0; round < 300; ++round) {
+        std::vector<Compound<3>::Child> children;
+        for (const Shape3& shape : movers())
+            children.push_back({shape, random.pose<double>(1)});
+        const Compound<3> compound(children);
+        const Shape3 other = movers()[random.below(4)];
+        const Pose3d pose = random.pose<double>(1.5);
+        const auto found = contacts(Shape3(compound), Pose3d{}, other, pose);
+        std::size_t next = 0;
+        for (std::uint32_t child = 0; child < children.size(); ++child) {
+            const auto alone = distance(children[child].shape, children[child].pose, other, pose, 10.0);
+            if (!alone || alone->distance > 0) continue;
+            ASSERT_LT(next, found.size());
+            ASSERT_EQ(found[next].part_a, child);
+            ASSERT_NEAR(found[next].point[0].depth, -alone->distance, 1e-9);
+            ++next;
+        }
+        ASSERT_EQ(next, found.size());
+    }
+}
+
+TEST(MovingShapes, FirstTouchWhenSmallStepsDo)
+{
+    Random random(5);
+    const Terrain terrain(6, 6, 0.2);
+    const Mesh<3> mesh(terrain.vertices, terrain.triangles);
+    std::vector<Shape3> shapes = movers();
+    shapes.push_back(mesh);
+    int hits = 0, misses = 0;
+    for (int round = 0; round < 150; ++round) {
+        const Shape3 &a = shapes[random.below(5)], &b = shapes[random.below(4)];
+        Motion<3, double> moving_a{random.pose<double>(0.5), {}, {}},
+            moving_b{random.pose<double>(3), {}, {}};
+        for (std::size_t d = 0; d < 3; ++d) {
+            moving_b.linear[d] = -1.5 * moving_b.pose.position[d] + random.uniform(-1, 1);
+            moving_a.angular[d] = random.uniform(-2, 2);
+            moving_b.angular[d] = random.uniform(-2, 2);
+        }
+        const double tolerance = 1e-3;
+        const auto impact = time_of_impact(a, moving_a, b, moving_b, tolerance);
+        const auto swapped = time_of_impact(b, moving_b, a, moving_a, tolerance);
+        ASSERT_EQ(impact.has_value(), swapped.has_value());
+        // The pose at a time, by another way: many small turns.
+        const auto at = [](const Motion<3, double>& motion, double t) {
+            Pose3d pose = motion.pose;
+            const auto& w = motion.angular;
+            const double angle = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * t;
+            for (std::size_t d = 0; d < 3; ++d)
+                pose.position[d] += t * motion.linear[d];
+            if (angle == 0) return pose;
+            const double s = std::sin(angle / 2) * t / angle, c = std::cos(angle / 2);
+            const double x = w[0] * s, y = w[1] * s, z = w[2] * s;
+            const auto q = motion.pose.rotation;
+            pose.rotation = {
+                c * q[0] + x * q[3] + y * q[2] - z * q[1], c * q[1] - x * q[2] + y * q[3] + z * q[0],
+                c * q[2] + x * q[1] - y * q[0] + z * q[3], c * q[3] - x * q[0] - y * q[1] - z * q[2]};
+            return pose;
+        };
+        const double end = impact ? impact->time : 1;
+        for (int step = 0; step <= 100; ++step) { // nothing before
+            const double t = end * step / 100;
+            if (impact && step == 100) break;
+            const auto d = distance(a, at(moving_a, t), b, at(moving_b, t), 1e300);
+            ASSERT_GT(d->distance, impact && impact->time == 0 ? -1e300 : 0) << round << " at " << t;
+        }
+        (impact ? hits : misses) += 1;
+        if (!impact) continue;
+        ASSERT_EQ(impact->time, swapped->time);
+        ASSERT_EQ(impact->from_a, swapped->from_b);
+        const auto d = distance(a, at(moving_a, end), b, at(moving_b, end), 1e300);
+        ASSERT_LE(d->distance, tolerance * 1.01);
+        if (end > 0) {
+            ASSERT_GT(d->distance, 0);
+        }
+    }
+    EXPECT_GT(hits, 30);
+    EXPECT_GT(misses, 10);
+}
+
+TEST(MovingShapes, AFastBallDoesntPassAThinWall)
+{
+    const Motion<3, float> wall{{}, {}, {}};
+    const Motion<3, float> ball{{{-1000, 0.1f, 0.2f}}, {2000, 0, 0}, {}};
+    const auto impact = time_of_impact(Shape3::box({0.001, 5, 5}), wall, Shape3::sphere(0.1), ball, 1e-4f);
+    ASSERT_TRUE(impact);
+    EXPECT_NEAR(impact->time, (1000 - 0.101) / 2000, 1e-6);
+    EXPECT_NEAR(impact->normal[0], -1, 1e-6);
+}
+
+/// A ball, as a user would write one.
+class Ball final : public CustomShape<3>
+{
+  public:
+    explicit Ball(double radius) : radius_(radius) {}
+    double radius() const noexcept override { return radius_; }
+    Vec<3, double> support(const Vec<3, double>& d) const noexcept override
+    {
+        const double size = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+        return {d[0] * radius_ / size, d[1] * radius_ / size, d[2] * radius_ / size};
+    }
+
+  private:
+    double radius_;
+};
+class Disc final : public CustomShape<2>
+{
+  public:
+    double radius() const noexcept override { return 0.5; }
+    Vec<2, double> support(const Vec<2, double>& d) const noexcept override
+    {
+        const double size = std::sqrt(d[0] * d[0] + d[1] * d[1]);
+        return {d[0] * 0.5 / size, d[1] * 0.5 / size};
+    }
+};
+
+TEST(AUsersShape, IsMetByItsSupportPoints)
+{
+    const Ball ball(0.5);
+    const Disc disc;
+    const Shape3 own(ball, ShapeTypes::first_custom), built_in = Shape3::sphere(0.5);
+    const Shape2 own2(disc, ShapeTypes::first_custom), built_in2 = Shape2::sphere(0.5);
+    Random random(6);
+    for (int round = 0; round < 300; ++round) {
+        const Shape3 other = movers()[random.below(4)];
+        const Pose3d pose = random.pose<double>(1);
+        const auto mine = distance(own, Pose3d{}, other, pose, 1e300);
+        const auto theirs = distance(built_in, Pose3d{}, other, pose, 1e300);
+        // A ball that is known by its support points alone is a polytope once it overlaps: within 1 %.
+        ASSERT_NEAR(mine->distance, theirs->distance, theirs->distance > 0 ? 1e-5 : 0.005) << round;
+        const Shape2 box = Shape2::box({0.7, 0.3});
+        const Pose2d flat = random.pose2<double>(1);
+        ASSERT_NEAR(distance(own2, Pose2d{}, box, flat, 1e300)->distance,
+                    distance(built_in2, Pose2d{}, box, flat, 1e300)->distance, 1e-6);
+    }
+}
+
+TEST(AUsersTest, ReplacesTheLibrarys)
+{
+    const Ball ball(0.5);
+    const std::vector<Shape3> shapes = {Shape3(ball, 20), Shape3::box({1, 1, 1}), Shape3(ball, 20)};
+    const std::vector<Pose3f> poses = {{{0, 1.4f, 0}}, {{0, 0, 0}}, {{0, 9, 0}}};
+    const std::vector<Pair> pairs = {{0, 1}, {1, 2}, {1, 0}};
+    std::atomic<int> asked{0};
+    ContactFinder3f finder;
+    finder.add_test({ShapeTypes::box, 20,
+                     [](void* context, const PairTestInput<3>& input, PairTest<3>::Emit emit) {
+                         ++*static_cast<std::atomic<int>*>(context);
+                         if (input.shape_a.type() != ShapeTypes::box || input.pose_b.position[1] > 5) return;
+                         Contact<3, double> contact{};
+                         contact.normal = {0, 1, 0};
+                         contact.count = 1;
+                         contact.point[0] = {{0, 1, 0}, {}, 0.125, 77};
+                         emit(contact);
+                     },
+                     &asked});
+    const auto found = finder.find(shapes, poses, std::span<const Pair>(pairs)).to_vector();
+    EXPECT_EQ(asked, 3);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].pair, (Pair{0, 1}));
+    EXPECT_EQ(found[0].normal[1], -1);
+    EXPECT_EQ(found[1].normal[1], 1);
+    EXPECT_EQ(found[1].point[0].from_a[1], 1);
+    EXPECT_NEAR(found[1].point[0].from_b[1], -0.4, 1e-6);
+    EXPECT_EQ(found[0].point[0].from_b, found[1].point[0].from_a);
+}
+
+TEST(Bounds, AreTightAndHoldEveryPoint)
+{
+    Random random(8);
+    const Zoo<3> zoo(random, 3);
+    for (const Shape3& shape : zoo.shapes) {
+        if (shape.type() == ShapeTypes::half_space) continue;
+        for (int round = 0; round < 20; ++round) {
+            const Pose3f pose = random.pose<float>(3);
+            const Aabb3f box = bounds(shape, pose);
+            for (std::size_t d = 0; d < 3; ++d)
+                for (const bool upper : {false, true}) {
+                    // The half-space that begins at the box's side touches the shape, one a bit further
+                    // doesn't.
+                    Vec<3, double> normal{};
+                    normal[d] = upper ? -1 : 1;
+                    const double side = double{upper ? box.hi[d] : box.lo[d]};
+                    Pose3d exact;
+                    for (std::size_t k = 0; k < 3; ++k)
+                        exact.position[k] = double{pose.position[k]};
+                    for (std::size_t k = 0; k < 4; ++k)
+                        exact.rotation[k] = double{pose.rotation[k]};
+                    const auto gap =
+                        distance(Shape3::half_space(normal, normal[d] * side), Pose3d{}, shape, exact, 1e300);
+                    ASSERT_TRUE(gap);
+                    ASSERT_GE(gap->distance, 0);
+                    ASSERT_LE(gap->distance, 2e-6);
+                }
+        }
+    }
+}
+
+template <class Call>
+std::string message_of(Call call)
+{
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "no error";
+}
+
+TEST(Errors, NameTheObjectAndTheValue)
+{
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_NE(message_of([] { (void)Shape3::sphere(-1); }).find("-1"), std::string::npos);
+    EXPECT_NE(message_of([] { (void)Shape3::half_space({0, 0, 0}, 1); }).find("normal"), std::string::npos);
+    EXPECT_NE(message_of([] { ConvexHull<3>(std::vector<Vec<3, float>>{}); }).find("no points"),
+              std::string::npos);
+    EXPECT_NE(message_of([&] {
+                  ConvexHull<3>(std::vector<Vec<3, float>>{{0, 0, 0}, {0, nan, 0}});
+              }).find("point 1"),
+              std::string::npos);
+    EXPECT_NE(message_of([] {
+                  Mesh<3>(std::vector<Vec<3, float>>{{0, 0, 0}}, std::vector<Mesh<3>::Element>{{0, 0, 1}});
+              }).find("element 0"),
+              std::string::npos);
+    EXPECT_NE(message_of([] { HeightField(HeightGrid<float>{{}, 1, 5, 1, 1}); }).find("2 x 2"),
+              std::string::npos);
+
+    const std::vector<Shape3> shapes(3);
+    std::vector<Pose3f> poses(3);
+    const std::vector<Pair> pairs = {{0, 1}};
+    ContactFinder3f finder;
+    EXPECT_EQ(finder.find(shapes, poses, std::span<const Pair>(pairs)).size(), 1u);
+    poses[2].position[1] = nan;
+    try {
+        finder.find(shapes, poses, std::span<const Pair>(pairs));
+        ADD_FAILURE();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.index(), 2u);
+        EXPECT_NE(std::string(error.what()).find("object 2"), std::string::npos);
+    }
+    poses[2] = {};
+    poses[1].rotation = {0, 0, 0, 0};
+    EXPECT_NE(message_of([&] { finder.find(shapes, poses, std::span<const Pair>(pairs)); }).find("object 1"),
+              std::string::npos);
+    poses[1] = {};
+    const std::vector<Pair> bad = {{0, 3}};
+    EXPECT_NE(message_of([&] { finder.find(shapes, poses, std::span<const Pair>(bad)); }).find("3"),
+              std::string::npos);
+    EXPECT_NE(
+        message_of([&] { finder.find(shapes, poses, std::span<const Pair>(pairs), -1.0f); }).find("margin"),
+        std::string::npos);
+    poses.pop_back();
+    EXPECT_NE(message_of([&] { finder.find(shapes, poses, std::span<const Pair>(pairs)); }).find("2 poses"),
+              std::string::npos);
+    const Motion<3, float> turning{{}, {}, {1, 0, 0}};
+    EXPECT_NE(message_of([&] {
+                  (void)time_of_impact(Shape3::half_space({0, 1, 0}, 0), turning, Shape3(), turning, 0.1f);
+              }).find("half-space"),
+              std::string::npos);
+}
+
+class CountingMemory final : public std::pmr::memory_resource
+{
+  public:
+    std::atomic<std::uint64_t> allocations{0};
+
+  private:
+    void* do_allocate(std::size_t bytes, std::size_t alignment) override
+    {
+        ++allocations;
+        return std::pmr::new_delete_resource()->allocate(bytes, alignment);
+    }
+    void do_deallocate(void* p, std::size_t bytes, std::size_t alignment) override
+    {
+        std::pmr::new_delete_resource()->deallocate(p, bytes, alignment);
+    }
+    bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+};
+
+TEST(Memory, ASteadyFrameAllocatesNothing)
+{
+    Random random(9);
+    std::vector<Shape3> shapes;
+    std::vector<Pose3f> poses;
+    std::vector<Pair> pairs;
+    for (std::uint32_t i = 0; i < 2000; ++i) {
+        shapes.push_back(movers()[i % 4]);
+        poses.push_back(random.pose<float>(3));
+        for (int k = 0; k < 5; ++k)
+            if (i > 0) pairs.push_back({random.below(i), i});
+    }
+    CountingMemory memory;
+    ContactOptions options;
+    options.memory = &memory;
+    const auto executor = make_thread_executor(1);
+    options.executor = executor.get();
+    ContactFinder3f finder(options);
+    finder.find(shapes, poses, std::span<const Pair>(pairs));
+    finder.find(shapes, poses, std::span<const Pair>(pairs));
+    const std::uint64_t before = memory.allocations;
+    EXPECT_GT(before, 0u);
+    finder.find(shapes, poses, std::span<const Pair>(pairs));
+    EXPECT_EQ(memory.allocations, before);
+}
+
+TEST(Continuity, SmallMotionSmallChange)
+{
+    // A box tumbles slowly over another: depth and the deepest point's place never jump while the normal
+    // stays.
+    const Shape3 a = Shape3::box({2, 0.5, 2}), b = Shape3::box({0.5, 0.4, 0.6});
+    std::optional<Contact<3, double>> last;
+    for (int step = 0; step < 20000; ++step) {
+        const double angle = step * 1e-4;
+        const Pose3d pose{{0.3 * std::sin(angle), 1.0, 0},
+                          {0.6 * std::sin(angle), 0, 0.8 * std::sin(angle), std::cos(angle)}};
+        const auto found = contacts(a, Pose3d{}, b, pose);
+        if (found.empty()) {
+            last.reset();
+            continue;
+        }
+        const auto& now = found[0];
+        if (last) {
+            double turned = 0;
+            for (std::size_t d = 0; d < 3; ++d)
+                turned = std::max(turned, std::abs(now.normal[d] - last->normal[d]));
+            ASSERT_NEAR(now.point[0].depth, last->point[0].depth, 3e-4) << step;
+            if (now.point[0].feature == last->point[0].feature && turned < 1e-2) {
+                for (std::size_t d = 0; d < 3; ++d)
+                    ASSERT_NEAR(now.point[0].from_a[d], last->point[0].from_a[d], 1e-2) << step;
+            }
+        }
+        last = now;
+    }
+}
+
+} // namespace
