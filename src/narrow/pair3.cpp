@@ -279,6 +279,13 @@ double height_over(const Part& ground, const Core3& core, Vec3& lowest)
     return dot(ground.normal, lowest - ground.core.frame * ground.core.polytope.vertex(0));
 }
 
+/// A direction away from the ground that a body above it can have. Sides of steep triangles look downwards,
+/// too.
+bool comes_from_above(const Part& ground, const Vec3& n)
+{
+    return dot(n, ground.normal) > 0 && dot(n, ground.core.frame.r.y) > 0;
+}
+
 bool ground_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold)
 {
     const bool below = is_below(b, a);
@@ -286,7 +293,7 @@ bool ground_contact(const Core3& a, const Part& b, double margin, Manifold<3>& m
     core_gap(a, b.core, below ? HUGE_VAL : a.radius + margin, cores);
     if (!below && !(cores.distance <= a.radius + margin)) return false;
     if (cores.distance > 0 && !below) {
-        if (dot(cores.normal, b.normal) >= 0) return false; // beside the column that pushes it up
+        if (!comes_from_above(b, -cores.normal)) return false; // the column it is in pushes it up
         make_manifold(a, b.core, cores, margin, manifold);
         return true;
     }
@@ -353,8 +360,9 @@ void part_gap(const Part& a, const Part& b, double enough, Gap<3>& gap)
         gap.on_b = lowest;
         gap.on_a = lowest - ground.normal * gap.distance;
         if (ground_b) flip(gap);
-    } else if (gap.distance > -other.radius && dot(gap.normal, ground.normal) * (ground_a ? 1 : -1) <= 0) {
-        gap.distance = HUGE_VAL; // beside the column that pushes it up
+    } else if (gap.distance > -other.radius &&
+               !comes_from_above(ground, ground_a ? gap.normal : -gap.normal)) {
+        gap.distance = HUGE_VAL; // the column it is in pushes it up
     }
 }
 
