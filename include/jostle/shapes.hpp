@@ -20,7 +20,7 @@ using Vec = std::array<T, static_cast<std::size_t>(Dim)>;
 
 /// Where an object is: world = rotate(local) + position.
 ///
-/// Valid    finite numbers, a rotation other than zero. Rotations are normalised where they are read, so one
+/// Valid    positions within 1e60, finite rotations other than zero. Rotations are normalised where they are read, so one
 ///          that has drifted from length 1 is no error and doesn't scale the shape.
 template <int Dim, Coordinate T>
 struct Pose;
@@ -91,7 +91,7 @@ class JOSTLE_API ConvexHull
 };
 
 /// A surface that doesn't deform: triangles in 3D; in 2D a chain or any set of segments. It has no inside: an
-/// object is pushed out on the side where its centre is.
+/// object is pushed out the shortest way.
 ///
 /// Valid    finite vertices, indices below their count. Triangles without area are valid: they are segments
 ///          or points.
@@ -124,8 +124,8 @@ class JOSTLE_API Mesh
 /// Shape    columns x rows heights, row by row; height [row * columns + column] stands at
 ///          x = column * spacing_x, z = row * spacing_z. Each cell is two triangles that share the diagonal
 ///          from its corner of lowest x and z to its opposite.
-/// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface, however deep, is
-///          pushed up.
+/// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface is pushed up; the ground
+///          ends at its lowest height.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one
 ///          towards z.
 template <Coordinate T>
@@ -153,8 +153,7 @@ class Shape;
 ///
 /// Valid    at least one child; children of any kind but meshes, height fields and compounds.
 /// Order    part numbers in contacts are positions in `children`.
-/// Value    copies share the same read-only memory; it holds what its children refer to, custom shapes
-///          excepted.
+/// Value    copies share the same read-only memory. What the children point to must outlive it.
 template <int Dim>
 class JOSTLE_API Compound
 {
@@ -209,7 +208,7 @@ class JOSTLE_API CustomShape
 ///
 /// Units     the same length unit as the poses.
 /// Lifetime  hulls, meshes, height fields, compounds and custom shapes are pointed to: they must outlive it.
-/// Errors    an `Error` that names the number: radius or half length negative, NaN, infinite, normal zero.
+/// Errors    an `Error` that names the number: a length that is negative, NaN or above 1e60, a normal of zero.
 ///           Zero-size shapes are valid: a sphere of radius 0 is a point.
 template <int Dim>
 class JOSTLE_API Shape

@@ -95,6 +95,7 @@ void Core3::set_box(const Vec<3, double>& half)
         directions[k] = axes[wide[k]];
     polytope.direction = directions;
     polytope.directions = static_cast<std::uint32_t>(count);
+    is_box = count == 3;
     if (count == 3) {
         polytope.faces = 6;
         polytope.nx = box_normals;
@@ -121,6 +122,7 @@ void Core3::set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Fram
     radius = 0;
     reach = std::sqrt(std::max({length2(a), length2(b), length2(c)}));
     custom = nullptr;
+    is_box = false;
     polytope = {};
     polytope.x = coordinates;
     polytope.stride = lanes;
@@ -133,11 +135,9 @@ void Core3::set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Fram
     polytope.edges = 3;
     polytope.direction = directions;
     const Vec3 corner[] = {a, b, c};
-    for (std::uint32_t i = 0; i < 3; ++i) {
-        const Vec3 d = corner[(i + 1) % 3] - corner[i];
-        const double size = length(d);
-        if (size > 0) directions[polytope.directions++] = d * (1 / size);
-    }
+    for (std::uint32_t i = 0; i < 3; ++i) // of any length: only who tries edges asks for their directions
+        directions[i] = corner[(i + 1) % 3] - corner[i];
+    polytope.directions = 3;
     const Vec3 n = cross(b - a, c - a);
     const double size = length(n);
     // Thinner than this and the normal is noise: then it is a segment.
@@ -420,8 +420,8 @@ class Expansion
         for (int step = 0; step < most_steps; ++step) {
             std::uint32_t nearest = 0;
             double least = HUGE_VAL;
-            for (std::uint32_t f = 0; f < faces_.size(); ++f)
-                if (faces_[f].alive && faces_[f].offset < least) least = faces_[f].offset, nearest = f;
+            for (std::uint32_t f = 0; f < offsets_.size(); ++f)
+                if (offsets_[f] < least) least = offsets_[f], nearest = f;
             if (least == HUGE_VAL) break;
             const Vec3 n = faces_[nearest].normal;
             const SimplexPoint w = ask(n);
@@ -440,8 +440,6 @@ class Expansion
         std::uint32_t v[3], beside[3]; // beside[i] across the side from v[i] to v[i + 1]
         std::uint32_t round;
         Vec3 normal;
-        double offset;
-        bool alive;
     };
     struct Side
     {
@@ -460,21 +458,26 @@ class Expansion
     }
     std::uint32_t add(std::uint32_t i, std::uint32_t j, std::uint32_t k)
     {
-        Face face;
+        std::uint32_t f = static_cast<std::uint32_t>(faces_.size());
+        if (free_ < patch_.size()) {
+            f = patch_[free_++]; // in the place of one that went
+        } else {
+            faces_.push_back({});
+            offsets_.push_back(HUGE_VAL);
+        }
+        Face& face = faces_[f];
         face.v[0] = i, face.v[1] = j, face.v[2] = k;
         face.round = 0;
-        face.alive = true;
         const Vec3 p = points_[i].w, n = cross(points_[j].w - p, points_[k].w - p);
         const double size = length(n);
         if (size > 1e-16 * extent_ * extent_) {
             face.normal = n * (1 / size);
-            face.offset = dot(face.normal, p);
+            offsets_[f] = dot(face.normal, p);
         } else { // a sliver is never the nearest; its neighbours say the same
             face.normal = {};
-            face.offset = HUGE_VAL;
+            offsets_[f] = HUGE_VAL;
         }
-        faces_.push_back(face);
-        return static_cast<std::uint32_t>(faces_.size() - 1);
+        return f;
     }
     /// Returns false where rounding has left no closed surface.
     bool grow(std::uint32_t from, const SimplexPoint& w)
@@ -483,42 +486,48 @@ class Expansion
         const std::uint32_t apex = static_cast<std::uint32_t>(points_.size() - 1);
         patch_.clear();
         horizon_.clear();
+        made_.clear();
         patch_.push_back(from);
         faces_[from].round = ++round_;
-        for (std::size_t k = 0; k < patch_.size(); ++k)
+        for (std::size_t k = 0; k < patch_.size(); ++k) {
+            const Face& face = faces_[patch_[k]];
             for (int i = 0; i < 3; ++i) {
-                Face& next = faces_[faces_[patch_[k]].beside[i]];
+                const std::uint32_t f = face.beside[i];
+                Face& next = faces_[f];
                 if (next.round == round_) continue;
-                if (next.offset == HUGE_VAL || dot(next.normal, w.w) - next.offset > 1e-14 * extent_) {
+                if (offsets_[f] == HUGE_VAL || dot(next.normal, w.w) - offsets_[f] > 1e-14 * extent_) {
                     next.round = round_;
-                    patch_.push_back(faces_[patch_[k]].beside[i]);
+                    patch_.push_back(f);
                 }
             }
+        }
         for (std::size_t k = 0; k < patch_.size(); ++k) {
-            Face& face = faces_[patch_[k]];
-            face.alive = false;
+            const Face& face = faces_[patch_[k]];
+            offsets_[patch_[k]] = HUGE_VAL;
             for (int i = 0; i < 3; ++i)
                 if (faces_[face.beside[i]].round != round_)
                     horizon_.push_back({face.v[i], face.v[(i + 1) % 3], face.beside[i]});
         }
-        const std::uint32_t first = static_cast<std::uint32_t>(faces_.size());
+        free_ = 0;
         for (std::size_t k = 0; k < horizon_.size(); ++k) {
             const Side side = horizon_[k];
             const std::uint32_t f = add(side.a, side.b, apex);
             faces_[f].beside[0] = side.beyond;
+            made_.push_back(f);
             Face& beyond = faces_[side.beyond];
             for (int i = 0; i < 3; ++i)
                 if (beyond.v[i] == side.b && beyond.v[(i + 1) % 3] == side.a) beyond.beside[i] = f;
         }
-        std::uint32_t joined = 0;
-        for (std::uint32_t f = first; f < faces_.size(); ++f)
-            for (std::uint32_t g = first; g < faces_.size(); ++g)
-                if (faces_[f].v[1] == faces_[g].v[0]) {
-                    faces_[f].beside[1] = g;
-                    faces_[g].beside[2] = f;
+        free_ = patch_.size();
+        std::size_t joined = 0;
+        for (std::size_t k = 0; k < made_.size(); ++k)
+            for (std::size_t l = 0; l < made_.size(); ++l)
+                if (horizon_[k].b == horizon_[l].a) {
+                    faces_[made_[k]].beside[1] = made_[l];
+                    faces_[made_[l]].beside[2] = made_[k];
                     ++joined;
                 }
-        return joined == faces_.size() - first && joined >= 3;
+        return joined == made_.size() && joined >= 3;
     }
 
     const Core3& a_;
@@ -526,7 +535,9 @@ class Expansion
     double extent_ = 0;
     SmallVector<SimplexPoint, 64> points_;
     SmallVector<Face, 128> faces_;
-    SmallVector<std::uint32_t, 64> patch_;
+    SmallVector<double, 128> offsets_; ///< of each face's plane; infinite where a place is empty
+    SmallVector<std::uint32_t, 64> patch_, made_;
+    std::size_t free_ = 0; ///< of patch_, how many places have new faces
     SmallVector<Side, 64> horizon_;
     std::uint32_t round_ = 0;
 };
@@ -576,19 +587,21 @@ Axis best_axis(const Core3& a, const Core3& b)
     for (std::uint32_t i = 0; i < a.polytope.directions; ++i) {
         const Vec3 da = a.frame.r * a.polytope.direction[i];
         for (std::uint32_t j = 0; j < b.polytope.directions; ++j) {
-            const Vec3 n = cross(da, b.frame.r * b.polytope.direction[j]);
+            const Vec3 db = b.frame.r * b.polytope.direction[j], n = cross(da, db);
             const double size = length(n);
-            if (size < 1e-7) continue; // parallel: a face's normal or another edge says it better
+            // Parallel: a face's normal or another edge says it better.
+            if (!(size * size > 1e-14 * length2(da) * length2(db))) continue;
             consider(best, a, b, n * (1 / size), true, advantage);
         }
     }
     if (best.separation == -HUGE_VAL) {
         // Points and parallel segments, in one place: any direction across.
-        Vec3 n{0, 1, 0}, other;
-        if (a.polytope.directions > 0)
-            basis(a.frame.r * a.polytope.direction[0], n, other);
-        else if (b.polytope.directions > 0)
-            basis(b.frame.r * b.polytope.direction[0], n, other);
+        Vec3 n{0, 1, 0}, other, along;
+        for (const Core3* core : {&a, &b})
+            for (std::uint32_t i = 0; i < core->polytope.directions; ++i)
+                if (const Vec3 d = core->frame.r * core->polytope.direction[i]; length2(d) > length2(along))
+                    along = d;
+        if (length2(along) > 0) basis(along * (1 / length(along)), n, other);
         consider(best, a, b, n, true, 0);
     }
     return best;

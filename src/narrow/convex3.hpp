@@ -46,6 +46,7 @@ struct Core3
     Polytope polytope;
     Frame<3> frame;
     double radius = 0;
+    bool is_box = false;
     double reach = 0; ///< radius of a ball around frame.p that holds the core
     const CustomShape<3>* custom = nullptr;
     const Kernels* kernels = &best_kernels();

@@ -312,7 +312,19 @@ bool surface_contact(const Core3& a, const Part& b, double margin, Manifold<3>& 
 {
     if (b.surface == Surface::ground) return ground_contact(a, b, margin, manifold);
     Gap<3> cores;
-    core_gap(a, b.core, a.radius + margin, cores);
+    cores.distance = HUGE_VAL;
+    if (a.is_box && b.core.polytope.faces != 0) {
+        const Vec3 half{a.polytope.x[7], a.polytope.x[lanes + 7],
+                        a.polytope.x[2 * lanes + 7]}; // the last corner
+        Vec3 corner[3];
+        for (std::uint32_t i = 0; i < 3; ++i)
+            corner[i] = a.frame.r.back(b.core.frame * b.core.polytope.vertex(i) - a.frame.p);
+        const double separation = box_triangle(half, corner, margin, cores.normal);
+        if (separation > margin) return false;
+        cores.normal = a.frame.r * cores.normal;
+        if (separation <= 0) cores.distance = separation;
+    }
+    if (cores.distance == HUGE_VAL) core_gap(a, b.core, a.radius + margin, cores);
     if (!(cores.distance <= a.radius + margin)) return false;
     const double side =
         dot(cores.normal, b.normal) <= 0 ? 1 : -1; // the front where the normal comes down on it

@@ -298,5 +298,55 @@ Outcome capsule_box(const Vec3& axis, double half_length, double radius, const M
     return Outcome::touch;
 }
 
+double box_triangle(const Vec3& half, const Vec3 (&corner)[3], double enough, Vec3& normal)
+{
+    double best = -HUGE_VAL;
+    for (int i = 0; i < 3; ++i) {
+        const double lo = std::min(corner[0][i], std::min(corner[1][i], corner[2][i]));
+        const double hi = std::max(corner[0][i], std::max(corner[1][i], corner[2][i]));
+        const double separation = std::max(lo, -hi) - half[i];
+        if (separation > enough) return separation;
+        if (separation > best) {
+            best = separation;
+            normal = {};
+            normal[i] = lo >= -hi ? 1 : -1;
+        }
+    }
+    const Vec3 edge[3] = {corner[1] - corner[0], corner[2] - corner[1], corner[0] - corner[2]};
+    const Vec3 n = cross(edge[0], edge[1]);
+    {
+        const double size = length(n), offset = dot(n, corner[0]);
+        const double reach = half.x * std::abs(n.x) + half.y * std::abs(n.y) + half.z * std::abs(n.z);
+        const double separation = (std::abs(offset) - reach) / size;
+        if (separation > enough) return separation;
+        if (separation > best) best = separation, normal = n * ((offset >= 0 ? 1 : -1) / size);
+    }
+    const double by = 1e-10 * (half.x + half.y + half.z + std::sqrt(length2(edge[0]) + length2(edge[1])));
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        for (int e = 0; e < 3; ++e) {
+            // Axis i x edge e; both its ends are equally far along.
+            const double u = -edge[e][k], v = edge[e][j];
+            const double square = u * u + v * v;
+            if (!(square > 1e-14 * length2(edge[e]))) continue;
+            const Vec3 &p = corner[e], &q = corner[(e + 2) % 3];
+            const double one = p[j] * u + p[k] * v, other = q[j] * u + q[k] * v;
+            const double lo = std::min(one, other), hi = std::max(one, other);
+            const double inverse = 1 / std::sqrt(square);
+            const double separation =
+                (std::max(lo, -hi) - (half[j] * std::abs(u) + half[k] * std::abs(v))) * inverse;
+            if (separation > enough) return separation;
+            if (separation > best + by) {
+                best = separation;
+                const double sign = lo >= -hi ? inverse : -inverse;
+                normal = {};
+                normal[j] = u * sign;
+                normal[k] = v * sign;
+            }
+        }
+    }
+    return best;
+}
+
 } // namespace narrow
 JOSTLE_NAMESPACE_END

@@ -30,5 +30,10 @@ enum class Outcome
                                   const Vec3& half, const Vec3& d, const CapsuleBoxGap& gap, double margin,
                                   Manifold<3>& manifold);
 
+/// The axis that separates a box around the origin best from a triangle, both in the box's frame. `normal` is
+/// unit, from the box to the triangle. Ends early, with a separation above `enough`, once one is found.
+/// Source: Akenine-Moeller, Fast 3D Triangle-Box Overlap Testing, J. Graphics Tools 6(1), 2001.
+[[nodiscard]] double box_triangle(const Vec3& half, const Vec3 (&corner)[3], double enough, Vec3& normal);
+
 } // namespace narrow
 JOSTLE_NAMESPACE_END
