@@ -272,7 +272,7 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
                           const Aabb<Dim, T>* after, std::uint32_t count, JoinWork<Dim, T>& work)
 {
     using Visit = typename JoinWork<Dim, T>::Visit;
-    constexpr std::size_t ahead = 6, room = lanes + 4;
+    constexpr std::size_t ahead = 20, room = lanes + 4;
     std::fill_n(work.count, count, 0u);
     work.touched = work.left = 0;
     bool endless = false; // infinite bounds let empty lanes pass
