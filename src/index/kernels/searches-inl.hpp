@@ -369,7 +369,7 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
         const std::uint32_t size = work.count[a];
         if (size > lanes) {
             std::sort(first, first + size);
-        } else if (size > 1) {
+        } else if (size > 1 && !std::is_sorted(first, first + size)) { // lists of blocks are sorted already
             std::uint32_t unsorted[lanes];
             for (std::uint32_t k = 0; k < lanes; ++k)
                 unsorted[k] = k < size ? first[k] : no_id;
