@@ -292,11 +292,15 @@ struct BoxIndex<Dim, T>::Implementation
             std::size_t begin = 0;
         };
         std::vector<Part> parts(claims);
-        std::vector<std::vector<Item>> found(executor->concurrency());
+        struct alignas(128) Slot // neighbours don't share a cache line
+        {
+            std::vector<Item> items;
+        };
+        std::vector<Slot> found(executor->concurrency());
         std::vector<std::uint8_t> cut(count);
         index::share_out(*executor, executor->concurrency(), count, questions_per_claim,
                          [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
-                             std::vector<Item>& mine = found[slot];
+                             std::vector<Item>& mine = found[slot].items;
                              parts[begin / questions_per_claim] = {slot, mine.size()};
                              for (std::size_t i = begin; i < end; ++i) {
                                  const std::size_t before = mine.size();
@@ -314,8 +318,8 @@ struct BoxIndex<Dim, T>::Implementation
                                  const std::size_t from = first[claim * questions_per_claim];
                                  const std::size_t to =
                                      first[std::min(count, (claim + 1) * questions_per_claim)];
-                                 std::copy_n(found[parts[claim].slot].data() + parts[claim].begin, to - from,
-                                             items.data() + from);
+                                 std::copy_n(found[parts[claim].slot].items.data() + parts[claim].begin,
+                                             to - from, items.data() + from);
                              }
                          });
         more.assign(cut.begin(), cut.end());
