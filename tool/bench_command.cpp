@@ -666,6 +666,7 @@ void add_bench_command(CLI::App& app)
     add_bench_world_command(*command);
     add_bench_questions_command(*command);
     add_bench_contacts_command(*command);
+    add_bench_responses_command(*command);
     command->callback([command, options] {
         if (command->get_subcommands().empty()) run(*options); // else that one was asked for
     });

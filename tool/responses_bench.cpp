@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: MIT
+// jostle bench responses: how evenly work on pairs is shared out, and what it costs to add up what it does.
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "io/output_file.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/responses.hpp"
+#include "options.hpp"
+#include "scenes/scenes.hpp"
+#include "threads.hpp"
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle::Pair;
+using jostle::Work;
+
+struct Options
+{
+    std::uint32_t objects = 100'000, threads = 0, frames = 15;
+    std::string json; // empty: not wanted
+};
+
+struct Impulse
+{
+    float v[6] = {};
+    Impulse& operator+=(const Impulse& other)
+    {
+        for (int k = 0; k < 6; ++k)
+            v[k] += other.v[k];
+        return *this;
+    }
+};
+
+Impulse impulse_of(const Pair& pair)
+{
+    Impulse impulse;
+    for (std::uint32_t k = 0; k < 6; ++k)
+        impulse.v[k] = static_cast<float>((pair.a * 7 + pair.b * (k + 1)) % 1024) - 512; // exact in any order
+    return impulse;
+}
+
+struct Row
+{
+    std::string part, system;
+    std::uint32_t threads;
+    double ms;
+    std::uint64_t bytes; ///< of memory; 0 where it isn't the point
+    double efficiency;   ///< of two threads or more against one; 0 for one
+};
+
+/// Takes turns, so that whatever else the machine does falls on all alike; each one's median, after a first
+/// turn that doesn't count.
+std::vector<double> medians(std::uint32_t frames, const std::vector<std::function<void()>>& systems)
+{
+    std::vector<std::vector<double>> ms(systems.size());
+    for (std::uint32_t frame = 0; frame <= frames; ++frame)
+        for (std::size_t k = 0; k < systems.size(); ++k) {
+            const auto before = std::chrono::steady_clock::now();
+            systems[k]();
+            const auto after = std::chrono::steady_clock::now();
+            if (frame > 0) ms[k].push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        }
+    std::vector<double> result;
+    for (std::vector<double>& of_one : ms) {
+        const auto middle = of_one.begin() + static_cast<std::ptrdiff_t>(of_one.size() / 2);
+        std::nth_element(of_one.begin(), middle, of_one.end());
+        result.push_back(*middle);
+    }
+    return result;
+}
+
+/// Work that takes about as long as `units` times 20 ns.
+std::uint64_t toil(std::uint64_t seed, std::uint32_t units)
+{
+    std::uint64_t x = seed | 1;
+    for (std::uint32_t i = 0; i < units * 16; ++i)
+        x = (x ^ (x >> 29)) * 0xbf58476d1ce4e5b9u;
+    return x;
+}
+
+/// One frame, from nothing to the sum per object: ours, a mutex per object, and atomics.
+std::vector<Row> measure_responses(const Options& options, jostle::Executor& executor, std::uint32_t threads)
+{
+    const jostle_scenes::Scene<3, float> scene("uniform", options.objects);
+    const jostle::PairBuffer pairs = jostle::find_pairs(scene.boxes());
+    jostle::ProcessOptions process;
+    process.executor = &executor;
+    jostle::ResponsesOptions responses_options;
+    responses_options.executor = &executor;
+    jostle::Responses<Impulse> responses(responses_options);
+    std::span<const Impulse> sums;
+
+    struct Locked
+    {
+        std::mutex mutex;
+        Impulse sum;
+    };
+    struct Atomic
+    {
+        std::atomic<float> v[6];
+    };
+    std::vector<Locked> locked(options.objects);
+    std::vector<Atomic> atomics(options.objects);
+    const auto each_object = [&](auto&& work_on) {
+        jostle::process_items(
+            options.objects,
+            [&](std::uint64_t begin, std::uint64_t end, Work) {
+                for (std::uint64_t i = begin; i < end; ++i)
+                    work_on(i);
+            },
+            process);
+    };
+    const std::vector<double> ms = medians(
+        options.frames, {[&] {
+                             responses.start(options.objects, jostle::plan_work(pairs.size(), process));
+                             jostle::process_pairs(
+                                 pairs,
+                                 [&](const Pair& pair, Work work) {
+                                     const Impulse impulse = impulse_of(pair);
+                                     responses.add(work, pair.a, impulse);
+                                     responses.add(work, pair.b, impulse);
+                                 },
+                                 process);
+                             sums = responses.merge();
+                         },
+                         [&] {
+                             each_object([&](std::size_t i) { locked[i].sum = {}; });
+                             jostle::process_pairs(
+                                 pairs,
+                                 [&](const Pair& pair, Work) {
+                                     const Impulse impulse = impulse_of(pair);
+                                     for (const std::uint32_t i : {pair.a, pair.b}) {
+                                         const std::lock_guard lock(locked[i].mutex);
+                                         locked[i].sum += impulse;
+                                     }
+                                 },
+                                 process);
+                         },
+                         [&] {
+                             each_object([&](std::size_t i) {
+                                 for (std::atomic<float>& v : atomics[i].v)
+                                     v.store(0, std::memory_order_relaxed);
+                             });
+                             jostle::process_pairs(
+                                 pairs,
+                                 [&](const Pair& pair, Work) {
+                                     const Impulse impulse = impulse_of(pair);
+                                     for (const std::uint32_t i : {pair.a, pair.b})
+                                         for (std::size_t k = 0; k < 6; ++k) {
+                                             std::atomic<float>& v = atomics[i].v[k];
+                                             float old = v.load(std::memory_order_relaxed);
+                                             while (!v.compare_exchange_weak(old, old + impulse.v[k],
+                                                                             std::memory_order_relaxed))
+                                                 ;
+                                         }
+                                 },
+                                 process);
+                         }});
+    for (std::uint32_t i = 0; i < options.objects; ++i)
+        for (std::size_t k = 0; k < 6; ++k)
+            if (sums[i].v[k] != locked[i].sum.v[k] || sums[i].v[k] != atomics[i].v[k])
+                throw std::runtime_error("object " + std::to_string(i) + ": the three sums differ");
+    return {{"responses", "jostle", threads, ms[0], responses.bytes_reserved(), 0},
+            {"responses", "mutex per object", threads, ms[1], locked.size() * sizeof(Locked), 0},
+            {"responses", "atomics", threads, ms[2], atomics.size() * sizeof(Atomic), 0}};
+}
+
+/// The same work on one thread and on all.
+std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
+{
+    const std::unique_ptr<jostle::Executor> one = jostle::make_thread_executor(1),
+                                            all = jostle::make_thread_executor(threads);
+    std::vector<Pair> pairs(20'000);
+    for (std::uint32_t i = 0; i < pairs.size(); ++i)
+        pairs[i] = {i, i + 1};
+    std::atomic<std::uint64_t> sink{0};
+    const auto on_pairs = [&](const std::unique_ptr<jostle::Executor>& given, auto cost) {
+        return [&, cost, executor = given.get()] {
+            jostle::ProcessOptions process;
+            process.executor = executor;
+            jostle::process_pairs(
+                pairs,
+                [&](const jostle::PairBatch& batch) {
+                    std::uint64_t sum = 0;
+                    for (const Pair& pair : batch.items)
+                        sum += toil(pair.a, cost(pair.a));
+                    sink.fetch_add(sum, std::memory_order_relaxed);
+                },
+                process);
+        };
+    };
+    const auto on_all_pairs = [&](const std::unique_ptr<jostle::Executor>& given, jostle::Schedule schedule) {
+        return [&, schedule, executor = given.get()] {
+            jostle::ProcessOptions process;
+            process.executor = executor;
+            jostle::process_all_pairs(
+                1'000,
+                [&](const jostle::PairRow& row) {
+                    std::uint64_t sum = 0;
+                    for (std::uint32_t b = row.b_begin; b < row.b_end; ++b)
+                        sum += toil(b, 1);
+                    sink.fetch_add(sum, std::memory_order_relaxed);
+                },
+                process, schedule);
+        };
+    };
+    const auto even = [](std::uint32_t) { return 20u; };
+    // One pair in 64 costs a thousand times as much as the others; by chance, and all of them at the end.
+    const auto mixed = [](std::uint32_t i) { return (i * 2654435761u) >> 26 == 0 ? 1000u : 1u; };
+    const auto lumped = [](std::uint32_t i) { return i >= 20'000 - 312 ? 1000u : 1u; };
+    using jostle::Schedule;
+    const std::vector<std::pair<std::string, std::vector<std::function<void()>>>> works = {
+        {"pairs of one cost", {on_pairs(one, even), on_pairs(all, even)}},
+        {"pairs of 1 : 1000", {on_pairs(one, mixed), on_pairs(all, mixed)}},
+        {"1 : 1000, the dear ones last", {on_pairs(one, lumped), on_pairs(all, lumped)}},
+        {"all pairs, dynamic", {on_all_pairs(one, Schedule::dynamic), on_all_pairs(all, Schedule::dynamic)}},
+        {"all pairs, zig-zag", {on_all_pairs(one, Schedule::zigzag), on_all_pairs(all, Schedule::zigzag)}},
+        {"all pairs, equal blocks",
+         {on_all_pairs(one, Schedule::equal_blocks), on_all_pairs(all, Schedule::equal_blocks)}}};
+    std::vector<Row> rows;
+    for (const auto& [name, systems] : works) {
+        const std::vector<double> ms = medians(options.frames, systems);
+        rows.push_back({"balance", name, 1, ms[0], 0, 0});
+        rows.push_back({"balance", name, threads, ms[1], 0, ms[0] / ms[1] / threads});
+    }
+    return rows;
+}
+
+void run(const Options& options)
+{
+    std::optional<OutputFile> json;
+    if (!options.json.empty()) json.emplace(options.json);
+    const Threads threads(options.threads);
+    std::vector<Row> rows = measure_responses(options, threads.executor(), threads.count());
+    const double ours = rows.front().ms;
+    if (options.json != "-") {
+        std::printf("A frame of impulses (24 bytes) on both objects of each pair, %u objects, %u threads:\n",
+                    options.objects, threads.count());
+        for (const Row& row : rows)
+            std::printf("  %-30s %9.3f ms %10.1f MB %9.2f x jostle\n", row.system.c_str(), row.ms,
+                        static_cast<double>(row.bytes) / 1e6, row.ms / ours);
+        std::printf("Work shared out, one thread against %u; efficiency 1 is %u times as fast:\n",
+                    threads.count(), threads.count());
+        std::fflush(stdout);
+    }
+    for (const Row& row : measure_balance(options, threads.count()))
+        rows.push_back(row);
+    if (options.json != "-")
+        for (std::size_t i = 3; i < rows.size(); i += 2)
+            std::printf("  %-30s %9.3f ms %9.3f ms %9.2f efficiency\n", rows[i].system.c_str(), rows[i].ms,
+                        rows[i + 1].ms, rows[i + 1].efficiency);
+    if (json) {
+        auto all = nlohmann::ordered_json::array();
+        for (const Row& row : rows)
+            all.push_back({{"part", row.part},
+                           {"system", row.system},
+                           {"threads", row.threads},
+                           {"median_ms", row.ms},
+                           {"bytes", row.bytes},
+                           {"efficiency", row.efficiency}});
+        json->write(all.dump(1) + "\n");
+        json->commit();
+    }
+}
+
+constexpr const char* help =
+    R"(A frame goes from nothing to the sum per object: Responses, one mutex per object, and a
+compare-and-swap loop on each number. The three sums must be the same, or the exit status is 1.
+
+Examples:
+  jostle bench responses
+  jostle bench responses -n 1000000 --threads 2 --json -)";
+
+} // namespace
+
+void add_bench_responses_command(CLI::App& bench)
+{
+    CLI::App* command =
+        bench.add_subcommand("responses", "What sharing out work on pairs costs, and adding up what it does");
+    command->footer(help);
+    const auto options = std::make_shared<Options>();
+    add_number_option(*command, "-n", options->objects, 1u, 10'000'000u, "How many objects (100000)")
+        ->type_name("N");
+    add_number_option(*command, "--frames", options->frames, 1u, 10'000u, "How many frames are counted (15)")
+        ->type_name("F");
+    add_threads_option(*command, options->threads);
+    command
+        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
+        ->type_name("FILE");
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool
