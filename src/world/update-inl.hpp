@@ -754,32 +754,38 @@ void World<Dim, T>::Implementation::join_resting(const Side& side, std::pmr::vec
     // Steady pairs touched before and touch now. Their filters' classes tell the rest, mostly.
     kept_of_run.resize((joined.size() + world::run_length - 1) / world::run_length);
     const bool any_refused = !refused.empty();
-    joined_late.clear();
     in_runs(joined.size(), [&](std::size_t run, std::size_t begin, std::size_t end) {
         Pair* kept = joined.data() + begin;
-        std::size_t late = 0;
+        std::size_t elsewhere = 0;
         for (std::size_t k = begin; k < end; ++k) {
             const Pair pair = joined[k];
             if (is_stale(pair)) {
-                ++late;
+                ++elsewhere;
                 continue;
             }
             const std::uint8_t class_a = entry_class[pair.a], class_b = class_of[pair.b];
             const std::uint32_t index_a = entry_index[pair.a];
             const Pair named{std::min(index_a, pair.b), std::max(index_a, pair.b)};
+            bool pass;
             if (class_a == world::FilterClasses::look || class_b == world::FilterClasses::look) {
-                const std::lock_guard lock(found_mutex);
-                joined_late.push_back(pair);
-                ++late;
-            } else if (filter_classes.pass(class_a, class_b) &&
-                       (!any_refused || refused.find(world::pair_key(named.a, named.b)) == refused.end())) {
-                *kept++ = named;
+                // One that woke up is found as a changed one; else there are more filters than classes. Which
+                // filters got a class depends on history, so these pairs must stay in their places.
+                const Object& b = objects[pair.b];
+                if (b.has(world::flag::touched)) {
+                    ++elsewhere;
+                    continue;
+                }
+                pass = passes(objects[index_a], b);
+            } else {
+                pass = filter_classes.pass(class_a, class_b);
             }
+            if (pass && (!any_refused || refused.find(world::pair_key(named.a, named.b)) == refused.end()))
+                *kept++ = named;
         }
         kept_of_run[run] = static_cast<std::uint32_t>(kept - (joined.data() + begin));
         const std::lock_guard lock(found_mutex);
-        candidates += end - begin - late;
-        false_positives += end - begin - late - kept_of_run[run];
+        candidates += end - begin - elsewhere;
+        false_positives += end - begin - elsewhere - kept_of_run[run];
     });
     std::size_t total = persisting.size();
     for (const std::uint32_t kept : kept_of_run)
@@ -792,7 +798,6 @@ void World<Dim, T>::Implementation::join_resting(const Side& side, std::pmr::vec
 
     // The others are looked at one by one. They come in no order, so what persists is put in one.
     joined_rest.erase(std::remove_if(joined_rest.begin(), joined_rest.end(), is_stale), joined_rest.end());
-    joined_rest.insert(joined_rest.end(), joined_late.begin(), joined_late.end());
     kept_of_run.resize((joined_rest.size() + world::run_length - 1) / world::run_length);
     const Side resting_side{nullptr, nullptr, true};
     in_runs(joined_rest.size(), [&](std::size_t run, std::size_t begin, std::size_t end) {
