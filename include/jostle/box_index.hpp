@@ -44,8 +44,7 @@ struct IndexStats
 ///
 /// Exact     answers are what hit_fraction, squared_distance and overlaps say about each box. No result is
 ///           dropped or capped unless `max_results` asks for it.
-/// Same      the same boxes give the same answers in the same order, however they came into the index, for
-/// any
+/// Same      the same boxes give the same answers in the same order, however they came into the index, for any
 ///           executor, number of threads and instruction set.
 /// Nothing to configure or to call from time to time: no bounds, no cell size, no optimise(). Boxes may be of
 ///           any sizes, anywhere, infinite too, all in one place or all moving away.
@@ -69,7 +68,7 @@ class JOSTLE_API BoxIndex
     BoxIndex& operator=(BoxIndex&&) noexcept;
     ~BoxIndex();
 
-    /// ---- Objects ---------------------------------------------------------------------------------------
+    // --- Objects ---
 
     /// Forgets everything and takes these boxes: box i gets the id i, or ids[i].
     void build(const BoxView<Dim, T>& boxes);
@@ -90,15 +89,14 @@ class JOSTLE_API BoxIndex
     [[nodiscard]] Box box(std::uint32_t id) const;
     [[nodiscard]] IndexStats stats() const noexcept;
 
-    /// ---- Many boxes at once ------------------------------------------------------------------------------
+    // --- Many boxes at once ---
 
     /// All pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is the
     /// position in `boxes`, b the object's id. Refills `out`. Runs on the executor and in working memory that
     /// the index keeps, so one call at a time; a steady batch allocates nothing.
     void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out);
 
-    /// ---- Along a line
-    /// --------------------------------------------------------------------------------------
+    // --- Along a line ---
     // `Line` is Ray<Dim, T> or Sweep<Dim, T>. `first` is the hit with the least fraction, of several the one
     // with the lowest id. `all` refills `out`, ascending by (fraction, id), with the first `max_results` of
     // the hits, and returns whether there are more.
@@ -111,8 +109,7 @@ class JOSTLE_API BoxIndex
     bool all(const Sweep<Dim, T>& sweep, std::vector<Hit<T>>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
 
-    /// ---- In a region
-    /// ---------------------------------------------------------------------------------------
+    // --- In a region ---
     // A box, a sphere or a frustum. `all` refills `out`, ascending by id, with the first `max_results` of the
     // objects that touch the region, and returns whether there are more.
 
@@ -123,15 +120,13 @@ class JOSTLE_API BoxIndex
     bool all(const Frustum<Dim, T>& region, std::vector<std::uint32_t>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
 
-    /// ---- Near a point
-    /// --------------------------------------------------------------------------------------
+    // --- Near a point ---
 
     /// Refills `out`, ascending by (squared distance, id).
     void nearest(const Nearest<Dim, T>& question, std::vector<Hit<T>>& out,
                  const QueryFilter& filter = {}) const;
 
-    /// ---- Only whether, or how many
-    /// -------------------------------------------------------------------------
+    // --- Only whether, or how many ---
     // `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
 
     template <class Question>
@@ -139,8 +134,7 @@ class JOSTLE_API BoxIndex
     template <class Question>
     [[nodiscard]] std::uint64_t count(const Question& question, const QueryFilter& filter = {}) const;
 
-    /// ---- Many questions at once
-    /// ----------------------------------------------------------------------------
+    // --- Many questions at once ---
     // The same answers, found on the executor's threads. One filter serves all; `accept` is told the
     // question. An array of results wants one element per question; `first` says "none" by Hit<T>::none.
 

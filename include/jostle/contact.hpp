@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <iterator>
 #include <memory>
 #include <memory_resource>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "jostle/box.hpp"
@@ -250,10 +252,10 @@ StridedView<Value> view_of(const Container& values)
 ///
 /// Shapes and poses have one element per object; pairs name objects by position, in any order, also b < a.
 ///
-/// Touching  closed shapes: depth >= 0 up to rounding. Computed in double, relative to one of the two
-/// objects. Order     that of the pairs. The same bits for any number of threads, instruction set and
-/// compiler, and
-///           whichever way round a pair is given: that swaps a and b and negates the normal.
+/// Touching  closed shapes: depth >= 0 up to rounding. Computed in double, relative to one of the two objects.
+/// Order     that of the pairs. The same bits for any number of threads, instruction set and compiler, and
+///           whichever way round a pair is given: that swaps a and b and negates the normal. (Two objects of the
+///           same shape and pose can't be told apart: their normal is the same both ways.)
 /// Threads   one call at a time per finder.
 /// Cost      see docs/guide/contacts.md. Working memory is kept; steady frames allocate nothing.
 /// Errors    `Error` naming the lowest object whose pose has a number that is not finite or a rotation of

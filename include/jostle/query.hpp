@@ -154,7 +154,7 @@ class ResultLists
     std::pmr::vector<std::uint8_t> more_;
 };
 
-/// ---- What the answers are ------------------------------------------------------------------------------
+// --- What the answers are ---
 
 /// The least fraction at which the moving box touches `target`, if it does at all.
 ///

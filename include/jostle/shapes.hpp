@@ -125,7 +125,10 @@ class JOSTLE_API Mesh
 ///          x = column * spacing_x, z = row * spacing_z. Each cell is two triangles that share the diagonal
 ///          from its corner of lowest x and z to its opposite.
 /// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface is pushed up; the ground
-///          ends at its lowest height.
+///          ends at its lowest height, so flat ground is as thin as a sheet: what has gone through it is lost.
+///          Use a `Shape` half-space for flat ground.
+/// Contacts one for each triangle, and those at inner edges may lean towards their neighbour: for smooth rolling
+///          give the terrain as a `Mesh`, which corrects that.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one
 ///          towards z.
 template <Coordinate T>

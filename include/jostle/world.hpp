@@ -286,7 +286,7 @@ class JOSTLE_API World
 
     /// What the world is: objects, ids, filters, who rests, and what `accept` refused. Not what is queued,
     /// nor the lists of the last update. Version, checksum and layout are in src/world/snapshot-inl.hpp;
-    /// the same bytes on every machine. About 60 bytes an object, at the speed of memory.
+    /// the same bytes on every machine. About 44 bytes and 60 ns an object.
     [[nodiscard]] std::vector<std::byte> save() const;
     /// Becomes the world that was saved, with its margin; executor, memory and `accept` stay as they are
     /// here. Every later result is, byte for byte, what that world would have given. What was queued is
