@@ -20,6 +20,7 @@
 #include "jostle/find_pairs.hpp"
 #include "jostle/responses.hpp"
 #include "options.hpp"
+#include "pinned_threads.hpp"
 #include "scenes/scenes.hpp"
 #include "threads.hpp"
 
@@ -181,19 +182,38 @@ std::vector<Row> measure_responses(const Options& options, jostle::Executor& exe
             {"responses", "atomics", threads, ms[2], atomics.size() * sizeof(Atomic), 0}};
 }
 
+/// Undisturbed runs' median, each thread on a core of its own; runs in which the system took a core away count
+/// only if there are no others.
+double pinned_ms(PinnedThreads& threads, std::uint32_t frames,
+                 const std::function<void(jostle::Executor&)>& work)
+{
+    std::vector<double> undisturbed, disturbed;
+    for (std::uint32_t run = 0; run < 4 * frames && undisturbed.size() < frames; ++run) {
+        threads.reset();
+        if (threads.concurrency() == 1) // else it would run here, and not be timed
+            threads.run(1, [&](std::uint32_t) { work(jostle::serial_executor()); });
+        else
+            work(threads);
+        (threads.preemptions() == 0 ? undisturbed : disturbed).push_back(threads.ms());
+    }
+    std::vector<double>& ms = undisturbed.empty() ? disturbed : undisturbed;
+    const auto middle = ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2);
+    std::nth_element(ms.begin(), middle, ms.end());
+    return *middle;
+}
+
 /// The same work on one thread and on all.
 std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
 {
-    const std::unique_ptr<jostle::Executor> one = jostle::make_thread_executor(1),
-                                            all = jostle::make_thread_executor(threads);
+    PinnedThreads one(1), all(threads);
     std::vector<Pair> pairs(20'000);
     for (std::uint32_t i = 0; i < pairs.size(); ++i)
         pairs[i] = {i, i + 1};
     std::atomic<std::uint64_t> sink{0};
-    const auto on_pairs = [&](const std::unique_ptr<jostle::Executor>& given, auto cost) {
-        return [&, cost, executor = given.get()] {
+    const auto on_pairs = [&](auto cost) {
+        return [&, cost](jostle::Executor& executor) {
             jostle::ProcessOptions process;
-            process.executor = executor;
+            process.executor = &executor;
             jostle::process_pairs(
                 pairs,
                 [&](const jostle::PairBatch& batch) {
@@ -205,10 +225,10 @@ std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
                 process);
         };
     };
-    const auto on_all_pairs = [&](const std::unique_ptr<jostle::Executor>& given, jostle::Schedule schedule) {
-        return [&, schedule, executor = given.get()] {
+    const auto on_all_pairs = [&](jostle::Schedule schedule) {
+        return [&, schedule](jostle::Executor& executor) {
             jostle::ProcessOptions process;
-            process.executor = executor;
+            process.executor = &executor;
             jostle::process_all_pairs(
                 1'000,
                 [&](const jostle::PairRow& row) {
@@ -225,19 +245,19 @@ std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
     const auto mixed = [](std::uint32_t i) { return (i * 2654435761u) >> 26 == 0 ? 1000u : 1u; };
     const auto lumped = [](std::uint32_t i) { return i >= 20'000 - 312 ? 1000u : 1u; };
     using jostle::Schedule;
-    const std::vector<std::pair<std::string, std::vector<std::function<void()>>>> works = {
-        {"pairs of one cost", {on_pairs(one, even), on_pairs(all, even)}},
-        {"pairs of 1 : 1000", {on_pairs(one, mixed), on_pairs(all, mixed)}},
-        {"1 : 1000, the dear ones last", {on_pairs(one, lumped), on_pairs(all, lumped)}},
-        {"all pairs, dynamic", {on_all_pairs(one, Schedule::dynamic), on_all_pairs(all, Schedule::dynamic)}},
-        {"all pairs, zig-zag", {on_all_pairs(one, Schedule::zigzag), on_all_pairs(all, Schedule::zigzag)}},
-        {"all pairs, equal blocks",
-         {on_all_pairs(one, Schedule::equal_blocks), on_all_pairs(all, Schedule::equal_blocks)}}};
+    const std::vector<std::pair<std::string, std::function<void(jostle::Executor&)>>> works = {
+        {"pairs of one cost", on_pairs(even)},
+        {"pairs of 1 : 1000", on_pairs(mixed)},
+        {"1 : 1000, the dear ones last", on_pairs(lumped)},
+        {"all pairs, dynamic", on_all_pairs(Schedule::dynamic)},
+        {"all pairs, zig-zag", on_all_pairs(Schedule::zigzag)},
+        {"all pairs, equal blocks", on_all_pairs(Schedule::equal_blocks)}};
     std::vector<Row> rows;
-    for (const auto& [name, systems] : works) {
-        const std::vector<double> ms = medians(options.frames, systems);
-        rows.push_back({"balance", name, 1, ms[0], 0, 0});
-        rows.push_back({"balance", name, threads, ms[1], 0, ms[0] / ms[1] / threads});
+    for (const auto& [name, work] : works) {
+        const double alone = pinned_ms(one, options.frames, work);
+        const double together = threads == 1 ? alone : pinned_ms(all, options.frames, work);
+        rows.push_back({"balance", name, 1, alone, 0, 0});
+        rows.push_back({"balance", name, threads, together, 0, alone / together / threads});
     }
     return rows;
 }

@@ -22,7 +22,9 @@ JOSTLE_NAMESPACE_BEGIN
 /// How a Responses keeps what is added until it is merged. The merged values are the same bits in both.
 enum class ResponseForm
 {
-    automatic, ///< whichever wants less memory for two responses per item of the plan
+    /// Whichever wants less memory for two responses per item of the plan; sparse for process_all_pairs,
+    /// since of all pairs few have a response.
+    automatic,
     /// An array of all objects for each block of work, as in the chapter's fig. 4.8 for each processor. For
     /// few objects with many responses each. Memory: blocks x objects x sizeof(T).
     dense,

@@ -110,9 +110,11 @@ void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
     // Nothing can be added if this fails.
     const std::uint32_t old_objects = std::exchange(objects, 0), old_slots = std::exchange(slot_count, 0);
     const std::size_t new_row_size = rounded_up(std::size_t{new_objects} * value_size_, line);
+    // Of all pairs few have a response: the plan says nothing about how many (block_items is 0).
+    const bool automatically =
+        plan.blocks > 0 && plan.block_items > 0 && new_row_size <= 2 * plan.items * entry_size_ / plan.blocks;
     const bool dense =
-        options.form == ResponseForm::dense || (options.form == ResponseForm::automatic && plan.blocks > 0 &&
-                                                new_row_size <= 2 * plan.items * entry_size_ / plan.blocks);
+        options.form == ResponseForm::dense || (options.form == ResponseForm::automatic && automatically);
     int shift = 9;
     while ((std::uint64_t{new_objects} + (std::uint64_t{1} << shift) - 1) >> shift > most_bins)
         ++shift;

@@ -344,6 +344,11 @@ TEST(ResponsesMemory, TheSmallerFormIsChosen)
     EXPECT_EQ(responses.form(), ResponseForm::dense);
     responses.start(100'000, plan);
     EXPECT_EQ(responses.form(), ResponseForm::sparse);
+
+    Responses<Impulse> all_pairs; // dense would want 2.4 GB
+    all_pairs.start(10'000, jostle::plan_all_pairs(10'000));
+    EXPECT_EQ(all_pairs.form(), ResponseForm::sparse);
+    EXPECT_LT(all_pairs.bytes_reserved(), 10'000'000u);
 }
 
 TEST(ResponsesMemory, FailureAtAnyAllocationLosesNothingOfTheNextFrame)
