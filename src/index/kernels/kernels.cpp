@@ -56,7 +56,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
 template <int Dim, class T>
-const Kernels<Dim, T>& kernels_for(InstructionSet set) noexcept
+const Kernels<Dim, T>& kernels_for([[maybe_unused]] InstructionSet set) noexcept
 {
 #ifdef JOSTLE_WITH_SIMD
 #if HWY_TARGETS & HWY_AVX3
