@@ -37,7 +37,7 @@ if(how STREQUAL "pkg_config")
   return()
 endif()
 
-set(arguments -D CMAKE_BUILD_TYPE=Release -D CMAKE_CXX_FLAGS=${flags})
+set(arguments -D CMAKE_BUILD_TYPE=None -D CMAKE_CXX_FLAGS=${flags})
 if(how STREQUAL "find_package")
   list(APPEND arguments -D CMAKE_PREFIX_PATH=${prefix})
 else()
