@@ -17,9 +17,9 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/report.hpp"
+#include "bench_options.hpp"
 #include "commands.hpp"
 #include "engines.hpp"
-#include "io/output_file.hpp"
 #include "jostle/chapter.hpp"
 #include "jostle/find_pairs.hpp"
 #include "progress.hpp"
@@ -534,12 +534,7 @@ void run(Options options)
         for (const std::uint64_t n : options.sizes)
             check_pairs(name, n);
     }
-#ifndef JOSTLE_WITH_PEERS
-    if (!options.peers.empty())
-        throw UsageError(
-            "--peers: this build has no peers; install the packages of bench/packages, configure "
-            "with cmake -DJOSTLE_BENCH=ON and build again");
-#endif
+    check_for_peers(!options.peers.empty());
 #ifdef JOSTLE_WITH_PEERS
     if (!options.peers.empty() && options.peers != "all")
         options.dim == 2 ? check_peers<2>(options.peers) : check_peers<3>(options.peers);
@@ -553,8 +548,7 @@ void run(Options options)
             throw UsageError("--report: " + folder.string() + " is no folder; make it first");
     }
 
-    std::unique_ptr<OutputFile> json; // before the work: a name that can't be written is said at once
-    if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+    RowsFile file(options.json);
     Results results(options, options.json != "-");
     for (const std::string& name : options.scenes)
         for (const std::uint64_t n : options.sizes) {
@@ -567,13 +561,7 @@ void run(Options options)
             else
                 measure_scene<3, float>(options, name, n, results);
         }
-    if (json) {
-        std::string text = "[\n"; // one row a line, which versions and compares well
-        for (std::size_t i = 0; i < results.json().size(); ++i)
-            text += results.json()[i].dump() + (i + 1 < results.json().size() ? ",\n" : "\n");
-        json->write(text + "]\n");
-        json->commit();
-    }
+    file.write(results.json());
     if (!options.report.empty()) {
         try {
             jostle_bench::write_report(results.rows(), about(options), options.report);
@@ -618,19 +606,8 @@ void add_bench_command(CLI::App& app)
     const auto options = std::make_shared<Options>();
     command->add_option("SCENE", options->scenes, "Which scenes; the seven usual ones if none is given")
         ->type_name("");
-    command->add_option("-n", options->sizes, "How many boxes, 1 to 10,000,000; several with commas (100000)")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
-        ->type_name("N");
-    command
-        ->add_option("--threads", options->threads,
-                     "How many threads, several with commas; one per core "
-                     "if not given")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(1u, Threads::most).description(""))
-        ->type_name("T");
+    add_sizes_option(*command, options->sizes, "100000");
+    add_thread_counts_option(*command, options->threads);
     command->add_option("--frames", options->frames, "How many frames are counted (20)")
         ->check(CLI::Range(1u, 100'000u).description(""))
         ->type_name("F");
@@ -656,9 +633,7 @@ void add_bench_command(CLI::App& app)
             },
             "Instruction set of the default engine; the best there is if not given")
         ->type_name("NAME");
-    command
-        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
-        ->type_name("FILE");
+    add_rows_file_option(*command, options->json);
     command->add_flag("--peers{all}", options->peers,
                       "Other systems as well, where the build has them; --peers=embree,floor: only these");
     command->add_option("--report", options->report, "Write tables and plots as one HTML page; wants gnuplot")

@@ -12,8 +12,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/contact_peers.hpp"
+#include "bench_options.hpp"
 #include "commands.hpp"
-#include "io/output_file.hpp"
 #include "jostle/contact.hpp"
 #include "scenes/random.hpp"
 #include "threads.hpp"
@@ -323,29 +323,10 @@ class Table
 
 void run(const Options& options)
 {
-    std::vector<const Combination*> wanted;
-    for (const std::string& name : options.combinations) {
-        const auto known = std::find_if(std::begin(all_combinations), std::end(all_combinations),
-                                        [&](const Combination& c) { return name == c.name; });
-        if (known == std::end(all_combinations)) {
-            std::string names;
-            for (const Combination& c : all_combinations)
-                names += (names.empty() ? "" : ", ") + std::string(c.name);
-            throw UsageError(name + " is no pair of shapes that is measured; choose from " + names);
-        }
-        wanted.push_back(known);
-    }
-    if (wanted.empty())
-        for (const Combination& c : all_combinations)
-            wanted.push_back(&c);
-#ifndef JOSTLE_WITH_PEERS
-    if (options.peers)
-        throw UsageError(
-            "--peers: this build has no peers; install the packages of bench/packages, configure "
-            "with cmake -DJOSTLE_BENCH=ON and build again");
-#endif
-    std::unique_ptr<OutputFile> json;
-    if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+    const std::vector<const Combination*> wanted =
+        choose(options.combinations, all_combinations, "pair of shapes that is measured");
+    check_for_peers(options.peers);
+    RowsFile file(options.json);
     Table table(options.json != "-");
     for (const Combination* combination : wanted) {
         const std::uint64_t count = std::max<std::uint64_t>(1, options.pairs / combination->pairs_divisor);
@@ -369,13 +350,7 @@ void run(const Options& options)
 #endif
         }
     }
-    if (json) {
-        std::string text = "[\n";
-        for (std::size_t i = 0; i < table.rows.size(); ++i)
-            text += table.rows[i].dump() + (i + 1 < table.rows.size() ? ",\n" : "\n");
-        json->write(text + "]\n");
-        json->commit();
-    }
+    file.write(table.rows);
 }
 
 } // namespace
@@ -400,20 +375,14 @@ Examples:
     add_number_option(*command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
                       "How many pairs (20000); of hulls half, of meshes a quarter as many")
         ->type_name("N");
-    command->add_option("--threads", options->threads, "How many threads, several with commas; one per core")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(1u, Threads::most).description(""))
-        ->type_name("T");
+    add_thread_counts_option(*command, options->threads);
     add_number_option(*command, "--frames", options->frames, 1u, 100'000u, "How many frames are counted (15)")
         ->type_name("F");
     add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
                       "Other bodies of the same kind (1)")
         ->type_name("S");
     command->add_flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
-    command
-        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
-        ->type_name("FILE");
+    add_rows_file_option(*command, options->json);
     command->callback([options] { run(*options); });
 }
 

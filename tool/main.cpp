@@ -46,29 +46,18 @@ int main(int argc, char** argv)
     app.set_version_flag("--version", version, "Print the version and exit");
     app.require_subcommand(1);
     app.failure_message([](const CLI::App*, const CLI::Error&) { return std::string(); });
-    std::string examples = "Examples:\n";
-#ifdef JOSTLE_HAS_PAIRS_COMMAND
     jostle_tool::add_pairs_command(app);
-    examples += "  jostle pairs boxes.csv            the touching pairs of a file of boxes\n";
-#endif
-#ifdef JOSTLE_HAS_BENCH_COMMAND
     jostle_tool::add_bench_command(app);
-    examples += "  jostle bench uniform -n 1000000   how long a million boxes take\n";
-#endif
-#ifdef JOSTLE_HAS_CHAPTER_COMMAND
     jostle_tool::add_chapter_command(app);
-    examples += "  jostle chapter                    the chapter's figures on this machine\n";
-#endif
-#ifdef JOSTLE_HAS_DEMO_COMMAND
     jostle_tool::add_demo_command(app);
-    examples += "  jostle demo                       recorded moving boxes, frame by frame\n";
-#endif
-#ifdef JOSTLE_HAS_SIMULATE_COMMAND
     jostle_tool::add_simulate_command(app);
-    examples += "  jostle simulate                   bodies that fall, collide and come to rest\n";
-#endif
-    app.footer(examples +
-               "Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fault.");
+    app.footer(R"(Examples:
+  jostle pairs boxes.csv            the touching pairs of a file of boxes
+  jostle bench uniform -n 1000000   how long a million boxes take
+  jostle chapter                    the chapter's figures on this machine
+  jostle demo                       recorded moving boxes, frame by frame
+  jostle simulate                   bodies that fall, collide and come to rest
+Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fault.)");
 
     try {
         app.parse(argc, argv);

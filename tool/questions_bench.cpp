@@ -13,8 +13,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/question_peers.hpp"
+#include "bench_options.hpp"
 #include "commands.hpp"
-#include "io/output_file.hpp"
 #include "jostle/box_index.hpp"
 #include "options.hpp"
 #include "progress.hpp"
@@ -254,7 +254,7 @@ class Table
                          {"question", "build"},
                          {"ms", ms}});
     }
-    [[nodiscard]] const std::vector<nlohmann::json>& json() const { return rows_; }
+    [[nodiscard]] const nlohmann::ordered_json& json() const { return rows_; }
     [[nodiscard]] const std::string& difference() const { return difference_; }
 
   private:
@@ -262,7 +262,7 @@ class Table
     double ours_ = 0;
     Answers expected_;
     std::string difference_;
-    std::vector<nlohmann::json> rows_;
+    nlohmann::ordered_json rows_ = nlohmann::ordered_json::array();
 };
 
 double ask_ours(const BoxIndex<3, float>& index, const Row& row, const Questions& questions,
@@ -385,10 +385,7 @@ void measure(const Options& options, const std::string& scene_name, std::uint64_
 
 void run(const Options& options)
 {
-#ifndef JOSTLE_WITH_PEERS
-    if (options.peers)
-        throw UsageError("--peers: built without other systems; configure with -DJOSTLE_BENCH=ON");
-#endif
+    check_for_peers(options.peers);
     for (const std::string& scene : options.scenes) {
         try {
             (void)jostle_scenes::scene_info(scene);
@@ -396,19 +393,12 @@ void run(const Options& options)
             throw UsageError(error.what());
         }
     }
-    std::unique_ptr<OutputFile> json;
-    if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+    RowsFile file(options.json);
     Table table(options.json != "-");
     for (const std::string& scene : options.scenes)
         for (const std::uint64_t n : options.sizes)
             measure(options, scene, n, table);
-    if (json) {
-        std::string text = "[\n";
-        for (std::size_t i = 0; i < table.json().size(); ++i)
-            text += table.json()[i].dump() + (i + 1 < table.json().size() ? ",\n" : "\n");
-        json->write(text + "]\n");
-        json->commit();
-    }
+    file.write(table.json());
     if (!table.difference().empty()) throw std::runtime_error(table.difference());
 }
 
@@ -435,25 +425,15 @@ Examples:
     const auto options = std::make_shared<Options>();
     command->add_option("SCENE", options->scenes, "Which scenes, as in jostle bench (uniform)")
         ->type_name("");
-    command->add_option("-n", options->sizes, "How many boxes; several with commas (10000,100000,1000000)")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
-        ->type_name("N");
-    command->add_option("--threads", options->threads, "How many threads, several with commas; one per core")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(1u, Threads::most).description(""))
-        ->type_name("T");
+    add_sizes_option(*command, options->sizes, "10000,100000,1000000");
+    add_thread_counts_option(*command, options->threads);
     add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
                       "How often each batch is asked; the median counts (5)")
         ->type_name("R");
     add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
                       "Other boxes and questions of the same kind (1)")
         ->type_name("S");
-    command
-        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
-        ->type_name("FILE");
+    add_rows_file_option(*command, options->json);
     command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
     command->callback([options] { run(*options); });
 }

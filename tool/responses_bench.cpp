@@ -7,7 +7,6 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -15,8 +14,8 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "bench_options.hpp"
 #include "commands.hpp"
-#include "io/output_file.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/responses.hpp"
 #include "options.hpp"
@@ -264,8 +263,7 @@ std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
 
 void run(const Options& options)
 {
-    std::optional<OutputFile> json;
-    if (!options.json.empty()) json.emplace(options.json);
+    RowsFile file(options.json);
     const Threads threads(options.threads);
     std::vector<Row> rows = measure_responses(options, threads.executor(), threads.count());
     const double ours = rows.front().ms;
@@ -285,18 +283,15 @@ void run(const Options& options)
         for (std::size_t i = 3; i < rows.size(); i += 2)
             std::printf("  %-30s %9.3f ms %9.3f ms %9.2f efficiency\n", rows[i].system.c_str(), rows[i].ms,
                         rows[i + 1].ms, rows[i + 1].efficiency);
-    if (json) {
-        auto all = nlohmann::ordered_json::array();
-        for (const Row& row : rows)
-            all.push_back({{"part", row.part},
-                           {"system", row.system},
-                           {"threads", row.threads},
-                           {"median_ms", row.ms},
-                           {"bytes", row.bytes},
-                           {"efficiency", row.efficiency}});
-        json->write(all.dump(1) + "\n");
-        json->commit();
-    }
+    auto all = nlohmann::ordered_json::array();
+    for (const Row& row : rows)
+        all.push_back({{"part", row.part},
+                       {"system", row.system},
+                       {"threads", row.threads},
+                       {"median_ms", row.ms},
+                       {"bytes", row.bytes},
+                       {"efficiency", row.efficiency}});
+    file.write(all);
 }
 
 constexpr const char* help =
@@ -320,9 +315,7 @@ void add_bench_responses_command(CLI::App& bench)
     add_number_option(*command, "--frames", options->frames, 1u, 10'000u, "How many frames are counted (15)")
         ->type_name("F");
     add_threads_option(*command, options->threads);
-    command
-        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
-        ->type_name("FILE");
+    add_rows_file_option(*command, options->json);
     command->callback([options] { run(*options); });
 }
 

@@ -10,8 +10,8 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "bench_options.hpp"
 #include "commands.hpp"
-#include "io/output_file.hpp"
 #include "jostle/world.hpp"
 #include "options.hpp"
 #include "progress.hpp"
@@ -423,40 +423,16 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
 
 void run(const Options& options)
 {
-    std::vector<const SceneInfo*> wanted;
-    for (const std::string& name : options.scenes) {
-        const auto found = std::find_if(std::begin(scenes), std::end(scenes),
-                                        [&](const SceneInfo& info) { return name == info.name; });
-        if (found == std::end(scenes)) {
-            std::string known;
-            for (const SceneInfo& info : scenes)
-                known += (known.empty() ? "" : ", ") + std::string(info.name);
-            throw UsageError(name + " is no scene of bench world; choose from " + known);
-        }
-        wanted.push_back(found);
-    }
-    if (wanted.empty())
-        for (const SceneInfo& info : scenes)
-            wanted.push_back(&info);
-#ifndef JOSTLE_WITH_PEERS
-    if (options.peers)
-        throw UsageError("--peers: built without other systems; configure with -DJOSTLE_BENCH=ON");
-#endif
-    std::unique_ptr<OutputFile> json;
-    if (!options.json.empty()) json = std::make_unique<OutputFile>(options.json);
+    const std::vector<const SceneInfo*> wanted = choose(options.scenes, scenes, "scene of bench world");
+    check_for_peers(options.peers);
+    RowsFile file(options.json);
     Table table(options.json != "-");
     for (const SceneInfo* info : wanted)
         for (const std::uint64_t n : options.sizes) {
             measure_scene(options, *info, info->objects != 0 ? info->objects : n, table);
             if (info->objects != 0) break;
         }
-    if (json) {
-        std::string text = "[\n";
-        for (std::size_t i = 0; i < table.rows().size(); ++i)
-            text += table.rows()[i].dump() + (i + 1 < table.rows().size() ? ",\n" : "\n");
-        json->write(text + "]\n");
-        json->commit();
-    }
+    file.write(table.rows());
     if (!table.difference().empty()) throw std::runtime_error(table.difference());
 }
 
@@ -482,25 +458,15 @@ Examples:
   jostle bench world static-1m --peers --json -)");
     const auto options = std::make_shared<Options>();
     command->add_option("SCENE", options->scenes, "Which scenes; all if none is given")->type_name("");
-    command->add_option("-n", options->sizes, "How many boxes; several with commas (10000,100000,1000000)")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
-        ->type_name("N");
-    command->add_option("--threads", options->threads, "How many threads, several with commas; one per core")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(1u, Threads::most).description(""))
-        ->type_name("T");
+    add_sizes_option(*command, options->sizes, "10000,100000,1000000");
+    add_thread_counts_option(*command, options->threads);
     add_number_option(*command, "--frames", options->frames, 1u, 100'000u,
                       "How many updates are counted (200)")
         ->type_name("F");
     add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
                       "Other boxes of the same kind (1)")
         ->type_name("S");
-    command
-        ->add_option("--json", options->json, "Write the rows as JSON; - is stdout, then without the table")
-        ->type_name("FILE");
+    add_rows_file_option(*command, options->json);
     command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
     command->callback([options] { run(*options); });
 }

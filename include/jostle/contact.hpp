@@ -63,7 +63,7 @@ class ContactBuffer
 {
   public:
     using value_type = Contact<Dim, T>;
-    class Iterator;
+    using Iterator = BlockIterator<value_type>;
 
     explicit ContactBuffer(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
         : memory_(memory), blocks_(memory), chunks_(memory)
@@ -129,49 +129,6 @@ class ContactBuffer
     std::pmr::vector<std::span<const value_type>> blocks_;
     std::pmr::vector<Chunk> chunks_; // one for each block of work
     std::uint64_t size_ = 0;
-};
-
-/// Goes through all blocks as if they were one array.
-template <int Dim, Coordinate T>
-class ContactBuffer<Dim, T>::Iterator
-{
-  public:
-    using value_type = Contact<Dim, T>;
-    using difference_type = std::ptrdiff_t;
-    using reference = const value_type&;
-    using pointer = const value_type*;
-    using iterator_category = std::forward_iterator_tag;
-
-    Iterator() = default;
-    Iterator(const std::span<const value_type>* block, const std::span<const value_type>* last) noexcept
-        : block_(block), last_(last)
-    {
-    }
-    reference operator*() const noexcept { return (*block_)[index_]; }
-    pointer operator->() const noexcept { return &(*block_)[index_]; }
-    Iterator& operator++() noexcept
-    {
-        if (++index_ == block_->size()) {
-            ++block_;
-            index_ = 0;
-        }
-        return *this;
-    }
-    Iterator operator++(int) noexcept
-    {
-        Iterator before = *this;
-        ++*this;
-        return before;
-    }
-    friend bool operator==(const Iterator& x, const Iterator& y) noexcept
-    {
-        return x.block_ == y.block_ && x.index_ == y.index_;
-    }
-
-  private:
-    const std::span<const value_type>* block_ = nullptr;
-    const std::span<const value_type>* last_ = nullptr;
-    std::size_t index_ = 0;
 };
 
 /// The signed distance of two objects and the points that have it.

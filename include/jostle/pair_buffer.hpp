@@ -22,6 +22,50 @@ struct Pair
     friend constexpr auto operator<=>(const Pair&, const Pair&) = default;
 };
 
+/// Goes through blocks, none of them empty, as if they were one array.
+template <class Item>
+class BlockIterator
+{
+  public:
+    using value_type = Item;
+    using difference_type = std::ptrdiff_t;
+    using reference = const Item&;
+    using pointer = const Item*;
+    using iterator_category = std::forward_iterator_tag;
+
+    BlockIterator() = default;
+    BlockIterator(const std::span<const Item>* block, const std::span<const Item>* last) noexcept
+        : block_(block), last_(last)
+    {
+        if (block_ != last_) item_ = block_->data();
+    }
+    reference operator*() const noexcept { return *item_; }
+    pointer operator->() const noexcept { return item_; }
+    BlockIterator& operator++() noexcept
+    {
+        if (++item_ == block_->data() + block_->size()) {
+            ++block_;
+            item_ = block_ == last_ ? nullptr : block_->data();
+        }
+        return *this;
+    }
+    BlockIterator operator++(int) noexcept
+    {
+        BlockIterator before = *this;
+        ++*this;
+        return before;
+    }
+    friend bool operator==(const BlockIterator& x, const BlockIterator& y) noexcept
+    {
+        return x.block_ == y.block_ && x.item_ == y.item_;
+    }
+
+  private:
+    const std::span<const Item>* block_ = nullptr;
+    const std::span<const Item>* last_ = nullptr;
+    const Item* item_ = nullptr;
+};
+
 /// All pairs of one call, as blocks of contiguous memory.
 ///
 /// One contiguous array would cost a copy of everything; blocks are where the workers wrote them. Iterate
@@ -34,7 +78,7 @@ struct Pair
 class JOSTLE_API PairBuffer
 {
   public:
-    class Iterator;
+    using Iterator = BlockIterator<Pair>;
 
     explicit PairBuffer(std::pmr::memory_resource* memory = std::pmr::get_default_resource());
     PairBuffer(PairBuffer&& other) noexcept;
@@ -48,8 +92,14 @@ class JOSTLE_API PairBuffer
     /// The pairs, in order; no block is empty.
     [[nodiscard]] std::span<const std::span<const Pair>> blocks() const noexcept { return blocks_; }
 
-    [[nodiscard]] Iterator begin() const noexcept;
-    [[nodiscard]] Iterator end() const noexcept;
+    [[nodiscard]] Iterator begin() const noexcept
+    {
+        return {blocks_.data(), blocks_.data() + blocks_.size()};
+    }
+    [[nodiscard]] Iterator end() const noexcept
+    {
+        return {blocks_.data() + blocks_.size(), blocks_.data() + blocks_.size()};
+    }
 
     /// One array, in the buffer's order. `copy_to` wants room for size() pairs.
     [[nodiscard]] std::vector<Pair> to_vector() const;
@@ -75,58 +125,6 @@ class JOSTLE_API PairBuffer
     std::uint64_t size_ = 0;
     std::uint64_t bytes_reserved_ = 0;
 };
-
-/// Goes through all blocks as if they were one array.
-class PairBuffer::Iterator
-{
-  public:
-    using value_type = Pair;
-    using difference_type = std::ptrdiff_t;
-    using reference = const Pair&;
-    using pointer = const Pair*;
-    using iterator_category = std::forward_iterator_tag;
-
-    Iterator() = default;
-    Iterator(const std::span<const Pair>* block, const std::span<const Pair>* last) noexcept
-        : block_(block), last_(last)
-    {
-        if (block_ != last_) pair_ = block_->data();
-    }
-    reference operator*() const noexcept { return *pair_; }
-    pointer operator->() const noexcept { return pair_; }
-    Iterator& operator++() noexcept
-    {
-        if (++pair_ == block_->data() + block_->size()) {
-            ++block_;
-            pair_ = block_ == last_ ? nullptr : block_->data();
-        }
-        return *this;
-    }
-    Iterator operator++(int) noexcept
-    {
-        Iterator before = *this;
-        ++*this;
-        return before;
-    }
-    friend bool operator==(const Iterator& x, const Iterator& y) noexcept
-    {
-        return x.block_ == y.block_ && x.pair_ == y.pair_;
-    }
-
-  private:
-    const std::span<const Pair>* block_ = nullptr;
-    const std::span<const Pair>* last_ = nullptr;
-    const Pair* pair_ = nullptr;
-};
-
-inline PairBuffer::Iterator PairBuffer::begin() const noexcept
-{
-    return {blocks_.data(), blocks_.data() + blocks_.size()};
-}
-inline PairBuffer::Iterator PairBuffer::end() const noexcept
-{
-    return {blocks_.data() + blocks_.size(), blocks_.data() + blocks_.size()};
-}
 
 /// An order-independent fingerprint of a set of pairs: the sum modulo 2^64 over its pairs of the splitmix64
 /// finaliser of (a << 32 | b). Two systems that agree on count and checksum found the same pairs. For the sum

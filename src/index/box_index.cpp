@@ -10,8 +10,8 @@
 #include "index/check.hpp"
 #include "index/join.hpp"
 #include "index/kernels/kernels.hpp"
-#include "index/share_out.hpp"
 #include "index/tree.hpp"
+#include "jostle/process.hpp"
 #include "validate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -273,14 +273,25 @@ struct BoxIndex<Dim, T>::Implementation
         index::check(filter, tree.id_end());
     }
 
+    /// Calls body(i, wanted) for each question of a batch.
+    template <class Body>
+    void each(std::size_t count, const QueryFilter& filter, const Body& body) const
+    {
+        process_items(count,
+                      [&](std::uint64_t begin, std::uint64_t end, Work) {
+                          for (std::size_t i = begin; i < end; ++i)
+                              filtered(filter, static_cast<std::uint32_t>(i),
+                                       [&](Wanted wanted) { body(i, wanted); });
+                      },
+                      {executor, questions_per_claim});
+    }
+
     /// Finds the results of a batch: find(i, wanted, items) appends those of question i to `items`, in order,
     /// and returns whether there are more.
     template <class Item, class Find>
-    void lists(std::size_t count, ResultLists<Item>& out, std::pmr::vector<std::size_t>& first,
-               std::pmr::vector<Item>& items, std::pmr::vector<std::uint8_t>& more, const QueryFilter& filter,
-               const Find& find) const
+    void lists(std::size_t count, std::pmr::vector<std::size_t>& first, std::pmr::vector<Item>& items,
+               std::pmr::vector<std::uint8_t>& more, const QueryFilter& filter, const Find& find) const
     {
-        (void)out;
         more.clear(); // empty if anything below throws
         items.clear();
         first.assign(1, 0);
@@ -298,30 +309,32 @@ struct BoxIndex<Dim, T>::Implementation
         };
         std::vector<Slot> found(executor->concurrency());
         std::vector<std::uint8_t> cut(count);
-        index::share_out(*executor, executor->concurrency(), count, questions_per_claim,
-                         [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
-                             std::vector<Item>& mine = found[slot].items;
-                             parts[begin / questions_per_claim] = {slot, mine.size()};
-                             for (std::size_t i = begin; i < end; ++i) {
-                                 const std::size_t before = mine.size();
-                                 cut[i] = filtered(filter, static_cast<std::uint32_t>(i),
-                                                   [&](Wanted wanted) { return find(i, wanted, mine); });
-                                 first[i + 1] = mine.size() - before;
-                             }
-                         });
+        process_items(count,
+                      [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                          std::vector<Item>& mine = found[work.slot].items;
+                          parts[work.block] = {work.slot, mine.size()};
+                          for (std::size_t i = begin; i < end; ++i) {
+                              const std::size_t before = mine.size();
+                              cut[i] = filtered(filter, static_cast<std::uint32_t>(i),
+                                                [&](Wanted wanted) { return find(i, wanted, mine); });
+                              first[i + 1] = mine.size() - before;
+                          }
+                      },
+                      {executor, questions_per_claim});
         for (std::size_t i = 0; i < count; ++i)
             first[i + 1] += first[i];
         items.resize(first[count]);
-        index::share_out(*executor, executor->concurrency(), claims, 64,
-                         [&](std::uint32_t, std::size_t begin, std::size_t end) {
-                             for (std::size_t claim = begin; claim < end; ++claim) {
-                                 const std::size_t from = first[claim * questions_per_claim];
-                                 const std::size_t to =
-                                     first[std::min(count, (claim + 1) * questions_per_claim)];
-                                 std::copy_n(found[parts[claim].slot].items.data() + parts[claim].begin,
-                                             to - from, items.data() + from);
-                             }
-                         });
+        process_items(claims,
+                      [&](std::uint64_t begin, std::uint64_t end, Work) {
+                          for (std::size_t claim = begin; claim < end; ++claim) {
+                              const std::size_t from = first[claim * questions_per_claim];
+                              const std::size_t to =
+                                  first[std::min(count, (claim + 1) * questions_per_claim)];
+                              std::copy_n(found[parts[claim].slot].items.data() + parts[claim].begin,
+                                          to - from, items.data() + from);
+                          }
+                      },
+                      {executor, 64});
         more.assign(cut.begin(), cut.end());
     }
 
@@ -544,13 +557,9 @@ void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out,
 {
     check_out(lines.size(), out.size());
     implementation_->check(lines, filter);
-    index::share_out(*implementation_->executor, implementation_->executor->concurrency(), lines.size(),
-                     questions_per_claim, [&](std::uint32_t, std::size_t begin, std::size_t end) {
-                         for (std::size_t i = begin; i < end; ++i)
-                             out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
-                                 return implementation_->first(lines[i], wanted);
-                             });
-                     });
+    implementation_->each(lines.size(), filter, [&](std::size_t i, Wanted wanted) {
+        out[i] = implementation_->first(lines[i], wanted);
+    });
 }
 
 template <int Dim, Coordinate T>
@@ -559,7 +568,7 @@ void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out
                            std::uint64_t max_results) const
 {
     implementation_->check(lines, filter);
-    implementation_->lists(lines.size(), out, out.first_, out.items_, out.more_, filter,
+    implementation_->lists(lines.size(), out.first_, out.items_, out.more_, filter,
                            [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
                                const std::size_t begin = items.size();
                                implementation_->all(lines[i], wanted, items);
@@ -574,7 +583,7 @@ void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uin
                            const QueryFilter& filter, std::uint64_t max_results) const
 {
     implementation_->check(regions, filter);
-    implementation_->lists(regions.size(), out, out.first_, out.items_, out.more_, filter,
+    implementation_->lists(regions.size(), out.first_, out.items_, out.more_, filter,
                            [&](std::size_t i, Wanted wanted, std::vector<std::uint32_t>& items) {
                                const std::size_t begin = items.size();
                                implementation_->all(regions[i], wanted, items);
@@ -588,7 +597,7 @@ void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, Resul
                                const QueryFilter& filter) const
 {
     implementation_->check(questions, filter);
-    implementation_->lists(questions.size(), out, out.first_, out.items_, out.more_, filter,
+    implementation_->lists(questions.size(), out.first_, out.items_, out.more_, filter,
                            [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
                                implementation_->nearest(questions[i], wanted, items);
                                return false;
@@ -602,13 +611,9 @@ void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> 
 {
     check_out(questions.size(), out.size());
     implementation_->check(questions, filter);
-    index::share_out(*implementation_->executor, implementation_->executor->concurrency(), questions.size(),
-                     questions_per_claim, [&](std::uint32_t, std::size_t begin, std::size_t end) {
-                         for (std::size_t i = begin; i < end; ++i)
-                             out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
-                                 return implementation_->count(questions[i], wanted, true) != 0;
-                             });
-                     });
+    implementation_->each(questions.size(), filter, [&](std::size_t i, Wanted wanted) {
+        out[i] = implementation_->count(questions[i], wanted, true) != 0;
+    });
 }
 
 template <int Dim, Coordinate T>
@@ -618,13 +623,9 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
 {
     check_out(questions.size(), out.size());
     implementation_->check(questions, filter);
-    index::share_out(*implementation_->executor, implementation_->executor->concurrency(), questions.size(),
-                     questions_per_claim, [&](std::uint32_t, std::size_t begin, std::size_t end) {
-                         for (std::size_t i = begin; i < end; ++i)
-                             out[i] = filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) {
-                                 return implementation_->count(questions[i], wanted, false);
-                             });
-                     });
+    implementation_->each(questions.size(), filter, [&](std::size_t i, Wanted wanted) {
+        out[i] = implementation_->count(questions[i], wanted, false);
+    });
 }
 
 #define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \

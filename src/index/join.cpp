@@ -5,7 +5,7 @@
 #include <bit>
 #include <memory>
 
-#include "index/share_out.hpp"
+#include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
@@ -168,20 +168,24 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const Batch
     out.clear();
     if (rest != nullptr) rest->clear();
     if (count == 0 || tree.size() == 0) return;
-    const std::uint32_t threads = std::max(1u, std::min(executor.concurrency(), count / boxes_per_thread));
-    while (slots_.size() < threads)
+    Executor& used = count < 2 * boxes_per_thread ? serial_executor() : executor;
+    const ProcessOptions asking{&used, JoinWork<Dim, T>::most_askers}, copying{&used, positions_per_claim};
+    const std::uint32_t slots = plan_work(count, asking).slots;
+    while (slots_.size() < slots)
         slots_.push_back(std::make_unique<Slot>(memory_));
     for (const auto& slot : slots_)
         slot->id_count = slot->rest_count = 0;
     const std::uint64_t* const ordered = order(tree, batch);
     List* const lists = lists_.reserve(count);
-    share_out(executor, threads, count, JoinWork<Dim, T>::most_askers,
-              [&](std::uint32_t slot, std::size_t begin, std::size_t end) {
-                  ask(slot, tree, batch, ordered, static_cast<std::uint32_t>(begin),
-                      static_cast<std::uint32_t>(end));
-              });
+    process_items(
+        count,
+        [&](std::uint64_t begin, std::uint64_t end, Work work) {
+            ask(work.slot, tree, batch, ordered, static_cast<std::uint32_t>(begin),
+                static_cast<std::uint32_t>(end));
+        },
+        asking);
     if (rest != nullptr)
-        for (std::uint32_t s = 0; s < threads; ++s)
+        for (std::uint32_t s = 0; s < slots; ++s)
             rest->insert(rest->end(), slots_[s]->rest.data(), slots_[s]->rest.data() + slots_[s]->rest_count);
     const std::uint32_t runs = (count + positions_per_claim - 1) / positions_per_claim;
     std::uint64_t* const first = first_.reserve(runs);
@@ -191,16 +195,18 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const Batch
         total += lists[i].count;
     }
     out.resize(static_cast<std::size_t>(total));
-    share_out(executor, threads, count, positions_per_claim,
-              [&](std::uint32_t, std::size_t begin, std::size_t end) {
-                  Pair* to = out.data() + first[begin / positions_per_claim];
-                  for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
-                      const List& list = lists[i];
-                      const std::uint32_t* const ids = slots_[list.slot]->ids.data() + list.begin;
-                      for (std::uint32_t k = 0; k < list.count; ++k)
-                          *to++ = {i, ids[k]};
-                  }
-              });
+    process_items(
+        count,
+        [&](std::uint64_t begin, std::uint64_t end, Work work) {
+            Pair* to = out.data() + first[work.block];
+            for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+                const List& list = lists[i];
+                const std::uint32_t* const ids = slots_[list.slot]->ids.data() + list.begin;
+                for (std::uint32_t k = 0; k < list.count; ++k)
+                    *to++ = {i, ids[k]};
+            }
+        },
+        copying);
 }
 
 template <int Dim, class T>

@@ -2,8 +2,8 @@
 #include <limits>
 #include <string>
 
+#include "jostle/process.hpp"
 #include "narrow/shape_data.hpp"
-#include "narrow/share_out.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -168,11 +168,12 @@ void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses, std
                                                   std::to_string(out.size()) +
                                                   " boxes to write; give as many of each");
     constexpr std::size_t block = 1024;
-    narrow::share_out(executor, (out.size() + block - 1) / block, [&](std::uint32_t, std::uint64_t k) {
-        const std::size_t first = k * block, last = std::min(first + block, out.size());
-        for (std::size_t i = first; i < last; ++i)
-            out[i] = bounds(shapes[i], poses[i], margin);
-    });
+    process_items(out.size(),
+                  [&](std::uint64_t first, std::uint64_t last, Work) {
+                      for (std::uint64_t i = first; i < last; ++i)
+                          out[i] = bounds(shapes[i], poses[i], margin);
+                  },
+                  {&executor, block});
 }
 
 #define JOSTLE_BOUNDS(Dim, T)                                                                                \

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <atomic>
 #include <limits>
 #include <string>
 
 #include "jostle/contact.hpp"
+#include "jostle/process.hpp"
 #include "narrow/answers.hpp"
 #include "narrow/batches.hpp"
-#include "narrow/share_out.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -19,16 +21,17 @@ template <class Good, class Refuse>
 void check_all(std::size_t count, Executor& executor, const Good& good, const Refuse& refuse)
 {
     std::atomic<std::uint64_t> worst{Error::no_index};
-    share_out(executor, (count + block_objects - 1) / block_objects, [&](std::uint32_t, std::uint64_t block) {
-        const std::size_t last = std::min<std::size_t>(count, (block + 1) * block_objects);
-        for (std::size_t i = block * block_objects; i < last; ++i)
-            if (!good(i)) {
-                std::uint64_t before = worst.load();
-                while (i < before && !worst.compare_exchange_weak(before, i)) {
-                }
-                return;
-            }
-    });
+    process_items(count,
+                  [&](std::uint64_t first, std::uint64_t last, Work) {
+                      for (std::uint64_t i = first; i < last; ++i)
+                          if (!good(i)) {
+                              std::uint64_t before = worst.load();
+                              while (i < before && !worst.compare_exchange_weak(before, i)) {
+                              }
+                              return;
+                          }
+                  },
+                  {&executor, block_objects});
     if (worst != Error::no_index) refuse(worst.load());
 }
 
@@ -107,7 +110,7 @@ struct ContactFinder<Dim, T>::Implementation
         narrow::Slot<Dim> slot[narrow::block_pairs];
     };
     /// A run of pairs of one given block.
-    struct Work
+    struct PairBlock
     {
         std::size_t block, first;
     };
@@ -121,7 +124,7 @@ struct ContactFinder<Dim, T>::Implementation
     const narrow::Kernels* kernels;
     std::pmr::vector<PairTest<Dim>> tests{options.memory};
     std::pmr::vector<Worker> workers{options.memory};
-    std::pmr::vector<Work> works{options.memory};
+    std::pmr::vector<PairBlock> pair_blocks{options.memory};
     ContactBuffer<Dim, T> result;
 };
 
@@ -197,21 +200,21 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
     check(side_a);
     if (!same) check(side_b);
 
-    works.clear();
+    pair_blocks.clear();
     for (std::size_t b = 0; b < blocks.size(); ++b)
         for (std::size_t first = 0; first < blocks[b].size(); first += narrow::block_pairs)
-            works.push_back({b, first});
+            pair_blocks.push_back({b, first});
     auto& chunks = Access::chunks(result);
-    if (chunks.size() < works.size()) chunks.resize(works.size());
-    Access::blocks(result).reserve(works.size());
-    Executor& executor = this->executor();
-    ready_workers(narrow::workers_for(executor, works.size()));
+    if (chunks.size() < pair_blocks.size()) chunks.resize(pair_blocks.size());
+    Access::blocks(result).reserve(pair_blocks.size());
+    const ProcessOptions one_by_one{&executor(), 1};
+    ready_workers(plan_work(pair_blocks.size(), one_by_one).slots);
 
-    narrow::share_out(executor, works.size(), [&](std::uint32_t w, std::uint64_t k) {
-        const std::span<const Pair> all = blocks[works[k].block];
-        const std::span<const Pair> pairs =
-            all.subspan(works[k].first, std::min(narrow::block_pairs, all.size() - works[k].first));
-        Worker& worker = workers[w];
+    const auto find_in_block = [&](std::uint64_t k, std::uint64_t, Work work) {
+        const std::span<const Pair> all = blocks[pair_blocks[k].block];
+        const std::span<const Pair> pairs = all.subspan(
+            pair_blocks[k].first, std::min(narrow::block_pairs, all.size() - pair_blocks[k].first));
+        Worker& worker = workers[work.slot];
         auto& chunk = chunks[k];
         chunk.size = 0;
         for (const Pair& pair : pairs)
@@ -245,8 +248,9 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
                 narrow::finish(worker.found[f], slot.d, slot.swapped, contact);
             }
         }
-    });
-    for (std::size_t k = 0; k < works.size(); ++k)
+    };
+    process_items(pair_blocks.size(), find_in_block, one_by_one);
+    for (std::size_t k = 0; k < pair_blocks.size(); ++k)
         if (chunks[k].size != 0) {
             Access::blocks(result).push_back({chunks[k].contacts, chunks[k].size});
             Access::size_of(result) += chunks[k].size;
@@ -302,13 +306,10 @@ void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, s
     const narrow::Side<Dim, T> side{shapes, poses};
     narrow::check_out(pairs.size(), out.size());
     self.check(side);
-    Executor& executor = self.executor();
-    const std::uint64_t blocks = (pairs.size() + narrow::block_pairs - 1) / narrow::block_pairs;
-    self.ready_workers(narrow::workers_for(executor, blocks));
-    narrow::share_out(executor, blocks, [&](std::uint32_t w, std::uint64_t k) {
-        const std::size_t first = k * narrow::block_pairs,
-                          last = std::min(first + narrow::block_pairs, pairs.size());
-        for (std::size_t i = first; i < last; ++i) {
+    const ProcessOptions in_blocks{&self.executor(), narrow::block_pairs};
+    self.ready_workers(plan_work(pairs.size(), in_blocks).slots);
+    const auto test_block = [&](std::uint64_t first, std::uint64_t last, Work work) {
+        for (std::uint64_t i = first; i < last; ++i) {
             const Pair& pair = pairs[i];
             narrow::check_pair(pair, shapes.size(), shapes.size());
             bool turned;
@@ -320,7 +321,7 @@ void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, s
                 narrow::arrange(placed);
                 touch = narrow::find_touch(placed);
             } else {
-                narrow::FoundList<Dim>& found = self.workers[w].found;
+                narrow::FoundList<Dim>& found = self.workers[work.slot].found;
                 self.find_one(side, side, pair, 0, found);
                 for (const narrow::Found<Dim>& one : found)
                     for (std::uint32_t p = 0; p < one.manifold.count; ++p)
@@ -328,7 +329,8 @@ void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, s
             }
             out[i] = touch ? 1 : 0;
         }
-    });
+    };
+    process_items(pairs.size(), test_block, in_blocks);
 }
 
 template <int Dim, Coordinate T>
@@ -341,17 +343,17 @@ void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, 
         throw Error(ErrorCode::invalid_argument, "the greatest distance is " + std::to_string(max_distance) +
                                                      "; give a length of 0 or more, or infinity");
     self.check({shapes, poses});
-    const std::uint64_t blocks = (pairs.size() + narrow::block_pairs - 1) / narrow::block_pairs;
-    narrow::share_out(self.executor(), blocks, [&](std::uint32_t, std::uint64_t k) {
-        const std::size_t first = k * narrow::block_pairs,
-                          last = std::min(first + narrow::block_pairs, pairs.size());
-        for (std::size_t i = first; i < last; ++i) {
-            const Pair& pair = pairs[i];
-            narrow::check_pair(pair, shapes.size(), shapes.size());
-            out[i] = narrow::distance_of(
-                narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]), max_distance);
-        }
-    });
+    process_items(pairs.size(),
+                  [&](std::uint64_t first, std::uint64_t last, Work) {
+                      for (std::uint64_t i = first; i < last; ++i) {
+                          const Pair& pair = pairs[i];
+                          narrow::check_pair(pair, shapes.size(), shapes.size());
+                          out[i] = narrow::distance_of(
+                              narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]),
+                              max_distance);
+                      }
+                  },
+                  {&self.executor(), narrow::block_pairs});
 }
 
 template <int Dim, Coordinate T>
@@ -370,16 +372,16 @@ void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions
         [](std::uint64_t i) { narrow::refuse_motion<Dim, T>(i); });
     // Impacts differ in cost: small blocks.
     constexpr std::size_t block = 32;
-    narrow::share_out(self.executor(), (pairs.size() + block - 1) / block,
-                      [&](std::uint32_t, std::uint64_t k) {
-                          const std::size_t first = k * block, last = std::min(first + block, pairs.size());
-                          for (std::size_t i = first; i < last; ++i) {
-                              const Pair& pair = pairs[i];
-                              narrow::check_pair(pair, shapes.size(), shapes.size());
-                              out[i] = narrow::impact_of(shapes[pair.a], motions[pair.a], shapes[pair.b],
-                                                         motions[pair.b], tolerance);
-                          }
-                      });
+    process_items(pairs.size(),
+                  [&](std::uint64_t first, std::uint64_t last, Work) {
+                      for (std::uint64_t i = first; i < last; ++i) {
+                          const Pair& pair = pairs[i];
+                          narrow::check_pair(pair, shapes.size(), shapes.size());
+                          out[i] = narrow::impact_of(shapes[pair.a], motions[pair.a], shapes[pair.b],
+                                                     motions[pair.b], tolerance);
+                      }
+                  },
+                  {&self.executor(), block});
 }
 
 template class ContactFinder<2, float>;

@@ -6,7 +6,6 @@
 #include <string>
 
 #include "narrow/shape_data.hpp"
-#include "narrow/share_out.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 

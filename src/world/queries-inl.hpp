@@ -85,6 +85,16 @@ bool ask_both(const World& world, std::vector<Out>& out, std::uint64_t max_resul
                         [&](const Item& item) { out.push_back(public_item<T>(world, item)); });
     return more;
 }
+template <class T, class Item, class World, class Question, class Out>
+bool ask_all(const World& world, const Question& question, std::vector<Out>& out,
+             const ObjectQueryFilter& filter, std::uint64_t max_results)
+{
+    return world.filtered(filter, [&](const QueryFilter& inner) {
+        return ask_both<T, Item>(world, out, max_results, [&](const auto& index, auto& list) {
+            return index.all(question, list, inner, max_results);
+        });
+    });
+}
 
 } // namespace world
 
@@ -110,60 +120,35 @@ template <int Dim, Coordinate T>
 bool World<Dim, T>::all(const Ray<Dim, T>& ray, std::vector<ObjectHit<T>>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    const Implementation& me = *implementation_;
-    return me.filtered(filter, [&](const QueryFilter& inner) {
-        return world::ask_both<T, Hit<T>>(me, out, max_results, [&](const auto& index, auto& list) {
-            return index.all(ray, list, inner, max_results);
-        });
-    });
+    return world::ask_all<T, Hit<T>>(*implementation_, ray, out, filter, max_results);
 }
 
 template <int Dim, Coordinate T>
 bool World<Dim, T>::all(const Sweep<Dim, T>& sweep, std::vector<ObjectHit<T>>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    const Implementation& me = *implementation_;
-    return me.filtered(filter, [&](const QueryFilter& inner) {
-        return world::ask_both<T, Hit<T>>(me, out, max_results, [&](const auto& index, auto& list) {
-            return index.all(sweep, list, inner, max_results);
-        });
-    });
+    return world::ask_all<T, Hit<T>>(*implementation_, sweep, out, filter, max_results);
 }
 
 template <int Dim, Coordinate T>
 bool World<Dim, T>::all(const Box& region, std::vector<ObjectId>& out, const ObjectQueryFilter& filter,
                         std::uint64_t max_results) const
 {
-    const Implementation& me = *implementation_;
-    return me.filtered(filter, [&](const QueryFilter& inner) {
-        return world::ask_both<T, std::uint32_t>(me, out, max_results, [&](const auto& index, auto& list) {
-            return index.all(region, list, inner, max_results);
-        });
-    });
+    return world::ask_all<T, std::uint32_t>(*implementation_, region, out, filter, max_results);
 }
 
 template <int Dim, Coordinate T>
 bool World<Dim, T>::all(const Sphere<Dim, T>& region, std::vector<ObjectId>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    const Implementation& me = *implementation_;
-    return me.filtered(filter, [&](const QueryFilter& inner) {
-        return world::ask_both<T, std::uint32_t>(me, out, max_results, [&](const auto& index, auto& list) {
-            return index.all(region, list, inner, max_results);
-        });
-    });
+    return world::ask_all<T, std::uint32_t>(*implementation_, region, out, filter, max_results);
 }
 
 template <int Dim, Coordinate T>
 bool World<Dim, T>::all(const Frustum<Dim, T>& region, std::vector<ObjectId>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    const Implementation& me = *implementation_;
-    return me.filtered(filter, [&](const QueryFilter& inner) {
-        return world::ask_both<T, std::uint32_t>(me, out, max_results, [&](const auto& index, auto& list) {
-            return index.all(region, list, inner, max_results);
-        });
-    });
+    return world::ask_all<T, std::uint32_t>(*implementation_, region, out, filter, max_results);
 }
 
 template <int Dim, Coordinate T>

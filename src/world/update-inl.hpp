@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "index/box_index_access.hpp"
+#include "jostle/process.hpp"
 #include "pair_arena.hpp"
 #include "validate.hpp"
 #include "world/sort_keys.hpp"
@@ -629,24 +630,10 @@ template <int Dim, Coordinate T>
 template <class Body>
 void World<Dim, T>::Implementation::in_runs(std::size_t count, const Body& body)
 {
-    const std::size_t runs = (count + world::run_length - 1) / world::run_length;
-    std::atomic<std::size_t> next{0};
-    std::exception_ptr failure;
-    const auto task = [&](std::uint32_t) {
-        try {
-            for (std::size_t r; (r = next.fetch_add(1, std::memory_order_relaxed)) < runs;)
-                body(r, r * world::run_length, std::min(count, (r + 1) * world::run_length));
-        } catch (...) {
-            const std::lock_guard lock(found_mutex);
-            failure = std::current_exception();
-        }
-    };
-    const auto threads = static_cast<std::uint32_t>(std::min<std::size_t>(executor->concurrency(), runs / 2));
-    if (threads > 1)
-        executor->run(threads, task);
-    else
-        task(0);
-    if (failure) std::rethrow_exception(failure);
+    process_items(count,
+                  [&](std::uint64_t begin, std::uint64_t end, Work work) { body(work.block, begin, end); },
+                  // With fewer than two runs a thread, waking one takes longer than it helps.
+                  {count < 4 * world::run_length ? &serial_executor() : executor, world::run_length});
 }
 
 /// Finds out for which changed entries a list of neighbours will do instead of the index, and makes new lists

@@ -2,58 +2,9 @@
 // Where memory comes from, that it is enough once, and what happens when there is none.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-
 #include "counting_memory.hpp"
 #include "harness.hpp"
-
-namespace {
-std::atomic<std::uint64_t> news{0}; // calls of the global operator new
-} // namespace
-
-// The thread sanitizer brings its own, and refuses a second one.
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define JOSTLE_OWN_NEW 0
-#endif
-#endif
-#ifndef JOSTLE_OWN_NEW
-#define JOSTLE_OWN_NEW 1
-#endif
-
-#if JOSTLE_OWN_NEW
-// Not inlined, or the compiler takes malloc and delete for a mismatched pair.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-    ++news;
-    if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
-    throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
-{
-    ++news;
-    const std::size_t step = static_cast<std::size_t>(alignment);
-    if (void* const memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-    throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-    std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-    std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
-{
-    std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-    std::free(memory);
-}
-#endif
+#include "tests/global_new.hpp"
 
 namespace contract {
 namespace {
@@ -92,14 +43,15 @@ TEST(Memory, ASteadyFrameAllocatesNothing)
                 for (int frame = 0; frame < 84; ++frame) {
                     const Boxes<3, float> boxes = moved(start, frame);
                     const BoxView<3, float> view(boxes);
-                    const std::uint64_t allocations_before = memory.allocations, news_before = news;
+                    const std::uint64_t allocations_before = memory.allocations,
+                                        news_before = global_new::calls;
                     if (streaming)
                         (void)finder.stream(view, take);
                     else
                         (void)finder.find(view);
                     if (frame < 64) continue;
                     allocated += memory.allocations - allocations_before;
-                    news_in_frame += news - news_before;
+                    news_in_frame += global_new::calls - news_before;
                 }
                 EXPECT_EQ(allocated, 0u) << name(scene) << (streaming ? " streamed" : " stored");
                 EXPECT_EQ(news_in_frame, 0u) << name(scene) << (streaming ? " streamed" : " stored");

@@ -1,66 +1,10 @@
 // SPDX-License-Identifier: MIT
 // No memory in steady updates; and when there is none at all, the world stays as it was.
-#include <atomic>
-#include <cstdlib>
-#include <limits>
-#include <new>
-
 #include "churn.hpp"
 #include "scenes/scenes.hpp"
-
-// The thread sanitizer brings its own operator new, and refuses a second one.
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define JOSTLE_OWN_NEW 0
-#endif
-#endif
-#ifndef JOSTLE_OWN_NEW
-#define JOSTLE_OWN_NEW 1
-#endif
+#include "tests/global_new.hpp"
 
 #if JOSTLE_OWN_NEW
-namespace {
-constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
-std::atomic<std::uint64_t> news{0};        // calls of the global operator new
-std::atomic<std::uint64_t> fail_at{never}; // from this one on, all fail
-
-void count_or_fail()
-{
-    if (news++ >= fail_at) throw std::bad_alloc();
-}
-} // namespace
-
-// Not inlined, or the compiler takes malloc and delete for a mismatched pair.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-    count_or_fail();
-    if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
-    throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
-{
-    count_or_fail();
-    const std::size_t step = static_cast<std::size_t>(alignment);
-    if (void* const memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-    throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-    std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-    std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
-{
-    std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-    std::free(memory);
-}
-
 namespace world_tests {
 namespace {
 
@@ -70,16 +14,16 @@ std::uint64_t starve(const Call& call, const Check& check)
 {
     for (std::uint64_t k = 0;; ++k) {
         bool failed = false;
-        fail_at = news + k;
+        global_new::fail_at = global_new::calls + k;
         try {
             call();
         } catch (const std::bad_alloc&) {
             failed = true;
         }
-        fail_at = never;
+        global_new::fail_at = global_new::never;
         if (!failed) return k;
         check(k);
-        if (testing::Test::HasFatalFailure() || k > 20'000) return never;
+        if (testing::Test::HasFatalFailure() || k > 20'000) return global_new::never;
     }
 }
 
@@ -189,11 +133,11 @@ TEST(Memory, SteadyUpdatesAllocateNothing)
             for (int frame = 0; frame < 84; ++frame) {
                 const int phase = frame % 14;
                 const auto& boxes = frames[static_cast<std::size_t>(phase < 8 ? phase : 14 - phase)];
-                const std::uint64_t before = news;
+                const std::uint64_t before = global_new::calls;
                 world.move(ids, boxes);
                 world.update();
                 if (frame < 56) continue;
-                allocated += news - before;
+                allocated += global_new::calls - before;
                 persisted += world.persisted().size();
             }
             EXPECT_EQ(allocated, 0u) << name << ", " << executor->concurrency() << " threads";

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <new>
+
+/// Replaces the global operator new by one that counts and can be told to fail. One file of a program
+/// includes it. The thread sanitizer brings its own and refuses a second one: JOSTLE_OWN_NEW is 0 there.
+
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer)
+#define JOSTLE_OWN_NEW 0
+#endif
+#endif
+#ifndef JOSTLE_OWN_NEW
+#define JOSTLE_OWN_NEW 1
+#endif
+
+namespace global_new {
+
+constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
+inline std::atomic<std::uint64_t> calls{0};
+inline std::atomic<std::uint64_t> fail_at{never}; ///< from this call on, all fail
+
+} // namespace global_new
+
+#if JOSTLE_OWN_NEW
+// Not inlined, or the compiler takes malloc and delete for a mismatched pair.
+[[gnu::noinline]] void* operator new(std::size_t size)
+{
+    if (global_new::calls++ >= global_new::fail_at) throw std::bad_alloc();
+    if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
+    throw std::bad_alloc();
+}
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
+{
+    if (global_new::calls++ >= global_new::fail_at) throw std::bad_alloc();
+    const std::size_t step = static_cast<std::size_t>(alignment);
+    if (void* const memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
+    throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept
+{
+    std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
+{
+    std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
+{
+    std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
+{
+    std::free(memory);
+}
+#endif

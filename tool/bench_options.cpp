@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#include "bench_options.hpp"
+
+#include "threads.hpp"
+
+namespace jostle_tool {
+
+void add_sizes_option(CLI::App& command, std::vector<std::uint64_t>& sizes, const std::string& preset)
+{
+    command.add_option("-n", sizes, "How many boxes, 1 to 10,000,000; several with commas (" + preset + ")")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
+        ->type_name("N");
+}
+
+void add_thread_counts_option(CLI::App& command, std::vector<std::uint32_t>& threads)
+{
+    command
+        .add_option("--threads", threads, "How many threads, several with commas; one per core if not given")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->check(CLI::Range(1u, Threads::most).description(""))
+        ->type_name("T");
+}
+
+void add_rows_file_option(CLI::App& command, std::string& file)
+{
+    command.add_option("--json", file, "Write the rows as JSON; - is stdout, then without the table")
+        ->type_name("FILE");
+}
+
+void check_for_peers([[maybe_unused]] bool wanted)
+{
+#ifndef JOSTLE_WITH_PEERS
+    if (wanted)
+        throw UsageError(
+            "--peers: this build has no peers; install the packages of bench/packages, configure "
+            "with cmake -DJOSTLE_BENCH=ON and build again");
+#endif
+}
+
+RowsFile::RowsFile(const std::string& name)
+{
+    if (!name.empty()) file_.emplace(name);
+}
+
+void RowsFile::write(const nlohmann::ordered_json& rows)
+{
+    if (!file_) return;
+    file_->write("[\n");
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        file_->write(rows[i].dump() + (i + 1 < rows.size() ? ",\n" : "\n"));
+    file_->write("]\n");
+    file_->commit();
+}
+
+} // namespace jostle_tool

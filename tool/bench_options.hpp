@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "io/output_file.hpp"
+
+/// What `jostle bench` and its subcommands have in common.
+
+namespace jostle_tool {
+
+/// -n: how many boxes, one or several.
+void add_sizes_option(CLI::App& command, std::vector<std::uint64_t>& sizes, const std::string& preset);
+
+/// --threads: one number or several. 0, one per core, stays if it isn't given.
+void add_thread_counts_option(CLI::App& command, std::vector<std::uint32_t>& threads);
+
+/// --json: where a RowsFile goes.
+void add_rows_file_option(CLI::App& command, std::string& file);
+
+/// Throws a UsageError if --peers was given to a build that has none.
+void check_for_peers(bool wanted);
+
+/// The entries that are named, in the order of the names; all of them if no name is given. Throws a UsageError
+/// for a name that no entry has; `what` says what an entry is.
+template <class Entry, std::size_t Count>
+std::vector<const Entry*> choose(const std::vector<std::string>& names, const Entry (&entries)[Count],
+                                 const std::string& what)
+{
+    std::vector<const Entry*> chosen;
+    std::string known;
+    for (const Entry& entry : entries) {
+        known += (known.empty() ? "" : ", ") + std::string(entry.name);
+        if (names.empty()) chosen.push_back(&entry);
+    }
+    for (const std::string& name : names) {
+        const std::size_t before = chosen.size();
+        for (const Entry& entry : entries)
+            if (name == entry.name) chosen.push_back(&entry);
+        if (chosen.size() == before) throw UsageError(name + " is no " + what + "; choose from " + known);
+    }
+    return chosen;
+}
+
+/// Rows of JSON, one a line, which versions and compares well.
+class RowsFile
+{
+  public:
+    /// Before the work: a file that can't be written is said at once. Nothing is written if `name` is empty.
+    explicit RowsFile(const std::string& name);
+    void write(const nlohmann::ordered_json& rows);
+
+  private:
+    std::optional<OutputFile> file_;
+};
+
+} // namespace jostle_tool
