@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 JOSTLE_NAMESPACE_BEGIN
@@ -50,14 +51,16 @@ struct Least
 Bounds bounds_of(Sample& sample, int axis)
 {
     const std::size_t step = std::max<std::size_t>(1, sample.size / 512);
-    std::size_t size = 0;
+    std::size_t size = 0, next = 0;
     double least = Sample::unbounded, greatest = -Sample::unbounded;
     for (std::size_t k = 0; k < sample.size; ++k) {
         const double lo = sample.lo[axis][k], hi = sample.hi[axis][k];
         if (lo <= -Sample::unbounded || hi >= Sample::unbounded) continue;
         least = std::min(least, lo);
         greatest = std::max(greatest, hi);
-        if (k % step == 0) sample.work[size++] = 0.5 * lo + 0.5 * hi;
+        if (k < next) continue;
+        next = k + step;
+        sample.work[size++] = 0.5 * lo + 0.5 * hi;
     }
     if (size == 0) return {0, 0};
     Least lowest(size / 64 + 1), highest(size / 64 + 1); // the highest by their negatives
@@ -76,6 +79,14 @@ struct ExtentClass
     double count = 0, x = 0, y = 0, z = 0, yz = 0;
     double mean_x = 0;
 };
+
+/// How often 1 can be halved before it is no greater than the number from 0 to 1, at most 23 times.
+int halvings(double number)
+{
+    std::uint64_t bits;
+    std::memcpy(&bits, &number, sizeof bits);
+    return std::clamp(1022 - static_cast<int>(bits >> 52), 0, 23);
+}
 
 } // namespace
 
@@ -143,10 +154,7 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
                   (place > 0 ? std::min(static_cast<int>(std::min(place, 1e6)), bins_of[p] - 1) : 0);
         }
         pairs_in_bins += 2.0 * histogram[bin]++;
-        const double relative = size[0] > 0 ? extent[0] : 1; // 1/2 .. 1 is class 0, and so on
-        int e = 0;
-        for (double bound = 0.5; e < 23 && relative < bound; bound *= 0.5)
-            ++e;
+        const int e = size[0] > 0 ? halvings(extent[0]) : 0;
         ExtentClass& c = classes[e];
         c.count += 1;
         c.x += extent[0];
@@ -171,12 +179,10 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
 
     // What a grid of cy x cz columns costs per box.
     const auto evaluate = [&](std::int32_t cy, std::int32_t cz, std::int32_t& cx) {
-        const double sy = size[1] > 0 ? 1.0 / cy : 1, sz = size[2] > 0 ? 1.0 / cz : 1;
-        const double section = sy * sz;
-        const bool has_y = size[1] > 0, has_z = size[2] > 0;
+        const double along_y = size[1] > 0 ? cy : 0, along_z = size[2] > 0 ? cz : 0;
+        const double section = 1 / (std::max(1.0, along_y) * std::max(1.0, along_z));
         const auto copies = [&](const ExtentClass& c) {
-            return c.count + (has_y ? c.y / sy : 0) + (has_z ? c.z / sz : 0) +
-                   (has_y && has_z ? c.yz / (sy * sz) : 0);
+            return c.count + c.y * along_y + c.z * along_z + c.yz * (along_y * along_z);
         };
         const double records = copies(total) / samples;
         double blocks = 0;

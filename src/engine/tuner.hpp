@@ -31,7 +31,7 @@ struct Sample
 /// How many boxes to look at: enough to know the densities, few enough to cost little beside a frame.
 inline constexpr std::size_t sample_size(std::size_t boxes)
 {
-    const std::size_t wanted = boxes / 64 + 96;
+    const std::size_t wanted = boxes / 64 + 64;
     return wanted < boxes ? (wanted < Sample::capacity ? wanted : Sample::capacity)
                           : (boxes < 128 ? boxes : 128);
 }
@@ -41,12 +41,19 @@ inline constexpr std::size_t sample_size(std::size_t boxes)
 /// often.
 inline void choose_sample(std::uint32_t* chosen, std::size_t samples, std::size_t boxes)
 {
-    for (std::size_t k = 0, begin = 0; k < samples; ++k) {
-        const std::size_t end = boxes * (k + 1) / samples;
+    if (samples == 0) return;
+    const auto step = static_cast<std::uint32_t>(boxes / samples),
+               rest = static_cast<std::uint32_t>(boxes % samples);
+    std::uint32_t begin = 0, excess = 0; // of the `samples`-ths of a box
+    for (std::size_t k = 0; k < samples; ++k) {
+        std::uint32_t size = step;
+        if ((excess += rest) >= samples) {
+            excess -= static_cast<std::uint32_t>(samples);
+            ++size;
+        }
         const std::uint64_t hash = (k + 1) * 0x9e3779b97f4a7c15u;
-        const auto size = static_cast<std::uint32_t>(end > begin ? end - begin : 1);
-        chosen[k] = static_cast<std::uint32_t>(begin) + static_cast<std::uint32_t>(hash >> 32) % size;
-        begin = end;
+        chosen[k] = begin + static_cast<std::uint32_t>((hash >> 32) * size >> 32);
+        begin += size;
     }
 }
 
