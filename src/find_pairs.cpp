@@ -177,6 +177,7 @@ PairBuffer& PairFinder::Implementation::sort(std::size_t objects)
 PairFinder::PairFinder(const FinderOptions& options)
     : implementation_(std::make_unique<Implementation>(options))
 {
+    (void)checked(options.instruction_set);
 }
 PairFinder::PairFinder(PairFinder&&) noexcept = default;
 PairFinder& PairFinder::operator=(PairFinder&&) noexcept = default;

@@ -99,6 +99,17 @@ bool owners_differ(std::uint32_t a, std::uint32_t b) noexcept
 
 } // namespace
 
+InstructionSet checked(InstructionSet set)
+{
+    std::string known;
+    for (const InstructionSet each : supported_instruction_sets()) {
+        if (each == set) return set;
+        known += (known.empty() ? "" : ", ") + std::string(name(each));
+    }
+    throw Error(ErrorCode::invalid_argument,
+                std::string("instruction set ") + name(set) + " can't be run here; choose one of " + known);
+}
+
 bool passes(const Filter& filter, std::uint32_t a, std::uint32_t b) noexcept
 {
     if (!filter.mask.empty() &&

@@ -19,6 +19,9 @@ void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set);
 void check_filter(const Filter& filter, std::size_t size);
 void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t size_b);
 
+/// `set`, or the `Error` that this machine can't run it.
+InstructionSet checked(InstructionSet set);
+
 /// The definition of the filters, but for `accept`. Between two sets `b` belongs to the second.
 bool passes(const Filter& filter, std::uint32_t a, std::uint32_t b) noexcept;
 bool passes(const CrossFilter& filter, std::uint32_t a, std::uint32_t b) noexcept;

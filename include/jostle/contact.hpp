@@ -193,7 +193,7 @@ struct ContactOptions
     /// Where working memory and results come from. Used from several threads at a time: give a synchronised
     /// resource.
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
-    /// One of supported_instruction_sets(); for tests and measurements.
+    /// One of supported_instruction_sets(), or the constructor refuses it; for tests and measurements.
     InstructionSet instruction_set = supported_instruction_sets().front();
 };
 

@@ -85,7 +85,7 @@ struct FinderOptions
     Executor* executor = nullptr;
     /// Where working memory comes from. Used from several threads at a time: give a synchronised resource.
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
-    /// One of supported_instruction_sets(); for tests and measurements.
+    /// One of supported_instruction_sets(), or the constructor refuses it; for tests and measurements.
     InstructionSet instruction_set = supported_instruction_sets().front();
 };
 
@@ -157,6 +157,18 @@ class JOSTLE_API PairFinder
     template <int Dim, Coordinate T>
     [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
                                   const CrossFilter& filter = {}, Order order = Order::canonical);
+    template <BoxContainer Boxes>
+    [[nodiscard]] PairBuffer take(const Boxes& boxes, const Filter& filter = {},
+                                  Order order = Order::canonical)
+    {
+        return take(box_view(boxes), filter, order);
+    }
+    template <BoxContainer A, BoxContainer B>
+    [[nodiscard]] PairBuffer take(const A& a, const B& b, const CrossFilter& filter = {},
+                                  Order order = Order::canonical)
+    {
+        return take(box_view(a), box_view(b), filter, order);
+    }
 
     /// Of the last call.
     [[nodiscard]] const Stats& stats() const noexcept;

@@ -122,11 +122,12 @@ class JOSTLE_API ResponseStore
     Slot* slots = nullptr;
     std::byte* rows = nullptr; ///< of the dense form, row_size bytes a block, whole lines of memory
     std::size_t row_size = 0;
-    std::uint32_t objects = 0, blocks = 0, slot_count = 0;
+    std::uint32_t objects = 0, blocks = 0;
+    std::uint32_t open_slots = 0; ///< 0 when nothing can be added: before start(), after merge()
     int bin_shift = 0;
 
     // What merge() reads.
-    std::uint32_t bin_count = 0;
+    std::uint32_t slot_count = 0, bin_count = 0;
     std::byte* values = nullptr;
     bool rows_clean = false; ///< all T{}
     std::uint64_t bytes_reserved = 0;
@@ -195,13 +196,13 @@ class Responses
     }
 
     /// Adds a response of `object`, while working on work.block.
-    /// Errors   invalid_argument if the object, block or slot is none of those that start() was told;
-    ///          std::bad_alloc. The response isn't added then.
+    /// Errors   invalid_argument if the object, block or slot is none of those that start() was told, or after
+    ///          merge(); std::bad_alloc. The response isn't added then.
     /// Cost     a few nanoseconds; writes sizeof(T) + 8 bytes (dense: sizeof(T)).
     void add(Work work, std::uint32_t object, const T& value)
     {
         detail::ResponseStore& store = *store_;
-        if (object >= store.objects || work.block >= store.blocks || work.slot >= store.slot_count)
+        if (object >= store.objects || work.block >= store.blocks || work.slot >= store.open_slots)
             store.throw_bad_add(work, object);
         if (store.rows != nullptr) {
             merge_(row(work.block)[object], value);
@@ -237,6 +238,7 @@ class Responses
                 },
                 process);
             store_->rows_clean = true;
+            store_->open_slots = 0;
             merged_ = true;
         }
         return {values(), store_->objects};

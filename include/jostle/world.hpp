@@ -99,7 +99,7 @@ struct WorldOptions
     Executor* executor = nullptr;
     /// Where memory comes from. Used from several threads at a time: give a synchronised resource.
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
-    /// One of supported_instruction_sets(); for tests and measurements.
+    /// One of supported_instruction_sets(), or the constructor refuses it; for tests and measurements.
     InstructionSet instruction_set = supported_instruction_sets().front();
     /// Every box is this much bigger on every side: pairs begin before their boxes touch. Units of the boxes.
     double margin = 0;

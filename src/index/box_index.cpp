@@ -165,7 +165,7 @@ struct BoxIndex<Dim, T>::Implementation
     explicit Implementation(const IndexOptions& given)
         : options(given),
           executor(given.executor != nullptr ? given.executor : &default_executor()),
-          kernels(index::kernels_for<Dim, T>(given.instruction_set)),
+          kernels(index::kernels_for<Dim, T>(checked(given.instruction_set))),
           tree(given),
           joins(given)
     {

@@ -8,6 +8,7 @@
 #include "jostle/process.hpp"
 #include "narrow/answers.hpp"
 #include "narrow/batches.hpp"
+#include "validate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -72,7 +73,7 @@ struct ContactFinder<Dim, T>::Implementation
 {
     using Sides = narrow::Side<Dim, T>;
     explicit Implementation(const ContactOptions& given)
-        : options(given), kernels(&narrow::kernels_for(given.instruction_set)), result(given.memory)
+        : options(given), kernels(&narrow::kernels_for(checked(given.instruction_set))), result(given.memory)
     {
     }
 

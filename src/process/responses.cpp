@@ -82,7 +82,7 @@ void ResponseStore::release() noexcept
     bytes_reserved = 0;
     rows = values = nullptr;
     rows_clean = false;
-    objects = blocks = slot_count = bin_count = 0;
+    objects = blocks = open_slots = slot_count = bin_count = 0;
 }
 
 std::size_t ResponseStore::entries_per_chunk() const noexcept
@@ -108,6 +108,7 @@ std::size_t ResponseStore::entries_added(std::uint32_t of_slots) const noexcept
 void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
 {
     // Nothing can be added if this fails.
+    open_slots = 0;
     const std::uint32_t old_objects = std::exchange(objects, 0), old_slots = std::exchange(slot_count, 0);
     const std::size_t new_row_size = rounded_up(std::size_t{new_objects} * value_size_, line);
     // Of all pairs few have a response: the plan says nothing about how many (block_items is 0).
@@ -203,7 +204,7 @@ void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
         }
     }
     objects = new_objects;
-    slot_count = new_slots;
+    slot_count = open_slots = new_slots;
 }
 
 void ResponseStore::refill(Slot& slot, Place& place)
@@ -282,9 +283,9 @@ bool ResponseStore::next_chunk(List& list) const noexcept
 
 void ResponseStore::throw_bad_add(Work work, std::uint32_t object) const
 {
-    if (slot_count == 0)
+    if (open_slots == 0)
         throw Error(ErrorCode::invalid_argument,
-                    "add before start, or after a start that failed: call start");
+                    "add before start, after merge, or after a start that failed: call start");
     const auto fail = [](const char* what, std::uint32_t value, std::uint32_t limit, std::uint64_t index) {
         throw Error(ErrorCode::invalid_argument,
                     std::string("add to ") + what + " " + std::to_string(value) + ", but start was told of " +
@@ -293,7 +294,7 @@ void ResponseStore::throw_bad_add(Work work, std::uint32_t object) const
     };
     if (object >= objects) fail("object", object, objects, object);
     if (work.block >= blocks) fail("block", work.block, blocks, Error::no_index);
-    fail("slot", work.slot, slot_count, Error::no_index);
+    fail("slot", work.slot, open_slots, Error::no_index);
     throw; // not reached
 }
 

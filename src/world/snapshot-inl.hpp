@@ -74,7 +74,7 @@ class SnapshotReader
 
     [[noreturn]] void refuse(const std::string& why) const
     {
-        throw Error(ErrorCode::bad_snapshot, "snapshot: " + why, at_);
+        throw Error(ErrorCode::bad_snapshot, "snapshot: " + why);
     }
     void demand(bool good, const char* why) const
     {

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "harness.hpp"
+#include "jostle/jostle.hpp"
 
 namespace contract {
 namespace {
@@ -118,6 +119,34 @@ TEST(Order, SameOnEveryInstructionSetAndLayout)
     for_each_question(compare);
     for_each_large_question(compare);
     EXPECT_GT(found, 300'000u);
+}
+
+TEST(InstructionSets, OneThatCantBeRunHereIsRefused)
+{
+    const auto sets = jostle::supported_instruction_sets();
+    for (const auto set : {jostle::InstructionSet::avx512, jostle::InstructionSet::neon}) {
+        const bool known = std::find(sets.begin(), sets.end(), set) != sets.end();
+        const auto refuses = [&](const auto& make) {
+            try {
+                make();
+            } catch (const jostle::Error& error) {
+                EXPECT_EQ(error.code(), jostle::ErrorCode::invalid_argument);
+                EXPECT_NE(std::string(error.what()).find(jostle::name(set)), std::string::npos);
+                return true;
+            }
+            return false;
+        };
+        jostle::FinderOptions finder;
+        jostle::ContactOptions contacts;
+        jostle::IndexOptions index;
+        jostle::WorldOptions world;
+        finder.instruction_set = contacts.instruction_set = index.instruction_set = world.instruction_set =
+            set;
+        EXPECT_EQ(refuses([&] { jostle::PairFinder{finder}; }), !known);
+        EXPECT_EQ(refuses([&] { jostle::ContactFinder3f{contacts}; }), !known);
+        EXPECT_EQ(refuses([&] { jostle::BoxIndex<3, float>{index}; }), !known);
+        EXPECT_EQ(refuses([&] { jostle::World3f{world}; }), !known);
+    }
 }
 
 TEST(Order, SameInManyRuns)

@@ -283,6 +283,9 @@ TEST(Responses, AWrongNumberIsAnErrorThatNamesIt)
         EXPECT_NE(message({0, 0}, 7).find("object 7"), std::string::npos);
         EXPECT_NE(message({0, 2}, 0).find("block 2"), std::string::npos);
         EXPECT_NE(message({1, 0}, 0).find("slot 1"), std::string::npos);
+        EXPECT_EQ(responses.merge()[6], 1);
+        EXPECT_NE(message({0, 1}, 6).find("after merge"), std::string::npos);
+        EXPECT_EQ(responses.merge()[6], 1);
         const auto merged = responses.merge();
         EXPECT_EQ(std::vector<int>(merged.begin(), merged.end()), (std::vector<int>{0, 0, 0, 0, 0, 0, 1}));
     }
