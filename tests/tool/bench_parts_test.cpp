@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// jostle bench contacts, questions and responses.
+#include <map>
+#include <set>
+
+#include <nlohmann/json.hpp>
+
+#include "run_tool.hpp"
+
+namespace tool_test {
+namespace {
+
+TEST_F(ToolTest, BenchContactsFindsTheSameOnAnyThreads)
+{
+    const Result result =
+        run({"bench", "contacts", "-n", "80", "--threads", "1,2", "--frames", "2", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const nlohmann::json rows = nlohmann::json::parse(result.out);
+    EXPECT_EQ(rows.size(), 10u) << "five kinds of pairs on one thread and on two";
+    std::map<std::string, std::set<std::pair<int, int>>> found;
+    for (const auto& row : rows) {
+        const int pairs = row["pairs"], touching = row["touching"];
+        EXPECT_EQ(pairs, row["pair"] == "box-mesh" ? 20 : row["pair"] == "hull-hull" ? 40 : 80);
+        EXPECT_GT(touching, pairs / 5) << row; // about half of them, by the making of the scene
+        EXPECT_LT(touching, pairs - pairs / 5) << row;
+        EXPECT_GE(row["points"], touching) << row;
+        EXPECT_LE(row["min_ns"], row["median_ns"]);
+        EXPECT_LE(row["median_ns"], row["max_ns"]);
+        found[row["pair"]].insert({touching, row["points"]});
+    }
+    EXPECT_EQ(found.size(), 5u);
+    for (const auto& [pair, counts] : found)
+        EXPECT_EQ(counts.size(), 1u) << pair;
+}
+
+TEST_F(ToolTest, BenchQuestionsAnswersTheSameOnAnyThreads)
+{
+    const Result result =
+        run({"bench", "questions", "-n", "500", "--threads", "1,2", "--repetitions", "1", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    std::map<std::string, std::set<std::string>> answers;
+    for (const auto& row : nlohmann::json::parse(result.out)) {
+        if (row["question"] == "build") continue;
+        EXPECT_GT(row["results"], 100) << row;
+        answers[row["question"]].insert(std::string(row["checksum"]) + " of " + row["results"].dump());
+    }
+    EXPECT_EQ(answers.size(), 10u);
+    for (const auto& [question, sums] : answers)
+        EXPECT_EQ(sums.size(), 1u) << question;
+}
+
+TEST_F(ToolTest, BenchResponsesMeasuresBothParts)
+{
+    const Result result =
+        run({"bench", "responses", "-n", "300", "--threads", "2", "--frames", "1", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    std::set<std::string> systems;
+    for (const auto& row : nlohmann::json::parse(result.out)) {
+        EXPECT_GT(row["median_ms"], 0) << row;
+        systems.insert(row["system"]);
+    }
+    EXPECT_GE(systems.size(), 6u);
+}
+
+TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
+{
+    const Result contacts = run({"bench", "contacts", "egg-egg"});
+    EXPECT_EQ(contacts.exit_code, 2);
+    EXPECT_NE(contacts.err.find("egg-egg is no pair of shapes that is measured; choose from sphere-sphere"),
+              std::string::npos)
+        << contacts.err;
+    const Result questions = run({"bench", "questions", "nowhere"});
+    EXPECT_EQ(questions.exit_code, 2);
+    EXPECT_NE(questions.err.find("nowhere"), std::string::npos) << questions.err;
+}
+
+} // namespace
+} // namespace tool_test
