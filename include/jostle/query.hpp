@@ -130,7 +130,7 @@ class ResultLists
 {
   public:
     explicit ResultLists(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
-        : first_(memory), items_(memory), more_(memory)
+        : first_(memory), items_(memory), more_(memory), found_(memory)
     {
     }
 
@@ -152,6 +152,7 @@ class ResultLists
     std::pmr::vector<std::size_t> first_;
     std::pmr::vector<Item> items_;
     std::pmr::vector<std::uint8_t> more_;
+    std::pmr::vector<std::pmr::vector<Item>> found_; // working memory, by slot
 };
 
 // --- What the answers are ---

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <bit>
 #include <string>
+#include <type_traits>
+#include <utility>
 
 #include "index/box_index_access.hpp"
 #include "index/check.hpp"
@@ -63,53 +65,31 @@ auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& bod
     return body(Wanted(asked));
 }
 
-/// Sorts ids ascending; `end` is above all of them. Their digits are few, so big lists are sorted by these.
-void sort_items(std::uint32_t* first, std::uint32_t* last, std::uint64_t end)
+/// Sorts ids below 2^digits ascending. `spare` has room for as many.
+void sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, std::uint32_t* spare)
 {
-    constexpr std::size_t few = 64, many = 4096;
-    const auto count = static_cast<std::size_t>(last - first);
-    if (count < few) {
-        std::sort(first, last);
-        return;
-    }
-    std::vector<std::uint32_t> other(count);
-    std::uint32_t* from = first;
-    std::uint32_t* to = other.data();
-    const int digits = static_cast<int>(std::bit_width(end - 1)), step = count < many ? 8 : 11;
+    constexpr int most_passes = 4, most_at_once = 11;
+    constexpr std::size_t many = 512; // for fewer, that many counters don't pay
+    const int at_once = count < many ? 8 : most_at_once;
+    const int passes = (digits + at_once - 1) / at_once, step = (digits + passes - 1) / passes;
     const std::uint32_t mask = (1u << step) - 1;
-    std::uint32_t bucket[2048 + 1];
-    for (int shift = 0; shift < digits; shift += step) {
-        std::fill_n(bucket, mask + 2, 0u);
+    std::uint32_t place[most_passes][1 << most_at_once];
+    for (int pass = 0; pass < passes; ++pass)
+        std::fill_n(place[pass], mask + 1, 0u);
+    for (std::size_t k = 0; k < count; ++k)
+        for (int pass = 0; pass < passes; ++pass)
+            ++place[pass][(ids[k] >> (pass * step)) & mask];
+    std::uint32_t* from = ids;
+    std::uint32_t* to = spare;
+    for (int pass = 0; pass < passes; ++pass) {
+        std::uint32_t sum = 0;
+        for (std::uint32_t digit = 0; digit <= mask; ++digit)
+            sum += std::exchange(place[pass][digit], sum);
         for (std::size_t k = 0; k < count; ++k)
-            ++bucket[((from[k] >> shift) & mask) + 1];
-        for (std::uint32_t k = 1; k < mask; ++k)
-            bucket[k + 1] += bucket[k];
-        for (std::size_t k = 0; k < count; ++k)
-            to[bucket[(from[k] >> shift) & mask]++] = from[k];
+            to[place[pass][(from[k] >> (pass * step)) & mask]++] = from[k];
         std::swap(from, to);
     }
-    if (from != first) std::copy_n(from, count, first);
-}
-template <class T>
-void sort_items(Hit<T>* first, Hit<T>* last, std::uint64_t)
-{
-    std::sort(first, last);
-}
-
-/// Sorts what was appended from `begin` on and cuts it to max_results. Returns whether it was cut.
-template <class Item>
-bool order_and_cut(std::vector<Item>& items, std::size_t begin, std::uint64_t max_results,
-                   std::uint64_t id_end)
-{
-    const auto first = items.begin() + static_cast<std::ptrdiff_t>(begin);
-    const bool more = items.size() - begin > max_results;
-    if (more) {
-        const auto last = first + static_cast<std::ptrdiff_t>(max_results);
-        if (last != first) std::nth_element(first, last, items.end());
-        items.erase(last, items.end());
-    }
-    sort_items(items.data() + begin, items.data() + items.size(), id_end);
-    return more;
+    if (from != ids) std::copy_n(from, count, ids);
 }
 
 template <class T>
@@ -130,15 +110,16 @@ struct ItemOf
     using Item = std::uint32_t;
 };
 
-/// Results on their way into a vector.
-template <class Item>
-struct IntoVector : Found<Item>
+/// Results on their way to the end of a vector.
+template <class Items>
+struct IntoVector : Found<typename Items::value_type>
 {
-    std::vector<Item>& out;
-    explicit IntoVector(std::vector<Item>& to) : out(to) { this->full = flush; }
+    using Item = typename Items::value_type;
+    Items& out;
+    explicit IntoVector(Items& to) : out(to) { this->full = flush; }
     static void flush(Found<Item>& self)
     {
-        std::vector<Item>& out = static_cast<IntoVector&>(self).out;
+        Items& out = static_cast<IntoVector&>(self).out;
         out.insert(out.end(), self.items, self.next);
         self.next = self.items;
     }
@@ -197,12 +178,39 @@ struct BoxIndex<Dim, T>::Implementation
     {
         kernels.frustum(tree.root(), region, wanted, out);
     }
-    template <class Question, class Item>
-    void all(const Question& question, Wanted wanted, std::vector<Item>& out) const
+    /// Appends the first max_results, in order. Returns whether there are more.
+    template <class Question, class Items>
+    bool all(const Question& question, Wanted wanted, std::uint64_t max_results, Items& out) const
     {
-        IntoVector<Item> found(out);
+        const std::size_t begin = out.size();
+        IntoVector<Items> found(out);
         search(question, wanted, found);
         found.flush(found);
+        const bool more = out.size() - begin > max_results;
+        if (more) {
+            const auto first = out.begin() + static_cast<std::ptrdiff_t>(begin);
+            const auto last = first + static_cast<std::ptrdiff_t>(max_results);
+            if (last != first) std::nth_element(first, last, out.end());
+            out.erase(last, out.end());
+        }
+        sort(out, begin);
+        return more;
+    }
+    /// What was appended from `begin` on.
+    template <class Items>
+    void sort(Items& items, std::size_t begin) const
+    {
+        const std::size_t count = items.size() - begin;
+        if constexpr (std::is_same_v<typename Items::value_type, Hit<T>>) {
+            std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin), items.end());
+        } else if (count <= index::few) {
+            kernels.sort_few(items.data() + begin, static_cast<std::uint32_t>(count));
+        } else {
+            items.resize(begin + 2 * count);
+            std::uint32_t* const first = items.data() + begin;
+            sort_by_digits(first, count, std::bit_width(tree.id_end() - 1), first + count);
+            items.resize(begin + count);
+        }
     }
     template <class Question>
     std::uint64_t count(const Question& question, Wanted wanted, bool one_will_do) const
@@ -214,7 +222,8 @@ struct BoxIndex<Dim, T>::Implementation
         return found.count;
     }
     /// Appends, in order.
-    void nearest(const Nearest<Dim, T>& question, Wanted wanted, std::vector<Hit<T>>& out) const
+    template <class Items>
+    void nearest(const Nearest<Dim, T>& question, Wanted wanted, Items& out) const
     {
         const std::size_t before = out.size();
         index::Best<T> best;
@@ -289,53 +298,61 @@ struct BoxIndex<Dim, T>::Implementation
     /// Finds the results of a batch: find(i, wanted, items) appends those of question i to `items`, in order,
     /// and returns whether there are more.
     template <class Item, class Find>
-    void lists(std::size_t count, std::pmr::vector<std::size_t>& first, std::pmr::vector<Item>& items,
-               std::pmr::vector<std::uint8_t>& more, const QueryFilter& filter, const Find& find) const
+    void lists(std::size_t count, ResultLists<Item>& out, const QueryFilter& filter, const Find& find) const
     {
-        more.clear(); // empty if anything below throws
-        items.clear();
-        first.assign(1, 0);
-        first.resize(count + 1);
-        const std::size_t claims = (count + questions_per_claim - 1) / questions_per_claim;
+        out.more_.clear();
+        std::pmr::vector<Item> all(std::move(out.items_)); // if anything below throws, the lists are empty
+        out.items_.clear();
+        out.first_.assign(count + 1, 0);
+        auto& first = out.first_;
+        auto& found = out.found_;
+        std::vector<std::uint8_t> cut(count);
+        const ProcessOptions asking{executor, questions_per_claim};
+        const WorkPlan plan = plan_work(count, asking);
         struct Part
         {
-            std::uint32_t slot = 0;
-            std::size_t begin = 0;
+            std::uint32_t slot;
+            std::size_t begin;
         };
-        std::vector<Part> parts(claims);
-        struct alignas(128) Slot // neighbours don't share a cache line
-        {
-            std::vector<Item> items;
-        };
-        std::vector<Slot> found(executor->concurrency());
-        std::vector<std::uint8_t> cut(count);
-        process_items(count,
-                      [&](std::uint64_t begin, std::uint64_t end, Work work) {
-                          std::vector<Item>& mine = found[work.slot].items;
-                          parts[work.block] = {work.slot, mine.size()};
-                          for (std::size_t i = begin; i < end; ++i) {
-                              const std::size_t before = mine.size();
-                              cut[i] = filtered(filter, static_cast<std::uint32_t>(i),
-                                                [&](Wanted wanted) { return find(i, wanted, mine); });
-                              first[i + 1] = mine.size() - before;
-                          }
-                      },
-                      {executor, questions_per_claim});
+        std::vector<Part> parts(plan.blocks);
+        if (found.size() < plan.slots) found.resize(plan.slots);
+        if (plan.slots == 1) found[0].swap(all); // there is nothing to put together
+        for (auto& each : found)
+            each.clear();
+        process_items(
+            count,
+            [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                std::pmr::vector<Item> mine(std::move(found[work.slot])); // others write nearby
+                parts[work.block] = {work.slot, mine.size()};
+                for (std::size_t i = begin; i < end; ++i) {
+                    const std::size_t before = mine.size();
+                    cut[i] = filtered(filter, static_cast<std::uint32_t>(i),
+                                      [&](Wanted wanted) { return find(i, wanted, mine); });
+                    first[i + 1] = mine.size() - before;
+                }
+                found[work.slot] = std::move(mine);
+            },
+            asking);
         for (std::size_t i = 0; i < count; ++i)
             first[i + 1] += first[i];
-        items.resize(first[count]);
-        process_items(claims,
-                      [&](std::uint64_t begin, std::uint64_t end, Work) {
-                          for (std::size_t claim = begin; claim < end; ++claim) {
-                              const std::size_t from = first[claim * questions_per_claim];
-                              const std::size_t to =
-                                  first[std::min(count, (claim + 1) * questions_per_claim)];
-                              std::copy_n(found[parts[claim].slot].items.data() + parts[claim].begin,
-                                          to - from, items.data() + from);
-                          }
-                      },
-                      {executor, 64});
-        more.assign(cut.begin(), cut.end());
+        if (plan.slots == 1) {
+            found[0].swap(all);
+        } else {
+            all.resize(first[count]);
+            process_items(plan.blocks,
+                          [&](std::uint64_t begin, std::uint64_t end, Work) {
+                              for (std::size_t block = begin; block < end; ++block) {
+                                  const std::size_t from = first[block * plan.block_items];
+                                  const std::size_t to =
+                                      first[std::min<std::size_t>(count, (block + 1) * plan.block_items)];
+                                  std::copy_n(found[parts[block].slot].data() + parts[block].begin, to - from,
+                                              all.data() + from);
+                              }
+                          },
+                          {executor, 4});
+        }
+        out.items_ = std::move(all);
+        out.more_.assign(cut.begin(), cut.end());
     }
 
     IndexOptions options;
@@ -498,8 +515,7 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const 
         out.clear();                                                                                         \
         implementation_->check(question, filter);                                                            \
         return filtered(filter, 0, [&](Wanted wanted) {                                                      \
-            implementation_->all(question, wanted, out);                                                     \
-            return order_and_cut(out, 0, max_results, implementation_->tree.id_end());                       \
+            return implementation_->all(question, wanted, max_results, out);                                 \
         });                                                                                                  \
     }
 JOSTLE_ALL(Ray, Hit<T>)
@@ -568,13 +584,9 @@ void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out
                            std::uint64_t max_results) const
 {
     implementation_->check(lines, filter);
-    implementation_->lists(lines.size(), out.first_, out.items_, out.more_, filter,
-                           [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
-                               const std::size_t begin = items.size();
-                               implementation_->all(lines[i], wanted, items);
-                               return order_and_cut(items, begin, max_results,
-                                                    implementation_->tree.id_end());
-                           });
+    implementation_->lists(lines.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
+        return implementation_->all(lines[i], wanted, max_results, items);
+    });
 }
 
 template <int Dim, Coordinate T>
@@ -583,13 +595,9 @@ void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uin
                            const QueryFilter& filter, std::uint64_t max_results) const
 {
     implementation_->check(regions, filter);
-    implementation_->lists(regions.size(), out.first_, out.items_, out.more_, filter,
-                           [&](std::size_t i, Wanted wanted, std::vector<std::uint32_t>& items) {
-                               const std::size_t begin = items.size();
-                               implementation_->all(regions[i], wanted, items);
-                               return order_and_cut(items, begin, max_results,
-                                                    implementation_->tree.id_end());
-                           });
+    implementation_->lists(regions.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
+        return implementation_->all(regions[i], wanted, max_results, items);
+    });
 }
 
 template <int Dim, Coordinate T>
@@ -597,11 +605,10 @@ void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, Resul
                                const QueryFilter& filter) const
 {
     implementation_->check(questions, filter);
-    implementation_->lists(questions.size(), out.first_, out.items_, out.more_, filter,
-                           [&](std::size_t i, Wanted wanted, std::vector<Hit<T>>& items) {
-                               implementation_->nearest(questions[i], wanted, items);
-                               return false;
-                           });
+    implementation_->lists(questions.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
+        implementation_->nearest(questions[i], wanted, items);
+        return false;
+    });
 }
 
 template <int Dim, Coordinate T>

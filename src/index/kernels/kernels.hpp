@@ -23,8 +23,12 @@ struct Found
     bool one_will_do = false;
     /// Called when fewer than 16 more fit. Makes room.
     void (*full)(Found& self) = nullptr;
-    Item items[capacity];
+    union
+    {
+        Item items[capacity]; // not worth initialising
+    };
 
+    Found() noexcept {}
     [[nodiscard]] bool has_room() const noexcept { return items + capacity - next >= lanes; }
 };
 
@@ -98,6 +102,9 @@ struct Best
     T limit;
 };
 
+/// How many ids sort_few takes.
+inline constexpr std::uint32_t few = 64;
+
 /// The searches of one instruction set. All sets find the same.
 template <int Dim, class T>
 struct Kernels
@@ -113,6 +120,8 @@ struct Kernels
     Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
     void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
     void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);
+    /// Sorts at most `few` ids, no two the same, ascending.
+    void (*sort_few)(std::uint32_t* ids, std::uint32_t count);
 };
 
 /// For one of supported_instruction_sets(); any other gets the best supported one.

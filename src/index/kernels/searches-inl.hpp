@@ -6,6 +6,23 @@
 // it. So the bounds of a node are tested with the very arithmetic that defines the answer for an object, and
 // nothing is missed for lack of a tolerance.
 
+/// An id's place is the number of smaller ones: no branch depends on their order.
+HWY_ATTR inline void sort_few(std::uint32_t* ids, std::uint32_t count)
+{
+    alignas(64) std::uint32_t unsorted[few];
+    const std::uint32_t end = (count + lanes - 1) / lanes * lanes;
+    std::copy_n(ids, count, unsorted);
+    std::fill(unsorted + count, unsorted + end, no_id);
+    for (std::uint32_t k = 0; k < count; ++k) {
+        const auto own = Vec<std::uint32_t>::set(unsorted[k]);
+        int below = 0;
+        for (std::uint32_t other = 0; other < end; other += Vec<std::uint32_t>::size)
+            below +=
+                std::popcount(Vec<std::uint32_t>::bits(Vec<std::uint32_t>::load(unsorted + other) < own));
+        ids[below] = unsorted[k];
+    }
+}
+
 /// ---- Regions -------------------------------------------------------------------------------------------
 
 /// Lanes that touch a box.
@@ -367,19 +384,10 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
     std::uint32_t* first = ids;
     for (std::uint32_t a = 0; a < count; ++a) {
         const std::uint32_t size = work.count[a];
-        if (size > lanes) {
+        if (size > few)
             std::sort(first, first + size);
-        } else if (size > 1 && !std::is_sorted(first, first + size)) { // lists of blocks are sorted already
-            std::uint32_t unsorted[lanes];
-            for (std::uint32_t k = 0; k < lanes; ++k)
-                unsorted[k] = k < size ? first[k] : no_id;
-            for (std::uint32_t k = 0; k < size; ++k) {
-                std::uint32_t rank = 0;
-                for (std::uint32_t other = 0; other < lanes; ++other)
-                    rank += unsorted[other] < unsorted[k];
-                first[rank] = unsorted[k];
-            }
-        }
+        else if (size > 1 && !std::is_sorted(first, first + size)) // lists of blocks are sorted already
+            sort_few(first, size);
         first += size;
     }
 }
@@ -610,6 +618,6 @@ const Kernels<Dim, T>* kernels()
 {
     static constexpr Kernels<Dim, T> table = {
         search_box<Dim, T>,   search_sphere<Dim, T>, search_frustum<Dim, T>, search_join<Dim, T>,
-        search_first<Dim, T>, search_all<Dim, T>,    search_nearest<Dim, T>};
+        search_first<Dim, T>, search_all<Dim, T>,    search_nearest<Dim, T>, sort_few};
     return &table;
 }

@@ -31,6 +31,11 @@ inline Vec<T> operator*(Vec<T> a, Vec<T> b)
     return {a.v * b.v};
 }
 template <class T>
+inline bool operator<(Vec<T> a, Vec<T> b)
+{
+    return a.v < b.v;
+}
+template <class T>
 inline bool operator<=(Vec<T> a, Vec<T> b)
 {
     return a.v <= b.v;
@@ -87,6 +92,11 @@ template <class T>
 HWY_ATTR HWY_INLINE Vec<T> operator*(Vec<T> a, Vec<T> b)
 {
     return {hn::Mul(a.v, b.v)};
+}
+template <class T>
+HWY_ATTR HWY_INLINE auto operator<(Vec<T> a, Vec<T> b)
+{
+    return hn::Lt(a.v, b.v);
 }
 template <class T>
 HWY_ATTR HWY_INLINE auto operator<=(Vec<T> a, Vec<T> b)
