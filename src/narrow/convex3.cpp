@@ -13,17 +13,18 @@ namespace {
 constexpr std::uint32_t box_loop_begin[] = {0, 4, 8, 12, 16, 20, 24};
 constexpr std::uint32_t box_loop[] = {0, 4, 6, 2, /**/ 1, 3, 7, 5, /**/ 0, 1, 5, 4, /**/
                                       2, 6, 7, 3, /**/ 0, 2, 3, 1, /**/ 4, 5, 7, 6};
-constexpr Edge box_edge[] = {{{0, 1}}, {{2, 3}}, {{4, 5}}, {{6, 7}}, {{0, 2}}, {{1, 3}},
-                             {{4, 6}}, {{5, 7}}, {{0, 4}}, {{1, 5}}, {{2, 6}}, {{3, 7}}};
-constexpr double box_normals[] = {-1, 1, 0, 0, 0,      0, 0, 0, /**/ 0, 0, -1, 1,
-                                  0,  0, 0, 0, /**/ 0, 0, 0, 0, -1,     1, 0,  0};
+constexpr Edge box_edge[] = {{{0, 1}, {2, 4}}, {{2, 3}, {4, 3}}, {{4, 5}, {5, 2}}, {{6, 7}, {3, 5}},
+                             {{0, 2}, {4, 0}}, {{1, 3}, {1, 4}}, {{4, 6}, {0, 5}}, {{5, 7}, {5, 1}},
+                             {{0, 4}, {0, 2}}, {{1, 5}, {2, 1}}, {{2, 6}, {3, 0}}, {{3, 7}, {1, 3}}};
+constexpr double box_normals[] = {-1, 1, 0, 0, 0,  0, -1, -1, /**/ 0,  0, -1, 1,
+                                  0,  0, 0, 0, /**/ 0, 0, 0,  0,  -1, 1, 0,  0};
 const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 constexpr std::uint32_t rectangle_loop_begin[] = {0, 4, 8};
 constexpr std::uint32_t rectangle_loop[] = {0, 1, 3, 2, 0, 2, 3, 1};
-constexpr Edge rectangle_edge[] = {{{0, 1}}, {{2, 3}}, {{0, 2}}, {{1, 3}}};
+constexpr Edge rectangle_edge[] = {{{0, 1}, {0, 1}}, {{2, 3}, {1, 0}}, {{0, 2}, {1, 0}}, {{1, 3}, {0, 1}}};
 constexpr std::uint32_t triangle_loop_begin[] = {0, 3, 6};
 constexpr std::uint32_t triangle_loop[] = {0, 1, 2, 0, 2, 1};
-constexpr Edge triangle_edge[] = {{{0, 1}}, {{1, 2}}, {{2, 0}}};
+constexpr Edge triangle_edge[] = {{{0, 1}, {0, 1}}, {{1, 2}, {0, 1}}, {{2, 0}, {0, 1}}};
 
 void put(double* coordinates, std::uint32_t i, const Vec3& v)
 {
@@ -100,6 +101,9 @@ void Core3::set_box(const Vec<3, double>& half)
         polytope.faces = 6;
         polytope.nx = box_normals;
         polytope.face_stride = lanes;
+        for (std::uint32_t f = 0; f < lanes; ++f)
+            offsets[f] = half[f < 6 ? f / 2 : 0];
+        polytope.offset = offsets;
         polytope.loop_begin = box_loop_begin;
         polytope.loop = box_loop;
     } else if (count == 2) {
@@ -291,24 +295,39 @@ bool closest_on_tetrahedron(Simplex& s)
     return !outside;
 }
 
-/// Returns whether the cores overlap or touch, as well as doubles can tell; else the gap is complete.
-///
-/// b is looked at moved by `shift`; the gap's points are where they are without.
-bool gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Simplex& s, Gap<3>& gap)
+enum class Verdict
+{
+    apart,   ///< the gap is complete, or infinite where it is more than enough
+    overlap, ///< or they touch, as well as doubles can tell
+    unclear  ///< the steps allowed weren't enough
+};
+constexpr int all_steps = 100; ///< then rounding is all that is left
+
+/// b is looked at moved by `shift`; the gap's points are where they are without. Where they aren't apart
+/// gap.normal is the direction in which they overlap least of those tried.
+Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, int most_steps, Simplex& s,
+            Gap<3>& gap)
 {
     Vec3 v = a.frame.p - b.frame.p - shift;
     if (length2(v) == 0) v = {1, 0, 0};
     double least = HUGE_VAL, extent = 0;
     Vec3 on_a, on_b;
     s.count = 0;
-    for (int step = 0; step < 100; ++step) {
+    double widest = -HUGE_VAL;
+    for (int step = 0; step < all_steps; ++step) {
+        if (step == most_steps) return Verdict::unclear;
         const Support pa = support(a, -v), pb = support(b, v);
         const SimplexPoint w{pa.p - (pb.p + shift), pa.p, pb.p, pa.vertex, pb.vertex};
         extent = std::max(extent, length2(w.w));
         const double along = dot(v, w.w), size = length2(v);
         if (along > 0 && along * along > enough * enough * size) {
             gap.distance = HUGE_VAL;
-            return false;
+            return Verdict::apart;
+        }
+        const double inverse = 1 / std::sqrt(size);
+        if (along * inverse > widest) {
+            widest = along * inverse;
+            gap.normal = v * -inverse;
         }
         if (step > 0) {
             // v . w / |v| is a lower bound of the distance, |v| an upper one.
@@ -326,10 +345,10 @@ bool gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Simpl
         else if (s.count == 3)
             closest_on_triangle(s);
         else if (s.count == 4 && closest_on_tetrahedron(s))
-            return true;
+            return Verdict::overlap;
         const Vec3 next = position(s);
         const double next_size = length2(next);
-        if (next_size <= 1e-26 * extent) return true;
+        if (next_size <= 1e-26 * extent) return Verdict::overlap;
         if (!(next_size < least)) break; // rounding: the last one was the best
         least = next_size;
         v = next;
@@ -341,12 +360,12 @@ bool gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Simpl
     }
     const double distance = length(v);
     // A gap this small has a direction of few digits: the overlap's is better.
-    if (distance <= 1e-9 * std::sqrt(extent)) return true;
+    if (distance <= 1e-9 * std::sqrt(extent)) return Verdict::overlap;
     gap.distance = distance;
     gap.normal = v * (-1 / distance);
     gap.on_a = on_a;
     gap.on_b = on_b;
-    return false;
+    return Verdict::apart;
 }
 
 // ---- The expanding polytope
@@ -656,18 +675,26 @@ void take_face(const Core3& core, std::uint32_t f, Feature& feature)
 void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature& feature)
 {
     const Polytope& hull = core.polytope;
-    const Support s = support(core, core.frame.r * d);
-    const double highest = dot(d, hull.vertex(s.vertex)), near = highest - 1e-9 * core.reach;
+    SmallVector<double, 128> height;
+    height.resize(hull.vertices);
+    for (std::uint32_t i = 0; i < hull.vertices; ++i)
+        height[i] = d.x * hull.x[i] + d.y * hull.x[hull.stride + i] + d.z * hull.x[2 * hull.stride + i];
+    std::uint32_t top = 0;
+    for (std::uint32_t i = 1; i < hull.vertices; ++i)
+        if (height[i] > height[top]) top = i;
+    const double near = height[top] - 1e-9 * core.reach;
     double most = -HUGE_VAL;
     std::uint32_t best = 0;
     for (std::uint32_t e = 0; e < hull.edges; ++e) {
-        const Vec3 p = hull.vertex(hull.edge[e].v[0]), q = hull.vertex(hull.edge[e].v[1]);
-        const double hp = dot(d, p), hq = dot(d, q);
+        const std::uint32_t *const v = hull.edge[e].v;
+        const double hp = height[v[0]], hq = height[v[1]];
         // It must carry a highest vertex, or it is the edge of another region.
         if (hp < near && hq < near) continue;
         // Of these the one whose other end is highest.
         const double low = std::min(hp, hq);
-        if (low > most && (hp - hq) * (hp - hq) <= slope * slope * length2(q - p)) most = low, best = e;
+        if (low > most &&
+            (hp - hq) * (hp - hq) <= slope * slope * length2(hull.vertex(v[1]) - hull.vertex(v[0])))
+            most = low, best = e;
     }
     if (most != -HUGE_VAL) {
         feature.kind = edge_feature;
@@ -679,9 +706,9 @@ void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature
         return;
     }
     feature.kind = vertex_feature;
-    feature.id = s.vertex;
-    feature.vertex.push_back(s.vertex);
-    feature.point.push_back(s.p);
+    feature.id = top;
+    feature.vertex.push_back(top);
+    feature.point.push_back(core.frame * hull.vertex(top));
 }
 
 void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, Feature& fb)
@@ -999,7 +1026,8 @@ void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double m
             Simplex simplex;
             Gap<3> moved;
             const double clear = 1e-3 * (a.reach + b.reach);
-            if (!gjk(a, b, n * (clear - cores.distance), HUGE_VAL, simplex, moved))
+            if (gjk(a, b, n * (clear - cores.distance), HUGE_VAL, all_steps, simplex, moved) ==
+                Verdict::apart)
                 on_a = moved.on_a, on_b = moved.on_b;
             else
                 on_a = support(a, n).p, on_b = on_a + n * cores.distance;
@@ -1061,7 +1089,18 @@ void core_gap_by_axes(const Core3& a, const Core3& b, Gap<3>& gap)
 void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 {
     Simplex simplex;
-    if (!gjk(a, b, {}, enough, simplex, gap)) return;
+    if (are_small_polyhedra(a, b)) {
+        // A few steps tell most of those apart that are; what is left mostly overlaps.
+        const Verdict verdict = gjk(a, b, {}, enough, 5, simplex, gap);
+        if (verdict == Verdict::apart) return;
+        if (polyhedra_gap(a, b, gap)) {
+            if (verdict == Verdict::overlap) gap.distance = std::min(0.0, gap.distance);
+            if (gap.distance <= 0) return;
+            if (gap.distance > enough) gap.distance = HUGE_VAL;
+            if (gap.distance == HUGE_VAL) return;
+        }
+    }
+    if (gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::apart) return;
     const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
                              (a.polytope.vertices + b.polytope.vertices);
     if (a.custom == nullptr && b.custom == nullptr && axes_cost < 1500) {
@@ -1109,7 +1148,7 @@ bool convex_touch(const Core3& a, const Core3& b)
     Simplex simplex;
     Gap<3> gap;
     const double enough = a.radius + b.radius;
-    return gjk(a, b, {}, enough, simplex, gap) || gap.distance <= enough;
+    return gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::overlap || gap.distance <= enough;
 }
 
 void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap)

@@ -52,6 +52,7 @@ struct Core3
     const Kernels* kernels = &best_kernels();
     double coordinates[3 * lanes];
     double normals[6];
+    double offsets[lanes];
     Vec3 directions[3];
 
     Core3() = default;
@@ -71,6 +72,13 @@ struct Core3
 ///          (Gottschalk 1996; Ericson sec. 5.2.1) where edges are few, else by the expanding polytope
 ///          algorithm (van den Bergen, GDC 2001).
 void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
+
+/// Whether two solid polyhedra have so few edges that polyhedra_gap is the fast way.
+bool are_small_polyhedra(const Core3& a, const Core3& b);
+/// How far the best plane between two small polyhedra parts them, below 0 how deep they overlap: the distance
+/// where that is 0 or less. gap.normal, any direction beforehand, saves most when it overlaps little. Returns
+/// false where another way would be faster or safer.
+bool polyhedra_gap(const Core3& a, const Core3& b, Gap<3>& gap);
 
 /// The same with penetration always by separating axes: every pair of edges. The slow twin.
 void core_gap_by_axes(const Core3& a, const Core3& b, Gap<3>& gap);

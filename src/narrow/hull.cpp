@@ -306,23 +306,38 @@ void finish(HullData<3>& data, const std::vector<Vec3>& points, const std::vecto
         for (Index d = 0; d < 3; ++d)
             data.normals[std::size_t{d} * face_stride + f] =
                 faces[f < face_count ? f : 0].normal[static_cast<int>(d)];
-    for (const Face& face : faces) {
+    bool closed = face_count > 2;
+    std::size_t joined = 0; // edges that have their other face
+    for (Index f = 0; f < face_count; ++f) {
+        const Face& face = faces[f];
         for (std::size_t k = 0; k < face.loop.size(); ++k) {
             const Index v = number[face.loop[k]], w = number[face.loop[(k + 1) % face.loop.size()]];
             data.loop.push_back(v);
-            const bool known = std::any_of(data.edge.begin(), data.edge.end(), [&](const Edge& e) {
+            const auto known = std::find_if(data.edge.begin(), data.edge.end(), [&](const Edge& e) {
                 return (e.v[0] == v && e.v[1] == w) || (e.v[0] == w && e.v[1] == v);
             });
-            if (!known) {
-                data.edge.push_back({{v, w}});
+            if (known == data.edge.end()) {
+                data.edge.push_back({{v, w}, {f, f}});
                 add_direction(data.direction,
                               points[face.loop[(k + 1) % face.loop.size()]] - points[face.loop[k]]);
+            } else {
+                closed = closed && known->v[0] == w && known->face[1] == known->face[0];
+                known->face[1] = f;
+                ++joined;
             }
         }
         data.loop_begin.push_back(static_cast<Index>(data.loop.size()));
     }
+    if (closed && joined == data.edge.size())
+        for (Index f = 0; f < face_stride; ++f) {
+            const Vec3 n = faces[f < face_count ? f : 0].normal;
+            double offset = -HUGE_VAL;
+            for (const auto& corner : data.corners)
+                offset = std::max(offset, dot(n, load(corner)));
+            data.offsets.push_back(offset);
+        }
     if (faces.empty() && count == 2) {
-        data.edge.push_back({{0, 1}});
+        data.edge.push_back({{0, 1}, {0, 0}});
         add_direction(data.direction, load(data.corners[1]) - load(data.corners[0]));
     }
     Polytope& p = data.polytope;
@@ -334,6 +349,7 @@ void finish(HullData<3>& data, const std::vector<Vec3>& points, const std::vecto
     p.stride = stride;
     p.nx = data.normals.data();
     p.face_stride = face_stride;
+    p.offset = data.offsets.empty() ? nullptr : data.offsets.data();
     p.loop_begin = data.loop_begin.data();
     p.loop = data.loop.data();
     p.edge = data.edge.data();

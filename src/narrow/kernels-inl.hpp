@@ -281,3 +281,92 @@ HWY_ATTR inline std::uint32_t furthest(const double* x, std::uint32_t stride, do
     const Real place = choose(is_less(most, real(highest)), real(1e300), group + lane_numbers());
     return static_cast<std::uint32_t>(least(place));
 }
+
+HWY_ATTR inline void move(const double* from_points, std::uint32_t stride, const Mat3& turn,
+                          const Vec3& shift, double* to_points)
+{
+    const RealMat m{{real(turn.x.x), real(turn.x.y), real(turn.x.z)},
+                    {real(turn.y.x), real(turn.y.y), real(turn.y.z)},
+                    {real(turn.z.x), real(turn.z.y), real(turn.z.z)}};
+    const Real3 at{real(shift.x), real(shift.y), real(shift.z)};
+    for (std::uint32_t i = 0; i < stride; i += reals) {
+        const Real x = from(from_points + i), y = from(from_points + stride + i),
+                   z = from(from_points + 2 * stride + i);
+        to(m.x.x * x + m.y.x * y + m.z.x * z + at.x, to_points + i);
+        to(m.x.y * x + m.y.y * y + m.z.y * z + at.y, to_points + stride + i);
+        to(m.x.z * x + m.y.z * y + m.z.z * z + at.z, to_points + 2 * stride + i);
+    }
+}
+
+HWY_ATTR inline std::uint32_t planes(const double* normals, const double* offsets, std::uint32_t stride,
+                                     double enough, PlaneRows& rows)
+{
+    const Real limit = real(enough);
+    Real least_deep = real(HUGE_VAL), group = real(0);
+    for (std::uint32_t f = 0; f < stride; f += reals) {
+        const Real nx = from(normals + f), ny = from(normals + stride + f), nz = from(normals + 2 * stride + f);
+        const Real offset = from(offsets + f);
+        Real deepest = real(-HUGE_VAL), deeper = real(0x1p52);
+        double bit = 1;
+        for (std::uint32_t i = 0; i < rows.count; ++i, bit += bit) {
+            const Real depth = offset - (nx * real(rows.point[0][i]) + ny * real(rows.point[1][i]) +
+                                         nz * real(rows.point[2][i]));
+            deepest = greater_of(deepest, depth);
+            deeper = deeper + choose(is_less(limit, depth), real(bit), real(0));
+        }
+        to(deepest, rows.depth + f);
+        to(deeper, rows.deeper + f);
+        const RealMask better = is_less(deepest, least_deep);
+        least_deep = choose(better, deepest, least_deep);
+        group = choose(better, real(f), group);
+    }
+    const Real place =
+        choose(is_less(real(least(least_deep)), least_deep), real(1e300), group + lane_numbers());
+    return static_cast<std::uint32_t>(least(place));
+}
+
+HWY_ATTR inline Real3 rows3(const double (&rows)[3][EdgeRows::most], std::uint32_t i)
+{
+    return {from(rows[0] + i), from(rows[1] + i), from(rows[2] + i)};
+}
+HWY_ATTR inline Real3 one3(const double (&rows)[3][EdgeRows::most], std::uint32_t i)
+{
+    return {real(rows[0][i]), real(rows[1][i]), real(rows[2][i])};
+}
+
+HWY_ATTR inline EdgePair edges(const EdgeRows& a, const EdgeRows& b)
+{
+    const Real zero = real(0);
+    Real most = real(-HUGE_VAL), pair = zero;
+    for (std::uint32_t i = 0; i < a.count; ++i) {
+        const Real3 along_a = one3(a.along, i), begin_a = one3(a.begin, i);
+        const Real3 a0 = one3(a.normal_0, i), a1 = one3(a.normal_1, i);
+        const Real narrow = real(1e-14) * dot3(along_a, along_a);
+        for (std::uint32_t j = 0; j < b.count; j += reals) {
+            // b's arc crosses the circle of a's, a's that of b's, and both in the same half.
+            const Real3 along_b = rows3(b.along, j);
+            const Real b0 = dot3(rows3(b.normal_0, j), along_a), b1 = dot3(rows3(b.normal_1, j), along_a);
+            const Real side_0 = dot3(a0, along_b), side_1 = dot3(a1, along_b);
+            const RealMask crossing = both(both(is_less(b0 * b1, zero), is_less(side_0 * side_1, zero)),
+                                           is_less(b0 * side_1, zero));
+            if (!any(crossing)) continue;
+            const Real3 n{along_a.y * along_b.z - along_a.z * along_b.y,
+                          along_a.z * along_b.x - along_a.x * along_b.z,
+                          along_a.x * along_b.y - along_a.y * along_b.x};
+            const Real3 begin_b = rows3(b.begin, j);
+            const Real3 apart{begin_b.x - begin_a.x, begin_b.y - begin_a.y, begin_b.z - begin_a.z};
+            const Real square = dot3(n, n), along_n = dot3(n, apart);
+            // Outwards from a, whose arc runs about its edge.
+            const Real separation = choose(is_less(zero, side_0), along_n, zero - along_n) / root(square);
+            // Parallel within 1e-7: a face's normal says it better.
+            const RealMask wide = is_less(narrow * dot3(along_b, along_b), square);
+            const RealMask better = both(both(crossing, wide), is_less(most, separation));
+            most = choose(better, separation, most);
+            pair = choose(better, real(i * EdgeRows::most + j) + lane_numbers(), pair);
+        }
+    }
+    const double separation = greatest(most);
+    const Real place = choose(is_less(most, real(separation)), real(1e300), pair);
+    const auto number = static_cast<std::uint32_t>(least(place));
+    return {separation, number / EdgeRows::most, number % EdgeRows::most};
+}

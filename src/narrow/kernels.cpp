@@ -55,6 +55,10 @@ inline RealMask both(RealMask a, RealMask b)
 {
     return a && b;
 }
+inline bool any(RealMask a)
+{
+    return a;
+}
 inline Real choose(RealMask m, Real a, Real b)
 {
     return m ? a : b;
@@ -166,6 +170,10 @@ HWY_ATTR inline RealMask both(const RealMask& a, const RealMask& b)
 {
     return {hn::And(a.m, b.m)};
 }
+HWY_ATTR inline bool any(const RealMask& a)
+{
+    return !hn::AllFalse(Lanes(), a.m);
+}
 HWY_ATTR inline Real choose(const RealMask& m, const Real& a, const Real& b)
 {
     return {hn::IfThenElse(m.m, a.v, b.v)};
@@ -194,12 +202,15 @@ HWY_ATTR inline Real lane_numbers()
 #else
 using one_pair::boxes;
 using one_pair::capsule_box;
+using one_pair::edges;
 using one_pair::furthest;
+using one_pair::move;
+using one_pair::planes;
 #endif
 
 [[maybe_unused]] const Kernels& kernels()
 {
-    static constexpr Kernels table{JOSTLE_NARROW_SET, boxes, capsule_box, furthest};
+    static constexpr Kernels table{JOSTLE_NARROW_SET, boxes, capsule_box, furthest, move, planes, edges};
     return table;
 }
 
@@ -243,7 +254,8 @@ const Kernels& kernels_for(InstructionSet set) noexcept
         break;
     }
     static constexpr Kernels plain{InstructionSet::scalar, one_pair::boxes, one_pair::capsule_box,
-                                   one_pair::furthest};
+                                   one_pair::furthest,     one_pair::move,  one_pair::planes,
+                                   one_pair::edges};
     return plain;
 }
 

@@ -37,14 +37,49 @@ struct CapsuleBoxBatch
     double axis_a[3][batch], matrix_b[9][batch];
 };
 
+/// Edges of a polyhedron with the normals of their two faces. Unused ones up to a multiple of 8 are zero.
+struct EdgeRows
+{
+    static constexpr std::uint32_t most = 192;
+    std::uint32_t count = 0;
+    double begin[3][most], along[3][most], normal_0[3][most], normal_1[3][most];
+};
+struct EdgePair
+{
+    double separation; ///< minus infinity: there is none
+    std::uint32_t a, b;
+};
+/// A few points, and what is known of planes by them.
+struct PlaneRows
+{
+    static constexpr std::uint32_t most = 2 * EdgeRows::most / 3 + 8; // faces and corners have three edges
+    static constexpr std::uint32_t most_points = 48;
+    std::uint32_t count = 0;
+    double point[3][most_points];
+
+    // Out, by plane.
+    double depth[most];  ///< of the deepest of the points
+    double deeper[most]; ///< of which the mantissa's bit i is set where point i is deeper than `enough`
+};
+
+/// Below, x of many points or normals is followed by y and z, each `stride` further on; stride is a multiple of
+/// 8 and all of it is read and written.
 struct Kernels
 {
     InstructionSet set;
     void (*boxes)(BoxBatch&);
     void (*capsule_box)(CapsuleBoxBatch&);
-    /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i], where y = x + stride and z = y +
-    /// stride; stride is a multiple of 8 and all of it is read.
+    /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i].
     std::uint32_t (*furthest)(const double* x, std::uint32_t stride, double dx, double dy, double dz);
+    /// to = turn * from + shift.
+    void (*move)(const double* from, std::uint32_t stride, const Mat3& turn, const Vec3& shift, double* to);
+    /// Returns the plane below which the deepest point is deepest least.
+    std::uint32_t (*planes)(const double* normals, const double* offsets, std::uint32_t stride, double enough,
+                            PlaneRows& rows);
+    /// Of an edge each whose arcs on the Gauss map cross, b's faces turned outside in, the two whose common
+    /// normal separates them most. Source: Gregorius, The Separating Axis Test between Convex Polyhedra, GDC
+    /// 2013.
+    EdgePair (*edges)(const EdgeRows& a, const EdgeRows& b);
 };
 [[nodiscard]] const Kernels& kernels_for(InstructionSet set) noexcept;
 /// Of supported_instruction_sets().front().

@@ -20,9 +20,10 @@ inline constexpr std::uint32_t padded(std::uint32_t n)
     return (n + lanes - 1) / lanes * lanes;
 }
 
+/// Face 0 has it from v[0] to v[1], face 1 the other way. Lone ones have no faces.
 struct Edge
 {
-    std::uint32_t v[2];
+    std::uint32_t v[2], face[2];
 };
 
 /// A polytope: vertices, outward face planes, and each face's vertices counterclockwise seen from outside.
@@ -35,6 +36,7 @@ struct Polytope
     std::uint32_t stride = 0;
     const double* nx = nullptr; ///< face normals, same way, `face_stride` apart
     std::uint32_t face_stride = 0;
+    const double* offset = nullptr; ///< of face planes, padded like nx; only where every edge has two faces
     const std::uint32_t* loop_begin = nullptr; ///< faces + 1 positions in `loop`
     const std::uint32_t* loop = nullptr;
     const Edge* edge = nullptr;
@@ -51,7 +53,7 @@ template <>
 struct HullData<3>
 {
     std::vector<Vec<3, double>> corners;
-    std::vector<double> coordinates, normals;
+    std::vector<double> coordinates, normals, offsets;
     std::vector<std::uint32_t> loop_begin, loop;
     std::vector<Edge> edge;
     std::vector<Vec3> direction;

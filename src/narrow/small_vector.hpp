@@ -41,6 +41,11 @@ class SmallVector
         }
         ::new (data_ + size_++) T(value);
     }
+    void resize(std::size_t size) // new ones hold anything
+    {
+        if (size > capacity_) grow(size);
+        size_ = size;
+    }
     void clear() { size_ = 0; }
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }

@@ -144,6 +144,68 @@ TEST_P(EveryTwoConvexShapes, AnswerAsDefined)
     EXPECT_GT(apart, 0);
 }
 
+TEST(Polyhedra, OverlapAsDeepAsAllPairsOfEdgesSay)
+{
+    Random random(17);
+    int deep = 0, apart = 0, refused = 0;
+    for (int round = 0; round < 1500; ++round) {
+        SCOPED_TRACE(round);
+        std::vector<std::unique_ptr<ConvexHull<3>>> hulls;
+        const auto shape = [&]() -> Shape3 {
+            if (random.chance(0.2))
+                return Shape3::box({random.uniform(0.1, 1), random.uniform(0.1, 1), random.uniform(0.1, 1)});
+            std::vector<Vec<3, double>> points(random.chance(0.05) ? 200 : 4 + random.below(61));
+            const bool round_one = random.chance(0.5), lattice = random.chance(0.2);
+            for (auto& p : points) {
+                double size = 0;
+                for (double& x : p) {
+                    x = random.uniform(-1, 1);
+                    if (lattice) x = std::round(2 * x) / 2;
+                    size += x * x;
+                }
+                if (round_one && !lattice)
+                    for (double& x : p)
+                        x /= std::sqrt(size);
+            }
+            return *hulls.emplace_back(std::make_unique<ConvexHull<3>>(points));
+        };
+        const Shape3 a = shape(), b = shape();
+        const Pose3d pose_a = random.pose<double>(0.1), pose_b = random.pose<double>(1.5);
+        narrow::Core3 core_a, core_b;
+        core_a.set(a, {narrow::rotation(pose_a), {}});
+        core_b.set(b, {narrow::rotation(pose_b), narrow::load(pose_b.position)});
+        const std::uint32_t directions = core_a.polytope.directions * core_b.polytope.directions;
+        if (!narrow::are_small_polyhedra(core_a, core_b)) {
+            EXPECT_TRUE(core_a.polytope.edges > 192 || core_b.polytope.edges > 192 || a.type() == b.type());
+            ++refused;
+            continue;
+        }
+        if (directions > 5000 && round % 8 != 0) continue; // the slow twin is slow
+        narrow::Gap<3> slow;
+        narrow::core_gap_by_axes(core_a, core_b, slow);
+        for (const bool wild : {false, true}) { // whatever the first guess is
+            narrow::Gap<3> gap;
+            gap.normal = {0.6, 0, -0.8};
+            if (const double size = length(core_b.frame.p); !wild && size > 0)
+                gap.normal = core_b.frame.p * (1 / size);
+            if (!narrow::polyhedra_gap(core_a, core_b, gap)) {
+                ++refused;
+                continue;
+            }
+            ASSERT_NEAR(std::min(0.0, gap.distance), slow.distance, 1e-9);
+            ASSERT_NEAR(length(gap.normal), 1, 1e-12);
+            // A plane that parts them, or the way out: neither reaches further.
+            const double reach = dot(gap.normal, narrow::furthest(core_a, gap.normal)) -
+                                 dot(gap.normal, narrow::furthest(core_b, -gap.normal));
+            ASSERT_NEAR(reach, -gap.distance, 1e-9);
+            (slow.distance < 0 ? deep : apart) += 1;
+        }
+    }
+    EXPECT_GT(deep, 500);
+    EXPECT_GT(apart, 200);
+    EXPECT_LT(refused, 300);
+}
+
 INSTANTIATE_TEST_SUITE_P(, EveryTwoConvexShapes,
                          testing::Combine(testing::Values(0u, 1u, 2u, 3u), testing::Values(0u, 1u, 2u, 3u)));
 
