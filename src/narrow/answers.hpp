@@ -13,14 +13,17 @@ namespace narrow {
 template <int Dim, class T>
 bool valid(const Pose<Dim, T>& pose)
 {
-    bool good = true, turned = false;
+    // Without branches: it is asked of every object of every frame.
+    constexpr T highest = std::numeric_limits<T>::max();
+    constexpr T most = double{highest} < longest ? highest : static_cast<T>(longest);
+    unsigned bad = 0, turned = 0;
     for (const T x : pose.position)
-        good = good && std::abs(double{x}) <= longest;
+        bad |= std::abs(x) <= most ? 0u : 1u;
     for (const T q : pose.rotation) {
-        good = good && std::abs(q) <= std::numeric_limits<T>::max();
-        turned = turned || q != 0;
+        bad |= std::abs(q) <= highest ? 0u : 1u;
+        turned |= q != 0 ? 1u : 0u;
     }
-    return good && turned;
+    return bad == 0 && turned != 0;
 }
 
 template <int Dim, class T>

@@ -33,158 +33,100 @@ void put(const Vec3& v, double (&to)[3][batch], std::uint32_t k)
 {
     to[0][k] = v.x, to[1][k] = v.y, to[2][k] = v.z;
 }
-/// Lanes of a batch that has fewer pairs hold something that makes no exceptions.
-template <class Rows>
-void fill_up(Rows& rows, std::uint32_t count)
+
+bool is_zero(const Vec3& v)
 {
-    for (auto& row : rows)
-        for (std::uint32_t k = count; k < batch; ++k)
-            row[k] = row[0];
+    return v.x == 0 && v.y == 0 && v.z == 0;
 }
 
 } // namespace
 
-/// Reads a pair and puts it in order as `arrange` would. Returns false for what only `arrange` can decide.
+/// Reads a pair and puts it in order as `arrange` would, but for two of one type in one place. Which way round
+/// it comes is hard to predict: no branches.
 template <class T>
-bool Batch<T>::take(std::uint16_t i, Sides& s)
+inline auto Batch<T>::take(std::uint16_t i) const -> Sides
 {
     const Pair& pair = pairs[i];
-    s = {&shapes_a[pair.a], &shapes_b[pair.b], &poses_a[pair.a], &poses_b[pair.b], {}, false};
-    s.d = load(s.pose_b->position) - load(s.pose_a->position);
-    if (s.a->type() == s.b->type()) {
-        if (s.d.x == 0 && s.d.y == 0 && s.d.z == 0) return false;
-        s.swapped = s.d.x != 0 ? s.d.x < 0 : s.d.y != 0 ? s.d.y < 0 : s.d.z < 0;
-    } else {
-        s.swapped = s.a->type() > s.b->type();
-    }
-    if (s.swapped) {
-        std::swap(s.a, s.b);
-        std::swap(s.pose_a, s.pose_b);
-        s.d = -s.d;
-    }
-    return true;
+    const Shape<3>* const shape[2] = {&shapes_a[pair.a], &shapes_b[pair.b]};
+    const Pose<3, T>* const pose[2] = {&poses_a[pair.a], &poses_b[pair.b]};
+    const Vec3 d = load(pose[1]->position) - load(pose[0]->position);
+    const int type_a = shape[0]->type(), type_b = shape[1]->type();
+    const double decides = d.x != 0 ? d.x : d.y != 0 ? d.y : d.z;
+    const bool swapped = ((type_a == type_b) & (decides < 0)) | (type_a > type_b);
+    const std::size_t first = swapped ? 1 : 0;
+    return {shape[first],    shape[1 - first],           pose[first],
+            pose[1 - first], d * (swapped ? -1.0 : 1.0), swapped};
 }
 
+/// `found` has one for it at its end.
 template <class T>
-void Batch<T>::keep(std::uint16_t i, const Sides& sides, Outcome outcome, const Found<3>& one)
+inline void Batch<T>::keep(std::uint16_t i, const Sides& sides, Outcome outcome)
 {
-    if (outcome == Outcome::unclear) {
-        lists.add(Group::other, i);
-        return;
-    }
-    slot[i] = {static_cast<std::uint32_t>(found.size()), outcome == Outcome::touch ? 1u : 0u, sides.swapped,
-               sides.d};
-    if (outcome == Outcome::touch) found.push_back(one);
+    const bool touch = outcome == Outcome::touch;
+    slot[i] = {static_cast<std::uint32_t>(found.size() - 1), touch ? 1u : 0u, sides.swapped, sides.d};
+    if (!touch) found.pop_back();
+    if (outcome == Outcome::unclear) lists.add(Group::other, i);
 }
 
 template <class T>
 void Batch<T>::run_spheres()
 {
-    Found<3> one;
-    Sides s;
+    std::uint16_t near[block_pairs];
+    std::uint32_t count = 0;
     for (const std::uint16_t i : lists.of(Group::spheres)) {
-        const bool taken = take(i, s);
-        keep(i, s,
-             taken ? spheres(s.a->radius(), s.b->radius(), s.d, margin, one.manifold) : Outcome::unclear,
-             one);
+        const Pair& pair = pairs[i];
+        const Vec3 d = load(poses_b[pair.b].position) - load(poses_a[pair.a].position);
+        slot[i].count = 0;
+        near[count] = i;
+        count += spheres_near(shapes_a[pair.a].radius() + shapes_b[pair.b].radius() + margin, d) ? 1 : 0;
+    }
+    for (std::uint32_t k = 0; k < count; ++k) {
+        const Sides s = take(near[k]);
+        Manifold<3>& manifold = found.emplace_back().manifold;
+        keep(near[k], s,
+             is_zero(s.d) ? Outcome::unclear : spheres(s.a->radius(), s.b->radius(), s.d, margin, manifold));
     }
 }
 
+/// The pairs of a group through its kernel, `batch` at a time. put(rows, sides, k) writes what this kernel wants
+/// beside rotations and distance into lane k; answer(rows, sides, k, manifold) goes on from what it has found.
 template <class T>
-void Batch<T>::run_boxes(const Kernels& kernels)
+template <class Rows, class Put, class Answer>
+void Batch<T>::run_kernel(Group group, void (*kernel)(Rows&), const Put& put_rest, const Answer& answer)
 {
-    BoxBatch work;
+    Rows rows;
     Sides sides[batch];
     std::uint16_t place[batch];
     std::uint32_t count = 0;
+    const auto put_lane = [&](const Sides& s, std::uint32_t k) {
+        put_turn(*s.pose_a, rows.turn_a, k);
+        put_turn(*s.pose_b, rows.turn_b, k);
+        put(s.d, rows.d, k);
+        put_rest(rows, s, k);
+    };
     const auto flush = [&] {
         if (count == 0) return;
-        fill_up(work.turn_a, count);
-        fill_up(work.turn_b, count);
-        fill_up(work.d, count);
-        fill_up(work.half_a, count);
-        fill_up(work.half_b, count);
-        kernels.boxes(work);
-        Found<3> one;
+        for (std::uint32_t k = count; k < batch; ++k) // something that makes no exceptions
+            put_lane(sides[0], k);
+        kernel(rows);
         for (std::uint32_t k = 0; k < count; ++k) {
-            Outcome outcome = Outcome::apart;
-            if (work.separation[k] <= margin)
-                outcome = boxes(lane(work.matrix_a, k), load(sides[k].a->size()), lane(work.matrix_b, k),
-                                load(sides[k].b->size()), sides[k].d,
-                                {work.separation[k], lane(work.normal, k), static_cast<int>(work.axis[k])},
-                                margin, one.manifold);
-            keep(place[k], sides[k], outcome, one);
+            Manifold<3>& manifold = found.emplace_back().manifold;
+            keep(place[k], sides[k], answer(rows, sides[k], k, manifold));
         }
         count = 0;
     };
-    for (const std::uint16_t i : lists.of(Group::boxes)) {
-        Sides& s = sides[count];
-        if (!take(i, s) || !is_plain(*s.pose_a) || !is_plain(*s.pose_b)) {
+    for (const std::uint16_t i : lists.of(group)) {
+        const Sides s = take(i);
+        if ((s.a->type() == s.b->type() && is_zero(s.d)) || !is_plain(*s.pose_a) || !is_plain(*s.pose_b)) {
             lists.add(Group::other, i);
             continue;
         }
-        const Placed<3> pair{s.a, s.b, {}, {}, s.d};
-        if (!within_reach(pair, margin)) {
-            keep(i, s, Outcome::apart, {});
+        if (!within_reach(Placed<3>{s.a, s.b, {}, {}, s.d}, margin)) {
+            slot[i] = {0, 0, s.swapped, s.d};
             continue;
         }
-        put_turn(*s.pose_a, work.turn_a, count);
-        put_turn(*s.pose_b, work.turn_b, count);
-        put(s.d, work.d, count);
-        put(load(s.a->size()), work.half_a, count);
-        put(load(s.b->size()), work.half_b, count);
-        place[count++] = i;
-        if (count == batch) flush();
-    }
-    flush();
-}
-
-template <class T>
-void Batch<T>::run_capsules(const Kernels& kernels)
-{
-    CapsuleBoxBatch work;
-    Sides sides[batch];
-    std::uint16_t place[batch];
-    std::uint32_t count = 0;
-    const auto flush = [&] {
-        if (count == 0) return;
-        fill_up(work.turn_a, count);
-        fill_up(work.turn_b, count);
-        fill_up(work.d, count);
-        fill_up(work.half, count);
-        for (std::uint32_t k = count; k < batch; ++k)
-            work.half_length[k] = work.half_length[0];
-        kernels.capsule_box(work);
-        Found<3> one;
-        for (std::uint32_t k = 0; k < count; ++k) {
-            const double radius = sides[k].a->radius();
-            Outcome outcome = Outcome::apart;
-            if (work.distance[k] <= radius + margin)
-                outcome = capsule_box(
-                    lane(work.axis_a, k), work.half_length[k], radius, lane(work.matrix_b, k),
-                    load(sides[k].b->size()), sides[k].d,
-                    {work.distance[k], lane(work.normal, k), lane(work.on_a, k), lane(work.on_b, k)}, margin,
-                    one.manifold);
-            keep(place[k], sides[k], outcome, one);
-        }
-        count = 0;
-    };
-    for (const std::uint16_t i : lists.of(Group::capsule_box)) {
-        Sides& s = sides[count];
-        if (!take(i, s) || !is_plain(*s.pose_a) || !is_plain(*s.pose_b)) {
-            lists.add(Group::other, i);
-            continue;
-        }
-        const Placed<3> pair{s.a, s.b, {}, {}, s.d};
-        if (!within_reach(pair, margin)) {
-            keep(i, s, Outcome::apart, {});
-            continue;
-        }
-        put_turn(*s.pose_a, work.turn_a, count);
-        put_turn(*s.pose_b, work.turn_b, count);
-        put(s.d, work.d, count);
-        put(load(s.b->size()), work.half, count);
-        work.half_length[count] = s.a->size()[1];
+        put_lane(s, count);
+        sides[count] = s;
         place[count++] = i;
         if (count == batch) flush();
     }
@@ -195,8 +137,32 @@ template <class T>
 void Batch<T>::run(const Kernels& kernels)
 {
     run_spheres();
-    run_boxes(kernels);
-    run_capsules(kernels);
+    run_kernel(
+        Group::boxes, kernels.boxes,
+        [](BoxBatch& rows, const Sides& s, std::uint32_t k) {
+            put(load(s.a->size()), rows.half_a, k);
+            put(load(s.b->size()), rows.half_b, k);
+        },
+        [this](const BoxBatch& rows, const Sides& s, std::uint32_t k, Manifold<3>& manifold) {
+            if (!(rows.separation[k] <= margin)) return Outcome::apart;
+            return boxes(lane(rows.matrix_a, k), load(s.a->size()), lane(rows.matrix_b, k), load(s.b->size()),
+                         s.d, {rows.separation[k], lane(rows.normal, k), static_cast<int>(rows.axis[k])},
+                         margin, manifold);
+        });
+    run_kernel(
+        Group::capsule_box, kernels.capsule_box,
+        [](CapsuleBoxBatch& rows, const Sides& s, std::uint32_t k) {
+            put(load(s.b->size()), rows.half, k);
+            rows.half_length[k] = s.a->size()[1];
+        },
+        [this](const CapsuleBoxBatch& rows, const Sides& s, std::uint32_t k, Manifold<3>& manifold) {
+            if (!(rows.distance[k] <= s.a->radius() + margin)) return Outcome::apart;
+            return capsule_box(
+                lane(rows.axis_a, k), rows.half_length[k], s.a->radius(), lane(rows.matrix_b, k),
+                load(s.b->size()), s.d,
+                {rows.distance[k], lane(rows.normal, k), lane(rows.on_a, k), lane(rows.on_b, k)}, margin,
+                manifold);
+        });
 }
 
 template struct Batch<float>;

@@ -92,11 +92,11 @@ struct Batch
         Vec3 d;
         bool swapped;
     };
-    bool take(std::uint16_t i, Sides& sides);
-    void keep(std::uint16_t i, const Sides& sides, Outcome outcome, const Found<3>& one);
+    [[nodiscard]] Sides take(std::uint16_t i) const;
+    void keep(std::uint16_t i, const Sides& sides, Outcome outcome);
     void run_spheres();
-    void run_boxes(const Kernels& kernels);
-    void run_capsules(const Kernels& kernels);
+    template <class Rows, class Put, class Answer>
+    void run_kernel(Group group, void (*kernel)(Rows&), const Put& put_rest, const Answer& answer);
 };
 extern template struct Batch<float>;
 extern template struct Batch<double>;

@@ -56,13 +56,16 @@ void check_out(std::size_t pairs, std::size_t out)
         throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(pairs) + " pairs and room for " +
                                                   std::to_string(out) + " answers; give one per pair");
 }
-void check_pair(const Pair& pair, std::size_t objects_a, std::size_t objects_b)
+[[noreturn]] void refuse_pair(const Pair& pair, std::size_t objects_a, std::size_t objects_b)
 {
-    if (pair.a < objects_a && pair.b < objects_b) return;
     throw Error(ErrorCode::invalid_argument,
                 "a pair names objects " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
                     ", but there are " + std::to_string(objects_a) + " and " + std::to_string(objects_b),
                 pair.a < objects_a ? pair.b : pair.a);
+}
+inline void check_pair(const Pair& pair, std::size_t objects_a, std::size_t objects_b)
+{
+    if (pair.a >= objects_a || pair.b >= objects_b) refuse_pair(pair, objects_a, objects_b);
 }
 
 } // namespace

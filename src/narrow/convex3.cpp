@@ -16,8 +16,8 @@ constexpr std::uint32_t box_loop[] = {0, 4, 6, 2, /**/ 1, 3, 7, 5, /**/ 0, 1, 5,
 constexpr Edge box_edge[] = {{{0, 1}, {2, 4}}, {{2, 3}, {4, 3}}, {{4, 5}, {5, 2}}, {{6, 7}, {3, 5}},
                              {{0, 2}, {4, 0}}, {{1, 3}, {1, 4}}, {{4, 6}, {0, 5}}, {{5, 7}, {5, 1}},
                              {{0, 4}, {0, 2}}, {{1, 5}, {2, 1}}, {{2, 6}, {3, 0}}, {{3, 7}, {1, 3}}};
-constexpr double box_normals[] = {-1, 1, 0, 0, 0,  0, -1, -1, /**/ 0,  0, -1, 1,
-                                  0,  0, 0, 0, /**/ 0, 0, 0,  0,  -1, 1, 0,  0};
+constexpr double box_normals[] = {-1, 1, 0, 0, 0,      0, -1, -1, /**/ 0, 0, -1, 1,
+                                  0,  0, 0, 0, /**/ 0, 0, 0,  0,  -1,     1, 0,  0};
 const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 constexpr std::uint32_t rectangle_loop_begin[] = {0, 4, 8};
 constexpr std::uint32_t rectangle_loop[] = {0, 1, 3, 2, 0, 2, 3, 1};
@@ -686,7 +686,7 @@ void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature
     double most = -HUGE_VAL;
     std::uint32_t best = 0;
     for (std::uint32_t e = 0; e < hull.edges; ++e) {
-        const std::uint32_t *const v = hull.edge[e].v;
+        const std::uint32_t* const v = hull.edge[e].v;
         const double hp = height[v[0]], hq = height[v[1]];
         // It must carry a highest vertex, or it is the edge of another region.
         if (hp < near && hq < near) continue;

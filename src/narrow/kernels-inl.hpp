@@ -304,7 +304,8 @@ HWY_ATTR inline std::uint32_t planes(const double* normals, const double* offset
     const Real limit = real(enough);
     Real least_deep = real(HUGE_VAL), group = real(0);
     for (std::uint32_t f = 0; f < stride; f += reals) {
-        const Real nx = from(normals + f), ny = from(normals + stride + f), nz = from(normals + 2 * stride + f);
+        const Real nx = from(normals + f), ny = from(normals + stride + f),
+                   nz = from(normals + 2 * stride + f);
         const Real offset = from(offsets + f);
         Real deepest = real(-HUGE_VAL), deeper = real(0x1p52);
         double bit = 1;

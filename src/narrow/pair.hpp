@@ -31,6 +31,7 @@ bool arrange(Placed<Dim>& pair);
 template <int Dim>
 struct Found
 {
+    Found() {} // not = default, which would zero 200 bytes in emplace_back()
     Manifold<Dim> manifold;
     std::uint32_t part_a = 0, part_b = 0;
 };

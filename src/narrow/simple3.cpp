@@ -158,9 +158,9 @@ void meet_faces(const Mat3& x, const Vec3& half_x, const Vec3& place_x, const Ma
 
 Outcome spheres(double radius_a, double radius_b, const Vec3& d, double margin, Manifold<3>& manifold)
 {
-    const double square = length2(d), radii = radius_a + radius_b, enough = radii + margin;
-    if (square > enough * enough * (1 + 1e-15)) return Outcome::apart;
-    const double distance = std::sqrt(square);
+    const double radii = radius_a + radius_b, enough = radii + margin;
+    if (!spheres_near(enough, d)) return Outcome::apart;
+    const double distance = length(d);
     if (!(distance <= enough)) return Outcome::apart;
     const Vec3 n = distance > 0 ? d * (1 / distance) : Vec3{0, 1, 0};
     manifold.normal = n;

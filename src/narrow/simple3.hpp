@@ -15,6 +15,11 @@ enum class Outcome
     unclear ///< a corner close by, or a shape without extent: the general way must decide
 };
 
+/// Without a root: no less than `enough` by rounding are let through.
+inline bool spheres_near(double enough, const Vec3& d)
+{
+    return length2(d) <= enough * enough * (1 + 1e-15);
+}
 /// b's centre at d from a's. Source: none needed.
 [[nodiscard]] Outcome spheres(double radius_a, double radius_b, const Vec3& d, double margin,
                               Manifold<3>& manifold);
