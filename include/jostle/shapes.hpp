@@ -124,11 +124,9 @@ class JOSTLE_API Mesh
 /// Shape    columns x rows heights, row by row; height [row * columns + column] stands at
 ///          x = column * spacing_x, z = row * spacing_z. Each cell is two triangles that share the diagonal
 ///          from its corner of lowest x and z to its opposite.
-/// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface is pushed up; the ground
-///          ends at its lowest height, so flat ground is as thin as a sheet: what has gone through it is lost.
-///          Use a `Shape` half-space for flat ground.
-/// Contacts one for each triangle, and those at inner edges may lean towards their neighbour: for smooth rolling
-///          give the terrain as a `Mesh`, which corrects that.
+/// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface is pushed up, down to
+///          `thickness`, at least a cell's width, below the lowest height.
+/// Contacts one for each triangle. Inner edges catch nothing that rolls over them, but where they are ridges.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one
 ///          towards z.
 template <Coordinate T>
@@ -137,6 +135,7 @@ struct HeightGrid
     std::span<const T> heights;
     std::uint32_t columns, rows;
     T spacing_x, spacing_z;
+    T thickness = 0; ///< of the ground below the lowest height
 };
 class JOSTLE_API HeightField
 {

@@ -49,6 +49,9 @@ void add_heights(const HeightData& field, const Mat3& r, const Vec3& p, Extent<3
             e.add(r * Vec3{column * field.spacing_x, field.heights[std::size_t{row} * field.columns + column],
                            row * field.spacing_z} +
                   p);
+    for (const std::uint32_t row : {0u, field.rows - 1})
+        for (const std::uint32_t column : {0u, field.columns - 1})
+            e.add(r * Vec3{column * field.spacing_x, field.floor, row * field.spacing_z} + p);
 }
 void add_heights(const HeightData&, const Mat2&, const Vec2&, Extent<2>&) {}
 

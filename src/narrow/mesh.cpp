@@ -87,6 +87,16 @@ Vec3 normal_of(const MeshData<3>& data, Index e)
     return size > 0 ? n * (1 / size) : Vec3{};
 }
 
+// A degree either way is level.
+constexpr double level = 0.0175;
+
+/// How a surface bends at a side of two faces with these unit normals, which runs along `along` in the first
+/// one: above 0 at a ridge seen from the front, below 0 in a valley.
+double bend_of(const Vec3& normal, const Vec3& other_normal, const Vec3& along)
+{
+    return dot(cross(normal, other_normal), along) * (1 / length(along));
+}
+
 void find_sharp_sides(MeshData<3>& data)
 {
     constexpr std::uint8_t all = 0x3f;
@@ -120,11 +130,8 @@ void find_sharp_sides(MeshData<3>& data)
         if (p.element == q.element || ep[p.side] == eq[q.side]) continue;
         const Vec3 np = normal_of(data, p.element), nq = normal_of(data, q.element);
         const Vec3 along = data.vertices[ep[(p.side + 1) % 3]] - data.vertices[ep[p.side]];
-        const double size = length(along);
-        if (size == 0 || length2(np) == 0 || length2(nq) == 0) continue;
-        // Above 0: a ridge seen from the front. A degree either way is level.
-        const double bend = dot(cross(np, nq), along) * (1 / size);
-        constexpr double level = 0.0175;
+        if (length2(along) == 0 || length2(np) == 0 || length2(nq) == 0) continue;
+        const double bend = bend_of(np, nq, along);
         const bool folded = dot(np, nq) < 0;
         for (const Side& side : {p, q}) {
             if (bend <= (folded ? 0 : level))
@@ -156,9 +163,8 @@ void find_sharp_sides(MeshData<2>& data)
         const Vec2 after = data.vertices[data.elements[out[v]][1]] - data.vertices[v];
         const double size = length(before) * length(after);
         if (!(size > 0)) continue;
-        // Above 0 it bends to the left, away from who is on the right. A degree either way is level.
+        // Above 0 it bends to the left, away from who is on the right.
         const double bend = cross(before, after) / size;
-        constexpr double level = 0.0175;
         const bool folded = dot(before, after) < 0;
         const auto blunt = [&](Index e, unsigned bit) {
             data.sharp[e] = static_cast<std::uint8_t>(data.sharp[e] & ~bit);
@@ -166,6 +172,45 @@ void find_sharp_sides(MeshData<2>& data)
         if (bend <= (folded ? 0 : level)) blunt(in[v], 2), blunt(out[v], 1);
         if (bend >= (folded ? 0 : -level)) blunt(in[v], 2 << 3), blunt(out[v], 1 << 3);
     }
+}
+
+/// Inner sides of a height field are edges only where they are ridges.
+void find_sharp_sides(HeightData& field)
+{
+    const std::uint32_t cells_x = field.columns - 1, cells_z = field.rows - 1;
+    const auto corner = [&](std::uint32_t x, std::uint32_t z) {
+        return Vec3{x * field.spacing_x, field.heights[std::size_t{z} * field.columns + x],
+                    z * field.spacing_z};
+    };
+    // The corners of a cell's two triangles, as for_each_triangle has them.
+    constexpr std::uint32_t dx[2][3] = {{0, 1, 1}, {0, 0, 1}}, dz[2][3] = {{0, 1, 0}, {0, 1, 1}};
+    const auto vertex = [&](std::uint32_t x, std::uint32_t z, int half, int i) {
+        return corner(x + dx[half][i], z + dz[half][i]);
+    };
+    const auto normal = [&](std::uint32_t x, std::uint32_t z, int half) {
+        const Vec3 p = vertex(x, z, half, 0);
+        const Vec3 n = cross(vertex(x, z, half, 1) - p, vertex(x, z, half, 2) - p);
+        return n * (1 / length(n));
+    };
+    field.sharp.assign(std::size_t{2} * cells_x * cells_z, 7);
+    const auto compare = [&](std::uint32_t x, std::uint32_t z, int half, int side, std::uint32_t other_x,
+                             std::uint32_t other_z, int other_half, int other_side) {
+        const Vec3 along = vertex(x, z, half, (side + 1) % 3) - vertex(x, z, half, side);
+        if (bend_of(normal(x, z, half), normal(other_x, other_z, other_half), along) > level) return;
+        const auto blunt = [&](std::uint32_t cell_x, std::uint32_t cell_z, int triangle, int bit) {
+            auto& bits =
+                field.sharp[2 * (std::size_t{cell_z} * cells_x + cell_x) + static_cast<unsigned>(triangle)];
+            bits = static_cast<std::uint8_t>(bits & ~(1u << bit));
+        };
+        blunt(x, z, half, side);
+        blunt(other_x, other_z, other_half, other_side);
+    };
+    for (std::uint32_t z = 0; z < cells_z; ++z)
+        for (std::uint32_t x = 0; x < cells_x; ++x) {
+            compare(x, z, 0, 0, x, z, 1, 2);
+            if (x + 1 < cells_x) compare(x, z, 0, 1, x + 1, z, 1, 0);
+            if (z + 1 < cells_z) compare(x, z, 1, 1, x, z + 1, 0, 2);
+        }
 }
 
 template <class T>
@@ -185,11 +230,16 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
             throw Error(ErrorCode::invalid_argument, "a height field's spacing is " +
                                                          std::to_string(spacing) +
                                                          "; give a finite length above 0");
+    if (!(grid.thickness >= 0) || !(grid.thickness <= longest))
+        throw Error(ErrorCode::invalid_argument, "a height field's thickness is " +
+                                                     std::to_string(grid.thickness) +
+                                                     "; give a finite length of 0 or more");
     auto data = std::make_shared<HeightData>();
     data->columns = grid.columns, data->rows = grid.rows;
     data->spacing_x = grid.spacing_x, data->spacing_z = grid.spacing_z;
     data->heights.reserve(count);
-    data->lowest = HUGE_VAL, data->highest = -HUGE_VAL;
+    double lowest = HUGE_VAL;
+    data->highest = -HUGE_VAL;
     for (std::size_t i = 0; i < count; ++i) {
         const double h = grid.heights[i];
         if (!(std::abs(h) <= longest))
@@ -197,10 +247,12 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
                 ErrorCode::nan_coordinate,
                 "height " + std::to_string(i) + " is " + std::to_string(h) + "; give ones within 1e60", i);
         data->heights.push_back(h);
-        data->lowest = std::min(data->lowest, h);
+        lowest = std::min(lowest, h);
         data->highest = std::max(data->highest, h);
     }
-    const double y = std::max(std::abs(data->lowest), std::abs(data->highest));
+    data->floor = lowest - std::max(double{grid.thickness}, std::max(data->spacing_x, data->spacing_z));
+    find_sharp_sides(*data);
+    const double y = std::max(std::abs(data->floor), std::abs(data->highest));
     data->reach = length(Vec3{(grid.columns - 1) * data->spacing_x, y, (grid.rows - 1) * data->spacing_z});
     return data;
 }

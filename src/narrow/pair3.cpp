@@ -25,7 +25,7 @@ struct Part
     double offset = 0;
     Surface surface = Surface::none;
     std::uint8_t sharp = 0x3f; ///< MeshData::sharp
-    double floor = 0;          ///< of a height field: its lowest height, in local axes
+    double floor = 0;          ///< of a height field: where the ground ends below, in local axes
 };
 
 /// A box in a shape's local axes: where the other shape is.
@@ -46,7 +46,7 @@ Region everywhere()
     return {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
 }
 
-/// Where `part` is, in the local axes of `frame`.
+/// Where `part` is, and the ground below it, in the local axes of `frame`.
 Region region_of(const Part& part, const Frame<3>& frame)
 {
     if (part.half_space) return everywhere();
@@ -58,6 +58,13 @@ Region region_of(const Part& part, const Frame<3>& frame)
                      rounding = 1e-14 * (core.reach + core.radius + length(frame.p));
         region.lo[d] = dot(axes[d], furthest(core, -axes[d])) - shift - core.radius - rounding;
         region.hi[d] = dot(axes[d], furthest(core, axes[d])) - shift + core.radius + rounding;
+        if (part.surface != Surface::ground) continue;
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            const Vec3 top = core.polytope.vertex(i);
+            const double at = dot(axes[d], core.frame * Vec3{top.x, part.floor, top.z}) - shift;
+            region.lo[d] = std::min(region.lo[d], at - rounding);
+            region.hi[d] = std::max(region.hi[d], at + rounding);
+        }
     }
     return region;
 }
@@ -126,7 +133,7 @@ void for_each_triangle(const HeightData& field, const Kernels& kernels, const Fr
 {
     if (region.lo[1] > field.highest + reach) return;
     Part part(kernels);
-    part.floor = field.lowest;
+    part.floor = field.floor;
     // Cells under the region; numbers that no grid has are cut off before they become integers.
     const auto cell = [](double x, double spacing, std::uint32_t count) {
         const double c = std::floor(x / spacing);
@@ -149,14 +156,13 @@ void for_each_triangle(const HeightData& field, const Kernels& kernels, const Fr
             };
             const Vec3 p = corner(0, 0), q = corner(1, 0), r = corner(0, 1), s = corner(1, 1);
             const std::uint32_t number = 2 * (z * (field.columns - 1) + x);
-            const double low = std::min(p.y, s.y), high = std::max(p.y, s.y);
-            static_cast<void>(low);
+            const double high = std::max(p.y, s.y);
             if (region.lo[1] <= std::max(high, q.y) + reach) {
-                set_triangle(part, p, s, q, frame, Surface::ground, 0x3f);
+                set_triangle(part, p, s, q, frame, Surface::ground, field.sharp[number]);
                 visit(number, part);
             }
             if (region.lo[1] <= std::max(high, r.y) + reach) {
-                set_triangle(part, p, r, s, frame, Surface::ground, 0x3f);
+                set_triangle(part, p, r, s, frame, Surface::ground, field.sharp[number + 1]);
                 visit(number + 1, part);
             }
         }
@@ -263,7 +269,7 @@ Vec3 centre_of(const Core3& core)
 }
 
 /// Under a height field's triangle: its centre is below the triangle, and nothing else says where up is. The
-/// ground ends at the field's lowest height.
+/// ground ends at its floor.
 bool is_below(const Part& ground, const Core3& core)
 {
     const Frame<3>& frame = ground.core.frame;
@@ -294,6 +300,7 @@ bool ground_contact(const Core3& a, const Part& b, double margin, Manifold<3>& m
     if (!below && !(cores.distance <= a.radius + margin)) return false;
     if (cores.distance > 0 && !below) {
         if (!comes_from_above(b, -cores.normal)) return false; // the column it is in pushes it up
+        if (!touches_sharp_side(b, -cores.normal, 1)) return face_contact(a, b.core, 1, margin, manifold);
         make_manifold(a, b.core, cores, margin, manifold);
         return true;
     }

@@ -98,8 +98,10 @@ struct HeightData
     std::vector<double> heights;
     std::uint32_t columns = 0, rows = 0;
     double spacing_x = 1, spacing_z = 1;
-    double lowest = 0, highest = 0;
+    double floor = 0; ///< where the ground ends below
+    double highest = 0;
     double reach = 0;
+    std::vector<std::uint8_t> sharp; ///< by triangle: bit i says that side i is an edge, seen from above
 };
 
 template <int Dim>

@@ -64,22 +64,55 @@ TEST(AMesh, IsAsFarAsItsNearestTriangle)
         }
 }
 
-TEST(AMesh, NothingCatchesOnTheSidesInsideALevelFloor)
+TEST(AFloor, CatchesNothingOnItsInnerSidesWhereItIsLevel)
 {
     const Terrain terrain(12, 12, 0);
     const Mesh<3> mesh(terrain.vertices, terrain.triangles);
+    const HeightField field(HeightGrid<double>{terrain.heights, terrain.columns, terrain.rows, 1, 1});
     Random random(2);
+    for (const Shape3& floor : {Shape3(mesh), Shape3(field)})
+        for (const Shape3& shape : movers())
+            for (int round = 0; round < 300; ++round) {
+                Pose3d pose;
+                pose.rotation = random.rotation<double>();
+                pose.position = {random.uniform(3, 8), 5, random.uniform(3, 8)};
+                pose.position[1] -= distance(floor, Pose3d{}, shape, pose, 1e300)->distance + 0.01;
+                for (const double margin : {0.0, 0.2}) {
+                    const auto found = contacts(floor, Pose3d{}, shape, pose, margin);
+                    ASSERT_FALSE(found.empty());
+                    for (const auto& contact : found) {
+                        ASSERT_NEAR(contact.normal[1], 1, 1e-9);
+                        ASSERT_LE(contact.point[0].depth, 0.01 + 1e-9);
+                    }
+                }
+            }
+}
+
+TEST(AHeightField, IsSolidDownToItsThickness)
+{
+    const Terrain terrain(12, 12, 0);
+    const HeightGrid<double> thin{terrain.heights, terrain.columns, terrain.rows, 1, 1}; // a cell: 1
+    HeightGrid<double> thick = thin;
+    thick.thickness = 5;
+    const HeightField fields[] = {HeightField(thin), HeightField(thick)};
     for (const Shape3& shape : movers())
-        for (int round = 0; round < 300; ++round) {
-            Pose3d pose;
-            pose.rotation = random.rotation<double>();
-            pose.position = {random.uniform(3, 8), 5, random.uniform(3, 8)};
-            pose.position[1] -= distance(Shape3(mesh), Pose3d{}, shape, pose, 1e300)->distance + 0.01;
-            const auto found = contacts(Shape3(mesh), Pose3d{}, shape, pose);
-            ASSERT_FALSE(found.empty());
-            for (const auto& contact : found) {
-                ASSERT_NEAR(contact.normal[1], 1, 1e-9);
-                ASSERT_LE(contact.point[0].depth, 0.01 + 1e-9);
+        for (const double depth : {0.8, 2.5, 4.0, 7.0}) {
+            const Pose3d pose{{5.3, -depth, 5.4}, {0, 0, 0, 1}};
+            for (const HeightField& field : fields) {
+                const double reaches = &field == fields ? 1 : 5; // below height 0
+                const auto found = contacts(Shape3(field), Pose3d{}, shape, pose);
+                const auto box = bounds(Shape3(field), Pose3d{});
+                EXPECT_NEAR(box.lo[1], -reaches, 1e-12);
+                if (depth > reaches + 1) { // none of the shapes is that tall
+                    EXPECT_TRUE(found.empty()) << depth;
+                    continue;
+                }
+                if (depth > reaches) continue;
+                ASSERT_FALSE(found.empty()) << depth;
+                for (const auto& contact : found) {
+                    EXPECT_NEAR(contact.normal[1], 1, 1e-9);
+                    EXPECT_GE(contact.point[0].depth, depth);
+                }
             }
         }
 }
@@ -306,6 +339,7 @@ TEST(Bounds, AreTightAndHoldEveryPoint)
                         distance(Shape3::half_space(normal, normal[d] * side), Pose3d{}, shape, exact, 1e300);
                     ASSERT_TRUE(gap);
                     ASSERT_GE(gap->distance, 0);
+                    if (shape.type() == ShapeTypes::height_field) continue; // its box holds the ground, too
                     ASSERT_LE(gap->distance, 2e-6);
                 }
         }
