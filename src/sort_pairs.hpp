@@ -24,6 +24,10 @@ class PairSorter
     /// Cost: a few passes over the pairs, shared out over the executor's threads.
     void sort(const PairBuffer& from, std::size_t objects, Executor& executor, PairBuffer& to);
 
+    [[nodiscard]] std::uint64_t bytes() const noexcept
+    {
+        return counts_.bytes() + grouped_.bytes() + places_.bytes();
+    }
     void release() noexcept
     {
         counts_.release();

@@ -38,6 +38,9 @@ class FilterClasses
         return (pass_[a][b / 64] >> (b % 64) & 1) != 0;
     }
 
+    /// Whatever the objects.
+    [[nodiscard]] bool all_pass() const noexcept { return count_ == 0 || (count_ == 1 && pass(0, 0)); }
+
   private:
     std::array<ObjectFilter, look> filters_ = {};
     std::array<std::array<std::uint64_t, 4>, look> pass_ = {};

@@ -170,11 +170,10 @@ class Neighbourhoods
 
 /// Around the way that an object takes: as far on as it would come in some updates, and a bit back.
 template <int Dim, class T>
-[[nodiscard]] Aabb<Dim, T> way_of(const Aabb<Dim, T>& before, const Aabb<Dim, T>& now,
-                                  const Aabb<Dim, T>& around) noexcept
+[[nodiscard]] Aabb<Dim, T> way_of(const Aabb<Dim, T>& before, const Aabb<Dim, T>& now) noexcept
 {
     constexpr T updates = 16;
-    Aabb<Dim, T> way = around;
+    Aabb<Dim, T> way = now;
     for (int d = 0; d < Dim; ++d) {
         const T step = now.lo[d] - before.lo[d], size = now.hi[d] - now.lo[d];
         const T length = step < 0 ? -step : step;
@@ -182,9 +181,9 @@ template <int Dim, class T>
         const T ahead = std::min(updates * length, size), back = std::min(length, size);
         way.lo[d] -= step < 0 ? ahead : back;
         way.hi[d] += step < 0 ? back : ahead;
-        if (!(way.lo[d] <= around.lo[d] && way.hi[d] >= around.hi[d])) { // infinite sizes
-            way.lo[d] = around.lo[d];
-            way.hi[d] = around.hi[d];
+        if (!(way.lo[d] <= now.lo[d] && way.hi[d] >= now.hi[d])) { // infinite sizes
+            way.lo[d] = now.lo[d];
+            way.hi[d] = now.hi[d];
         }
     }
     return way;

@@ -290,6 +290,8 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     }
     in.demand(in.at() == snapshot.size(), "more than a snapshot holds");
     me.resting.build(resting, Boxes(std::span<const Box>(resting_boxes)));
+    me.hoods.make_room(me.objects.capacity());
+    me.recall_pairs();
     me.stats.objects = me.alive;
     me.stats.resting = resting.size();
     me.stats.active = active;

@@ -13,14 +13,36 @@
 #include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
 #include "pair_finder_access.hpp"
+#include "sort_pairs.hpp"
 #include "world/chunked_array.hpp"
 #include "world/commands.hpp"
 #include "world/filter_classes.hpp"
 #include "world/ids.hpp"
+#include "world/merge.hpp"
 #include "world/neighbourhoods.hpp"
 #include "world/objects.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// Objects are all over the place: loops ask for those to come.
+constexpr std::size_t fetch_ahead = 16;
+inline void fetch(const void* address) noexcept
+{
+#ifdef __GNUC__
+    __builtin_prefetch(address);
+#else
+    (void)address;
+#endif
+}
+
+using Clock = std::chrono::steady_clock;
+inline double microseconds(Clock::time_point from, Clock::time_point to)
+{
+    return std::chrono::duration<double, std::micro>(to - from).count();
+}
+
+} // namespace world
 
 /// docs/guide/world.md tells how it works. An update first works out everything that could fail, then takes
 /// it over by steps that can't.
@@ -62,13 +84,21 @@ struct World<Dim, T>::Implementation
     void drop_unchanged();
 
     // Searching:
-    struct Side;
-    Pair* classify(Pair* first, Pair* last, const Side& a, const Side& b);
-    void join_resting(const Side& side, std::pmr::vector<Pair>& persisting);
+    struct Results;
+    void enter(const Object& object, std::uint32_t index);
+    void enter_all();
+    [[nodiscard]] bool entries_pass(std::uint32_t a, std::uint32_t b) const noexcept;
+    void find_among_active();
+    void find_among_resting();
+    void find_old_of_woken();
+    std::span<Pair> find_pairs(PairBuffer& to);
+    void merge(std::span<Pair> now, Results& result);
+    void take_back(Results& result);
+    void recall_pairs();
+    [[nodiscard]] bool either_has(const Pair& pair, std::uint32_t bits) const noexcept;
+    [[nodiscard]] EndReason reason_of(const Pair& pair) const noexcept;
     void begin_in_neighbourhoods();
     void invalidate_neighbourhoods();
-    template <class Body>
-    void in_runs(std::size_t count, const Body& body);
     void prefetch(std::uint32_t index) const noexcept;
     [[nodiscard]] ObjectFilter old_filter(const Object& object, std::uint32_t index) const noexcept;
     [[nodiscard]] ObjectId id_of(std::uint32_t index) const noexcept
@@ -105,17 +135,12 @@ struct World<Dim, T>::Implementation
     struct Results
     {
         explicit Results(std::pmr::memory_resource* memory)
-            : among_active(memory),
-              with_idle(memory),
-              others(memory),
-              persisted(memory),
-              began(memory),
-              ended(memory)
+            : persisted(memory), others(memory), began(memory), ended(memory)
         {
         }
-        PairBuffer among_active, with_idle;
-        std::pmr::vector<Pair> others;
-        PairBuffer persisted; // all three, in this order
+        // Ascending all. The first two together have all pairs that touch and agree and of which one is active.
+        PairBuffer persisted;
+        std::pmr::vector<Pair> others; // began, refused, or neither of the two changed
         std::pmr::vector<ObjectPair> began;
         std::pmr::vector<EndedPair> ended;
     };
@@ -144,23 +169,20 @@ struct World<Dim, T>::Implementation
     std::uint32_t current_lane = 0;
     bool one_lane = true;
 
-    /// What an entry of a search stands for: of an object that was and is there both or one of its places.
-    enum class Entry : std::uint8_t
-    {
-        both,
-        old_only,
-        new_only
-    };
+    // What is searched for: changed objects that are there, then idle ones.
     std::pmr::vector<Box> entry_boxes;
     std::pmr::vector<std::uint32_t> entry_index;
-    std::pmr::vector<Entry> entry_kind;
-    std::size_t changed_entries = 0; // the first ones; the rest are idle objects
-    // Of the changed entries, for the join with the resting objects: both boxes, and the filter's class. NaN and
-    // `look` where there is more to know.
-    std::pmr::vector<Box> entry_before, entry_now;
-    std::pmr::vector<std::uint8_t> entry_class;
-    std::pmr::vector<std::uint8_t> entry_moves_on; // was active already
-    std::pmr::vector<Pair> joined, joined_rest, joined_late;
+    std::pmr::vector<std::uint8_t> entry_class;    // of its filter
+    std::pmr::vector<std::uint8_t> entry_moves_on; // was active already; of changed ones
+    std::size_t changed_entries = 0;
+    PairBuffer among_active, with_idle;
+    std::pmr::vector<Pair> joined, joined_rest;
+    std::pmr::vector<std::uint32_t> kept_of_run;
+    PairBuffer found; // all of these, in their memory
+    PairSorter sorter;
+    std::pmr::vector<Pair> pair_sorting, pair_scratch;
+    std::pmr::vector<Box> woken_boxes;   // what those in `waking` were
+    std::pmr::vector<Pair> old_of_woken; // ascending
 
     // Lists of what rests near objects that keep moving. Results don't depend on them.
     world::Neighbourhoods<Dim, T> hoods;
@@ -174,18 +196,18 @@ struct World<Dim, T>::Implementation
     std::pmr::vector<Pair> way_pairs;
     std::pmr::vector<std::uint32_t> hood_numbers;
     PairBuffer scratch_pairs;
-    std::pmr::vector<std::uint32_t> kept_of_run;
+    std::mutex hood_mutex;
 
-    std::mutex found_mutex; // guards the five that follow, while tasks run
-    std::pmr::vector<std::uint64_t> found_began, found_asked;
     struct Ended
     {
         std::uint64_t key;
         EndReason reason;
     };
-    std::pmr::vector<Ended> found_ended, ended_scratch;
-    std::uint64_t candidates = 0, false_positives = 0;
-    std::pmr::vector<std::uint64_t> key_scratch;
+    world::InRuns<std::uint64_t> found_began, found_asked;
+    world::InRuns<Ended> found_ended;
+    world::InRuns<Pair> found_others;
+    std::pmr::vector<std::uint64_t> began_keys, asked_keys, key_scratch;
+    std::pmr::vector<Ended> ended_keys, ended_scratch;
     std::pmr::vector<std::uint32_t> index_scratch;
 
     std::pmr::vector<std::uint64_t> newly_refused, no_longer_refused;

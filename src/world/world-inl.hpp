@@ -34,14 +34,19 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       writer(options.memory),
       entry_boxes(options.memory),
       entry_index(options.memory),
-      entry_kind(options.memory),
-      entry_before(options.memory),
-      entry_now(options.memory),
       entry_class(options.memory),
       entry_moves_on(options.memory),
+      among_active(options.memory),
+      with_idle(options.memory),
       joined(options.memory),
       joined_rest(options.memory),
-      joined_late(options.memory),
+      kept_of_run(options.memory),
+      found(options.memory),
+      sorter(options.memory),
+      pair_sorting(options.memory),
+      pair_scratch(options.memory),
+      woken_boxes(options.memory),
+      old_of_woken(options.memory),
       hoods(options.memory),
       rested_at(options.memory),
       starts(options.memory),
@@ -52,12 +57,15 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       way_pairs(options.memory),
       hood_numbers(options.memory),
       scratch_pairs(options.memory),
-      kept_of_run(options.memory),
       found_began(options.memory),
       found_asked(options.memory),
       found_ended(options.memory),
-      ended_scratch(options.memory),
+      found_others(options.memory),
+      began_keys(options.memory),
+      asked_keys(options.memory),
       key_scratch(options.memory),
+      ended_keys(options.memory),
+      ended_scratch(options.memory),
       index_scratch(options.memory),
       newly_refused(options.memory),
       no_longer_refused(options.memory),
@@ -87,18 +95,20 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
     const auto of = [](const auto&... vectors) {
         return (std::uint64_t{0} + ... + (vectors.capacity() * sizeof(vectors[0])));
     };
-    std::uint64_t sum =
-        sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
-        finder.stats().bytes_reserved + resting.stats().bytes + hoods.bytes() +
-        scratch_pairs.bytes_reserved() + refused.bucket_count() * sizeof(void*) +
-        refused.size() * 4 * sizeof(void*) +
-        of(active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer, entry_boxes,
-           entry_index, entry_kind, entry_before, entry_now, entry_class, joined, joined_rest, joined_late,
-           class_of, kept_of_run, found_began, found_asked, found_ended, ended_scratch, key_scratch,
-           index_scratch, newly_refused, no_longer_refused, next_active, waking, settling, settling_boxes);
+    std::uint64_t sum = sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
+                        finder.stats().bytes_reserved + sorter.bytes() + resting.stats().bytes +
+                        hoods.bytes() + among_active.bytes_reserved() + with_idle.bytes_reserved() +
+                        scratch_pairs.bytes_reserved() + found_began.bytes() + found_asked.bytes() +
+                        found_ended.bytes() + found_others.bytes() + refused.bucket_count() * sizeof(void*) +
+                        refused.size() * 4 * sizeof(void*) +
+                        of(class_of, active, changed, old_filters, old_filter_scratch, old_shapes, contested,
+                           writer, entry_boxes, entry_index, entry_class, entry_moves_on, joined, joined_rest,
+                           kept_of_run, pair_sorting, pair_scratch, woken_boxes, old_of_woken, rested_at,
+                           starts, entry_created, newcomers, ways, hood_bounds, way_pairs, hood_numbers,
+                           began_keys, asked_keys, key_scratch, ended_keys, ended_scratch, index_scratch,
+                           newly_refused, no_longer_refused, next_active, waking, settling, settling_boxes);
     for (const Results& result : results)
-        sum += result.among_active.bytes_reserved() + result.with_idle.bytes_reserved() +
-               of(result.others, result.began, result.ended);
+        sum += result.persisted.bytes_reserved() + of(result.others, result.began, result.ended);
     return sum;
 }
 

@@ -1,0 +1,433 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// Finding the pairs of an update, and what became of them since the last one.
+//
+// Two lists are merged. One has the pairs that touch now, found anew: changed objects with all others. The other
+// has those that touched before, kept from the last update: pairs of two active objects or of an active and a
+// resting one. What woke up has old pairs with other resting objects as well; these are searched for. Then a
+// pair in both lists persists, one in the first only began, and one in the second only ended, or is of two
+// objects that didn't change.
+#include <algorithm>
+#include <atomic>
+
+#include "index/box_index_access.hpp"
+#include "jostle/process.hpp"
+#include "pair_arena.hpp"
+#include "world/sort_keys.hpp"
+#include "world/state.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+// Below this many boxes all pairs are tried: a grid takes longer to choose.
+constexpr std::size_t few = 24;
+// Pairs are looked at in runs of this many.
+constexpr std::size_t run_length = 4096;
+
+} // namespace world
+
+template <int Dim, Coordinate T>
+ObjectFilter World<Dim, T>::Implementation::old_filter(const Object& object,
+                                                       std::uint32_t index) const noexcept
+{
+    if (!object.has(world::flag::refiltered)) return object.filter();
+    return std::lower_bound(old_filters.begin(), old_filters.end(), index,
+                            [](const OldFilter& old, std::uint32_t wanted) { return old.index < wanted; })
+        ->filter;
+}
+
+/// Adds an object to those that are searched for.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::enter(const Object& object, std::uint32_t index)
+{
+    const bool new_class = object.place() == world::Place::none || object.has(world::flag::refiltered);
+    entry_boxes.push_back(object.now);
+    entry_index.push_back(index);
+    entry_class.push_back(new_class ? filter_classes.of(object.filter()) : class_of[index]);
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::enter_all()
+{
+    entry_boxes.clear();
+    entry_index.clear();
+    entry_class.clear();
+    entry_moves_on.clear();
+    woken_boxes.clear();
+    waking.clear();
+    for (std::size_t i = 0; i < changed.size(); ++i) {
+        if (i + world::fetch_ahead < changed.size()) prefetch(changed[i + world::fetch_ahead]);
+        const std::uint32_t index = changed[i];
+        const Object& object = objects[index];
+        if (object.is_there()) {
+            enter(object, index);
+            entry_moves_on.push_back(object.place() == world::Place::active);
+        }
+        if (object.place() == world::Place::resting) {
+            waking.push_back(index);
+            woken_boxes.push_back(object.before);
+            // It is still in the index, and found there; a second look sees that it is a changed one.
+            class_of[index] = world::FilterClasses::look;
+        }
+    }
+    changed_entries = entry_index.size();
+    // Idle objects: active, but not changed this time.
+    if (changed_entries != 0)
+        for (const Active& each : active)
+            if (const Object& object = objects[each.index]; !object.has(world::flag::touched))
+                enter(object, each.index);
+}
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::Implementation::entries_pass(std::uint32_t a, std::uint32_t b) const noexcept
+{
+    const std::uint8_t class_a = entry_class[a], class_b = entry_class[b];
+    if (class_a == world::FilterClasses::look || class_b == world::FilterClasses::look)
+        return passes(objects[entry_index[a]], objects[entry_index[b]]);
+    return filter_classes.pass(class_a, class_b);
+}
+
+/// Pairs of changed objects with each other and with idle ones.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::find_among_active()
+{
+    std::atomic<std::uint64_t> looked_at{0}, rejected{0};
+    const bool all_pass = filter_classes.all_pass();
+    const auto select_from = [&](std::uint32_t first_b) {
+        return [&, first_b](Pair* first, Pair* last) {
+            Pair* kept = first;
+            for (Pair* pair = first; pair != last; ++pair) {
+                const std::uint32_t entry_b = pair->b + first_b;
+                if (!all_pass && !entries_pass(pair->a, entry_b)) continue;
+                const std::uint32_t a = entry_index[pair->a], b = entry_index[entry_b];
+                *kept++ = {std::min(a, b), std::max(a, b)};
+            }
+            looked_at.fetch_add(static_cast<std::uint64_t>(last - first), std::memory_order_relaxed);
+            rejected.fetch_add(static_cast<std::uint64_t>(last - kept), std::memory_order_relaxed);
+            return kept;
+        };
+    };
+    // Idle objects among themselves are known; many of them are better kept apart.
+    const std::size_t idle = entry_boxes.size() - changed_entries;
+    const bool together = idle <= changed_entries;
+    const std::span<const Box> all(entry_boxes), moved = all.first(changed_entries);
+    const std::span<const Box> first_search = together ? all : moved;
+    PairBufferAccess found_pairs(found);
+    const auto select = select_from(0);
+    if (first_search.size() <= world::few) {
+        Pair* const tried = PairBufferAccess(among_active).chunk(0, world::few * world::few / 2).data();
+        Pair* end = tried;
+        for (std::uint32_t i = 0; i < first_search.size(); ++i)
+            for (std::uint32_t j = i + 1; j < first_search.size(); ++j)
+                if (world::touch(first_search[i], first_search[j])) *end++ = {i, j};
+        found_pairs.append({tried, select(tried, end)});
+    } else {
+        PairFinderAccess::find(finder, Boxes(first_search), select, among_active);
+        for (const std::span<const Pair> block : among_active.blocks())
+            found_pairs.append(block);
+    }
+    if (!together) {
+        const auto select_idle = select_from(static_cast<std::uint32_t>(changed_entries));
+        PairFinderAccess::find(finder, Boxes(moved), Boxes(all.subspan(changed_entries)), select_idle,
+                               with_idle);
+        for (const std::span<const Pair> block : with_idle.blocks())
+            found_pairs.append(block);
+    }
+    next_stats.candidates += looked_at;
+    next_stats.false_positives += rejected;
+}
+
+/// Pairs of changed and resting objects.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::find_among_resting()
+{
+    const Boxes boxes(std::span<const Box>(entry_boxes).first(changed_entries));
+    begin_in_neighbourhoods();
+    BoxIndexAccess::join(resting, boxes, boxes, boxes, std::span<const index::Start<Dim, T>>(starts), joined,
+                         joined_rest);
+    std::atomic<std::uint64_t> looked_at{0}, rejected{0};
+    const bool all_pass = filter_classes.all_pass();
+    kept_of_run.resize((joined.size() + world::run_length - 1) / world::run_length);
+    const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        Pair* kept = joined.data() + begin;
+        std::uint64_t candidates = 0;
+        for (std::uint64_t k = begin; k < end; ++k) {
+            const Pair pair = joined[k];
+            // What a list holds and has woken up since is found elsewhere, if anywhere; what wakes up in this
+            // update, as a changed one.
+            if (rested_at[pair.b] > entry_created[pair.a]) continue;
+            const std::uint32_t index = entry_index[pair.a];
+            const std::uint8_t class_a = entry_class[pair.a], class_b = class_of[pair.b];
+            bool pass = all_pass;
+            if (class_b == world::FilterClasses::look) {
+                if (objects[pair.b].has(world::flag::touched)) continue;
+                pass = passes(objects[index], objects[pair.b]);
+            } else if (!all_pass) {
+                pass = class_a == world::FilterClasses::look ? passes(objects[index], objects[pair.b])
+                                                             : filter_classes.pass(class_a, class_b);
+            }
+            ++candidates;
+            if (pass) *kept++ = {std::min(index, pair.b), std::max(index, pair.b)};
+        }
+        const auto count = static_cast<std::uint64_t>(kept - (joined.data() + begin));
+        kept_of_run[work.block] = static_cast<std::uint32_t>(count);
+        looked_at.fetch_add(candidates, std::memory_order_relaxed);
+        rejected.fetch_add(candidates - count, std::memory_order_relaxed);
+    };
+    process_items(joined.size(), select, {executor, world::run_length});
+    PairBufferAccess found_pairs(found);
+    for (std::size_t run = 0; run < kept_of_run.size(); ++run)
+        found_pairs.append({joined.data() + run * world::run_length, kept_of_run[run]});
+    next_stats.candidates += looked_at;
+    next_stats.false_positives += rejected;
+}
+
+/// The old pairs of what woke up with what rested.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::find_old_of_woken()
+{
+    old_of_woken.clear();
+    if (waking.empty()) return;
+    resting.join(Boxes(std::span<const Box>(woken_boxes)), way_pairs);
+    for (std::size_t k = 0; k < way_pairs.size(); ++k) {
+        if (k + world::fetch_ahead < way_pairs.size()) prefetch(way_pairs[k + world::fetch_ahead].b);
+        const std::uint32_t a = waking[way_pairs[k].a], b = way_pairs[k].b;
+        const Object& other = objects[b];
+        if (a == b || (other.has(world::flag::touched) && b < a)) continue; // found from the other side too
+        if (world::passes(old_filter(objects[a], a), old_filter(other, b)))
+            old_of_woken.push_back(world::pair_of(world::pair_key(a, b)));
+    }
+    world::sort_by_key(old_of_woken, pair_scratch, world::key_of);
+}
+
+/// The pairs that touch now, ascending, in memory of `to`.
+template <int Dim, Coordinate T>
+std::span<Pair> World<Dim, T>::Implementation::find_pairs(PairBuffer& to)
+{
+    found.clear();
+    if (changed_entries != 0) {
+        const auto t0 = world::Clock::now();
+        find_among_active();
+        const auto t1 = world::Clock::now();
+        if (resting.size() != 0) find_among_resting();
+        next_stats.us_active = world::microseconds(t0, t1);
+        next_stats.us_resting = world::microseconds(t1, world::Clock::now());
+    }
+    // A counting sort goes through all objects, others through the pairs several times.
+    if (found.size() >= ids.end() / 8) {
+        sorter.sort(found, ids.end(), *executor, to);
+        return PairBufferAccess(to).chunk(0, 0).first(to.size());
+    }
+    pair_sorting.clear();
+    for (const std::span<const Pair> block : found.blocks())
+        pair_sorting.insert(pair_sorting.end(), block.begin(), block.end());
+    world::sort_by_key(pair_sorting, pair_scratch, world::key_of);
+    const std::span<Pair> sorted = PairBufferAccess(to).chunk(0, pair_sorting.size());
+    std::copy(pair_sorting.begin(), pair_sorting.end(), sorted.begin());
+    return sorted.first(pair_sorting.size());
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::search()
+{
+    enter_all();
+    Results& result = results[1 - shown];
+    const std::span<Pair> now = find_pairs(result.persisted);
+    find_old_of_woken();
+    merge(now, result);
+}
+
+/// Compares what touches now with what did. In `result`, the pairs of `now` that persist move to the front of
+/// each run; the rest of what touches now goes to `others`.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
+{
+    const Results& last = results[shown];
+    const std::span<const Pair> others(last.others), woken(old_of_woken);
+    const auto blocks = [](const std::span<const Pair>& pairs) {
+        return std::span<const std::span<const Pair>>(&pairs, pairs.empty() ? 0 : 1);
+    };
+    const bool any_idle = changed_entries != entry_index.size(), any_refused = !refused.empty();
+    const bool ask_again = options.accept != nullptr;
+    found_began.clear();
+    found_asked.clear();
+    found_ended.clear();
+    found_others.clear();
+    const std::size_t runs =
+        std::max<std::size_t>(1, (now.size() + world::run_length - 1) / world::run_length);
+    kept_of_run.resize(runs);
+    const auto merge_run = [&](std::uint64_t run, std::uint64_t, Work) {
+        const std::size_t begin = run * world::run_length,
+                          end = std::min(now.size(), begin + world::run_length);
+        const Pair* next = now.data() + begin;
+        const Pair* const stop = now.data() + end;
+        Pair* kept = now.data() + begin;
+        const std::uint64_t from = run == 0 ? 0 : world::key_of(now[begin]);
+        const std::uint64_t limit = run + 1 == runs ? world::no_key : world::key_of(now[end]);
+        world::PairCursor steady(last.persisted.blocks(), from), other(blocks(others), from),
+            woke(blocks(woken), from);
+        const auto number = static_cast<std::uint32_t>(run);
+        typename world::InRuns<std::uint64_t>::Run began(found_began, number), asked(found_asked, number);
+        typename world::InRuns<Ended>::Run ended(found_ended, number);
+        typename world::InRuns<Pair>::Run rest(found_others, number);
+        for (;;) {
+            const std::uint64_t new_key = next != stop ? world::key_of(*next) : world::no_key;
+            const std::uint64_t old_key = std::min({steady.key, other.key, woke.key});
+            const std::uint64_t key = std::min(new_key, old_key);
+            if (key >= limit) break;
+            const bool is = new_key == key, was = old_key == key;
+            if (was) {
+                if (steady.key == key) steady.next();
+                if (other.key == key) other.next();
+                if (woke.key == key) woke.next();
+            }
+            next += is;
+            const Pair pair = world::pair_of(key);
+            if (is && was) {
+                if (any_idle && !either_has(pair, world::flag::touched)) {
+                    rest.push(pair);
+                    continue;
+                }
+                if (ask_again && either_has(pair, world::flag::asked)) asked.push(key);
+                if (any_refused && refused.find(key) != refused.end())
+                    rest.push(pair);
+                else
+                    *kept++ = pair;
+            } else if (is) {
+                began.push(key);
+                rest.push(pair); // until the next update compares
+            } else if (either_has(pair, world::flag::touched)) {
+                ended.push({key, reason_of(pair)});
+            } else if (objects[pair.a].place() == world::Place::active ||
+                       objects[pair.b].place() == world::Place::active) {
+                rest.push(pair);
+            }
+        }
+        kept_of_run[run] = static_cast<std::uint32_t>(kept - (now.data() + begin));
+        began.flush();
+        asked.flush();
+        ended.flush();
+        rest.flush();
+    };
+    process_items(runs, merge_run, {executor, 1});
+
+    result.persisted.clear();
+    PairBufferAccess persisted(result.persisted);
+    persisted.reserve_blocks(runs);
+    for (std::size_t run = 0; run < runs; ++run)
+        persisted.append({now.data() + run * world::run_length, kept_of_run[run]});
+    found_others.copy_to(result.others);
+}
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::Implementation::either_has(const Pair& pair, std::uint32_t bits) const noexcept
+{
+    return ((objects[pair.a].state | objects[pair.b].state) & bits) != 0;
+}
+
+/// Of a pair that is no more.
+template <int Dim, Coordinate T>
+EndReason World<Dim, T>::Implementation::reason_of(const Pair& pair) const noexcept
+{
+    const Object &a = objects[pair.a], &b = objects[pair.b];
+    if (!a.has(world::flag::alive) || !b.has(world::flag::alive)) return EndReason::removed;
+    if (!a.has(world::flag::enabled) || !b.has(world::flag::enabled)) return EndReason::disabled;
+    return world::touch(a.now, b.now) ? EndReason::filtered : EndReason::moved_apart;
+}
+
+/// Lists the events, and asks `accept`.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::settle_events()
+{
+    Results& result = results[1 - shown];
+    found_began.copy_to(began_keys);
+    found_ended.copy_to(ended_keys);
+    const auto ids_of = [&](std::uint64_t key) {
+        const Pair pair = world::pair_of(key);
+        return ObjectPair{id_of(pair.a), id_of(pair.b)};
+    };
+    result.began.clear();
+    result.began.reserve(began_keys.size());
+    if (!refused.empty()) { // the ends of refused pairs are nobody's business
+        const auto is_refused = [&](const Ended& ended) {
+            if (refused.find(ended.key) == refused.end()) return false;
+            no_longer_refused.push_back(ended.key);
+            return true;
+        };
+        ended_keys.erase(std::remove_if(ended_keys.begin(), ended_keys.end(), is_refused), ended_keys.end());
+    }
+    if (!options.accept) {
+        for (const std::uint64_t key : began_keys)
+            result.began.push_back(ids_of(key));
+    } else {
+        found_asked.copy_to(asked_keys);
+        key_scratch.clear(); // pairs that are taken back
+        auto new_one = began_keys.begin();
+        auto old_one = asked_keys.begin();
+        while (new_one != began_keys.end() || old_one != asked_keys.end()) {
+            const bool is_new =
+                old_one == asked_keys.end() || (new_one != began_keys.end() && *new_one < *old_one);
+            const std::uint64_t key = is_new ? *new_one++ : *old_one++;
+            const ObjectPair pair = ids_of(key);
+            const bool was_refused = !is_new && refused.find(key) != refused.end();
+            if (options.accept(pair.a, pair.b)) {
+                if (is_new || was_refused) result.began.push_back(pair);
+                if (was_refused) no_longer_refused.push_back(key);
+            } else if (!was_refused) {
+                newly_refused.push_back(key);
+                if (!refused.insert(key).second) newly_refused.pop_back();
+                if (!is_new) key_scratch.push_back(key);
+            }
+        }
+        if (!key_scratch.empty()) take_back(result);
+    }
+    result.ended.clear();
+    result.ended.reserve(ended_keys.size());
+    for (const Ended& ended : ended_keys) {
+        const ObjectPair pair = ids_of(ended.key);
+        result.ended.push_back({pair.a, pair.b, ended.reason});
+    }
+    next_stats.began = result.began.size();
+    next_stats.ended = result.ended.size();
+    next_stats.persisted = result.persisted.size();
+}
+
+/// The pairs in `key_scratch`, which seemed to persist, end because `accept` is against them now.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::take_back(Results& result)
+{
+    for (const std::uint64_t key : key_scratch) {
+        ended_keys.push_back({key, EndReason::filtered});
+        result.others.push_back(world::pair_of(key));
+    }
+    world::sort_by_key(ended_keys, ended_scratch, [](const Ended& ended) { return ended.key; });
+    world::sort_by_key(result.others, pair_scratch, world::key_of);
+    pair_sorting.clear();
+    for (const Pair& pair : result.persisted)
+        if (!std::binary_search(key_scratch.begin(), key_scratch.end(), world::key_of(pair)))
+            pair_sorting.push_back(pair);
+    result.persisted.clear();
+    PairBufferAccess persisted(result.persisted);
+    const std::span<Pair> left = persisted.chunk(0, pair_sorting.size()).first(pair_sorting.size());
+    std::copy(pair_sorting.begin(), pair_sorting.end(), left.begin());
+    persisted.append(left);
+}
+
+/// After a restore: the pairs that the last update would have left.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::recall_pairs()
+{
+    for (const Active& each : active) {
+        enter(objects[each.index], each.index);
+        entry_moves_on.push_back(false);
+    }
+    changed_entries = entry_index.size();
+    Results& result = results[shown];
+    const std::span<const Pair> pairs = find_pairs(result.persisted);
+    result.others.assign(pairs.begin(), pairs.end());
+    result.persisted.clear();
+    next_stats = {};
+}
+
+JOSTLE_NAMESPACE_END
