@@ -16,72 +16,74 @@ JOSTLE_NAMESPACE_BEGIN
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::prefetch(std::uint32_t index) const noexcept
 {
-    if (index < objects.capacity()) world::fetch(&objects[index]);
+    if (index < objects.capacity()) {
+        objects[index].prefetch_state();
+        objects[index].prefetch_boxes();
+    }
 }
 
 template <int Dim, Coordinate T>
-auto World<Dim, T>::Implementation::touch(ObjectId id) -> Object*
+bool World<Dim, T>::Implementation::touch(ObjectId id)
 {
     if (!ids.is_good(id) || !objects[id.index].has(world::flag::alive)) {
         ++next_stats.dropped;
-        return nullptr;
+        return false;
     }
-    Object& object = objects[id.index];
+    const Object object = objects[id.index];
     if (!object.has(world::flag::touched)) {
         changed.push_back(id.index);
-        object.before = object.now;
-        object.state |= world::flag::touched;
+        object.keep_box();
         if (!one_lane) writer[id.index] = current_lane;
     } else if (!one_lane && writer[id.index] != current_lane) {
         contest(object, id.index);
     }
-    return &object;
+    return true;
 }
 
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::contest(Object& object, std::uint32_t index)
+void World<Dim, T>::Implementation::contest(Object object, std::uint32_t index)
 {
     if (object.has(world::flag::contested)) return;
     contested.push_back(index);
-    object.state |= world::flag::contested;
+    object.set(world::flag::contested);
 }
 
 template <int Dim, Coordinate T>
-auto World<Dim, T>::Implementation::shape_of(Object& object, std::uint32_t index) -> Shape&
+auto World<Dim, T>::Implementation::shape_of(Object object, std::uint32_t index) -> Shape&
 {
     shapes.grow(std::size_t{index} + 1);
     Shape& shape = shapes[index];
     const bool had = object.has(world::flag::has_shape);
     if (!object.has(world::flag::shape_saved)) {
         old_shapes.push_back({index, had, shape});
-        object.state |= world::flag::shape_saved;
+        object.set(world::flag::shape_saved);
     }
     if (!had) {
-        shape = {object.now, {}, 0};
-        object.state |= world::flag::has_shape;
+        shape = {object.now(), {}, 0};
+        object.set(world::flag::has_shape);
     }
     return shape;
 }
 
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::set_box(Object& object, std::uint32_t index, const Box& box)
+void World<Dim, T>::Implementation::set_box(Object object, std::uint32_t index, const Box& box)
 {
     if (!object.has(world::flag::has_shape)) {
-        object.now = box;
+        object.now() = box;
         return;
     }
     Shape& shape = shape_of(object, index);
     shape.box = box;
     for (T& each : shape.displacement)
         each = 0;
-    object.now = shape.bounds();
+    object.now() = shape.bounds();
 }
 
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::resize_box(Object& object, std::uint32_t index, const Box& size)
+void World<Dim, T>::Implementation::resize_box(Object object, std::uint32_t index, const Box& size)
 {
     const bool shaped = object.has(world::flag::has_shape);
-    Box box = shaped ? shapes[index].box : object.now;
+    Box box = shaped ? shapes[index].box : object.now();
     for (int d = 0; d < Dim; ++d) {
         const T centre = box.lo[d] + (box.hi[d] - box.lo[d]) / 2, half = size.lo[d] / 2;
         if (!(centre - half <= centre + half)) continue; // infinite bounds have no centre: they stay
@@ -89,76 +91,71 @@ void World<Dim, T>::Implementation::resize_box(Object& object, std::uint32_t ind
         box.hi[d] = centre + half;
     }
     if (!shaped) {
-        object.now = box;
+        object.now() = box;
         return;
     }
     Shape& shape = shape_of(object, index);
     shape.box = box;
-    object.now = shape.bounds();
+    object.now() = shape.bounds();
 }
 
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::set_filter(Object& object, std::uint32_t index,
-                                               const ObjectFilter& filter)
+void World<Dim, T>::Implementation::set_filter(Object object, std::uint32_t index, const ObjectFilter& filter)
 {
     if (object.place() != world::Place::none && !object.has(world::flag::refiltered)) {
         if (object.filter() == filter && !options.accept) return;
         old_filters.push_back({index, object.filter()});
-        object.state |= world::flag::refiltered;
+        object.set(world::flag::refiltered);
     }
     object.set_filter(filter);
-    if (options.accept) object.state |= world::flag::asked;
+    if (options.accept) object.set(world::flag::asked);
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::apply_command(const Command& command)
 {
-    Object* const object = touch(command.id);
-    if (object == nullptr) return;
+    if (!touch(command.id)) return;
     const std::uint32_t index = command.id.index;
-    if (command.sequence != 0) contest(*object, index);
+    const Object object = objects[index];
+    if (command.sequence != 0) contest(object, index);
     switch (command.kind) {
     case world::CommandKind::remove:
-        object->set(world::flag::alive, false);
+        object.set(world::flag::alive, false);
         break;
     case world::CommandKind::move:
-        set_box(*object, index, command.box);
-        break;
-    case world::CommandKind::teleport:
-        set_box(*object, index, command.box);
-        object->state |= world::flag::leap;
+        set_box(object, index, command.box);
         break;
     case world::CommandKind::sweep: {
-        Shape& shape = shape_of(*object, index);
+        Shape& shape = shape_of(object, index);
         std::copy_n(command.box.lo, Dim, shape.displacement);
-        object->now = shape.bounds();
+        object.now() = shape.bounds();
         break;
     }
     case world::CommandKind::resize:
-        resize_box(*object, index, command.box);
+        resize_box(object, index, command.box);
         break;
     case world::CommandKind::filter:
-        set_filter(*object, index, command.filter);
+        set_filter(object, index, command.filter);
         break;
     case world::CommandKind::margin: {
-        Shape& shape = shape_of(*object, index);
+        Shape& shape = shape_of(object, index);
         shape.margin = margin + command.box.lo[0];
-        object->now = shape.bounds();
+        object.now() = shape.bounds();
         break;
     }
     case world::CommandKind::enable:
     case world::CommandKind::disable:
-        object->set(world::flag::enabled, command.kind == world::CommandKind::enable);
+        object.set(world::flag::enabled, command.kind == world::CommandKind::enable);
         break;
     }
 }
 
 /// The object as it was, or as it was added.
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::reset(Object& object, std::uint32_t index) noexcept
+void World<Dim, T>::Implementation::reset(Object object, std::uint32_t index) noexcept
 {
     const world::Place place = object.place();
-    object.now = object.before;
+    object.now() = object.before();
     object.set(world::flag::enabled, place != world::Place::disabled);
     object.set(world::flag::alive, place != world::Place::none);
     // Sorted as far as `settle_contests` found them; it adds few.
@@ -181,17 +178,17 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::add_object(const Addition& addition)
 {
     const std::uint32_t index = addition.id.index;
-    Object& object = objects[index];
+    const Object object = objects[index];
     if (!object.has(world::flag::touched)) changed.push_back(index);
-    object.state = static_cast<std::uint32_t>(world::Place::none) | world::flag::alive |
-                   (object.state & world::flag::transient) | world::flag::touched;
+    object.set_state(static_cast<std::uint32_t>(world::Place::none) | world::flag::alive |
+                     (object.state() & world::flag::transient) | world::flag::touched);
     object.set(world::flag::enabled, addition.options.enabled);
-    object.now = object.before = addition.box;
+    object.now() = object.before() = addition.box;
     object.set_filter(addition.options.filter);
     if (const T own = margin + addition.options.margin; own != 0) {
         Shape& shape = shape_of(object, index);
         shape.margin = own;
-        object.now = shape.bounds();
+        object.now() = shape.bounds();
     }
 }
 
@@ -247,7 +244,7 @@ void World<Dim, T>::Implementation::apply(std::span<const ObjectId> move_ids, co
         for (int d = 0; d < Dim; ++d)
             if (!(box.lo[d] <= box.hi[d])) throw_bad_box(box, id.index, "of object ");
         if (!one_lane && writer[id.index] == 0) writer[id.index] = current_lane;
-        if (Object* const object = touch(id)) set_box(*object, id.index, box);
+        if (touch(id)) set_box(objects[id.index], id.index, box);
     }
     if (!contested.empty()) settle_contests(move_ids, boxes, own_lane);
     world::sort_by_key(old_filters, old_filter_scratch, [](const OldFilter& old) { return old.index; });
@@ -308,7 +305,7 @@ void World<Dim, T>::Implementation::settle_contests(std::span<const ObjectId> mo
         } place = {};
         ObjectFilter filter;
         T margin = 0;
-        bool enabled = false, leap = false;
+        bool enabled = false;
     };
     // Ties between lanes: any choice does that doesn't depend on who came first.
     const auto greater = [](const auto& x, const auto& y) { return std::memcmp(&x, &y, sizeof x) > 0; };
@@ -319,7 +316,7 @@ void World<Dim, T>::Implementation::settle_contests(std::span<const ObjectId> mo
     auto statement = statements.begin();
     for (auto group = statements.begin(); group != statements.end(); group = statement) {
         const std::uint32_t index = group->index;
-        Object& object = objects[index];
+        const Object object = objects[index];
         const bool removed = !object.has(world::flag::alive);
         const auto addition = std::lower_bound(
             additions.begin(), additions.end(), index,
@@ -348,7 +345,6 @@ void World<Dim, T>::Implementation::settle_contests(std::span<const ObjectId> mo
                 case world::CommandKind::remove:
                     break; // `removed` knows
                 case world::CommandKind::move:
-                case world::CommandKind::teleport:
                 case world::CommandKind::sweep:
                 case world::CommandKind::resize:
                     if (!newer(said.box_given, said.box_sequence)) break;
@@ -357,7 +353,7 @@ void World<Dim, T>::Implementation::settle_contests(std::span<const ObjectId> mo
                         said.place.box = shapes[index].box;
                         std::copy_n(shapes[index].displacement, Dim, said.place.displacement);
                     } else {
-                        said.place.box = object.now;
+                        said.place.box = object.now();
                         std::fill_n(said.place.displacement, Dim, T{0});
                     }
                     break;
@@ -409,7 +405,7 @@ void World<Dim, T>::Implementation::settle_contests(std::span<const ObjectId> mo
         if (best.margin_given) {
             Shape& shape = shape_of(object, index);
             shape.margin = margin + best.margin;
-            object.now = shape.bounds();
+            object.now() = shape.bounds();
         }
         if (best.box_given) {
             set_box(object, index, best.place.box);
@@ -417,7 +413,7 @@ void World<Dim, T>::Implementation::settle_contests(std::span<const ObjectId> mo
             if (!std::all_of(best.place.displacement, best.place.displacement + Dim, is_zero)) {
                 Shape& shape = shape_of(object, index);
                 std::copy_n(best.place.displacement, Dim, shape.displacement);
-                object.now = shape.bounds();
+                object.now() = shape.bounds();
             }
         }
         if (best.enabled_given) object.set(world::flag::enabled, best.enabled);
@@ -430,14 +426,14 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::drop_unchanged()
 {
     const auto is_unchanged = [&](std::uint32_t index) {
-        Object& object = objects[index];
+        const Object object = objects[index];
         const bool differs = object.place() == world::Place::none || !object.has(world::flag::alive) ||
                              object.has(world::flag::enabled) != (object.place() != world::Place::disabled) ||
-                             object.has(world::flag::asked) || object.filter() != old_filter(object, index) ||
-                             !world::same(object.now, object.before);
+                             object.has(world::flag::asked) || object.filter() != old_filter(index) ||
+                             !world::same(object.now(), object.before());
         if (differs) return false;
-        object.now = object.before;
-        object.state &= ~world::flag::transient;
+        object.now() = object.before();
+        object.set(world::flag::transient, false);
         return true;
     };
     std::size_t kept = 0;

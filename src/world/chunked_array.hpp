@@ -15,11 +15,10 @@ namespace world {
 
 /// An array that grows in chunks, which stay where they are: growing never copies what is there, so that no
 /// update pays for all objects because one was added.
-template <class T>
+template <class T, std::uint32_t chunk_bits = 12>
 class ChunkedArray
 {
     static_assert(std::is_trivially_destructible_v<T>);
-    static constexpr std::uint32_t chunk_bits = 12;
     static constexpr std::uint32_t chunk_size = 1u << chunk_bits;
 
   public:

@@ -19,7 +19,6 @@ enum class CommandKind : std::uint8_t
 {
     remove,
     move,
-    teleport,
     sweep,  // follows its move: the displacement, in box.lo
     resize, // the size, in box.lo
     filter,

@@ -35,7 +35,7 @@ void World<Dim, T>::Implementation::begin_in_neighbourhoods()
             begin_at(entry, *hood);
         } else if (calm) {
             newcomers.push_back(entry);
-            ways.push_back(world::way_of(objects[entry_index[entry]].before, entry_boxes[entry]));
+            ways.push_back(world::way_of(objects[entry_index[entry]].before(), entry_boxes[entry]));
         }
     }
     if (newcomers.empty()) return;
@@ -53,9 +53,9 @@ void World<Dim, T>::Implementation::begin_in_neighbourhoods()
         std::uint32_t lane = 0;
         if (hood.blocks != 0)
             for (auto each = first; each != pair; ++each)
-                if (const Object& object = objects[each->b]; !object.has(world::flag::touched)) {
+                if (const Object object = objects[each->b]; !object.has(world::flag::touched)) {
                     auto& block = hood.block[lane / index::lanes];
-                    block.bounds.set(lane % index::lanes, object.now);
+                    block.bounds.set(lane % index::lanes, object.now());
                     block.id[lane % index::lanes] = each->b;
                     ++lane;
                 }

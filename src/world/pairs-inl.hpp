@@ -28,9 +28,9 @@ constexpr std::size_t run_length = 4096;
 } // namespace world
 
 template <int Dim, Coordinate T>
-ObjectFilter World<Dim, T>::Implementation::old_filter(const Object& object,
-                                                       std::uint32_t index) const noexcept
+ObjectFilter World<Dim, T>::Implementation::old_filter(std::uint32_t index) const noexcept
 {
+    const auto object = objects[index];
     if (!object.has(world::flag::refiltered)) return object.filter();
     return std::lower_bound(old_filters.begin(), old_filters.end(), index,
                             [](const OldFilter& old, std::uint32_t wanted) { return old.index < wanted; })
@@ -39,10 +39,10 @@ ObjectFilter World<Dim, T>::Implementation::old_filter(const Object& object,
 
 /// Adds an object to those that are searched for.
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::enter(const Object& object, std::uint32_t index)
+void World<Dim, T>::Implementation::enter(Object object, std::uint32_t index)
 {
     const bool new_class = object.place() == world::Place::none || object.has(world::flag::refiltered);
-    entry_boxes.push_back(object.now);
+    entry_boxes.push_back(object.now());
     entry_index.push_back(index);
     entry_class.push_back(new_class ? filter_classes.of(object.filter()) : class_of[index]);
 }
@@ -59,14 +59,14 @@ void World<Dim, T>::Implementation::enter_all()
     for (std::size_t i = 0; i < changed.size(); ++i) {
         if (i + world::fetch_ahead < changed.size()) prefetch(changed[i + world::fetch_ahead]);
         const std::uint32_t index = changed[i];
-        const Object& object = objects[index];
+        const Object object = objects[index];
         if (object.is_there()) {
             enter(object, index);
             entry_moves_on.push_back(object.place() == world::Place::active);
         }
         if (object.place() == world::Place::resting) {
             waking.push_back(index);
-            woken_boxes.push_back(object.before);
+            woken_boxes.push_back(object.before());
             // It is still in the index, and found there; a second look sees that it is a changed one.
             class_of[index] = world::FilterClasses::look;
         }
@@ -75,8 +75,14 @@ void World<Dim, T>::Implementation::enter_all()
     // Idle objects: active, but not changed this time.
     if (changed_entries != 0)
         for (const Active& each : active)
-            if (const Object& object = objects[each.index]; !object.has(world::flag::touched))
+            if (const Object object = objects[each.index]; !object.has(world::flag::touched))
                 enter(object, each.index);
+}
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::Implementation::objects_pass(std::uint32_t a, std::uint32_t b) const noexcept
+{
+    return world::passes(objects[a].filter(), objects[b].filter());
 }
 
 template <int Dim, Coordinate T>
@@ -84,7 +90,7 @@ bool World<Dim, T>::Implementation::entries_pass(std::uint32_t a, std::uint32_t 
 {
     const std::uint8_t class_a = entry_class[a], class_b = entry_class[b];
     if (class_a == world::FilterClasses::look || class_b == world::FilterClasses::look)
-        return passes(objects[entry_index[a]], objects[entry_index[b]]);
+        return objects_pass(entry_index[a], entry_index[b]);
     return filter_classes.pass(class_a, class_b);
 }
 
@@ -162,9 +168,9 @@ void World<Dim, T>::Implementation::find_among_resting()
             bool pass = all_pass;
             if (class_b == world::FilterClasses::look) {
                 if (objects[pair.b].has(world::flag::touched)) continue;
-                pass = passes(objects[index], objects[pair.b]);
+                pass = objects_pass(index, pair.b);
             } else if (!all_pass) {
-                pass = class_a == world::FilterClasses::look ? passes(objects[index], objects[pair.b])
+                pass = class_a == world::FilterClasses::look ? objects_pass(index, pair.b)
                                                              : filter_classes.pass(class_a, class_b);
             }
             ++candidates;
@@ -193,9 +199,9 @@ void World<Dim, T>::Implementation::find_old_of_woken()
     for (std::size_t k = 0; k < way_pairs.size(); ++k) {
         if (k + world::fetch_ahead < way_pairs.size()) prefetch(way_pairs[k + world::fetch_ahead].b);
         const std::uint32_t a = waking[way_pairs[k].a], b = way_pairs[k].b;
-        const Object& other = objects[b];
-        if (a == b || (other.has(world::flag::touched) && b < a)) continue; // found from the other side too
-        if (world::passes(old_filter(objects[a], a), old_filter(other, b)))
+        if (a == b || (objects[b].has(world::flag::touched) && b < a))
+            continue; // found from the other side too
+        if (world::passes(old_filter(a), old_filter(b)))
             old_of_woken.push_back(world::pair_of(world::pair_key(a, b)));
     }
     world::sort_by_key(old_of_woken, pair_scratch, world::key_of);
@@ -323,17 +329,19 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
 template <int Dim, Coordinate T>
 bool World<Dim, T>::Implementation::either_has(const Pair& pair, std::uint32_t bits) const noexcept
 {
-    return ((objects[pair.a].state | objects[pair.b].state) & bits) != 0;
+    return ((objects[pair.a].state() | objects[pair.b].state()) & bits) != 0;
 }
 
 /// Of a pair that is no more.
 template <int Dim, Coordinate T>
 EndReason World<Dim, T>::Implementation::reason_of(const Pair& pair) const noexcept
 {
-    const Object &a = objects[pair.a], &b = objects[pair.b];
+    const auto a = objects[pair.a], b = objects[pair.b];
     if (!a.has(world::flag::alive) || !b.has(world::flag::alive)) return EndReason::removed;
     if (!a.has(world::flag::enabled) || !b.has(world::flag::enabled)) return EndReason::disabled;
-    return world::touch(a.now, b.now) ? EndReason::filtered : EndReason::moved_apart;
+    // With filters as they were, they would be found if they touched.
+    if (!a.has(world::flag::refiltered) && !b.has(world::flag::refiltered)) return EndReason::moved_apart;
+    return world::touch(a.now(), b.now()) ? EndReason::filtered : EndReason::moved_apart;
 }
 
 /// Lists the events, and asks `accept`.

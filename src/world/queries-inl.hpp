@@ -21,7 +21,7 @@ const BoxIndex<Dim, T>* World<Dim, T>::Implementation::index_of_active() const
             boxes.reserve(active.size());
             for (const Active& each : active) {
                 indices.push_back(each.index);
-                boxes.push_back(objects[each.index].now);
+                boxes.push_back(objects[each.index].now());
             }
             active_index.build(indices, Boxes(std::span<const Box>(boxes)));
             active_index_is_fresh.store(true, std::memory_order_release);
@@ -36,7 +36,7 @@ decltype(auto) World<Dim, T>::Implementation::filtered(const ObjectQueryFilter& 
                                                        const Body& body) const
 {
     const auto accept = [&](std::uint32_t question, std::uint32_t index) {
-        const Object& object = objects[index];
+        const ObjectFilter object = objects[index].filter();
         if ((object.category & filter.mask) == 0 || (filter.category & object.mask) == 0) return false;
         if (object.owner == filter.owner && filter.owner != Filter::no_owner) return false;
         return !filter.accept || filter.accept(question, id_of(index));

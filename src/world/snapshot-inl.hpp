@@ -150,12 +150,12 @@ std::vector<std::byte> World<Dim, T>::save() const
     for (std::uint32_t i = 0; i < generations.size(); ++i) {
         out.put(generations[i]);
         if (generations[i] == 0) continue;
-        const auto& object = me.objects[i];
-        out.put(object.state & world::saved_flags);
-        out.put(object.category);
-        out.put(object.mask);
-        out.put(object.owner);
-        out.put(object.now);
+        const auto object = me.objects[i];
+        out.put(std::uint32_t{object.state()} & world::saved_flags);
+        out.put(object.numbers().category);
+        out.put(object.numbers().mask);
+        out.put(object.numbers().owner);
+        out.put(object.now());
         if (!object.has(world::flag::has_shape)) continue;
         const auto& shape = me.shapes[i];
         out.put(shape.box);
@@ -234,23 +234,24 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     for (std::uint32_t i = 0; i < end; ++i) {
         generations[i] = in.get<std::uint32_t>();
         if (generations[i] == 0) continue;
-        auto& object = me.objects[i];
-        object.state = in.get<std::uint32_t>();
-        in.demand((object.state & ~world::saved_flags) == 0 && object.has(world::flag::alive) &&
+        const auto object = me.objects[i];
+        const auto state = in.get<std::uint32_t>();
+        object.set_state(state & world::saved_flags);
+        in.demand((state & ~world::saved_flags) == 0 && object.has(world::flag::alive) &&
                       object.place() != world::Place::none &&
                       object.has(world::flag::enabled) == (object.place() != world::Place::disabled),
                   "an object in no proper state");
-        object.category = in.get<std::uint32_t>();
-        object.mask = in.get<std::uint32_t>();
-        object.owner = in.get<std::uint32_t>();
-        object.now = in.template get_box<Dim, T>();
+        object.numbers().category = in.get<std::uint32_t>();
+        object.numbers().mask = in.get<std::uint32_t>();
+        object.numbers().owner = in.get<std::uint32_t>();
+        object.now() = in.template get_box<Dim, T>();
         me.class_of[i] = me.filter_classes.of(object.filter());
         ++me.alive;
         me.disabled += object.place() == world::Place::disabled;
         active += object.place() == world::Place::active;
         if (object.place() == world::Place::resting) {
             resting.push_back(i);
-            resting_boxes.push_back(object.now);
+            resting_boxes.push_back(object.now());
         }
         if (!object.has(world::flag::has_shape)) continue;
         me.shapes.grow(std::size_t{i} + 1);
@@ -259,7 +260,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
         for (T& by : shape.displacement)
             by = in.get<T>();
         shape.margin = in.get<T>();
-        in.demand(world::same(shape.bounds(), object.now), "bounds that don't fit their box");
+        in.demand(world::same(shape.bounds(), object.now()), "bounds that don't fit their box");
     }
     std::vector<world::IdTable::Free> free(in.get_count(8));
     std::vector<bool> is_free(end);

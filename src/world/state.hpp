@@ -25,17 +25,6 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Objects are all over the place: loops ask for those to come.
-constexpr std::size_t fetch_ahead = 16;
-inline void fetch(const void* address) noexcept
-{
-#ifdef __GNUC__
-    __builtin_prefetch(address);
-#else
-    (void)address;
-#endif
-}
-
 using Clock = std::chrono::steady_clock;
 inline double microseconds(Clock::time_point from, Clock::time_point to)
 {
@@ -49,7 +38,8 @@ inline double microseconds(Clock::time_point from, Clock::time_point to)
 template <int Dim, Coordinate T>
 struct World<Dim, T>::Implementation
 {
-    using Object = world::Object<Dim, T>;
+    using Object = world::ObjectIn<world::ObjectChunk<Dim, T>>;
+    using ConstObject = world::ObjectIn<const world::ObjectChunk<Dim, T>>;
     using Shape = world::Shape<Dim, T>;
     using Command = world::Command<Dim, T>;
     using Addition = world::Addition<Dim, T>;
@@ -71,22 +61,23 @@ struct World<Dim, T>::Implementation
     // Applying commands:
     void add_object(const Addition& addition);
     void apply_command(const Command& command);
-    /// The object, made ready to be changed; null if the id is stale.
-    Object* touch(ObjectId id);
-    void set_box(Object& object, std::uint32_t index, const Box& box);
-    void resize_box(Object& object, std::uint32_t index, const Box& size);
-    void set_filter(Object& object, std::uint32_t index, const ObjectFilter& filter);
-    Shape& shape_of(Object& object, std::uint32_t index);
-    void reset(Object& object, std::uint32_t index) noexcept;
+    /// Makes the object ready to be changed; false if the id is stale.
+    bool touch(ObjectId id);
+    void set_box(Object object, std::uint32_t index, const Box& box);
+    void resize_box(Object object, std::uint32_t index, const Box& size);
+    void set_filter(Object object, std::uint32_t index, const ObjectFilter& filter);
+    Shape& shape_of(Object object, std::uint32_t index);
+    void reset(Object object, std::uint32_t index) noexcept;
     std::size_t sorted_old_filters = 0, sorted_old_shapes = 0; // how many of them reset finds quickly
-    void contest(Object& object, std::uint32_t index);
+    void contest(Object object, std::uint32_t index);
     void settle_contests(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t own_lane);
     void drop_unchanged();
 
     // Searching:
     struct Results;
-    void enter(const Object& object, std::uint32_t index);
+    void enter(Object object, std::uint32_t index);
     void enter_all();
+    [[nodiscard]] bool objects_pass(std::uint32_t a, std::uint32_t b) const noexcept;
     [[nodiscard]] bool entries_pass(std::uint32_t a, std::uint32_t b) const noexcept;
     void find_among_active();
     void find_among_resting();
@@ -100,12 +91,12 @@ struct World<Dim, T>::Implementation
     void begin_in_neighbourhoods();
     void invalidate_neighbourhoods();
     void prefetch(std::uint32_t index) const noexcept;
-    [[nodiscard]] ObjectFilter old_filter(const Object& object, std::uint32_t index) const noexcept;
+    [[nodiscard]] ObjectFilter old_filter(std::uint32_t index) const noexcept;
     [[nodiscard]] ObjectId id_of(std::uint32_t index) const noexcept
     {
         return {index, ids.generation(index)};
     }
-    [[nodiscard]] const Object& checked(ObjectId id) const;
+    [[nodiscard]] ConstObject checked(ObjectId id) const;
     [[nodiscard]] std::uint64_t bytes() const;
 
     WorldOptions options;
@@ -116,7 +107,7 @@ struct World<Dim, T>::Implementation
     PairFinder finder;
 
     // --- What the world is ---
-    world::ChunkedArray<Object> objects;
+    world::Objects<Dim, T> objects;
     world::ChunkedArray<Shape> shapes; // of objects that have one
     world::FilterClasses filter_classes;
     std::pmr::vector<std::uint8_t> class_of; // objects, by index; `look` during the update that wakes it

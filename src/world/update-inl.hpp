@@ -46,7 +46,7 @@ void World<Dim, T>::Implementation::plan_rest()
             prefetch(other[world::fetch_ahead]);
         const std::uint32_t index = *other++;
         if (one != active.end() && one->index == index) ++one;
-        const Object& object = objects[index];
+        const Object object = objects[index];
         if (!object.is_there()) continue;
         const bool is_new = object.place() == world::Place::none;
         keep(index, !is_new                              ? 0
@@ -58,7 +58,7 @@ void World<Dim, T>::Implementation::plan_rest()
 
     settling_boxes.clear();
     for (const std::uint32_t index : settling)
-        settling_boxes.push_back(objects[index].now);
+        settling_boxes.push_back(objects[index].now());
     next_active.reserve(next_active.size() + settling.size()); // see commit
     invalidate_neighbourhoods();
     BoxIndexAccess::erase(resting, waking);
@@ -70,7 +70,7 @@ void World<Dim, T>::Implementation::commit() noexcept
     for (std::size_t i = 0; i < changed.size(); ++i) {
         if (i + world::fetch_ahead < changed.size()) prefetch(changed[i + world::fetch_ahead]);
         const std::uint32_t index = changed[i];
-        Object& object = objects[index];
+        const Object object = objects[index];
         const world::Place place = object.place();
         disabled -= place == world::Place::disabled;
         alive -= place != world::Place::none;
@@ -78,7 +78,7 @@ void World<Dim, T>::Implementation::commit() noexcept
         if (!object.is_there()) hoods.drop(index);
         if (!object.has(world::flag::alive)) {
             ids.release(id_of(index));
-            object.state = 0;
+            object.set_state(0);
             continue;
         }
         if (place == world::Place::none || place == world::Place::resting ||
@@ -87,7 +87,7 @@ void World<Dim, T>::Implementation::commit() noexcept
         object.set_place(object.is_there() ? world::Place::active : world::Place::disabled);
         ++alive;
         disabled += !object.is_there();
-        object.state &= ~world::flag::transient;
+        object.set(world::flag::transient, false);
     }
     try {
         if (!settling.empty())
@@ -124,23 +124,23 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::undo() noexcept
 {
     for (const std::uint32_t index : changed) {
-        Object& object = objects[index];
+        const Object object = objects[index];
         if (object.place() == world::Place::none) {
-            object.state = 0;
+            object.set_state(0);
             continue;
         }
-        object.now = object.before;
+        object.now() = object.before();
         object.set(world::flag::alive, true);
         object.set(world::flag::enabled, object.place() != world::Place::disabled);
     }
     for (const OldFilter& old : old_filters)
-        if (objects[old.index].state != 0) objects[old.index].set_filter(old.filter);
+        if (objects[old.index].state() != 0) objects[old.index].set_filter(old.filter);
     for (const OldShape& old : old_shapes) {
         shapes[old.index] = old.shape;
-        if (objects[old.index].state != 0) objects[old.index].set(world::flag::has_shape, old.had_shape);
+        if (objects[old.index].state() != 0) objects[old.index].set(world::flag::has_shape, old.had_shape);
     }
     for (const std::uint32_t index : changed) {
-        objects[index].state &= ~world::flag::transient;
+        objects[index].set(world::flag::transient, false);
         if (objects[index].place() == world::Place::resting)
             class_of[index] = filter_classes.of(objects[index].filter());
     }

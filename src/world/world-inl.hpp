@@ -78,7 +78,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
 }
 
 template <int Dim, Coordinate T>
-auto World<Dim, T>::Implementation::checked(ObjectId id) const -> const Object&
+auto World<Dim, T>::Implementation::checked(ObjectId id) const -> ConstObject
 {
     ids.check(id);
     if (id.index >= objects.capacity() || !objects[id.index].has(world::flag::alive))
@@ -250,7 +250,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::teleport(ObjectId id, const Box& box, std::uint32_t sequence)
 {
     world::check_box(box, id);
-    implementation_->queue({id, sequence, world::CommandKind::teleport, box});
+    implementation_->queue({id, sequence, world::CommandKind::move, box});
 }
 
 template <int Dim, Coordinate T>
@@ -335,9 +335,9 @@ PairBuffer World<Dim, T>::pairs() const
     std::pmr::vector<std::uint32_t> index[2] = {std::pmr::vector<std::uint32_t>(memory),
                                                 std::pmr::vector<std::uint32_t>(memory)};
     for (std::uint32_t i = 0; i < index_end(); ++i)
-        if (const auto& object = me.objects[i]; object.is_there()) {
+        if (const auto object = me.objects[i]; object.is_there()) {
             const bool is_static = object.has(world::flag::is_static);
-            boxes[is_static].push_back(object.now);
+            boxes[is_static].push_back(object.now());
             index[is_static].push_back(i);
         }
     PairFinder finder({me.options.executor, memory, me.options.instruction_set});
@@ -347,7 +347,7 @@ PairBuffer World<Dim, T>::pairs() const
             Pair* kept = first;
             for (Pair* pair = first; pair != last; ++pair) {
                 const std::uint32_t a = index[0][pair->a], b = index[other][pair->b];
-                if (!passes(me.objects[a], me.objects[b])) continue;
+                if (!world::passes(me.objects[a].filter(), me.objects[b].filter())) continue;
                 if (!me.refused.empty() && me.refused.find(world::pair_key(a, b)) != me.refused.end())
                     continue;
                 *kept++ = {std::min(a, b), std::max(a, b)};
@@ -409,14 +409,14 @@ ObjectId World<Dim, T>::id(std::uint32_t index) const noexcept
 template <int Dim, Coordinate T>
 auto World<Dim, T>::box(ObjectId id) const -> Box
 {
-    const auto& object = implementation_->checked(id);
-    return object.has(world::flag::has_shape) ? implementation_->shapes[id.index].box : object.now;
+    const auto object = implementation_->checked(id);
+    return object.has(world::flag::has_shape) ? implementation_->shapes[id.index].box : object.now();
 }
 
 template <int Dim, Coordinate T>
 auto World<Dim, T>::bounds(ObjectId id) const -> Box
 {
-    return implementation_->checked(id).now;
+    return implementation_->checked(id).now();
 }
 
 template <int Dim, Coordinate T>
@@ -434,7 +434,7 @@ bool World<Dim, T>::enabled(ObjectId id) const
 template <int Dim, Coordinate T>
 T World<Dim, T>::margin(ObjectId id) const
 {
-    const auto& object = implementation_->checked(id);
+    const auto object = implementation_->checked(id);
     return object.has(world::flag::has_shape) ? implementation_->shapes[id.index].margin : T{0};
 }
 
@@ -489,18 +489,18 @@ void World<Dim, T>::draw(FunctionRef<void(const Box& box, DrawKind kind)> draw_b
     const Implementation& me = *implementation_;
     if (draw_box)
         for (std::uint32_t i = 0; i < index_end(); ++i) {
-            const auto& object = me.objects[i];
+            const auto object = me.objects[i];
             if (!object.has(world::flag::alive)) continue;
-            draw_box(object.now, object.place() == world::Place::resting  ? DrawKind::resting
-                                 : object.place() == world::Place::active ? DrawKind::active
-                                                                          : DrawKind::disabled);
+            draw_box(object.now(), object.place() == world::Place::resting  ? DrawKind::resting
+                                   : object.place() == world::Place::active ? DrawKind::active
+                                                                            : DrawKind::disabled);
         }
     if (!draw_line) return;
     const auto line = [&](std::uint32_t a, std::uint32_t b, DrawKind kind) {
         T centre[2][Dim];
         for (int d = 0; d < Dim; ++d)
             for (int k = 0; k < 2; ++k) {
-                const Box& box = me.objects[k == 0 ? a : b].now;
+                const Box& box = me.objects[k == 0 ? a : b].now();
                 centre[k][d] = box.lo[d] / 2 + box.hi[d] / 2;
             }
         draw_line(centre[0], centre[1], kind);
