@@ -19,14 +19,38 @@ constexpr std::size_t least_objects_per_group = 256;
 // Fewer pairs than this per thread are not worth waking one.
 constexpr std::uint64_t pairs_per_task = 8192;
 
-bool precedes(const Pair& x, const Pair& y)
+/// Sorts the first `count` of the N numbers at `from`, 4 or 8, and writes N pairs, the first `count` of which
+/// are good. No branch depends on the numbers: those of short lists can't be predicted.
+template <std::uint32_t N>
+void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, Pair* to)
 {
-    return x.b < y.b;
+    std::uint32_t b[N];
+    for (std::uint32_t k = 0; k < N; ++k)
+        b[k] = k < count ? from[k] : ~std::uint32_t{0};
+    const auto order = [&b](int i, int j) {
+        const std::uint32_t low = std::min(b[i], b[j]);
+        b[j] = std::max(b[i], b[j]);
+        b[i] = low;
+    };
+    // Source: Batcher, Sorting networks and their applications (1968).
+    for (int i = 0; i < static_cast<int>(N); i += 4) {
+        order(i, i + 1), order(i + 2, i + 3);
+        order(i, i + 2), order(i + 1, i + 3);
+        order(i + 1, i + 2);
+    }
+    if constexpr (N == 8) {
+        order(0, 4), order(1, 5), order(2, 6), order(3, 7);
+        order(2, 4), order(3, 5);
+        order(1, 2), order(3, 4), order(5, 6);
+    }
+    for (std::uint32_t k = 0; k < N; ++k)
+        to[k] = {a, b[k]};
 }
 
-/// By a with a counting sort, then each object's partners by b: mostly a handful.
+/// By a with a counting sort, then each object's partners by b: mostly a handful. `partners` has room for
+/// eight more than the group.
 void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t objects, std::uint32_t* place,
-                Pair* to)
+                std::uint32_t* partners, Pair* to)
 {
     std::fill_n(place, objects + 1, 0u);
     for (const Pair& pair : group)
@@ -34,20 +58,20 @@ void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t 
     for (std::uint32_t a = 0; a < objects; ++a)
         place[a + 1] += place[a];
     for (const Pair& pair : group)
-        to[place[pair.a - first]++] = pair;
+        partners[place[pair.a - first]++] = pair.b;
+    std::fill_n(partners + group.size(), 8, 0u);
     std::uint32_t begin = 0;
-    for (std::uint32_t a = 0; a < objects; ++a) { // now place[a] is where the pairs of a end
-        const std::uint32_t end = place[a];
-        if (end - begin > 16) {
-            std::sort(to + begin, to + end, precedes);
+    for (std::uint32_t a = 0; a < objects; ++a) { // now place[a] is where the partners of a end
+        const std::uint32_t end = place[a], count = end - begin;
+        if (count <= 8 && begin + 8 <= group.size()) { // what is written too much is written over
+            if (count <= 4)
+                sort_few<4>(partners + begin, count, first + a, to + begin);
+            else
+                sort_few<8>(partners + begin, count, first + a, to + begin);
         } else {
-            for (std::uint32_t i = begin + 1; i < end; ++i) {
-                const Pair pair = to[i];
-                std::uint32_t hole = i;
-                for (; hole > begin && pair.b < to[hole - 1].b; --hole)
-                    to[hole] = to[hole - 1];
-                to[hole] = pair;
-            }
+            std::sort(partners + begin, partners + end);
+            for (std::uint32_t i = begin; i < end; ++i)
+                to[i] = {first + a, partners[i]};
         }
         begin = end;
     }
@@ -111,6 +135,11 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
     });
     // Now the last task's count is where a group ends.
     const std::uint64_t* end = counts + (tasks - 1) * groups;
+    std::uint64_t largest = end[0];
+    for (std::size_t g = 1; g < groups; ++g)
+        largest = std::max(largest, end[g] - end[g - 1]);
+    const std::size_t room = static_cast<std::size_t>(largest) + 8;
+    std::uint32_t* partners = partners_.reserve(tasks * room);
     std::atomic<std::size_t> cursor{0};
     run([&](std::uint32_t task) {
         for (std::size_t g; (g = cursor.fetch_add(1, std::memory_order_relaxed)) < groups;) {
@@ -124,7 +153,7 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
             const std::size_t first = g * group_objects;
             sort_group(group, static_cast<std::uint32_t>(first),
                        static_cast<std::uint32_t>(std::min(group_objects, objects - first)),
-                       places + task * (group_objects + 1), sorted.data() + begin);
+                       places + task * (group_objects + 1), partners + task * room, sorted.data() + begin);
         }
     });
     access.append(sorted);

@@ -16,7 +16,7 @@ class PairSorter
 {
   public:
     explicit PairSorter(std::pmr::memory_resource* memory)
-        : counts_(memory), grouped_(memory), places_(memory)
+        : counts_(memory), grouped_(memory), places_(memory), partners_(memory)
     {
     }
 
@@ -26,19 +26,21 @@ class PairSorter
 
     [[nodiscard]] std::uint64_t bytes() const noexcept
     {
-        return counts_.bytes() + grouped_.bytes() + places_.bytes();
+        return counts_.bytes() + grouped_.bytes() + places_.bytes() + partners_.bytes();
     }
     void release() noexcept
     {
         counts_.release();
         grouped_.release();
         places_.release();
+        partners_.release();
     }
 
   private:
     engine::Buffer<std::uint64_t> counts_; // per task and group; then where the task writes next
     engine::Buffer<Pair> grouped_;
-    engine::Buffer<std::uint32_t> places_; // per task and object of a group
+    engine::Buffer<std::uint32_t> places_;   // per task and object of a group
+    engine::Buffer<std::uint32_t> partners_; // per task and pair of a group
 };
 
 JOSTLE_NAMESPACE_END

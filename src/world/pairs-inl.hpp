@@ -22,8 +22,6 @@ namespace world {
 
 // Below this many boxes all pairs are tried: a grid takes longer to choose.
 constexpr std::size_t few = 24;
-// Pairs are looked at in runs of this many.
-constexpr std::size_t run_length = 4096;
 
 } // namespace world
 
@@ -181,7 +179,7 @@ void World<Dim, T>::Implementation::find_among_resting()
         looked_at.fetch_add(candidates, std::memory_order_relaxed);
         rejected.fetch_add(candidates - count, std::memory_order_relaxed);
     };
-    process_items(joined.size(), select, {executor, world::run_length});
+    process_items(joined.size(), select, {executor_for(joined.size()), world::run_length});
     PairBufferAccess found_pairs(found);
     for (std::size_t run = 0; run < kept_of_run.size(); ++run)
         found_pairs.append({joined.data() + run * world::run_length, kept_of_run[run]});
@@ -255,7 +253,7 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
         return std::span<const std::span<const Pair>>(&pairs, pairs.empty() ? 0 : 1);
     };
     const bool any_idle = changed_entries != entry_index.size(), any_refused = !refused.empty();
-    const bool ask_again = options.accept != nullptr;
+    const bool ask_again = options.accept != nullptr, all_steady = !any_idle && !any_refused && !ask_again;
     found_began.clear();
     found_asked.clear();
     found_ended.clear();
@@ -278,8 +276,17 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
         typename world::InRuns<Ended>::Run ended(found_ended, number);
         typename world::InRuns<Pair>::Run rest(found_others, number);
         for (;;) {
+            const std::uint64_t other_key = std::min(other.key, woke.key);
+            if (all_steady) { // most pairs are as they were
+                const Pair* const before = next;
+                while (next != stop && world::key_of(*next) == steady.key && steady.key < other_key) {
+                    ++next;
+                    steady.next();
+                }
+                kept = std::copy(before, next, kept);
+            }
             const std::uint64_t new_key = next != stop ? world::key_of(*next) : world::no_key;
-            const std::uint64_t old_key = std::min({steady.key, other.key, woke.key});
+            const std::uint64_t old_key = std::min(steady.key, other_key);
             const std::uint64_t key = std::min(new_key, old_key);
             if (key >= limit) break;
             const bool is = new_key == key, was = old_key == key;
@@ -316,7 +323,7 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
         ended.flush();
         rest.flush();
     };
-    process_items(runs, merge_run, {executor, 1});
+    process_items(runs, merge_run, {executor_for(now.size()), 1});
 
     result.persisted.clear();
     PairBufferAccess persisted(result.persisted);

@@ -25,6 +25,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
+// Pairs are looked at, and boxes set, in runs of this many.
+constexpr std::size_t run_length = 4096;
+
 using Clock = std::chrono::steady_clock;
 inline double microseconds(Clock::time_point from, Clock::time_point to)
 {
@@ -97,6 +100,11 @@ struct World<Dim, T>::Implementation
         return {index, ids.generation(index)};
     }
     [[nodiscard]] ConstObject checked(ObjectId id) const;
+    /// With fewer than two runs a thread, waking one takes longer than it helps.
+    [[nodiscard]] Executor* executor_for(std::size_t items) const noexcept
+    {
+        return items < 4 * world::run_length ? &serial_executor() : executor;
+    }
     [[nodiscard]] std::uint64_t bytes() const;
 
     WorldOptions options;
