@@ -26,7 +26,7 @@ void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, P
 {
     std::uint32_t b[N];
     for (std::uint32_t k = 0; k < N; ++k)
-        b[k] = k < count ? from[k] : ~std::uint32_t{0};
+        b[k] = from[k] | (0u - std::uint32_t{k >= count}); // ~0 where there is none
     const auto order = [&b](int i, int j) {
         const std::uint32_t low = std::min(b[i], b[j]);
         b[j] = std::max(b[i], b[j]);

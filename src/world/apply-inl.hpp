@@ -4,14 +4,26 @@
 // The first stage of an update: what was queued is applied to the objects. They keep what they were.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstring>
 #include <tuple>
 
+#include "jostle/process.hpp"
 #include "validate.hpp"
 #include "world/sort_keys.hpp"
 #include "world/state.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+template <int Dim, class T>
+void check_box(const Aabb<Dim, T>& box, ObjectId id)
+{
+    for (int d = 0; d < Dim; ++d)
+        if (!(box.lo[d] <= box.hi[d])) throw_bad_box(box, id.index, "of object ");
+}
+
+} // namespace world
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::prefetch(std::uint32_t index) const noexcept
@@ -235,22 +247,83 @@ void World<Dim, T>::Implementation::apply(std::span<const ObjectId> move_ids, co
             apply_command(command);
         }
     }
-    current_lane = own_lane;
+    if (!changed.empty() || !move_in_place(move_ids, boxes)) {
+        current_lane = own_lane;
+        move_one_by_one(move_ids, boxes);
+        if (!contested.empty()) settle_contests(move_ids, boxes, own_lane);
+        world::sort_by_key(old_filters, old_filter_scratch, [](const OldFilter& old) { return old.index; });
+        drop_unchanged();
+        world::sort_by_key(changed, index_scratch, [](std::uint32_t index) { return index; });
+    }
+    next_stats.changed = changed.size();
+}
+
+/// Moves objects of which no command has spoken, in parallel. Returns false, with nothing done, if ids don't ascend
+/// or there is more to look at than boxes.
+template <int Dim, Coordinate T>
+bool World<Dim, T>::Implementation::move_in_place(std::span<const ObjectId> move_ids, const Boxes& boxes)
+{
+    const ProcessOptions in_runs{executor_for(move_ids.size()), world::run_length};
+    std::atomic<bool> plain{true}, good{true};
+    const auto look = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        bool all = true;
+        for (std::uint64_t i = begin; i < end; ++i) {
+            const ObjectId id = move_ids[i];
+            all &= ids.is_good(id) && (i == 0 || move_ids[i - 1].index < id.index) &&
+                   (objects[id.index].state() & (world::flag::alive | world::flag::has_shape)) ==
+                       world::flag::alive;
+        }
+        if (!all) plain.store(false, std::memory_order_relaxed);
+    };
+    process_items(move_ids.size(), look, in_runs);
+    if (!plain) return false;
+
+    changed.resize(move_ids.size());
+    kept_of_run.resize((move_ids.size() + world::run_length - 1) / world::run_length);
+    const auto set = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        std::uint32_t* kept = changed.data() + begin;
+        bool all = true;
+        for (std::uint64_t i = begin; i < end; ++i) {
+            const std::uint32_t index = move_ids[i].index;
+            const Object object = objects[index];
+            const Box box = boxes[i];
+            for (int d = 0; d < Dim; ++d)
+                all &= box.lo[d] <= box.hi[d];
+            if (world::same(object.now(), box)) continue;
+            object.before() = box;
+            object.exchange_boxes();
+            *kept++ = index;
+        }
+        if (!all) good.store(false, std::memory_order_relaxed);
+        kept_of_run[work.block] = static_cast<std::uint32_t>(kept - (changed.data() + begin));
+    };
+    process_items(move_ids.size(), set, in_runs);
+    std::size_t kept = 0;
+    for (std::size_t run = 0; run < kept_of_run.size(); ++run) {
+        const auto first = changed.begin() + static_cast<std::ptrdiff_t>(run * world::run_length);
+        if (kept != run * world::run_length)
+            std::copy_n(first, kept_of_run[run], changed.begin() + static_cast<std::ptrdiff_t>(kept));
+        kept += kept_of_run[run];
+    }
+    changed.resize(kept);
+    if (!good)
+        for (std::size_t i = 0; i < move_ids.size(); ++i)
+            world::check_box(boxes[i], move_ids[i]);
+    return true;
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::move_one_by_one(std::span<const ObjectId> move_ids, const Boxes& boxes)
+{
     for (std::size_t i = 0; i < move_ids.size(); ++i) {
         const ObjectId id = move_ids[i];
         if (i + world::fetch_ahead < move_ids.size()) prefetch(move_ids[i + world::fetch_ahead].index);
         ids.check(id);
         const Box box = boxes[i];
-        for (int d = 0; d < Dim; ++d)
-            if (!(box.lo[d] <= box.hi[d])) throw_bad_box(box, id.index, "of object ");
+        world::check_box(box, id);
         if (!one_lane && writer[id.index] == 0) writer[id.index] = current_lane;
         if (touch(id)) set_box(objects[id.index], id.index, box);
     }
-    if (!contested.empty()) settle_contests(move_ids, boxes, own_lane);
-    world::sort_by_key(old_filters, old_filter_scratch, [](const OldFilter& old) { return old.index; });
-    drop_unchanged();
-    world::sort_by_key(changed, index_scratch, [](std::uint32_t index) { return index; });
-    next_stats.changed = changed.size();
 }
 
 /// Objects about which several threads had something to say, or that were given a sequence.
@@ -429,7 +502,8 @@ void World<Dim, T>::Implementation::drop_unchanged()
         const Object object = objects[index];
         const bool differs = object.place() == world::Place::none || !object.has(world::flag::alive) ||
                              object.has(world::flag::enabled) != (object.place() != world::Place::disabled) ||
-                             object.has(world::flag::asked) || object.filter() != old_filter(index) ||
+                             object.has(world::flag::asked) ||
+                             (object.has(world::flag::refiltered) && object.filter() != old_filter(index)) ||
                              !world::same(object.now(), object.before());
         if (differs) return false;
         object.now() = object.before();

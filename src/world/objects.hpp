@@ -94,9 +94,10 @@ class ObjectIn
     void keep_box() const noexcept
     {
         before() = now();
-        set(flag::touched);
-        set_state(state() ^ flag::second);
+        exchange_boxes();
     }
+    /// What is in the other box is the present one from now on.
+    void exchange_boxes() const noexcept { set_state((state() | flag::touched) ^ flag::second); }
 
     [[nodiscard]] ObjectFilter filter() const noexcept
     {

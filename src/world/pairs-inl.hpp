@@ -35,46 +35,71 @@ ObjectFilter World<Dim, T>::Implementation::old_filter(std::uint32_t index) cons
         ->filter;
 }
 
-/// Adds an object to those that are searched for.
+/// Makes an object one of those that are searched for.
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::enter(Object object, std::uint32_t index)
+void World<Dim, T>::Implementation::enter(std::uint32_t entry, std::uint32_t index)
 {
-    const bool new_class = object.place() == world::Place::none || object.has(world::flag::refiltered);
-    entry_boxes.push_back(object.now());
-    entry_index.push_back(index);
-    entry_class.push_back(new_class ? filter_classes.of(object.filter()) : class_of[index]);
+    const Object object = objects[index];
+    entry_boxes[entry] = object.now();
+    entry_index[entry] = index;
+    entry_class[entry] = class_of[index];
+    entry_moves_on[entry] = object.place() == world::Place::active;
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::enter_all()
 {
-    entry_boxes.clear();
-    entry_index.clear();
-    entry_class.clear();
-    entry_moves_on.clear();
     woken_boxes.clear();
     waking.clear();
-    for (std::size_t i = 0; i < changed.size(); ++i) {
-        if (i + world::fetch_ahead < changed.size()) prefetch(changed[i + world::fetch_ahead]);
-        const std::uint32_t index = changed[i];
-        const Object object = objects[index];
-        if (object.is_there()) {
-            enter(object, index);
-            entry_moves_on.push_back(object.place() == world::Place::active);
+    const auto make_room = [&](std::size_t count) {
+        entry_boxes.resize(count);
+        entry_index.resize(count);
+        entry_class.resize(count);
+        entry_moves_on.resize(count);
+    };
+    make_room(changed.size());
+    std::atomic<bool> plain{true};
+    const auto enter_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        constexpr std::uint32_t usual =
+            world::flag::alive | world::flag::enabled | static_cast<std::uint32_t>(world::Place::active);
+        bool all = true;
+        for (std::uint64_t i = begin; i < end; ++i) {
+            const std::uint32_t index = changed[i];
+            if (i + world::fetch_ahead < end) objects[changed[i + world::fetch_ahead]].prefetch_boxes();
+            all &= (objects[index].state() & (usual | world::flag::place | world::flag::refiltered)) == usual;
+            enter(static_cast<std::uint32_t>(i), index);
         }
-        if (object.place() == world::Place::resting) {
-            waking.push_back(index);
-            woken_boxes.push_back(object.before());
-            // It is still in the index, and found there; a second look sees that it is a changed one.
-            class_of[index] = world::FilterClasses::look;
+        if (!all) plain.store(false, std::memory_order_relaxed);
+    };
+    process_items(changed.size(), enter_some, {executor_for(changed.size()), world::run_length});
+    std::uint32_t count = static_cast<std::uint32_t>(changed.size());
+    same_active = plain && changed.size() == active.size();
+    if (!plain) {
+        count = 0;
+        for (const std::uint32_t index : changed) {
+            const Object object = objects[index];
+            if (object.place() == world::Place::resting) {
+                waking.push_back(index);
+                woken_boxes.push_back(object.before());
+            }
+            if (object.is_there()) {
+                enter(count, index);
+                if (object.place() == world::Place::none || object.has(world::flag::refiltered))
+                    entry_class[count] = filter_classes.of(object.filter());
+                ++count;
+            }
+            // What wakes up is still in the index, and found there; a second look sees that it is a changed one.
+            if (object.place() == world::Place::resting) class_of[index] = world::FilterClasses::look;
         }
+        make_room(count);
     }
-    changed_entries = entry_index.size();
+    changed_entries = count;
     // Idle objects: active, but not changed this time.
-    if (changed_entries != 0)
-        for (const Active& each : active)
-            if (const Object object = objects[each.index]; !object.has(world::flag::touched))
-                enter(object, each.index);
+    if (changed_entries == 0 || same_active) return;
+    make_room(changed_entries + active.size());
+    for (const Active& each : active)
+        if (!objects[each.index].has(world::flag::touched)) enter(count++, each.index);
+    make_room(count);
 }
 
 template <int Dim, Coordinate T>
@@ -119,6 +144,8 @@ void World<Dim, T>::Implementation::find_among_active()
     const std::span<const Box> first_search = together ? all : moved;
     PairBufferAccess found_pairs(found);
     const auto select = select_from(0);
+    // All there are, from the first on: numbered as they are searched for.
+    const bool own_numbers = all_pass && idle == 0 && entry_index.back() == entry_index.size() - 1;
     if (first_search.size() <= world::few) {
         Pair* const tried = PairBufferAccess(among_active).chunk(0, world::few * world::few / 2).data();
         Pair* end = tried;
@@ -127,7 +154,10 @@ void World<Dim, T>::Implementation::find_among_active()
                 if (world::touch(first_search[i], first_search[j])) *end++ = {i, j};
         found_pairs.append({tried, select(tried, end)});
     } else {
-        PairFinderAccess::find(finder, Boxes(first_search), select, among_active);
+        PairFinderAccess::Selection wanted;
+        if (!own_numbers) wanted = select;
+        PairFinderAccess::find(finder, Boxes(first_search), wanted, among_active);
+        if (own_numbers) looked_at += among_active.size();
         for (const std::span<const Pair> block : among_active.blocks())
             found_pairs.append(block);
     }
@@ -433,11 +463,10 @@ void World<Dim, T>::Implementation::take_back(Results& result)
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::recall_pairs()
 {
-    for (const Active& each : active) {
-        enter(objects[each.index], each.index);
-        entry_moves_on.push_back(false);
-    }
-    changed_entries = entry_index.size();
+    changed.clear();
+    for (const Active& each : active)
+        changed.push_back(each.index);
+    enter_all();
     Results& result = results[shown];
     const std::span<const Pair> pairs = find_pairs(result.persisted);
     result.others.assign(pairs.begin(), pairs.end());

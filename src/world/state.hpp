@@ -75,10 +75,12 @@ struct World<Dim, T>::Implementation
     void contest(Object object, std::uint32_t index);
     void settle_contests(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t own_lane);
     void drop_unchanged();
+    bool move_in_place(std::span<const ObjectId> ids, const Boxes& boxes);
+    void move_one_by_one(std::span<const ObjectId> ids, const Boxes& boxes);
 
     // Searching:
     struct Results;
-    void enter(Object object, std::uint32_t index);
+    void enter(std::uint32_t entry, std::uint32_t index);
     void enter_all();
     [[nodiscard]] bool objects_pass(std::uint32_t a, std::uint32_t b) const noexcept;
     [[nodiscard]] bool entries_pass(std::uint32_t a, std::uint32_t b) const noexcept;
@@ -174,6 +176,7 @@ struct World<Dim, T>::Implementation
     std::pmr::vector<std::uint8_t> entry_class;    // of its filter
     std::pmr::vector<std::uint8_t> entry_moves_on; // was active already; of changed ones
     std::size_t changed_entries = 0;
+    bool same_active = false; // those that are active, and no others, changed
     PairBuffer among_active, with_idle;
     std::pmr::vector<Pair> joined, joined_rest;
     std::pmr::vector<std::uint32_t> kept_of_run;

@@ -36,14 +36,13 @@ void World<Dim, T>::Implementation::plan_rest()
     };
     auto one = active.begin();
     auto other = changed.begin();
+    if (same_active) one = active.end(), other = changed.end(); // see commit
     while (one != active.end() || other != changed.end()) {
         if (other == changed.end() || (one != active.end() && one->index < *other)) {
             keep(one->index, std::min(one->idle + 1, world::idle_updates));
             ++one;
             continue;
         }
-        if (changed.end() - other > static_cast<std::ptrdiff_t>(world::fetch_ahead))
-            prefetch(other[world::fetch_ahead]);
         const std::uint32_t index = *other++;
         if (one != active.end() && one->index == index) ++one;
         const Object object = objects[index];
@@ -67,11 +66,15 @@ void World<Dim, T>::Implementation::plan_rest()
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::commit() noexcept
 {
-    for (std::size_t i = 0; i < changed.size(); ++i) {
-        if (i + world::fetch_ahead < changed.size()) prefetch(changed[i + world::fetch_ahead]);
-        const std::uint32_t index = changed[i];
+    constexpr std::uint32_t there =
+        world::flag::alive | world::flag::enabled | static_cast<std::uint32_t>(world::Place::active);
+    for (const std::uint32_t index : changed) {
         const Object object = objects[index];
         const world::Place place = object.place();
+        if ((object.state() & (there | world::flag::place | world::flag::refiltered)) == there) {
+            object.set(world::flag::transient, false); // most are, and stay what they are
+            continue;
+        }
         disabled -= place == world::Place::disabled;
         alive -= place != world::Place::none;
         if (place == world::Place::resting) rested_at[index] = ~std::uint32_t{0};
@@ -106,7 +109,12 @@ void World<Dim, T>::Implementation::commit() noexcept
     }
     if (!changed.empty() || next_stats.settled != 0)
         active_index_is_fresh.store(false, std::memory_order_relaxed);
-    active.swap(next_active);
+    if (same_active) {
+        for (Active& each : active)
+            each.idle = 0;
+    } else {
+        active.swap(next_active);
+    }
     recent_work = recent_work_next;
     for (const std::uint64_t key : no_longer_refused)
         refused.erase(key);
@@ -166,10 +174,9 @@ void World<Dim, T>::Implementation::update(std::span<const ObjectId> move_ids, c
         const auto t1 = world::Clock::now();
         next_stats.us_apply = world::microseconds(t0, t1);
         search();
-        const auto t2 = world::Clock::now();
         settle_events();
         const auto t3 = world::Clock::now();
-        next_stats.us_events = world::microseconds(t2, t3);
+        next_stats.us_events = world::microseconds(t1, t3) - next_stats.us_active - next_stats.us_resting;
         plan_rest();
         commit();
         const auto t4 = world::Clock::now();

@@ -114,13 +114,6 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
 
 namespace world {
 
-template <int Dim, class T>
-void check_box(const Aabb<Dim, T>& box, ObjectId id)
-{
-    for (int d = 0; d < Dim; ++d)
-        if (!(box.lo[d] <= box.hi[d])) throw_bad_box(box, id.index, "of object ");
-}
-
 template <class T>
 void check_margin(T margin, const char* whose, std::uint64_t index)
 {
