@@ -24,9 +24,12 @@ constexpr std::uint64_t pairs_per_task = 8192;
 template <std::uint32_t N>
 void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, Pair* to)
 {
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+    static constexpr std::uint32_t blank[16] = {0,    0,    0,    0,    0,    0,    0,    0,
+                                                none, none, none, none, none, none, none, none};
     std::uint32_t b[N];
     for (std::uint32_t k = 0; k < N; ++k)
-        b[k] = from[k] | (0u - std::uint32_t{k >= count}); // ~0 where there is none
+        b[k] = from[k] | blank[8 - count + k];
     const auto order = [&b](int i, int j) {
         const std::uint32_t low = std::min(b[i], b[j]);
         b[j] = std::max(b[i], b[j]);
@@ -63,6 +66,7 @@ void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t 
     std::uint32_t begin = 0;
     for (std::uint32_t a = 0; a < objects; ++a) { // now place[a] is where the partners of a end
         const std::uint32_t end = place[a], count = end - begin;
+        if (count == 0) continue;
         if (count <= 8 && begin + 8 <= group.size()) { // what is written too much is written over
             if (count <= 4)
                 sort_few<4>(partners + begin, count, first + a, to + begin);

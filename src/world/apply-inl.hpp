@@ -264,19 +264,20 @@ template <int Dim, Coordinate T>
 bool World<Dim, T>::Implementation::move_in_place(std::span<const ObjectId> move_ids, const Boxes& boxes)
 {
     const ProcessOptions in_runs{executor_for(move_ids.size()), world::run_length};
-    std::atomic<bool> plain{true}, good{true};
+    std::atomic<bool> simple{true}, good{true};
     const auto look = [&](std::uint64_t begin, std::uint64_t end, Work) {
         bool all = true;
         for (std::uint64_t i = begin; i < end; ++i) {
             const ObjectId id = move_ids[i];
+            if (i + world::fetch_ahead < end) prefetch(move_ids[i + world::fetch_ahead].index);
             all &= ids.is_good(id) && (i == 0 || move_ids[i - 1].index < id.index) &&
                    (objects[id.index].state() & (world::flag::alive | world::flag::has_shape)) ==
                        world::flag::alive;
         }
-        if (!all) plain.store(false, std::memory_order_relaxed);
+        if (!all) simple.store(false, std::memory_order_relaxed);
     };
     process_items(move_ids.size(), look, in_runs);
-    if (!plain) return false;
+    if (!simple) return false;
 
     changed.resize(move_ids.size());
     kept_of_run.resize((move_ids.size() + world::run_length - 1) / world::run_length);
@@ -285,6 +286,7 @@ bool World<Dim, T>::Implementation::move_in_place(std::span<const ObjectId> move
         bool all = true;
         for (std::uint64_t i = begin; i < end; ++i) {
             const std::uint32_t index = move_ids[i].index;
+            if (i + world::fetch_ahead < end) prefetch(move_ids[i + world::fetch_ahead].index);
             const Object object = objects[index];
             const Box box = boxes[i];
             for (int d = 0; d < Dim; ++d)

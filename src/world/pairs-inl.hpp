@@ -58,7 +58,7 @@ void World<Dim, T>::Implementation::enter_all()
         entry_moves_on.resize(count);
     };
     make_room(changed.size());
-    std::atomic<bool> plain{true};
+    std::atomic<bool> all_plain{true};
     const auto enter_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
         constexpr std::uint32_t usual =
             world::flag::alive | world::flag::enabled | static_cast<std::uint32_t>(world::Place::active);
@@ -69,10 +69,11 @@ void World<Dim, T>::Implementation::enter_all()
             all &= (objects[index].state() & (usual | world::flag::place | world::flag::refiltered)) == usual;
             enter(static_cast<std::uint32_t>(i), index);
         }
-        if (!all) plain.store(false, std::memory_order_relaxed);
+        if (!all) all_plain.store(false, std::memory_order_relaxed);
     };
     process_items(changed.size(), enter_some, {executor_for(changed.size()), world::run_length});
-    std::uint32_t count = static_cast<std::uint32_t>(changed.size());
+    auto count = static_cast<std::uint32_t>(changed.size());
+    plain = all_plain;
     same_active = plain && changed.size() == active.size();
     if (!plain) {
         count = 0;
@@ -95,11 +96,13 @@ void World<Dim, T>::Implementation::enter_all()
     }
     changed_entries = count;
     // Idle objects: active, but not changed this time.
-    if (changed_entries == 0 || same_active) return;
+    any_idle = !same_active && !active.empty();
+    if (changed_entries == 0 || !any_idle) return;
     make_room(changed_entries + active.size());
     for (const Active& each : active)
         if (!objects[each.index].has(world::flag::touched)) enter(count++, each.index);
     make_room(count);
+    any_idle = count != changed_entries;
 }
 
 template <int Dim, Coordinate T>
@@ -282,8 +285,10 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
     const auto blocks = [](const std::span<const Pair>& pairs) {
         return std::span<const std::span<const Pair>>(&pairs, pairs.empty() ? 0 : 1);
     };
-    const bool any_idle = changed_entries != entry_index.size(), any_refused = !refused.empty();
-    const bool ask_again = options.accept != nullptr, all_steady = !any_idle && !any_refused && !ask_again;
+    const bool any_refused = !refused.empty(), ask_again = options.accept != nullptr;
+    const bool all_steady = !any_idle && !any_refused && !ask_again;
+    // One of the two was active; if none is idle, it changed.
+    const bool all_changed = !any_idle && stats.settled == 0;
     found_began.clear();
     found_asked.clear();
     found_ended.clear();
@@ -340,8 +345,8 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
             } else if (is) {
                 began.push(key);
                 rest.push(pair); // until the next update compares
-            } else if (either_has(pair, world::flag::touched)) {
-                ended.push({key, reason_of(pair)});
+            } else if (all_changed || either_has(pair, world::flag::touched)) {
+                ended.push({key, plain ? EndReason::moved_apart : reason_of(pair)});
             } else if (objects[pair.a].place() == world::Place::active ||
                        objects[pair.b].place() == world::Place::active) {
                 rest.push(pair);

@@ -176,6 +176,8 @@ struct World<Dim, T>::Implementation
     std::pmr::vector<std::uint8_t> entry_class;    // of its filter
     std::pmr::vector<std::uint8_t> entry_moves_on; // was active already; of changed ones
     std::size_t changed_entries = 0;
+    bool any_idle = false;
+    bool plain = true;        // all that changed are active, and were, and have the filter they had
     bool same_active = false; // those that are active, and no others, changed
     PairBuffer among_active, with_idle;
     std::pmr::vector<Pair> joined, joined_rest;
