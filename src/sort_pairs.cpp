@@ -31,9 +31,9 @@ void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, P
     for (std::uint32_t k = 0; k < N; ++k)
         b[k] = from[k] | blank[8 - count + k];
     const auto order = [&b](int i, int j) {
-        const std::uint32_t low = std::min(b[i], b[j]);
-        b[j] = std::max(b[i], b[j]);
-        b[i] = low;
+        const std::uint32_t difference = (b[i] ^ b[j]) & (0u - std::uint32_t{b[j] < b[i]});
+        b[i] ^= difference;
+        b[j] ^= difference;
     };
     // Source: Batcher, Sorting networks and their applications (1968).
     for (int i = 0; i < static_cast<int>(N); i += 4) {

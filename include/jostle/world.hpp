@@ -125,15 +125,15 @@ struct WorldStats
     std::uint64_t changed = 0;         ///< objects that differ from the update before
     std::uint64_t woken = 0;           ///< resting objects that became active
     std::uint64_t settled = 0;         ///< active objects that came to rest
-    std::uint64_t candidates = 0;      ///< pairs whose boxes, old or new, were looked at
-    std::uint64_t false_positives = 0; ///< of these: no pair, neither before nor now
+    std::uint64_t candidates = 0;      ///< pairs of touching boxes that were found, one of which changed
+    std::uint64_t false_positives = 0; ///< of these: kept apart by filters
     std::uint64_t began = 0, persisted = 0, ended = 0;
 
     std::uint64_t bytes_reserved = 0; ///< all memory that the world holds
 
     /// Wall-clock microseconds of the last update and its stages: applying commands, finding pairs among
-    /// active objects, finding those between active and resting ones, ordering the events, and bringing the
-    /// index up to date.
+    /// active objects, finding those between active and resting ones, comparing them with those of the update
+    /// before, and bringing the index up to date.
     double us_total = 0, us_apply = 0, us_active = 0, us_resting = 0, us_events = 0, us_index = 0;
 };
 
@@ -197,7 +197,7 @@ class JOSTLE_API World
     /// The object's box is now this one, and during the coming step moves by `displacement`: it touches what
     /// lies on its way, until it is moved again.
     void move(ObjectId id, const Box& box, Vector displacement, std::uint32_t sequence = 0);
-    /// Like move, for leaps: neither place need be near the other. Only a hint: leaps are noticed.
+    /// The same as move; says that the places needn't be near each other.
     void teleport(ObjectId id, const Box& box, std::uint32_t sequence = 0);
     /// New edge lengths, the same centre.
     void resize(ObjectId id, Vector size, std::uint32_t sequence = 0);
@@ -218,8 +218,8 @@ class JOSTLE_API World
     /// b.index). Every pair that began ends, with a reason, however it ends. Valid until the next update.
     [[nodiscard]] std::span<const ObjectPair> began() const noexcept;
     [[nodiscard]] std::span<const EndedPair> ended() const noexcept;
-    /// Those that touched before and still do, and of which one object at least changed; by index, a < b.
-    /// In an order that depends on the objects alone, grouped by place. Valid until the next update.
+    /// Those that touched before and still do, and of which one object at least changed; ascending by (a, b),
+    /// by index, a < b. Valid until the next update.
     [[nodiscard]] const PairBuffer& persisted() const noexcept;
     /// All that touch, changed or not, ascending by (a, b), by index. Searched for in this call: costs as
     /// much as `PairFinder` takes for all objects.

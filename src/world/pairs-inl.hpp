@@ -312,14 +312,10 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
         typename world::InRuns<Pair>::Run rest(found_others, number);
         for (;;) {
             const std::uint64_t other_key = std::min(other.key, woke.key);
-            if (all_steady) { // most pairs are as they were
-                const Pair* const before = next;
-                while (next != stop && world::key_of(*next) == steady.key && steady.key < other_key) {
-                    ++next;
-                    steady.next();
-                }
-                kept = std::copy(before, next, kept);
-            }
+            if (all_steady) // most pairs are as they were
+                for (; next != stop && world::key_of(*next) == steady.key && steady.key < other_key;
+                     steady.next())
+                    *kept++ = *next++;
             const std::uint64_t new_key = next != stop ? world::key_of(*next) : world::no_key;
             const std::uint64_t old_key = std::min(steady.key, other_key);
             const std::uint64_t key = std::min(new_key, old_key);
@@ -397,8 +393,14 @@ void World<Dim, T>::Implementation::settle_events()
         const Pair pair = world::pair_of(key);
         return ObjectPair{id_of(pair.a), id_of(pair.b)};
     };
+    const auto in_runs = [&](std::size_t count, const auto& set) {
+        const auto set_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
+            for (std::uint64_t k = begin; k < end; ++k)
+                set(k);
+        };
+        process_items(count, set_some, {executor_for(count), world::run_length});
+    };
     result.began.clear();
-    result.began.reserve(began_keys.size());
     if (!refused.empty()) { // the ends of refused pairs are nobody's business
         const auto is_refused = [&](const Ended& ended) {
             if (refused.find(ended.key) == refused.end()) return false;
@@ -408,9 +410,10 @@ void World<Dim, T>::Implementation::settle_events()
         ended_keys.erase(std::remove_if(ended_keys.begin(), ended_keys.end(), is_refused), ended_keys.end());
     }
     if (!options.accept) {
-        for (const std::uint64_t key : began_keys)
-            result.began.push_back(ids_of(key));
+        result.began.resize(began_keys.size());
+        in_runs(began_keys.size(), [&](std::uint64_t k) { result.began[k] = ids_of(began_keys[k]); });
     } else {
+        result.began.reserve(began_keys.size());
         found_asked.copy_to(asked_keys);
         key_scratch.clear(); // pairs that are taken back
         auto new_one = began_keys.begin();
@@ -432,12 +435,11 @@ void World<Dim, T>::Implementation::settle_events()
         }
         if (!key_scratch.empty()) take_back(result);
     }
-    result.ended.clear();
-    result.ended.reserve(ended_keys.size());
-    for (const Ended& ended : ended_keys) {
-        const ObjectPair pair = ids_of(ended.key);
-        result.ended.push_back({pair.a, pair.b, ended.reason});
-    }
+    result.ended.resize(ended_keys.size());
+    in_runs(ended_keys.size(), [&](std::uint64_t k) {
+        const ObjectPair pair = ids_of(ended_keys[k].key);
+        result.ended[k] = {pair.a, pair.b, ended_keys[k].reason};
+    });
     next_stats.began = result.began.size();
     next_stats.ended = result.ended.size();
     next_stats.persisted = result.persisted.size();

@@ -453,18 +453,17 @@ std::string World<Dim, T>::explain() const
          << " disabled; " << s.bytes_reserved / 1024 << " KiB.\n";
     text << "The last update took " << s.us_total << " us: " << s.us_apply << " applying " << s.commands
          << " commands, " << s.us_active << " among active objects, " << s.us_resting
-         << " between active and resting ones, " << s.us_events << " putting events in order, " << s.us_index
-         << " for the index.\n";
+         << " between active and resting ones, " << s.us_events << " comparing them with those before, "
+         << s.us_index << " for the index.\n";
     text << s.changed << " objects changed (" << s.woken << " woke up), " << s.settled << " came to rest; "
          << s.began << " pairs began, " << s.persisted << " persisted, " << s.ended << " ended.\n";
     text << "Of " << s.candidates << " candidates " << percent(s.false_positives, s.candidates)
-         << "% were no pair, neither before nor now.\n";
+         << "% were kept apart by filters.\n";
     if (s.dropped != 0)
         text << s.dropped << " commands were about objects that had been removed before their turn.\n";
     if (s.refused != 0) text << s.refused << " touching pairs are refused by accept.\n";
     if (s.candidates > 1000 && 2 * s.false_positives > s.candidates)
-        text << "Slow because: most candidates are no pair. Boxes move by more than their size in an update, "
-                "or filters reject most of what touches.\n";
+        text << "Slow because: filters reject most of what touches.\n";
     if (s.changed > 0 && s.persisted + s.began > 64 * s.changed)
         text << "Slow because: objects that moved touch " << (s.persisted + s.began) / s.changed
              << " others on average. A few giant boxes, or piles of boxes in one place; filter what needn't "
