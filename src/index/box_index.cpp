@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <functional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -203,12 +204,12 @@ struct BoxIndex<Dim, T>::Implementation
         const std::size_t count = items.size() - begin;
         if constexpr (std::is_same_v<typename Items::value_type, Hit<T>>) {
             std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin), items.end());
-        } else if (count <= index::few) {
+        } else if (count <= index::few / 4) {
             kernels.sort_few(items.data() + begin, static_cast<std::uint32_t>(count));
         } else {
             items.resize(begin + 2 * count);
             std::uint32_t* const first = items.data() + begin;
-            sort_by_digits(first, count, std::bit_width(tree.id_end() - 1), first + count);
+            sort_by_digits(first, count, static_cast<int>(std::bit_width(tree.id_end() - 1)), first + count);
             items.resize(begin + count);
         }
     }
@@ -251,6 +252,7 @@ struct BoxIndex<Dim, T>::Implementation
                                              : " is in the index already; move it or erase it"),
                             i);
         }
+        if (std::adjacent_find(ids.begin(), ids.end(), std::greater_equal<>()) == ids.end()) return;
         std::vector<std::uint32_t> sorted(ids.begin(), ids.end());
         std::sort(sorted.begin(), sorted.end());
         const auto twice = std::adjacent_find(sorted.begin(), sorted.end());

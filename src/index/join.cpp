@@ -64,7 +64,7 @@ const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const Batch& 
     double factor[Dim], offset[Dim];
     for (int d = 0; d < Dim; ++d) {
         factor[d] = frame.scale / 4398046511104.0 * cells / 1.25; // 2^42 quanta and a margin
-        offset[d] = 0.5 * cells - frame.origin[d] * factor[d];
+        offset[d] = 0.5 * cells - (frame.origin[d] + 4398046511104.0 / frame.scale) * factor[d];
         factor[d] *= 0.5; // of lo + hi
     }
     const double last = cells - 1;
@@ -75,19 +75,7 @@ const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const Batch& 
                 (static_cast<double>(boxes.lo(d, i)) + static_cast<double>(boxes.hi(d, i))) * factor[d] +
                 offset[d];
             const auto cell = static_cast<std::uint32_t>(at > 0 ? (at < last ? at : last) : 0);
-            std::uint64_t spread = cell;
-            if constexpr (Dim == 2) {
-                spread = (spread | (spread << 8)) & 0x00ff00ff;
-                spread = (spread | (spread << 4)) & 0x0f0f0f0f;
-                spread = (spread | (spread << 2)) & 0x33333333;
-                spread = (spread | (spread << 1)) & 0x55555555;
-            } else {
-                spread = (spread | (spread << 16)) & 0x030000ff;
-                spread = (spread | (spread << 8)) & 0x0300f00f;
-                spread = (spread | (spread << 4)) & 0x030c30c3;
-                spread = (spread | (spread << 2)) & 0x09249249;
-            }
-            place |= spread << d;
+            place |= spread<Dim>(cell) << d;
         }
         keys[i] = (place << 32) | i;
     }

@@ -16,7 +16,7 @@ template <int Dim>
 struct Frame
 {
     double origin[Dim] = {};
-    double scale = 1;       // quanta per unit; 2^42 cover the first boxes
+    double scale = 1;       // quanta per unit: most of the first boxes lie from 2^41 to 3 * 2^41
     double common_size = 0; // boxes bigger than this on some axis are of the classes 1, 2, ...
     static constexpr double class_ratio = 8;
     static constexpr std::uint32_t last_class = 7;
@@ -81,6 +81,25 @@ template <int Dim>
     digit -= class_digits;
     if (digit < 64 * Dim) return static_cast<unsigned>(key.center[digit % Dim] >> (63 - digit / Dim)) & 1;
     return (key.id >> (31 - (digit - 64 * Dim))) & 1;
+}
+
+/// Puts Dim - 1 zeros between the digits of a number of at most 30 (2D) or 20 (3D).
+template <int Dim>
+[[nodiscard]] inline std::uint64_t spread(std::uint64_t x) noexcept
+{
+    if constexpr (Dim == 2) {
+        x = (x | (x << 16)) & 0x0000ffff0000ffff;
+        x = (x | (x << 8)) & 0x00ff00ff00ff00ff;
+        x = (x | (x << 4)) & 0x0f0f0f0f0f0f0f0f;
+        x = (x | (x << 2)) & 0x3333333333333333;
+        return (x | (x << 1)) & 0x5555555555555555;
+    } else {
+        x = (x | (x << 32)) & 0x001f00000000ffff;
+        x = (x | (x << 16)) & 0x001f0000ff0000ff;
+        x = (x | (x << 8)) & 0x100f00f00f00f00f;
+        x = (x | (x << 4)) & 0x10c30c30c30c30c3;
+        return (x | (x << 2)) & 0x1249249249249249;
+    }
 }
 
 } // namespace index

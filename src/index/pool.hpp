@@ -76,7 +76,7 @@ class Pool
         if (free_.capacity() < (chunk + 1) * per_chunk) free_.reserve(2 * (chunk + 1) * per_chunk);
         X* const elements = static_cast<X*>(memory()->allocate(sizeof(X) * per_chunk, alignof(X)));
         for (std::uint32_t k = 0; k < per_chunk; ++k)
-            new (elements + k) X();
+            new (elements + k) X; // not touched before it is used, perhaps by another thread
         chunks_.push_back(elements);
         // The lowest on top, so that neighbours in time are neighbours in memory.
         const auto first = static_cast<std::uint32_t>(chunk * per_chunk);

@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
+#include <functional>
 #include <limits>
+#include <numeric>
+#include <utility>
+
+#include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
@@ -73,6 +77,8 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
     if (!(world > 0)) world = 1;
     world = std::max(world, 1e-280);
     frame.scale = 4398046511104.0 / world; // 2^42
+    for (double& origin : frame.origin)
+        origin -= world;
     // Sixteen to a brick's edge if most have no size.
     frame.common_size = std::max(8 * common, world * 1e-4);
     return frame;
@@ -84,6 +90,7 @@ template <int Dim, class T>
 Tree<Dim, T>::Tree(const IndexOptions& options)
     : memory_(options.memory),
       executor_(options.executor),
+      kernels_(kernels_for<Dim, T>(options.instruction_set)),
       blocks_(memory_),
       bricks_(memory_),
       forks_(memory_),
@@ -96,13 +103,13 @@ Tree<Dim, T>::Tree(const IndexOptions& options)
 
 /// ---- Bricks --------------------------------------------------------------------------------------------
 
-/// A box on its way into or out of a brick.
-template <int Dim, class T>
+/// The objects of a brick on their way into blocks.
+template <int Dim>
 struct Ordering
 {
-    float center[Dim][brick_capacity];
+    std::int32_t center[Dim][brick_capacity]; // 0 to 2^30 over the brick
     std::uint8_t order[brick_capacity];
-    std::uint64_t keys[brick_capacity];
+    void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
 
     /// Splits [begin, end) so that neighbours come together in whole blocks.
     void run(std::uint32_t begin, std::uint32_t end) noexcept
@@ -110,31 +117,37 @@ struct Ordering
         const std::uint32_t count = end - begin;
         if (count <= lanes) return;
         int axis = 0;
-        float widest = -1;
+        std::int32_t low_there = 0, widest = -1;
         for (int d = 0; d < Dim; ++d) {
-            float low = center[d][order[begin]], high = low;
-            for (std::uint32_t k = begin + 1; k < end; ++k) {
-                const float c = center[d][order[k]];
-                low = c < low ? c : low;
-                high = c > high ? c : high;
+            std::int32_t low = center[d][begin], high = low;
+            for (std::uint32_t k = begin; k < end; ++k) {
+                low = std::min(low, center[d][k]);
+                high = std::max(high, center[d][k]);
             }
-            if (high - low > widest) {
-                widest = high - low;
-                axis = d;
-            }
+            if (high - low <= widest) continue;
+            widest = high - low;
+            low_there = low;
+            axis = d;
         }
-        for (std::uint32_t k = begin; k < end; ++k) {
-            std::uint32_t bits;
-            const float c = center[axis][order[k]];
-            std::memcpy(&bits, &c, sizeof bits);
-            bits ^= (bits >> 31) != 0 ? 0xffffffffu : 0x80000000u; // now ordered as numbers are
-            keys[k] = (std::uint64_t{bits} << 8) | order[k];
+        // 24 bits of the place, and where to find the object.
+        const int shift =
+            std::max(0, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(widest))) - 24);
+        std::uint32_t keys[brick_capacity];
+        for (std::uint32_t k = 0; k < count; ++k)
+            keys[k] = static_cast<std::uint32_t>((center[axis][begin + k] - low_there) >> shift) << 8 | k;
+        sort_few(keys, count);
+        std::int32_t sorted[brick_capacity];
+        for (int d = 0; d < Dim; ++d) {
+            for (std::uint32_t k = 0; k < count; ++k)
+                sorted[k] = center[d][begin + (keys[k] & 0xff)];
+            std::copy_n(sorted, count, center[d] + begin);
         }
+        for (std::uint32_t k = 0; k < count; ++k)
+            sorted[k] = order[begin + (keys[k] & 0xff)];
+        for (std::uint32_t k = 0; k < count; ++k)
+            order[begin + k] = static_cast<std::uint8_t>(sorted[k]);
         const std::uint32_t blocks = (count + lanes - 1) / lanes;
         const std::uint32_t middle = begin + blocks / 2 * lanes;
-        std::nth_element(keys + begin, keys + middle, keys + end);
-        for (std::uint32_t k = begin; k < end; ++k)
-            order[k] = static_cast<std::uint8_t>(keys[k]);
         run(begin, middle);
         run(middle, end);
     }
@@ -144,15 +157,23 @@ template <int Dim, class T>
 void Tree<Dim, T>::arrange(std::uint32_t number, Record* records, std::uint32_t count) noexcept
 {
     Brick& brick = bricks_[number];
-    Ordering<Dim, T> ordering;
-    constexpr float furthest = 1e37f;
+    Ordering<Dim> ordering;
+    ordering.sort_few = kernels_.sort_few;
+    constexpr T furthest = T(1e37), least = T(1e-30);
+    T center[Dim][brick_capacity], low[Dim], extent = 0;
+    for (int d = 0; d < Dim; ++d) {
+        for (std::uint32_t k = 0; k < count; ++k)
+            center[d][k] = std::max(-furthest, std::min(records[k].box.lo[d], furthest)) +
+                           std::max(-furthest, std::min(records[k].box.hi[d], furthest));
+        const auto [first, last] = std::minmax_element(center[d], center[d] + count);
+        low[d] = *first;
+        extent = std::max(extent, *last - *first);
+    }
+    const T scale = extent > least ? T(1 << 30) / extent : T(0);
     for (std::uint32_t k = 0; k < count; ++k) {
         ordering.order[k] = static_cast<std::uint8_t>(k);
-        for (int d = 0; d < Dim; ++d) {
-            const T lo = std::max(T(-furthest), std::min(records[k].box.lo[d], T(furthest)));
-            const T hi = std::max(T(-furthest), std::min(records[k].box.hi[d], T(furthest)));
-            ordering.center[d][k] = static_cast<float>(lo + hi);
-        }
+        for (int d = 0; d < Dim; ++d)
+            ordering.center[d][k] = static_cast<std::int32_t>((center[d][k] - low[d]) * scale);
     }
     ordering.run(0, count);
 
@@ -188,7 +209,6 @@ void Tree<Dim, T>::arrange(std::uint32_t number, Record* records, std::uint32_t 
     brick.disorder = 0;
     brick.changed = 0;
     brick.hull = brick.node.bounds.hull();
-    ++sorts_;
 }
 
 template <int Dim, class T>
@@ -441,6 +461,7 @@ void Tree<Dim, T>::split(std::uint32_t number) noexcept
     bricks_[number].key = key_stay;
     arrange(number, records, stay);
     arrange(fresh, other, go);
+    sorts_ += 2;
     for (std::uint32_t k = 0; k < go; ++k)
         brick_of_[other[k].id] = fresh;
     ++splits_;
@@ -488,6 +509,7 @@ bool Tree<Dim, T>::merge(std::uint32_t number) noexcept
         blocks_.give(gone.block[--gone.blocks]);
     gone.count = 0;
     arrange(number, records, count);
+    ++sorts_;
     for (std::uint32_t k = own; k < count; ++k)
         brick_of_[records[k].id] = number;
     remove_brick(other);
@@ -658,6 +680,7 @@ void Tree<Dim, T>::finish_brick(std::uint32_t number) noexcept
         Record records[brick_capacity];
         const std::uint32_t count = gather(number, records);
         arrange(number, records, count);
+        ++sorts_;
     } else {
         for (unsigned changed = brick.changed; changed != 0; changed &= changed - 1) {
             const auto b = static_cast<std::uint32_t>(std::countr_zero(changed));
@@ -807,84 +830,214 @@ auto Tree<Dim, T>::box(std::uint32_t id) const noexcept -> Box
 /// ---- From nothing --------------------------------------------------------------------------------------
 
 template <int Dim, class T>
-struct Tree<Dim, T>::Sorting
+struct Tree<Dim, T>::Building
 {
     struct Entry
     {
-        KeyT key;
-        std::size_t box;
+        std::uint64_t digits; // of its key, from the first on in which those around it differ
+        std::uint32_t box;
     };
+    struct Plan
+    {
+        std::uint32_t brick;
+        std::size_t begin; // of its entries
+    };
+    const Frame<Dim>& frame;
+    std::span<const std::uint32_t> ids;
     const View& boxes;
-    std::pmr::vector<Entry> entries;
+    Executor* executor;
+    std::pmr::vector<Entry> entries, sorted;
+    std::pmr::vector<std::uint32_t> places; // by part and digits: how many, then where to
+    std::pmr::vector<Plan> bricks;
+
+    [[nodiscard]] KeyT key(const Entry& entry) const noexcept
+    {
+        return key_of(frame, boxes[entry.box], ids[entry.box]);
+    }
+
+    /// Works on the parts of [begin, end), which depend on the number of entries alone.
+    template <class Body>
+    void in_parts(std::size_t begin, std::size_t end, const Body& body)
+    {
+        constexpr std::size_t least_part = 8192;
+        const std::size_t count = end - begin;
+        process_items(count,
+                      [&](std::uint64_t from, std::uint64_t to, Work work) {
+                          body(work.block, std::span<Entry>(entries).subspan(begin + from, to - from));
+                      },
+                      {executor, std::max(least_part, (count + most_parts - 1) / most_parts)});
+    }
+    static constexpr std::size_t most_parts = 8;
+
+    /// Gives entries that don't differ in their digits some in which they do.
+    void look_closer(std::size_t begin, std::size_t end)
+    {
+        constexpr int per_axis = 60 / Dim;
+        const KeyT first = key(entries[begin]);
+        std::uint64_t centers[most_parts] = {};
+        std::uint32_t classes[most_parts] = {};
+        in_parts(begin, end, [&](std::uint32_t part, std::span<Entry> some) {
+            std::uint64_t differing = 0;
+            for (const Entry& entry : some) {
+                const KeyT here = key(entry);
+                for (int d = 0; d < Dim; ++d)
+                    differing |= here.center[d] ^ first.center[d];
+                classes[part] |= here.size_class ^ first.size_class;
+            }
+            centers[part] = differing;
+        });
+        const std::uint64_t differing =
+            std::accumulate(centers, centers + most_parts, std::uint64_t{0}, std::bit_or<>());
+        const bool by_id =
+            differing == 0 && std::accumulate(classes, classes + most_parts, 0u, std::bit_or<>()) == 0;
+        const int shift = std::max(0, static_cast<int>(std::bit_width(differing)) - per_axis);
+        in_parts(begin, end, [&](std::uint32_t, std::span<Entry> some) {
+            for (Entry& entry : some) {
+                const KeyT here = key(entry);
+                std::uint64_t digits = here.size_class;
+                digits <<= 60;
+                for (int d = 0; d < Dim; ++d)
+                    digits |= spread<Dim>((here.center[d] >> shift) & ((1u << per_axis) - 1))
+                              << (Dim - 1 - d);
+                entry.digits = by_id ? here.id : digits;
+            }
+        });
+    }
+
+    /// Sorts entries by a few digits, mostly enough to tell the bricks apart. Returns how many low digits it
+    /// didn't look at.
+    int sort(std::size_t begin, std::size_t end)
+    {
+        constexpr std::uint32_t to_a_cell = 64;
+        constexpr int most_digits = 15;
+        std::uint64_t differing = 0;
+        for (int look = 0; differing == 0; ++look) {
+            if (look != 0) look_closer(begin, end);
+            for (std::size_t k = begin; k < end; ++k)
+                differing |= entries[k].digits ^ entries[begin].digits;
+        }
+        const int wanted = std::min(static_cast<int>(std::bit_width((end - begin) / to_a_cell)), most_digits);
+        const int shift = std::max(0, static_cast<int>(std::bit_width(differing)) - wanted);
+        const std::size_t cells = std::size_t{1} << wanted;
+        const auto cell_of = [&](const Entry& entry) {
+            return static_cast<std::size_t>(entry.digits >> shift) & (cells - 1);
+        };
+        places.assign(most_parts * cells, 0);
+        in_parts(begin, end, [&](std::uint32_t part, std::span<Entry> some) {
+            for (const Entry& entry : some)
+                ++places[part * cells + cell_of(entry)];
+        });
+        auto place = static_cast<std::uint32_t>(begin);
+        for (std::size_t cell = 0; cell < cells; ++cell)
+            for (std::size_t part = 0; part < most_parts; ++part)
+                place += std::exchange(places[part * cells + cell], place);
+        in_parts(begin, end, [&](std::uint32_t part, std::span<Entry> some) {
+            for (const Entry& entry : some)
+                sorted[places[part * cells + cell_of(entry)]++] = entry;
+        });
+        if (end - begin == entries.size())
+            entries.swap(sorted);
+        else
+            std::copy(sorted.data() + begin, sorted.data() + end, entries.data() + begin);
+        return shift;
+    }
 };
 
+/// Of a tree that is empty.
 template <int Dim, class T>
 void Tree<Dim, T>::build(std::span<const std::uint32_t> ids, const View& boxes)
 {
     try {
         frame_ = choose_frame(boxes);
-        Sorting sorting{boxes, std::pmr::vector<typename Sorting::Entry>(memory_)};
-        sorting.entries.resize(ids.size());
+        using Entries = std::pmr::vector<typename Building::Entry>;
+        Building building{frame_,
+                          ids,
+                          boxes,
+                          executor_,
+                          Entries(ids.size(), memory_),
+                          Entries(ids.size(), memory_),
+                          std::pmr::vector<std::uint32_t>(memory_),
+                          std::pmr::vector<typename Building::Plan>(memory_)};
         for (std::size_t i = 0; i < ids.size(); ++i)
-            sorting.entries[i] = {key_of(frame_, boxes[i], ids[i]), i};
-        root_ = build_range(sorting, 0, ids.size(), none);
-        if (!(root_ & brick_bit)) {
-            wides_.reserve(1);
-            set_piece(root_, true);
-        }
+            building.entries[i] = {0, static_cast<std::uint32_t>(i)};
+        root_ = divide(building, 0, ids.size(), none, 63);
+        process_items(building.bricks.size(),
+                      [&](std::uint64_t begin, std::uint64_t end, Work) {
+                          Record records[brick_capacity];
+                          for (std::size_t b = begin; b < end; ++b) {
+                              const auto [number, first] = building.bricks[b];
+                              const std::uint32_t count = bricks_[number].count;
+                              for (std::uint32_t k = 0; k < count; ++k) {
+                                  const std::uint32_t box = building.entries[first + k].box;
+                                  records[k] = {boxes[box], ids[box]};
+                                  brick_of_[ids[box]] = number;
+                              }
+                              arrange(number, records, count);
+                          }
+                      },
+                      {executor_, 16});
+        sorts_ += building.bricks.size();
+        wides_.reserve(1);
+        cut_below(root_);
+        if (!(root_ & brick_bit)) set_piece(root_, true);
         size_ = ids.size();
         show_root();
     } catch (...) {
-        clear(); // it was empty
+        clear(); // as it was
         throw;
     }
 }
 
+/// Makes the forks and bricks of some entries, which are sorted but for the last digits; what is in the bricks
+/// comes later.
 template <int Dim, class T>
-auto Tree<Dim, T>::build_range(Sorting& sorting, std::size_t begin, std::size_t end, std::uint32_t parent)
-    -> Ref
+auto Tree<Dim, T>::divide(Building& building, std::size_t begin, std::size_t end, std::uint32_t parent,
+                          int unsorted) -> Ref
 {
+    const auto& entries = building.entries;
     const std::size_t count = end - begin;
-    auto* const entries = sorting.entries.data();
     if (count <= brick_capacity) {
         blocks_.reserve(lanes);
         bricks_.reserve(1);
         if (listed_.capacity() < bricks_.in_use() + 1) listed_.reserve(2 * bricks_.in_use() + 64);
-        const std::uint32_t number = new_brick(entries[begin].key);
-        bricks_[number].parent = parent;
-        Record records[brick_capacity];
-        for (std::size_t k = 0; k < count; ++k) {
-            const auto& entry = entries[begin + k];
-            records[k] = {sorting.boxes[entry.box], entry.key.id};
-            brick_of_[entry.key.id] = number;
-        }
-        arrange(number, records, static_cast<std::uint32_t>(count));
+        const std::uint32_t number = new_brick(building.key(entries[begin]));
+        Brick& brick = bricks_[number];
+        brick.parent = parent;
+        brick.count = static_cast<std::uint32_t>(count);
+        while (brick.blocks * lanes < brick.count)
+            brick.block[brick.blocks++] = blocks_.take();
+        building.bricks.push_back({number, begin});
         return number | brick_bit;
     }
-    KeyT differing{}; // digits in which not all agree
-    for (std::size_t k = begin + 1; k < end; ++k) {
-        for (int d = 0; d < Dim; ++d)
-            differing.center[d] |= entries[k].key.center[d] ^ entries[begin].key.center[d];
-        differing.size_class |= entries[k].key.size_class ^ entries[begin].key.size_class;
-        differing.id |= entries[k].key.id ^ entries[begin].key.id;
-    }
-    const int level = first_difference(differing, KeyT{});
-    auto* const middle = std::partition(entries + begin, entries + end,
-                                        [&](const auto& entry) { return digit_of(entry.key, level) == 0; });
+    if ((entries[begin].digits ^ entries[end - 1].digits) >> unsorted == 0)
+        unsorted = building.sort(begin, end);
     forks_.reserve(1);
     const std::uint32_t number = forks_.take();
-    forks_[number].key = entries[begin].key;
-    forks_[number].level = level;
+    forks_[number].key = building.key(entries[begin]);
+    forks_[number].level = first_difference(forks_[number].key, building.key(entries[end - 1]));
     forks_[number].parent = parent;
     forks_[number].wide = none;
-    const auto split = static_cast<std::size_t>(middle - entries);
-    const Ref left = build_range(sorting, begin, split, number);
-    const Ref right = build_range(sorting, split, end, number);
+    const auto first = entries.begin() + static_cast<std::ptrdiff_t>(begin);
+    const std::uint64_t mark = std::bit_floor(entries[begin].digits ^ entries[end - 1].digits);
+    const auto middle = std::partition_point(first, first + static_cast<std::ptrdiff_t>(count),
+                                             [&](const auto& entry) { return (entry.digits & mark) == 0; });
+    const auto split = begin + static_cast<std::size_t>(middle - first);
+    const Ref left = divide(building, begin, split, number, unsorted);
+    const Ref right = divide(building, split, end, number, unsorted);
     forks_[number].child[0] = left;
     forks_[number].child[1] = right;
-    wides_.reserve(2);
-    cut(number);
     return number;
+}
+
+/// Makes the wide nodes below a fork and decides where it is cut.
+template <int Dim, class T>
+void Tree<Dim, T>::cut_below(Ref ref)
+{
+    if (ref & brick_bit) return;
+    cut_below(forks_[ref].child[0]);
+    cut_below(forks_[ref].child[1]);
+    wides_.reserve(2);
+    cut(ref);
 }
 
 /// ---- Looking at it -------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "index/groups.hpp"
+#include "index/kernels/kernels.hpp"
 #include "index/key.hpp"
 #include "index/pool.hpp"
 #include "jostle/box_index.hpp"
@@ -102,8 +103,9 @@ class Tree
     };
 
     void build(std::span<const std::uint32_t> ids, const View& boxes);
-    struct Sorting;
-    Ref build_range(Sorting& sorting, std::size_t begin, std::size_t end, std::uint32_t parent);
+    struct Building;
+    Ref divide(Building& building, std::size_t begin, std::size_t end, std::uint32_t parent, int unsorted);
+    void cut_below(Ref ref);
 
     std::uint32_t descend(const KeyT& key) const noexcept;
     std::uint32_t make_room(const KeyT& key);
@@ -143,6 +145,7 @@ class Tree
 
     std::pmr::memory_resource* memory_;
     Executor* executor_;
+    const Kernels<Dim, T>& kernels_;
     Frame<Dim> frame_;
     Pool<BlockT> blocks_;
     Pool<Brick> bricks_;

@@ -102,8 +102,8 @@ struct Best
     T limit;
 };
 
-/// How many ids sort_few takes.
-inline constexpr std::uint32_t few = 64;
+/// How many numbers sort_few takes; it is of use for ids up to a quarter of that.
+inline constexpr std::uint32_t few = lanes * lanes;
 
 /// The searches of one instruction set. All sets find the same.
 template <int Dim, class T>
@@ -120,8 +120,8 @@ struct Kernels
     Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
     void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
     void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);
-    /// Sorts at most `few` ids, no two the same, ascending.
-    void (*sort_few)(std::uint32_t* ids, std::uint32_t count);
+    /// Sorts at most `few` numbers, no two the same, ascending.
+    void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
 };
 
 /// For one of supported_instruction_sets(); any other gets the best supported one.

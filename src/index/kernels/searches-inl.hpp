@@ -6,21 +6,25 @@
 // it. So the bounds of a node are tested with the very arithmetic that defines the answer for an object, and
 // nothing is missed for lack of a tolerance.
 
-/// An id's place is the number of smaller ones: no branch depends on their order.
-HWY_ATTR inline void sort_few(std::uint32_t* ids, std::uint32_t count)
+/// The place of a number is how many are smaller: no branch depends on their order.
+HWY_ATTR inline void sort_few(std::uint32_t* numbers, std::uint32_t count)
 {
+#if JOSTLE_INDEX_SCALAR
+    std::sort(numbers, numbers + count);
+#else
     alignas(64) std::uint32_t unsorted[few];
     const std::uint32_t end = (count + lanes - 1) / lanes * lanes;
-    std::copy_n(ids, count, unsorted);
-    std::fill(unsorted + count, unsorted + end, no_id);
+    std::copy_n(numbers, count, unsorted);
+    std::fill(unsorted + count, unsorted + end, ~std::uint32_t{0});
     for (std::uint32_t k = 0; k < count; ++k) {
         const auto own = Vec<std::uint32_t>::set(unsorted[k]);
         int below = 0;
         for (std::uint32_t other = 0; other < end; other += Vec<std::uint32_t>::size)
             below +=
                 std::popcount(Vec<std::uint32_t>::bits(Vec<std::uint32_t>::load(unsorted + other) < own));
-        ids[below] = unsorted[k];
+        numbers[below] = unsorted[k];
     }
+#endif
 }
 
 /// ---- Regions -------------------------------------------------------------------------------------------
@@ -384,7 +388,7 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
     std::uint32_t* first = ids;
     for (std::uint32_t a = 0; a < count; ++a) {
         const std::uint32_t size = work.count[a];
-        if (size > few)
+        if (size > few / 4)
             std::sort(first, first + size);
         else if (size > 1 && !std::is_sorted(first, first + size)) // lists of blocks are sorted already
             sort_few(first, size);
