@@ -244,7 +244,13 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
             worker.found.insert(worker.found.end(), worker.one.begin(), worker.one.end());
         }
         Access::grow(result, chunk, worker.found.size());
-        for (std::size_t i = 0; i < pairs.size(); ++i) {
+        std::uint16_t touching[narrow::block_pairs];
+        std::size_t touching_count = 0;
+        for (std::size_t i = 0; i < pairs.size(); ++i) { // without branches, which would be hard to predict
+            touching[touching_count] = static_cast<std::uint16_t>(i);
+            touching_count += worker.slot[i].count != 0 ? 1 : 0;
+        }
+        for (const std::uint16_t i : std::span(touching).first(touching_count)) {
             const narrow::Slot<Dim>& slot = worker.slot[i];
             for (std::uint32_t f = slot.first; f < slot.first + slot.count; ++f) {
                 Contact<Dim, T>& contact = *::new (chunk.contacts + chunk.size++) Contact<Dim, T>;

@@ -675,21 +675,17 @@ void take_face(const Core3& core, std::uint32_t f, Feature& feature)
 void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature& feature)
 {
     const Polytope& hull = core.polytope;
-    SmallVector<double, 128> height;
-    height.resize(hull.vertices);
-    for (std::uint32_t i = 0; i < hull.vertices; ++i)
-        height[i] = d.x * hull.x[i] + d.y * hull.x[hull.stride + i] + d.z * hull.x[2 * hull.stride + i];
-    std::uint32_t top = 0;
-    for (std::uint32_t i = 1; i < hull.vertices; ++i)
-        if (height[i] > height[top]) top = i;
-    const double near = height[top] - 1e-9 * core.reach;
+    SmallVector<double, 128> depth;
+    depth.resize(hull.stride);
+    const double near =
+        core.kernels->heights(hull.x, hull.stride, -d.x, -d.y, -d.z, depth.data()) + 1e-9 * core.reach;
     double most = -HUGE_VAL;
     std::uint32_t best = 0;
     for (std::uint32_t e = 0; e < hull.edges; ++e) {
         const std::uint32_t* const v = hull.edge[e].v;
-        const double hp = height[v[0]], hq = height[v[1]];
+        const double hp = -depth[v[0]], hq = -depth[v[1]];
         // It must carry a highest vertex, or it is the edge of another region.
-        if (hp < near && hq < near) continue;
+        if (hp < -near && hq < -near) continue;
         // Of these the one whose other end is highest.
         const double low = std::min(hp, hq);
         if (low > most &&
@@ -705,10 +701,11 @@ void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature
         }
         return;
     }
+    const Support top = support(core, core.frame.r * d);
     feature.kind = vertex_feature;
-    feature.id = top;
-    feature.vertex.push_back(top);
-    feature.point.push_back(core.frame * hull.vertex(top));
+    feature.id = top.vertex;
+    feature.vertex.push_back(top.vertex);
+    feature.point.push_back(top.p);
 }
 
 void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, Feature& fb)
@@ -1091,7 +1088,7 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
     Simplex simplex;
     if (are_small_polyhedra(a, b)) {
         // A few steps tell most of those apart that are; what is left mostly overlaps.
-        const Verdict verdict = gjk(a, b, {}, enough, 5, simplex, gap);
+        const Verdict verdict = gjk(a, b, {}, enough, 2, simplex, gap);
         if (verdict == Verdict::apart) return;
         if (polyhedra_gap(a, b, gap)) {
             if (verdict == Verdict::overlap) gap.distance = std::min(0.0, gap.distance);

@@ -282,6 +282,21 @@ HWY_ATTR inline std::uint32_t furthest(const double* x, std::uint32_t stride, do
     return static_cast<std::uint32_t>(least(place));
 }
 
+HWY_ATTR inline double heights(const double* x, std::uint32_t stride, double dx, double dy, double dz,
+                               double* height)
+{
+    const double* y = x + stride;
+    const double* z = y + stride;
+    const Real rx = real(dx), ry = real(dy), rz = real(dz);
+    Real low = real(HUGE_VAL);
+    for (std::uint32_t i = 0; i < stride; i += reals) {
+        const Real h = rx * from(x + i) + ry * from(y + i) + rz * from(z + i);
+        to(h, height + i);
+        low = choose(is_less(h, low), h, low);
+    }
+    return least(low);
+}
+
 HWY_ATTR inline void move(const double* from_points, std::uint32_t stride, const Mat3& turn,
                           const Vec3& shift, double* to_points)
 {

@@ -204,13 +204,15 @@ using one_pair::boxes;
 using one_pair::capsule_box;
 using one_pair::edges;
 using one_pair::furthest;
+using one_pair::heights;
 using one_pair::move;
 using one_pair::planes;
 #endif
 
 [[maybe_unused]] const Kernels& kernels()
 {
-    static constexpr Kernels table{JOSTLE_NARROW_SET, boxes, capsule_box, furthest, move, planes, edges};
+    static constexpr Kernels table{JOSTLE_NARROW_SET, boxes, capsule_box, furthest,
+                                   heights,           move,  planes,      edges};
     return table;
 }
 
@@ -253,9 +255,9 @@ const Kernels& kernels_for(InstructionSet set) noexcept
     default:
         break;
     }
-    static constexpr Kernels plain{InstructionSet::scalar, one_pair::boxes, one_pair::capsule_box,
-                                   one_pair::furthest,     one_pair::move,  one_pair::planes,
-                                   one_pair::edges};
+    static constexpr Kernels plain{InstructionSet::scalar, one_pair::boxes,   one_pair::capsule_box,
+                                   one_pair::furthest,     one_pair::heights, one_pair::move,
+                                   one_pair::planes,       one_pair::edges};
     return plain;
 }
 

@@ -71,6 +71,8 @@ struct Kernels
     void (*capsule_box)(CapsuleBoxBatch&);
     /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i].
     std::uint32_t (*furthest)(const double* x, std::uint32_t stride, double dx, double dy, double dz);
+    /// height[i] = dx * x[i] + dy * y[i] + dz * z[i]; returns the least.
+    double (*heights)(const double* x, std::uint32_t stride, double dx, double dy, double dz, double* height);
     /// to = turn * from + shift.
     void (*move)(const double* from, std::uint32_t stride, const Mat3& turn, const Vec3& shift, double* to);
     /// Returns the plane below which the deepest point is deepest least.

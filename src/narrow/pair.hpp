@@ -93,7 +93,7 @@ bool within_reach(const Placed<Dim>& pair, double margin)
 template <int Dim, class T>
 void finish(const Manifold<Dim>& manifold, const V<Dim>& d, bool swapped, Contact<Dim, T>& contact)
 {
-    store(swapped ? -manifold.normal : manifold.normal, contact.normal);
+    store(manifold.normal * (swapped ? -1.0 : 1.0), contact.normal); // which is hard to predict: no branch
     contact.count = manifold.count;
     for (std::uint32_t i = 0; i < manifold.count; ++i) {
         const ManifoldPoint<Dim>& from = manifold.point[i];

@@ -21,6 +21,7 @@ struct Side
     std::uint32_t other_stride;
     PlaneRows planes;
     EdgeRows edges;
+    double height[PlaneRows::most];
 
     [[nodiscard]] Vec3 corner(std::uint32_t i) const
     {
@@ -44,20 +45,20 @@ struct Side
                dot(n, {other_x[i], other_x[other_stride + i], other_x[2 * other_stride + i]});
     }
 
-    /// Looks at all faces from those corners of the other one that are within `band` of its lowest along n.
-    /// Returns the face that promises least depth.
-    std::uint32_t look_at_faces(const Polytope& other, const Vec3& n, double band, double enough)
+    /// The heights of the other's corners along n, in own axes; returns the least.
+    double look_along(const Vec3& n)
     {
-        double height[PlaneRows::most], low = HUGE_VAL;
+        return kernels->heights(other_x, other_stride, n.x, n.y, n.z, height);
+    }
+    /// Looks at all faces from those corners of the other one that are no higher than `limit`. Returns the face
+    /// that promises least depth.
+    std::uint32_t look_at_faces(std::uint32_t corners, double limit, double enough)
+    {
         const double *const px = other_x, *const py = px + other_stride, *const pz = py + other_stride;
-        for (std::uint32_t i = 0; i < other.vertices; ++i)
-            height[i] = n.x * px[i] + n.y * py[i] + n.z * pz[i];
-        for (std::uint32_t i = 0; i < other.vertices; ++i)
-            low = std::min(low, height[i]);
         std::uint32_t count = 0;
-        for (std::uint32_t i = 0; i < other.vertices && count < PlaneRows::most_points; ++i) {
+        for (std::uint32_t i = 0; i < corners && count < PlaneRows::most_points; ++i) {
             planes.point[0][count] = px[i], planes.point[1][count] = py[i], planes.point[2][count] = pz[i];
-            count += height[i] <= low + band ? 1 : 0;
+            count += height[i] <= limit ? 1 : 0;
         }
         planes.count = count;
         return kernels->planes(hull->nx, hull->offset, hull->face_stride, enough, planes);
@@ -130,10 +131,12 @@ bool polyhedra_gap(const Core3& a, const Core3& b, Gap<3>& gap)
 
     const Vec3 guess = a.frame.r.back(gap.normal);
     const double size = a.reach + b.reach, rounding = 1e-9 * size;
-    const double enough = std::max(0.0, side_a.top(guess) + side_b.top(-guess)) + rounding;
+    const double low_b = side_a.look_along(guess), low_a = side_b.look_along(-(back * guess));
+    // Heights of a's corners are counted from b's position, and downwards.
+    const double enough = std::max(0.0, dot(guess, shift) - low_a - low_b) + rounding;
     const double band = 2 * enough + 0.1 * std::min(a.reach, b.reach);
-    const std::uint32_t first_a = side_a.look_at_faces(hull_b, guess, band, enough);
-    const std::uint32_t first_b = side_b.look_at_faces(hull_a, -(back * guess), band, enough);
+    const std::uint32_t first_a = side_a.look_at_faces(hull_b.vertices, low_b + band, enough);
+    const std::uint32_t first_b = side_b.look_at_faces(hull_a.vertices, low_a + band, enough);
 
     // Faces: the most promising one, then those that may be better.
     double depth = side_a.depth(first_a);
