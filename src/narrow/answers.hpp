@@ -13,17 +13,14 @@ namespace narrow {
 template <int Dim, class T>
 bool valid(const Pose<Dim, T>& pose)
 {
-    // Without branches: it is asked of every object of every frame.
-    constexpr T highest = std::numeric_limits<T>::max();
-    constexpr T most = double{highest} < longest ? highest : static_cast<T>(longest);
-    unsigned bad = 0, turned = 0;
+    bool good = true, turned = false;
     for (const T x : pose.position)
-        bad |= std::abs(x) <= most ? 0u : 1u;
+        good = good && std::abs(double{x}) <= longest;
     for (const T q : pose.rotation) {
-        bad |= std::abs(q) <= highest ? 0u : 1u;
-        turned |= q != 0 ? 1u : 0u;
+        good = good && std::abs(q) <= std::numeric_limits<T>::max();
+        turned = turned || q != 0;
     }
-    return bad == 0 && turned != 0;
+    return good && turned;
 }
 
 template <int Dim, class T>

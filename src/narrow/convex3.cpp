@@ -1090,11 +1090,10 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
         // A few steps tell most of those apart that are; what is left mostly overlaps.
         const Verdict verdict = gjk(a, b, {}, enough, 2, simplex, gap);
         if (verdict == Verdict::apart) return;
-        if (polyhedra_gap(a, b, gap)) {
+        if (polyhedra_gap(a, b, enough, gap)) {
             if (verdict == Verdict::overlap) gap.distance = std::min(0.0, gap.distance);
-            if (gap.distance <= 0) return;
             if (gap.distance > enough) gap.distance = HUGE_VAL;
-            if (gap.distance == HUGE_VAL) return;
+            if (gap.distance <= 0 || gap.distance == HUGE_VAL) return;
         }
     }
     if (gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::apart) return;

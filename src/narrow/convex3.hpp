@@ -76,9 +76,9 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
 /// Whether two solid polyhedra have so few edges that polyhedra_gap is the fast way.
 bool are_small_polyhedra(const Core3& a, const Core3& b);
 /// How far the best plane between two small polyhedra parts them, below 0 how deep they overlap: the distance
-/// where that is 0 or less. gap.normal, any direction beforehand, saves most when it overlaps little. Returns
+/// where that is 0 or less. Ends early with any plane that parts them by more than `enough`. gap.normal, any direction beforehand, saves most when it overlaps little. Returns
 /// false where another way would be faster or safer.
-bool polyhedra_gap(const Core3& a, const Core3& b, Gap<3>& gap);
+bool polyhedra_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
 
 /// The same with penetration always by separating axes: every pair of edges. The slow twin.
 void core_gap_by_axes(const Core3& a, const Core3& b, Gap<3>& gap);

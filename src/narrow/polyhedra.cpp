@@ -109,7 +109,7 @@ bool are_small_polyhedra(const Core3& a, const Core3& b)
     return is_small(a) && is_small(b);
 }
 
-bool polyhedra_gap(const Core3& a, const Core3& b, Gap<3>& gap)
+bool polyhedra_gap(const Core3& a, const Core3& b, double enough_apart, Gap<3>& gap)
 {
     const Polytope &hull_a = a.polytope, &hull_b = b.polytope;
     const Kernels& kernels = *a.kernels;
@@ -150,6 +150,10 @@ bool polyhedra_gap(const Core3& a, const Core3& b, Gap<3>& gap)
         if (side_b.planes.depth[f] < depth && f != first_b)
             if (const double d = side_b.depth(f); d < depth) depth = d, n = -side_b.normal(f);
 
+    gap.normal = a.frame.r * n;
+    gap.distance = -depth;
+    if (gap.distance > enough_apart) return true;
+
     side_a.take_edges();
     side_b.take_edges();
     if (side_a.edges.count * side_b.edges.count > most_pairs) return false;
@@ -165,9 +169,9 @@ bool polyhedra_gap(const Core3& a, const Core3& b, Gap<3>& gap)
         n = n * ((outwards ? 1 : -1) / length(n));
         depth = side_a.top(n) + side_b.top(-n);
         if (depth > -edges.separation + rounding) return false; // arcs that cross by rounding only
+        gap.normal = a.frame.r * n;
+        gap.distance = -depth;
     }
-    gap.normal = a.frame.r * n;
-    gap.distance = -depth;
     gap.on_a = gap.on_b = {};
     return true;
 }

@@ -122,27 +122,40 @@ void meet_faces(const Mat3& x, const Vec3& half_x, const Vec3& place_x, const Ma
             feature_id(vertex_feature, vertex_number(j, positive_y, j1, sign1[k], j2, sign2[k]));
         corner.side = static_cast<std::uint8_t>(k);
     }
-    // Side k leads from corner k: along y1, y2, y1, y2. The two other axes in turn after y1 are j2, j.
-    const std::uint16_t edge_y[4] = {feature_id(edge_feature, edge_number(j1, false, positive_y)),
-                                     feature_id(edge_feature, edge_number(j2, positive_y, true)),
-                                     feature_id(edge_feature, edge_number(j1, true, positive_y)),
-                                     feature_id(edge_feature, edge_number(j2, positive_y, false))};
-    const double hu = half_x[iu], hv = half_x[iv];
-    // The reference face's sides in turn: u+, v+, u-, v-; vertices between them.
-    const auto vertex_x = [&](bool su, bool sv) {
-        return feature_id(vertex_feature, vertex_number(i, ref.positive, iu, su, iv, sv));
-    };
-    const std::uint16_t pp = vertex_x(true, true), mp = vertex_x(false, true), mm = vertex_x(false, false),
-                        pm = vertex_x(true, false);
-    cut<&Corner::u>(polygon, 1, hu, 4, feature_id(edge_feature, edge_number(iv, ref.positive, true)), pm, pp,
-                    edge_y, face_y);
-    cut<&Corner::v>(polygon, 1, hv, 5, feature_id(edge_feature, edge_number(iu, true, ref.positive)), pp, mp,
-                    edge_y, face_y);
-    cut<&Corner::u>(polygon, -1, hu, 6, feature_id(edge_feature, edge_number(iv, ref.positive, false)), mp,
-                    mm, edge_y, face_y);
-    cut<&Corner::v>(polygon, -1, hv, 7, feature_id(edge_feature, edge_number(iu, false, ref.positive)), mm,
-                    pm, edge_y, face_y);
-    const double top = half_x[i];
+    const double hu = half_x[iu], hv = half_x[iv], top = half_x[i];
+    // Mostly a corner or two dip below the reference face well within its sides: what these would cut is too
+    // high to count.
+    bool within = true;
+    for (int k = 0; k < 4; ++k) {
+        const Corner &from = polygon.corner[k], &to = polygon.corner[(k + 1) % 4];
+        const double depth = top - from.w + margin, other = top - to.w + margin;
+        if (depth >= 0) within = within && std::abs(from.u) <= hu && std::abs(from.v) <= hv;
+        if ((depth >= 0) == (other >= 0)) continue;
+        const double at = depth / (depth - other);
+        within = within && std::abs(from.u + (to.u - from.u) * at) <= hu &&
+                 std::abs(from.v + (to.v - from.v) * at) <= hv;
+    }
+    if (!within) {
+        // Side k leads from corner k: along y1, y2, y1, y2. The two other axes in turn after y1 are j2, j.
+        const std::uint16_t edge_y[4] = {feature_id(edge_feature, edge_number(j1, false, positive_y)),
+                                         feature_id(edge_feature, edge_number(j2, positive_y, true)),
+                                         feature_id(edge_feature, edge_number(j1, true, positive_y)),
+                                         feature_id(edge_feature, edge_number(j2, positive_y, false))};
+        // The reference face's sides in turn: u+, v+, u-, v-; vertices between them.
+        const auto vertex_x = [&](bool su, bool sv) {
+            return feature_id(vertex_feature, vertex_number(i, ref.positive, iu, su, iv, sv));
+        };
+        const std::uint16_t pp = vertex_x(true, true), mp = vertex_x(false, true),
+                            mm = vertex_x(false, false), pm = vertex_x(true, false);
+        cut<&Corner::u>(polygon, 1, hu, 4, feature_id(edge_feature, edge_number(iv, ref.positive, true)), pm,
+                        pp, edge_y, face_y);
+        cut<&Corner::v>(polygon, 1, hv, 5, feature_id(edge_feature, edge_number(iu, true, ref.positive)), pp,
+                        mp, edge_y, face_y);
+        cut<&Corner::u>(polygon, -1, hu, 6, feature_id(edge_feature, edge_number(iv, ref.positive, false)),
+                        mp, mm, edge_y, face_y);
+        cut<&Corner::v>(polygon, -1, hv, 7, feature_id(edge_feature, edge_number(iu, false, ref.positive)),
+                        mm, pm, edge_y, face_y);
+    }
     count = 0;
     for (int k = 0; k < polygon.count; ++k) {
         const Corner& corner = polygon.corner[k];

@@ -188,7 +188,7 @@ TEST(Polyhedra, OverlapAsDeepAsAllPairsOfEdgesSay)
             gap.normal = {0.6, 0, -0.8};
             if (const double size = length(core_b.frame.p); !wild && size > 0)
                 gap.normal = core_b.frame.p * (1 / size);
-            if (!narrow::polyhedra_gap(core_a, core_b, gap)) {
+            if (!narrow::polyhedra_gap(core_a, core_b, HUGE_VAL, gap)) {
                 ++refused;
                 continue;
             }
