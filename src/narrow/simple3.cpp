@@ -19,10 +19,13 @@ std::uint32_t vertex_number(int i, bool sign_i, int j, bool sign_j, int k, bool 
     return static_cast<std::uint32_t>((sign_i ? 1 : 0) << i | (sign_j ? 1 : 0) << j | (sign_k ? 1 : 0) << k);
 }
 
-Vec3 column(const Mat3& m, int i)
+/// A box's axes and half edges, to be picked by number without branches: which is hard to predict.
+struct Axes
 {
-    return i == 0 ? m.x : i == 1 ? m.y : m.z;
-}
+    Vec3 axis[3];
+    double half[3];
+    Axes(const Mat3& m, const Vec3& size) : axis{m.x, m.y, m.z}, half{size.x, size.y, size.z} {}
+};
 
 /// A corner of the face being cut: lateral place and height in the reference face's frame.
 struct Corner
@@ -88,24 +91,23 @@ struct Reference
 };
 
 /// The face of box y that looks at the reference face of box x, cut to that.
-void meet_faces(const Mat3& x, const Vec3& half_x, const Vec3& place_x, const Mat3& y, const Vec3& half_y,
-                const Vec3& place_y, Reference ref, bool x_is_a, double margin, ManifoldPoint<3>* found,
-                std::uint32_t& count)
+void meet_faces(const Axes& x, const Vec3& place_x, const Axes& y, const Vec3& place_y, Reference ref,
+                bool x_is_a, double margin, ManifoldPoint<3>* found, std::uint32_t& count)
 {
     const int i = ref.i, iu = (i + 1) % 3, iv = (i + 2) % 3;
-    const Vec3 out = column(x, i) * (ref.positive ? 1.0 : -1.0), xu = column(x, iu), xv = column(x, iv);
+    const Vec3 out = x.axis[i] * (ref.positive ? 1.0 : -1.0), xu = x.axis[iu], xv = x.axis[iv];
     const Vec3 t = place_y - place_x;
-    const double facing[3] = {dot(out, y.x), dot(out, y.y), dot(out, y.z)};
+    const double facing[3] = {dot(out, y.axis[0]), dot(out, y.axis[1]), dot(out, y.axis[2])};
     int j = 0;
     for (int k = 1; k < 3; ++k)
         if (std::abs(facing[k]) > std::abs(facing[j])) j = k;
     const bool positive_y = facing[j] < 0;
     const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-    const Vec3 centre = t + column(y, j) * (positive_y ? half_y[j] : -half_y[j]);
+    const Vec3 centre = t + y.axis[j] * std::copysign(y.half[j], -facing[j]);
     const double cu = dot(xu, centre), cv = dot(xv, centre), cw = dot(out, centre);
-    const Vec3 y1 = column(y, j1), y2 = column(y, j2);
-    const double u1 = dot(xu, y1) * half_y[j1], v1 = dot(xv, y1) * half_y[j1], w1 = facing[j1] * half_y[j1];
-    const double u2 = dot(xu, y2) * half_y[j2], v2 = dot(xv, y2) * half_y[j2], w2 = facing[j2] * half_y[j2];
+    const Vec3 y1 = y.axis[j1], y2 = y.axis[j2];
+    const double u1 = dot(xu, y1) * y.half[j1], v1 = dot(xv, y1) * y.half[j1], w1 = facing[j1] * y.half[j1];
+    const double u2 = dot(xu, y2) * y.half[j2], v2 = dot(xv, y2) * y.half[j2], w2 = facing[j2] * y.half[j2];
 
     const std::uint16_t face_x = feature_id(face_feature, face_number(i, ref.positive));
     const std::uint16_t face_y = feature_id(face_feature, face_number(j, positive_y));
@@ -122,7 +124,7 @@ void meet_faces(const Mat3& x, const Vec3& half_x, const Vec3& place_x, const Ma
             feature_id(vertex_feature, vertex_number(j, positive_y, j1, sign1[k], j2, sign2[k]));
         corner.side = static_cast<std::uint8_t>(k);
     }
-    const double hu = half_x[iu], hv = half_x[iv], top = half_x[i];
+    const double hu = x.half[iu], hv = x.half[iv], top = x.half[i];
     // Mostly a corner or two dip below the reference face well within its sides: what these would cut is too
     // high to count.
     bool within = true;
@@ -188,6 +190,7 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
 {
     if (!(axis.separation <= margin)) return Outcome::apart;
     const Vec3& n = axis.normal;
+    const Axes box_a(a, half_a), box_b(b, half_b);
     const double slack = 1e-9 * (half_a.x + half_a.y + half_a.z + half_b.x + half_b.y + half_b.z);
     if (axis.axis >= 6) {
         const int i = (axis.axis - 6) / 3, j = (axis.axis - 6) % 3;
@@ -195,15 +198,17 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
         bool sign_a[3], sign_b[3];
         Vec3 pa, pb = d;
         for (int k = 0; k < 3; ++k) {
-            sign_a[k] = dot(n, column(a, k)) > 0;
-            sign_b[k] = dot(n, column(b, k)) < 0;
-            if (k != i) pa += column(a, k) * (sign_a[k] ? half_a[k] : -half_a[k]);
-            if (k != j) pb += column(b, k) * (sign_b[k] ? half_b[k] : -half_b[k]);
+            const double up_a = dot(n, box_a.axis[k]), up_b = -dot(n, box_b.axis[k]);
+            sign_a[k] = up_a > 0;
+            sign_b[k] = up_b > 0;
+            pa += box_a.axis[k] * (k != i ? std::copysign(box_a.half[k], up_a) : 0);
+            pb += box_b.axis[k] * (k != j ? std::copysign(box_b.half[k], up_b) : 0);
         }
-        const Vec3 da = column(a, i), db = column(b, j), r = pb - pa;
+        const Vec3 da = box_a.axis[i], db = box_b.axis[j], r = pb - pa;
         const double c = dot(da, db), ra = dot(da, r), rb = dot(db, r), denominator = 1 - c * c;
         const double s = (ra - c * rb) / denominator, t = (c * ra - rb) / denominator;
-        if (std::abs(s) > half_a[i] + slack || std::abs(t) > half_b[j] + slack) return Outcome::unclear;
+        if (std::abs(s) > box_a.half[i] + slack || std::abs(t) > box_b.half[j] + slack)
+            return Outcome::unclear;
         const Vec3 middle = (pa + da * s + pb + db * t) * 0.5;
         manifold.normal = n;
         manifold.count = 1;
@@ -216,11 +221,11 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
     ManifoldPoint<3> found[8];
     std::uint32_t count = 0;
     if (axis.axis < 3)
-        meet_faces(a, half_a, {}, b, half_b, d, {axis.axis, dot(n, column(a, axis.axis)) > 0}, true, margin,
-                   found, count);
+        meet_faces(box_a, {}, box_b, d, {axis.axis, dot(n, box_a.axis[axis.axis]) > 0}, true, margin, found,
+                   count);
     else
-        meet_faces(b, half_b, d, a, half_a, {}, {axis.axis - 3, dot(n, column(b, axis.axis - 3)) < 0}, false,
-                   margin, found, count);
+        meet_faces(box_b, d, box_a, {}, {axis.axis - 3, dot(n, box_b.axis[axis.axis - 3]) < 0}, false, margin,
+                   found, count);
     double deepest = -HUGE_VAL;
     for (std::uint32_t k = 0; k < count; ++k)
         deepest = std::max(deepest, found[k].depth);
