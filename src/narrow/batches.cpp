@@ -76,7 +76,6 @@ void Batch<T>::run_spheres()
     for (const std::uint16_t i : lists.of(Group::spheres)) {
         const Pair& pair = pairs[i];
         const Vec3 d = load(poses_b[pair.b].position) - load(poses_a[pair.a].position);
-        slot[i].count = 0;
         near[count] = i;
         count += spheres_near(shapes_a[pair.a].radius() + shapes_b[pair.b].radius() + margin, d) ? 1 : 0;
     }
@@ -121,10 +120,7 @@ void Batch<T>::run_kernel(Group group, void (*kernel)(Rows&), const Put& put_res
             lists.add(Group::other, i);
             continue;
         }
-        if (!within_reach(Placed<3>{s.a, s.b, {}, {}, s.d}, margin)) {
-            slot[i] = {0, 0, s.swapped, s.d};
-            continue;
-        }
+        if (!within_reach(Placed<3>{s.a, s.b, {}, {}, s.d}, margin)) continue;
         put_lane(s, count);
         sides[count] = s;
         place[count++] = i;

@@ -78,7 +78,7 @@ struct Batch
     StridedView<Pose<3, T>> poses_b;
     std::span<const Pair> pairs;
     PairLists& lists; ///< what turns out to need the general way moves to Group::other
-    Slot<3>* slot;
+    Slot<3>* slot;    ///< of each pair, without contacts so far
     FoundList<3>& found;
     double margin;
 

@@ -118,6 +118,9 @@ struct ContactFinder<Dim, T>::Implementation
     {
         std::size_t block, first;
     };
+    /// Sorts a block's pairs by what tests them and runs the kernels. What is left is in Group::other.
+    void run_groups(const Sides& side_a, const Sides& side_b, std::span<const Pair> pairs, double margin,
+                    Worker& worker) const;
     void ready_workers(std::uint32_t count)
     {
         while (workers.size() < count)
@@ -194,6 +197,28 @@ auto ContactFinder<Dim, T>::Implementation::find_one(const Sides& side_a, const 
 }
 
 template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::Implementation::run_groups(const Sides& side_a, const Sides& side_b,
+                                                       std::span<const Pair> pairs, double margin,
+                                                       Worker& worker) const
+{
+    worker.found.clear();
+    worker.lists.clear();
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        narrow::check_pair(pairs[i], side_a.shapes.size(), side_b.shapes.size());
+        worker.slot[i].count = 0;
+        worker.lists.add(tests.empty()
+                             ? narrow::group_of(side_a.shapes[pairs[i].a], side_b.shapes[pairs[i].b])
+                             : narrow::Group::other,
+                         static_cast<std::uint16_t>(i));
+    }
+    if constexpr (Dim == 3) {
+        narrow::Batch<T> batch{side_a.shapes, side_a.poses, side_b.shapes, side_b.poses, pairs,
+                               worker.lists,  worker.slot,  worker.found,  margin};
+        batch.run(*kernels);
+    }
+}
+
+template <int Dim, Coordinate T>
 const ContactBuffer<Dim, T>&
 ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& side_b, bool same,
                                             std::span<const std::span<const Pair>> blocks, T margin)
@@ -221,21 +246,7 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
         Worker& worker = workers[work.slot];
         auto& chunk = chunks[k];
         chunk.size = 0;
-        for (const Pair& pair : pairs)
-            narrow::check_pair(pair, side_a.shapes.size(), side_b.shapes.size());
-        worker.found.clear();
-        worker.lists.clear();
-        for (std::size_t i = 0; i < pairs.size(); ++i) {
-            const narrow::Group group =
-                tests.empty() ? narrow::group_of(side_a.shapes[pairs[i].a], side_b.shapes[pairs[i].b])
-                              : narrow::Group::other;
-            worker.lists.add(group, static_cast<std::uint16_t>(i));
-        }
-        if constexpr (Dim == 3) {
-            narrow::Batch<T> batch{side_a.shapes, side_a.poses, side_b.shapes, side_b.poses,  pairs,
-                                   worker.lists,  worker.slot,  worker.found,  double{margin}};
-            batch.run(*kernels);
-        }
+        run_groups(side_a, side_b, pairs, double{margin}, worker);
         for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
             const Arranged arranged = find_one(side_a, side_b, pairs[i], double{margin}, worker.one);
             worker.slot[i] = {static_cast<std::uint32_t>(worker.found.size()),
@@ -319,25 +330,29 @@ void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, s
     const ProcessOptions in_blocks{&self.executor(), narrow::block_pairs};
     self.ready_workers(plan_work(pairs.size(), in_blocks).slots);
     const auto test_block = [&](std::uint64_t first, std::uint64_t last, Work work) {
-        for (std::uint64_t i = first; i < last; ++i) {
-            const Pair& pair = pairs[i];
-            narrow::check_pair(pair, shapes.size(), shapes.size());
+        const std::span<const Pair> some = pairs.subspan(first, last - first);
+        auto& worker = self.workers[work.slot];
+        self.run_groups(side, side, some, 0, worker);
+        for (std::size_t i = 0; i < some.size(); ++i)
+            out[first + i] = worker.slot[i].count != 0 ? 1 : 0;
+        for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
+            const Pair& pair = some[i];
             bool turned;
             bool touch = false;
             if (self.tests.empty() ||
                 self.own_test(shapes[pair.a].type(), shapes[pair.b].type(), turned) == nullptr) {
                 narrow::Placed<Dim> placed =
                     narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]);
+                placed.kernels = self.kernels;
                 narrow::arrange(placed);
                 touch = narrow::find_touch(placed);
             } else {
-                narrow::FoundList<Dim>& found = self.workers[work.slot].found;
-                self.find_one(side, side, pair, 0, found);
-                for (const narrow::Found<Dim>& one : found)
+                self.find_one(side, side, pair, 0, worker.one);
+                for (const narrow::Found<Dim>& one : worker.one)
                     for (std::uint32_t p = 0; p < one.manifold.count; ++p)
                         touch = touch || one.manifold.point[p].depth >= 0;
             }
-            out[i] = touch ? 1 : 0;
+            out[first + i] = touch ? 1 : 0;
         }
     };
     process_items(pairs.size(), test_block, in_blocks);

@@ -679,20 +679,26 @@ void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature
     depth.resize(hull.stride);
     const double near =
         core.kernels->heights(hull.x, hull.stride, -d.x, -d.y, -d.z, depth.data()) + 1e-9 * core.reach;
-    double most = -HUGE_VAL;
-    std::uint32_t best = 0;
+    // It must carry a highest vertex, or it is the edge of another region. Which ones do is hard to predict:
+    // found without branches.
+    SmallVector<std::uint32_t, 192> carrying;
+    carrying.resize(hull.edges + std::size_t{1});
+    std::size_t count = 0;
     for (std::uint32_t e = 0; e < hull.edges; ++e) {
-        const std::uint32_t* const v = hull.edge[e].v;
-        const double hp = -depth[v[0]], hq = -depth[v[1]];
-        // It must carry a highest vertex, or it is the edge of another region.
-        if (hp < -near && hq < -near) continue;
-        // Of these the one whose other end is highest.
-        const double low = std::min(hp, hq);
-        if (low > most &&
-            (hp - hq) * (hp - hq) <= slope * slope * length2(hull.vertex(v[1]) - hull.vertex(v[0])))
-            most = low, best = e;
+        carrying[count] = e;
+        count += std::min(depth[hull.edge[e].v[0]], depth[hull.edge[e].v[1]]) <= near ? 1 : 0;
     }
-    if (most != -HUGE_VAL) {
+    // Of these the one whose other end is highest.
+    double least = HUGE_VAL;
+    std::uint32_t best = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::uint32_t* const v = hull.edge[carrying[k]].v;
+        const double p = depth[v[0]], q = depth[v[1]], low = std::max(p, q);
+        if (low < least &&
+            (p - q) * (p - q) <= slope * slope * length2(hull.vertex(v[1]) - hull.vertex(v[0])))
+            least = low, best = carrying[k];
+    }
+    if (least != HUGE_VAL) {
         feature.kind = edge_feature;
         feature.id = best;
         for (const std::uint32_t v : hull.edge[best].v) {

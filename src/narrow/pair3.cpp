@@ -447,6 +447,11 @@ template <>
 bool find_touch(const Placed<3>& pair)
 {
     if (!within_reach(pair, 0)) return false;
+    if (pair.b->type() <= ShapeTypes::box) {
+        Manifold<3> manifold;
+        const Outcome outcome = simple_contact(pair, 0, manifold);
+        if (outcome != Outcome::unclear) return outcome == Outcome::touch;
+    }
     bool touch = false;
     // Below this nothing is within reach: the search ends.
     double reach = 0;
