@@ -127,6 +127,7 @@ struct WorldStats
     std::uint64_t settled = 0;         ///< active objects that came to rest
     std::uint64_t candidates = 0;      ///< pairs of touching boxes that were found, one of which changed
     std::uint64_t false_positives = 0; ///< of these: kept apart by filters
+    std::uint64_t listed = 0;          ///< objects for which what rests along their way was listed anew
     std::uint64_t began = 0, persisted = 0, ended = 0;
 
     std::uint64_t bytes_reserved = 0; ///< all memory that the world holds

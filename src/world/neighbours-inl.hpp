@@ -23,6 +23,8 @@ void World<Dim, T>::Implementation::begin_in_neighbourhoods()
     newcomers.clear();
     ways.clear();
     if (resting.size() < world::worth_listing) return;
+    // They last for some sixteen updates. All at once would make some updates much longer than others.
+    const std::size_t most_new = changed_entries / 8 + 16;
     const auto begin_at = [&](std::uint32_t entry, const auto& hood) {
         if (hood.blocks == 0) return;
         starts[entry] = {hood.block, hood.blocks};
@@ -33,11 +35,12 @@ void World<Dim, T>::Implementation::begin_in_neighbourhoods()
         const auto* const hood = hoods.find(entry_index[entry]);
         if (hood != nullptr && hood->valid && world::holds(hood->bounds, entry_boxes[entry])) {
             begin_at(entry, *hood);
-        } else if (calm) {
+        } else if (calm && newcomers.size() < most_new) {
             newcomers.push_back(entry);
             ways.push_back(world::way_of(objects[entry_index[entry]].before(), entry_boxes[entry]));
         }
     }
+    next_stats.listed = newcomers.size();
     if (newcomers.empty()) return;
     resting.join(Boxes(std::span<const Box>(ways)), way_pairs);
     auto pair = way_pairs.begin();

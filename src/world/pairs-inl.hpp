@@ -10,6 +10,7 @@
 // objects that didn't change.
 #include <algorithm>
 #include <atomic>
+#include <bit>
 
 #include "index/box_index_access.hpp"
 #include "jostle/process.hpp"
@@ -251,15 +252,18 @@ std::span<Pair> World<Dim, T>::Implementation::find_pairs(PairBuffer& to)
         next_stats.us_active = world::microseconds(t0, t1);
         next_stats.us_resting = world::microseconds(t1, world::Clock::now());
     }
-    // A counting sort goes through all objects, others through the pairs several times.
-    if (found.size() >= ids.end() / 8) {
+    // The counting sort goes through all objects, if in parallel; the other through the pairs several times.
+    const std::uint64_t count = found.size();
+    if (count >= ids.end() || (count >= ids.end() / 8 && count >= 16 * world::run_length)) {
         sorter.sort(found, ids.end(), *executor, to);
         return PairBufferAccess(to).chunk(0, 0).first(to.size());
     }
     pair_sorting.clear();
     for (const std::span<const Pair> block : found.blocks())
         pair_sorting.insert(pair_sorting.end(), block.begin(), block.end());
-    world::sort_by_key(pair_sorting, pair_scratch, world::key_of);
+    const auto digits = static_cast<int>(std::bit_width(ids.end()));
+    world::sort_by_key(pair_sorting, pair_scratch,
+                       [digits](const Pair& pair) { return std::uint64_t{pair.a} << digits | pair.b; });
     const std::span<Pair> sorted = PairBufferAccess(to).chunk(0, pair_sorting.size());
     std::copy(pair_sorting.begin(), pair_sorting.end(), sorted.begin());
     return sorted.first(pair_sorting.size());

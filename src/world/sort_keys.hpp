@@ -12,31 +12,18 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Sorts by key(value), an unsigned number, ascending; equal keys stay as they are ordered if there are many.
-/// Few values by comparison, many by digits of 11 bits, least significant first, but for those digits that
-/// are the same in all.
-template <class Value, class Key>
-void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scratch, const Key& key)
+/// By digits of the key, least significant first, but for those that are the same in all values.
+template <int digit_bits, class Value, class Key, class Number>
+void sort_by_digits(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scratch, const Key& key,
+                    Number differing)
 {
-    const auto less = [&](const Value& x, const Value& y) { return key(x) < key(y); };
-    if (std::is_sorted(values.begin(), values.end(), less)) return;
-    if (values.size() < 1024) {
-        std::sort(values.begin(), values.end(), less);
-        return;
-    }
-    using Number = decltype(key(values.front()));
-    constexpr int digit_bits = 11,
-                  digits = (8 * static_cast<int>(sizeof(Number)) + digit_bits - 1) / digit_bits;
     constexpr std::size_t radix = std::size_t{1} << digit_bits;
-    std::array<std::array<std::size_t, radix>, digits> count{};
-    for (const Value& value : values)
-        for (int d = 0; d < digits; ++d)
-            ++count[static_cast<std::size_t>(d)][(key(value) >> (d * digit_bits)) & (radix - 1)];
     scratch.resize(values.size());
-    for (int d = 0; d < digits; ++d) {
-        std::array<std::size_t, radix>& next = count[static_cast<std::size_t>(d)];
-        const std::size_t sample = (key(values.front()) >> (d * digit_bits)) & (radix - 1);
-        if (next[sample] == values.size()) continue;
+    for (int shift = 0; shift < 8 * static_cast<int>(sizeof(Number)); shift += digit_bits) {
+        if (((differing >> shift) & (radix - 1)) == 0) continue;
+        std::array<std::size_t, radix> next{};
+        for (const Value& value : values)
+            ++next[(key(value) >> shift) & (radix - 1)];
         std::size_t sum = 0;
         for (std::size_t& each : next) {
             const std::size_t here = each;
@@ -44,9 +31,32 @@ void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scrat
             sum += here;
         }
         for (const Value& value : values)
-            scratch[next[(key(value) >> (d * digit_bits)) & (radix - 1)]++] = value;
+            scratch[next[(key(value) >> shift) & (radix - 1)]++] = value;
         values.swap(scratch);
     }
+}
+
+/// Sorts by key(value), an unsigned number, ascending; equal keys stay as they are ordered if there are many.
+template <class Value, class Key>
+void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scratch, const Key& key)
+{
+    using Number = decltype(key(values.front()));
+    constexpr std::size_t few = 64, many = 8192; // fewer are better compared; more are worth longer digits
+    Number differing = 0;
+    bool sorted = true;
+    for (std::size_t i = 1; i < values.size(); ++i) {
+        const Number before = key(values[i - 1]), here = key(values[i]);
+        differing |= before ^ here;
+        sorted &= before <= here;
+    }
+    if (sorted) return;
+    if (values.size() < few)
+        std::sort(values.begin(), values.end(),
+                  [&](const Value& x, const Value& y) { return key(x) < key(y); });
+    else if (values.size() < many)
+        sort_by_digits<8>(values, scratch, key, differing);
+    else
+        sort_by_digits<11>(values, scratch, key, differing);
 }
 
 } // namespace world

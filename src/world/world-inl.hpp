@@ -97,10 +97,10 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
     };
     std::uint64_t sum = sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
                         finder.stats().bytes_reserved + sorter.bytes() + resting.stats().bytes +
-                        hoods.bytes() + among_active.bytes_reserved() + with_idle.bytes_reserved() +
-                        scratch_pairs.bytes_reserved() + found_began.bytes() + found_asked.bytes() +
-                        found_ended.bytes() + found_others.bytes() + refused.bucket_count() * sizeof(void*) +
-                        refused.size() * 4 * sizeof(void*) +
+                        active_index.stats().bytes + hoods.bytes() + among_active.bytes_reserved() +
+                        with_idle.bytes_reserved() + scratch_pairs.bytes_reserved() + found_began.bytes() +
+                        found_asked.bytes() + found_ended.bytes() + found_others.bytes() +
+                        refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
                         of(class_of, active, changed, old_filters, old_filter_scratch, old_shapes, contested,
                            writer, entry_boxes, entry_index, entry_class, entry_moves_on, joined, joined_rest,
                            kept_of_run, pair_sorting, pair_scratch, woken_boxes, old_of_woken, rested_at,

@@ -2,12 +2,14 @@
 // What each call of a World promises.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
 
 #include "jostle/world.hpp"
+#include "scenes/scenes.hpp"
 
 namespace world_tests {
 namespace {
@@ -205,6 +207,42 @@ TEST(World, UpdateWithMovesIsMoveAndUpdate)
     EXPECT_EQ(began(world), (Began{{ids[0], ids[1]}, {ids[1], ids[2]}}));
 }
 
+TEST(World, MovesInPlaceGiveTheSameInAnyOrderAndAllOrNothing)
+{
+    jostle_scenes::Scene<3, float> scene("uniform", 20'000, 1);
+    World3f in_order;
+    std::vector<ObjectId> ids(scene.boxes().size());
+    in_order.add(scene.boxes(), ids);
+    in_order.update();
+    World3f backwards = in_order.fork();
+    const std::vector<ObjectId> ids_back(ids.rbegin(), ids.rend());
+    for (int step = 0; step < 3; ++step) {
+        scene.step();
+        const std::vector<jostle::Aabb3f> boxes(scene.boxes().begin(), scene.boxes().end()),
+            boxes_back(boxes.rbegin(), boxes.rend());
+        in_order.update(ids, boxes);
+        backwards.update(ids_back, boxes_back);
+        EXPECT_GT(in_order.persisted().size(), 10'000u);
+        EXPECT_EQ(in_order.persisted().to_vector(), backwards.persisted().to_vector());
+        EXPECT_EQ(began(in_order), began(backwards));
+        EXPECT_EQ(ended(in_order), ended(backwards));
+        ASSERT_EQ(in_order.save(), backwards.save());
+
+        std::vector<jostle::Aabb3f> bad = boxes;
+        for (auto& box : bad)
+            box.hi[0] += 1;
+        bad[17'000].lo[1] = std::numeric_limits<float>::quiet_NaN();
+        EXPECT_EQ(error_of([&] { in_order.update(ids, bad); }).index(), 17'000u);
+        EXPECT_EQ(in_order.save(), backwards.save());
+        EXPECT_EQ(in_order.persisted().to_vector(), backwards.persisted().to_vector());
+    }
+    // Twice the same one: the last box counts.
+    const std::vector<ObjectId> twice{ids[5], ids[6], ids[6]};
+    const std::vector<jostle::Aabb3f> boxes{cube(1), cube(2), cube(3)};
+    in_order.update(twice, boxes);
+    EXPECT_EQ(in_order.box(ids[6]).lo[0], 3);
+}
+
 TEST(World, StaticObjectsDontPairWithStaticOnes)
 {
     World3f world;
@@ -387,6 +425,57 @@ TEST(World, RestingObjectsCostNothingAndStillMeet)
     EXPECT_EQ(began(world), (Began{{ids[0], ids[500]}, {ids[0], ids[501]}}));
     EXPECT_LE(world.stats().candidates, 4u);
     EXPECT_EQ(world.stats().active, 1u);
+}
+
+TEST(World, NoUpdateWorksMuchMoreThanUsual)
+{
+    jostle_scenes::Scene<3, float> scene("uniform", 20'000, 1);
+    World3f world;
+    std::vector<ObjectId> ids(scene.boxes().size());
+    world.add(scene.boxes(), ids);
+    for (int i = 0; i < 5; ++i)
+        world.update();
+    ASSERT_EQ(world.stats().active, 0u);
+    std::vector<ObjectId> movers;
+    std::vector<jostle::Aabb3f> boxes;
+    for (std::size_t i = 0; i < ids.size(); i += 50) {
+        movers.push_back(ids[i]);
+        boxes.push_back(scene.boxes()[i]);
+    }
+    std::vector<std::uint64_t> work;
+    std::uint64_t listed = 0;
+    for (int update = 0; update < 100; ++update) {
+        for (std::size_t k = 0; k < boxes.size(); ++k) {
+            const float by = 0.03f * static_cast<float>(k % 5) - 0.05f;
+            boxes[k].lo[k % 3] += by;
+            boxes[k].hi[k % 3] += by;
+        }
+        world.update(movers, boxes);
+        if (update == 0) continue; // all wake up
+        const jostle::WorldStats& s = world.stats();
+        listed += s.listed;
+        work.push_back(s.changed + s.candidates + s.settled +
+                       32 * s.listed); // a list has about so many boxes
+    }
+    EXPECT_GT(listed, movers.size());
+    std::sort(work.begin(), work.end());
+    EXPECT_LE(work.back(), 3 * work[work.size() / 2]);
+}
+
+TEST(World, CountsTheIndexThatQuestionsMake)
+{
+    jostle_scenes::Scene<3, float> scene("uniform", 5'000, 1);
+    World3f world;
+    std::vector<ObjectId> ids(scene.boxes().size());
+    world.add(scene.boxes(), ids);
+    for (int step = 0; step < 4; ++step) {
+        scene.step();
+        world.update(ids, scene.boxes());
+    }
+    const std::uint64_t before = world.stats().bytes_reserved;
+    EXPECT_GT(world.count(cube(0, 100)), 0u);
+    world.update();
+    EXPECT_GE(world.stats().bytes_reserved, before + 5'000 * sizeof(jostle::Aabb3f));
 }
 
 TEST(World, ManyThatStopAtOnceComeToRestBitByBit)
