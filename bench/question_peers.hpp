@@ -55,17 +55,57 @@ struct Answers
         __builtin_memcpy(&bits, &at, sizeof bits);
         add_object(question, bits);
     }
-    Answers& operator+=(const Answers& other) noexcept
-    {
-        results += other.results;
-        checksum += other.checksum;
-        return *this;
-    }
     friend bool operator==(const Answers&, const Answers&) = default;
 };
 
+/// What a system finds, question after question: kept as its users would, or only counted.
+class Findings
+{
+  public:
+    explicit Findings(bool keep) : keep_(keep) {}
+    void clear() noexcept
+    {
+        count_ = 0;
+        items_.clear();
+        ends_.clear();
+    }
+    void add(std::uint32_t item)
+    {
+        if (keep_)
+            items_.push_back(item);
+        else
+            ++count_;
+    }
+    void add_distance(float at)
+    {
+        std::uint32_t bits;
+        static_assert(sizeof bits == sizeof at);
+        __builtin_memcpy(&bits, &at, sizeof bits);
+        add(bits);
+    }
+    void end_question() { ends_.push_back(keep_ ? items_.size() : count_); }
+    /// Sums up; the first question has the number `question`.
+    void sum(std::size_t question, Answers& answers) const
+    {
+        std::size_t begin = 0;
+        for (const std::size_t end : ends_) {
+            if (!keep_) answers.results += end - begin;
+            for (std::size_t k = begin; keep_ && k < end; ++k)
+                answers.add_object(question, items_[k]);
+            begin = end;
+            ++question;
+        }
+    }
+
+  private:
+    bool keep_;
+    std::size_t count_ = 0;
+    std::vector<std::uint32_t> items_;
+    std::vector<std::size_t> ends_;
+};
+
 /// One system. Results that it offers are checked against the definitions in query.hpp, as any user of it
-/// would have to with his own shapes, and only counted and summed up.
+/// would have to with his own shapes.
 ///
 /// Threads   ask() may be called from several threads at a time.
 class QuestionPeer
@@ -77,8 +117,7 @@ class QuestionPeer
     /// Takes the boxes, which must outlive it.
     virtual void build(Boxes3 boxes) = 0;
     /// Answers question i of a kind.
-    virtual void ask(QuestionKind kind, const Questions& questions, std::size_t i,
-                     Answers& answers) const = 0;
+    virtual void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const = 0;
 };
 
 [[nodiscard]] std::vector<std::unique_ptr<QuestionPeer>> make_question_peers();

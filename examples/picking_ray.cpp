@@ -15,7 +15,7 @@ struct Ball
 };
 
 /// How far along the ray the ball itself is hit, if it is.
-std::optional<float> hit(const jostle::Ray<3, float>& ray, const Ball& ball)
+std::optional<float> hit(const jostle::Ray3f& ray, const Ball& ball)
 {
     float along = 0, square = 0, length = 0;
     for (int d = 0; d < 3; ++d) {
@@ -43,13 +43,13 @@ int main()
             box.hi[d] = ball.center[d] + ball.radius;
         }
     }
-    jostle::BoxIndex<3, float> index;
+    jostle::BoxIndex3f index;
     index.build(boxes); // once; insert, move and erase keep it up to date
-    const jostle::Ray<3, float> ray = {{0, 0, 0}, {0, 0, 1}};
-    std::vector<jostle::Hit<float>> candidates; // nearest box first
+    const jostle::Ray3f ray = {{0, 0, 0}, {0, 0, 1}};
+    std::vector<jostle::Hitf> candidates; // nearest box first
     index.all(ray, candidates);
-    jostle::Hit<float> picked;
-    for (const jostle::Hit<float>& candidate : candidates) {
+    jostle::Hitf picked;
+    for (const jostle::Hitf& candidate : candidates) {
         if (picked.id != picked.none && candidate.at > picked.at) break; // its ball can't be nearer
         const auto at = hit(ray, balls[candidate.id]);
         if (at && (picked.id == picked.none || *at < picked.at)) picked = {candidate.id, *at};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,9 @@ namespace jostle_tool {
 namespace {
 
 using jostle::Aabb3f;
-using jostle::BoxIndex;
+using jostle::BoxIndex3f;
 using jostle_bench::Answers;
+using jostle_bench::Findings;
 using jostle_bench::QuestionKind;
 using jostle_bench::Questions;
 using Clock = std::chrono::steady_clock;
@@ -44,6 +46,8 @@ struct Row
     QuestionKind kind;
     const char* summary;
     std::uint32_t questions;
+    float size = 0; // a box's edge, 0 for a fifth of the world's; how many are the nearest
+    bool only_count = false;
 };
 // In the order in which they are made and asked.
 constexpr Row rows[] = {
@@ -51,13 +55,16 @@ constexpr Row rows[] = {
     {"all", QuestionKind::all, "all boxes along such a ray", 4000},
     {"sweep", QuestionKind::sweep, "the first box touched by a unit box that moves by a tenth of the world",
      4000},
-    {"box-1", QuestionKind::box, "all boxes that touch a box of edge 1", 4000},
-    {"box-10", QuestionKind::box, "... of edge 10", 2000},
+    {"box-1", QuestionKind::box, "all boxes that touch a box of edge 1", 4000, 1},
+    {"box-10", QuestionKind::box, "... of edge 10", 2000, 10},
     {"box-20%", QuestionKind::box, "... of a fifth of the world's edge", 200},
     {"sphere", QuestionKind::sphere, "all boxes that touch a sphere of radius 5", 2000},
-    {"nearest-1", QuestionKind::nearest, "the box nearest to a point", 4000},
-    {"nearest-8", QuestionKind::nearest, "the 8 nearest", 4000},
+    {"nearest-1", QuestionKind::nearest, "the box nearest to a point", 4000, 1},
+    {"nearest-8", QuestionKind::nearest, "the 8 nearest", 4000, 8},
     {"frustum", QuestionKind::frustum, "all boxes in a view of 30 degrees, half the world deep", 200},
+    {"count-1", QuestionKind::box, "how many boxes touch a box of edge 1", 4000, 1, true},
+    {"count-10", QuestionKind::box, "... of edge 10", 2000, 10, true},
+    {"count-20%", QuestionKind::box, "... of a fifth of the world's edge", 200, 0, true},
 };
 
 struct Options
@@ -94,7 +101,6 @@ class Asker
             float at[3], along[3];
             place(at);
             direction(along);
-            const std::string name = row.name;
             switch (row.kind) {
             case QuestionKind::first:
             case QuestionKind::all:
@@ -107,14 +113,13 @@ class Asker
                 break;
             }
             case QuestionKind::box:
-                questions.boxes.push_back(
-                    around(at, name == "box-1" ? 0.5f : (name == "box-10" ? 5.0f : world_ / 10)));
+                questions.boxes.push_back(around(at, row.size > 0 ? row.size / 2 : world_ / 10));
                 break;
             case QuestionKind::sphere:
                 questions.spheres.push_back({{at[0], at[1], at[2]}, 5});
                 break;
             case QuestionKind::nearest:
-                questions.nearest.push_back({{at[0], at[1], at[2]}, name == "nearest-1" ? 1u : 8u});
+                questions.nearest.push_back({{at[0], at[1], at[2]}, static_cast<std::uint32_t>(row.size)});
                 break;
             case QuestionKind::frustum:
                 questions.frustums.push_back(view(at, along));
@@ -150,7 +155,7 @@ class Asker
     {
         return {{at[0] - half, at[1] - half, at[2] - half}, {at[0] + half, at[1] + half, at[2] + half}};
     }
-    std::array<jostle::Plane<3, float>, 6> view(const float* at, const float* along) const
+    std::array<jostle::Plane3f, 6> view(const float* at, const float* along) const
     {
         // Two directions across the view.
         const bool x = std::abs(along[0]) < 0.5f;
@@ -166,7 +171,7 @@ class Asker
             v[d] = along[(d + 1) % 3] * u[(d + 2) % 3] - along[(d + 2) % 3] * u[(d + 1) % 3];
         const float slope = 0.268f; // of half of 30 degrees
         const auto plane = [&](float a, float b, float c, float offset) {
-            jostle::Plane<3, float> made{};
+            jostle::Plane3f made{};
             made.offset = offset;
             for (int d = 0; d < 3; ++d) {
                 made.normal[d] = a * along[d] + b * u[d] + c * v[d];
@@ -265,12 +270,12 @@ class Table
     nlohmann::ordered_json rows_ = nlohmann::ordered_json::array();
 };
 
-double ask_ours(const BoxIndex<3, float>& index, const Row& row, const Questions& questions,
+double ask_ours(const BoxIndex3f& index, const Row& row, const Questions& questions,
                 std::uint32_t repetitions, Answers& answers)
 {
     double time = 0;
-    std::vector<jostle::Hit<float>> firsts(row.questions);
-    jostle::ResultLists<jostle::Hit<float>> hits;
+    std::vector<jostle::Hitf> firsts(row.questions);
+    jostle::ResultLists<jostle::Hitf> hits;
     jostle::ResultLists<std::uint32_t> ids;
     const auto sum_firsts = [&] {
         for (std::size_t i = 0; i < firsts.size(); ++i)
@@ -284,47 +289,52 @@ double ask_ours(const BoxIndex<3, float>& index, const Row& row, const Questions
     switch (row.kind) {
     case QuestionKind::first:
         time = median_of(repetitions, [&] {
-            index.first(std::span<const jostle::Ray<3, float>>(questions.rays), std::span(firsts));
+            index.first(std::span<const jostle::Ray3f>(questions.rays), std::span(firsts));
         });
         sum_firsts();
         break;
     case QuestionKind::sweep:
         time = median_of(repetitions, [&] {
-            index.first(std::span<const jostle::Sweep<3, float>>(questions.sweeps), std::span(firsts));
+            index.first(std::span<const jostle::Sweep3f>(questions.sweeps), std::span(firsts));
         });
         sum_firsts();
         break;
     case QuestionKind::all:
-        time = median_of(repetitions,
-                         [&] { index.all(std::span<const jostle::Ray<3, float>>(questions.rays), hits); });
+        time =
+            median_of(repetitions, [&] { index.all(std::span<const jostle::Ray3f>(questions.rays), hits); });
         for (std::size_t i = 0; i < hits.size(); ++i)
             for (const auto& hit : hits[i])
                 answers.add_object(i, hit.id);
         break;
     case QuestionKind::box:
+        if (row.only_count) {
+            std::vector<std::uint64_t> counts(row.questions);
+            time = median_of(repetitions, [&] {
+                index.count(std::span<const Aabb3f>(questions.boxes), std::span(counts));
+            });
+            answers.results = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+            break;
+        }
         time = median_of(repetitions, [&] { index.all(std::span<const Aabb3f>(questions.boxes), ids); });
         sum_ids();
         break;
     case QuestionKind::sphere:
-        time = median_of(repetitions, [&] {
-            index.all(std::span<const jostle::Sphere<3, float>>(questions.spheres), ids);
-        });
+        time = median_of(repetitions,
+                         [&] { index.all(std::span<const jostle::Sphere3f>(questions.spheres), ids); });
         sum_ids();
         break;
     case QuestionKind::nearest:
-        time = median_of(repetitions, [&] {
-            index.nearest(std::span<const jostle::Nearest<3, float>>(questions.nearest), hits);
-        });
+        time = median_of(repetitions,
+                         [&] { index.nearest(std::span<const jostle::Nearest3f>(questions.nearest), hits); });
         for (std::size_t i = 0; i < hits.size(); ++i)
             for (const auto& hit : hits[i])
                 answers.add_distance(i, hit.at);
         break;
     case QuestionKind::frustum: {
-        std::vector<jostle::Frustum<3, float>> frustums;
+        std::vector<jostle::Frustum3f> frustums;
         for (const auto& planes : questions.frustums)
             frustums.push_back({planes});
-        time = median_of(repetitions,
-                         [&] { index.all(std::span<const jostle::Frustum<3, float>>(frustums), ids); });
+        time = median_of(repetitions, [&] { index.all(std::span<const jostle::Frustum3f>(frustums), ids); });
         sum_ids();
         break;
     }
@@ -348,7 +358,7 @@ void measure(const Options& options, const std::string& scene_name, std::uint64_
         const Threads threads(count);
         jostle::IndexOptions index_options;
         index_options.executor = &threads.executor();
-        BoxIndex<3, float> index(index_options);
+        BoxIndex3f index(index_options);
         table.add_build(scene_name, n, threads.count(),
                         median_of(std::min(options.repetitions, 3u), [&] { index.build(boxes); }) / 1000);
         Asker asker(boxes, options.seed);
@@ -361,21 +371,24 @@ void measure(const Options& options, const std::string& scene_name, std::uint64_
             for (const auto& peer : peers) {
                 if (!peer->answers(row.kind)) continue;
                 tbb::task_arena arena(static_cast<int>(threads.count()));
-                Answers theirs;
+                const std::uint32_t runs = (row.questions + 31) / 32;
+                std::vector<Findings> found(runs, Findings(!row.only_count));
                 // Some take milliseconds for one question.
                 const double peer_time = median_of(1, [&] {
-                    const std::uint32_t runs = (row.questions + 31) / 32;
-                    std::vector<Answers> parts(runs);
                     arena.execute([&] {
                         tbb::parallel_for(std::uint32_t{0}, runs, [&](std::uint32_t run) {
-                            for (std::uint32_t i = run * 32; i < std::min(row.questions, run * 32 + 32); ++i)
-                                peer->ask(row.kind, questions, i, parts[run]);
+                            found[run].clear();
+                            for (std::uint32_t i = run * 32; i < std::min(row.questions, run * 32 + 32);
+                                 ++i) {
+                                peer->ask(row.kind, questions, i, found[run]);
+                                found[run].end_question();
+                            }
                         });
                     });
-                    theirs = {};
-                    for (const Answers& part : parts)
-                        theirs += part;
                 });
+                Answers theirs;
+                for (std::uint32_t run = 0; run < runs; ++run)
+                    found[run].sum(std::size_t{run} * 32, theirs);
                 table.add(scene_name, n, threads.count(), row, peer->name(), peer_time, theirs);
             }
 #endif
@@ -415,8 +428,7 @@ void add_bench_questions_command(CLI::App& bench)
     }
     command->footer(help + R"(
 The boxes lie still; places and directions are random, near some box. Asked in batches, on all threads. Ours are
-sorted lists, the others' results are only counted. All systems must find the same: if they don't, the exit status
-is 1.
+sorted lists, the others' are lists in any order. All systems must find the same: if they don't, the exit status is 1.
 
 Examples:
   jostle bench questions                              uniform boxes, 10,000 to 1,000,000

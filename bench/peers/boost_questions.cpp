@@ -30,7 +30,7 @@ class Boost final : public QuestionPeer
             values.push_back({area(boxes[i]), i});
         tree_ = Tree(values.begin(), values.end());
     }
-    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Answers& answers) const override
+    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const override
     {
         if (kind == QuestionKind::nearest) {
             const jostle::Nearest<3, float>& question = questions.nearest[i];
@@ -40,7 +40,7 @@ class Boost final : public QuestionPeer
                 boost::make_function_output_iterator([&](const Value& value) {
                     nearest.offer(jostle::squared_distance(question.point, boxes_[value.second]));
                 }));
-            nearest.give(i, answers);
+            nearest.give(found);
             return;
         }
         jostle::Aabb3f around{};
@@ -57,7 +57,7 @@ class Boost final : public QuestionPeer
                     boost::make_function_output_iterator([&](const Value& value) {
                         const jostle::Aabb3f& box = boxes_[value.second];
                         if (kind == QuestionKind::box || jostle::overlaps(questions.spheres[i], box))
-                            answers.add_object(i, value.second);
+                            found.add(value.second);
                     }));
     }
 

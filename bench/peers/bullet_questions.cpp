@@ -22,11 +22,11 @@ class Bullet final : public QuestionPeer
             tree_.insert(volume(boxes[i]), reinterpret_cast<void*>(i));
         tree_.optimizeTopDown();
     }
-    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Answers& answers) const override
+    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const override
     {
         if (kind == QuestionKind::box) {
             const auto take = [&](std::uint32_t id) {
-                if (jostle::overlaps(questions.boxes[i], boxes_[id])) answers.add_object(i, id);
+                if (jostle::overlaps(questions.boxes[i], boxes_[id])) found.add(id);
             };
             Taker<decltype(take)> taker{take};
             tree_.collideTV(tree_.m_root, volume(questions.boxes[i]), taker);
@@ -40,7 +40,7 @@ class Bullet final : public QuestionPeer
                 offsets[p] = plane.offset;
             }
             const auto take = [&](std::uint32_t id) {
-                if (jostle::overlaps(frustum, boxes_[id])) answers.add_object(i, id);
+                if (jostle::overlaps(frustum, boxes_[id])) found.add(id);
             };
             Taker<decltype(take)> taker{take};
             btDbvt::collideKDOP(tree_.m_root, normals, offsets, 6, taker);
@@ -52,7 +52,7 @@ class Bullet final : public QuestionPeer
             const btVector3 hi(sweep.box.hi[0], sweep.box.hi[1], sweep.box.hi[2]);
             const btVector3 middle = (lo + hi) * 0.5f;
             cast(middle, sweep.motion, sweep.max_fraction, lo - middle, hi - middle, take);
-            first.give(i, answers);
+            first.give(found);
         } else {
             const jostle::Ray<3, float>& ray = questions.rays[i];
             FirstSoFar first;
@@ -61,10 +61,10 @@ class Bullet final : public QuestionPeer
             if (kind == QuestionKind::first) {
                 const auto take = [&](std::uint32_t id) { first.offer(ray, id, boxes_[id]); };
                 cast(origin, ray.direction, ray.max_fraction, none, none, take);
-                first.give(i, answers);
+                first.give(found);
             } else {
                 const auto take = [&](std::uint32_t id) {
-                    if (jostle::hit_fraction(ray, boxes_[id])) answers.add_object(i, id);
+                    if (jostle::hit_fraction(ray, boxes_[id])) found.add(id);
                 };
                 cast(origin, ray.direction, ray.max_fraction, none, none, take);
             }

@@ -43,14 +43,13 @@ class Embree final : public QuestionPeer
         rtcCommitScene(scene_);
         if (rtcGetDeviceError(device_) != RTC_ERROR_NONE) throw std::runtime_error("embree: building failed");
     }
-    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Answers& answers) const override
+    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const override
     {
         if (kind == QuestionKind::first || kind == QuestionKind::all) {
             Context context{};
             rtcInitIntersectContext(&context);
             context.line = &questions.rays[i];
-            context.all = kind == QuestionKind::all ? &answers : nullptr;
-            context.question = i;
+            context.all = kind == QuestionKind::all ? &found : nullptr;
             RTCRayHit ray{};
             const jostle::Ray<3, float>& from = questions.rays[i];
             ray.ray = {from.origin[0],
@@ -67,10 +66,10 @@ class Embree final : public QuestionPeer
                        0};
             ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
             rtcIntersect1(scene_, &context, &ray);
-            context.first.give(i, answers);
+            context.first.give(found);
             return;
         }
-        Query query{this, &questions, kind, i, &answers, nullptr};
+        Query query{this, &questions, kind, i, &found, nullptr};
         RTCPointQuery point{};
         NearestSoFar nearest(kind == QuestionKind::nearest ? questions.nearest[i]
                                                            : jostle::Nearest<3, float>{});
@@ -97,15 +96,14 @@ class Embree final : public QuestionPeer
         RTCPointQueryContext context;
         rtcInitPointQueryContext(&context);
         rtcPointQuery(scene_, &point, &context, near, &query);
-        if (kind == QuestionKind::nearest) nearest.give(i, answers);
+        if (kind == QuestionKind::nearest) nearest.give(found);
     }
 
   private:
     struct Context : RTCIntersectContext
     {
         const jostle::Ray<3, float>* line;
-        Answers* all;
-        std::size_t question;
+        Findings* all;
         FirstSoFar first;
     };
     struct Query
@@ -114,7 +112,7 @@ class Embree final : public QuestionPeer
         const Questions* questions;
         QuestionKind kind;
         std::size_t i;
-        Answers* answers;
+        Findings* found;
         NearestSoFar* nearest;
     };
     static void bounds(const RTCBoundsFunctionArguments* arguments)
@@ -130,8 +128,7 @@ class Embree final : public QuestionPeer
         const std::uint32_t id = arguments->primID;
         if (arguments->valid[0] == 0) return;
         if (context.all != nullptr) {
-            if (jostle::hit_fraction(*context.line, self.boxes_[id]))
-                context.all->add_object(context.question, id);
+            if (jostle::hit_fraction(*context.line, self.boxes_[id])) context.all->add(id);
             return;
         }
         context.first.offer(*context.line, id, self.boxes_[id]);
@@ -155,7 +152,7 @@ class Embree final : public QuestionPeer
         const bool touches = query.kind == QuestionKind::sphere
                                  ? jostle::overlaps(query.questions->spheres[query.i], box)
                                  : jostle::overlaps(query.questions->boxes[query.i], box);
-        if (touches) query.answers->add_object(query.i, arguments->primID);
+        if (touches) query.found->add(arguments->primID);
         return false;
     }
 

@@ -41,14 +41,14 @@ class Fcl final : public QuestionPeer
         manager_.registerObjects(pointers);
         manager_.setup();
     }
-    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Answers& answers) const override
+    void ask(QuestionKind kind, const Questions& questions, std::size_t i, Findings& found) const override
     {
         if (kind == QuestionKind::nearest) {
             const jostle::Nearest<3, float>& question = questions.nearest[i];
             NearestSoFar nearest(question);
-            Query query{this, &questions, kind, i, &answers, &nearest};
+            Query query{this, &questions, kind, i, &found, &nearest};
             manager_.distance(object(question.point, question.point).get(), &query, distance);
-            nearest.give(i, answers);
+            nearest.give(found);
             return;
         }
         float lo[3], hi[3];
@@ -60,7 +60,7 @@ class Fcl final : public QuestionPeer
             hi[d] =
                 sphere != nullptr ? sphere->center[d] + sphere->radius * 1.000001f : questions.boxes[i].hi[d];
         }
-        Query query{this, &questions, kind, i, &answers, nullptr};
+        Query query{this, &questions, kind, i, &found, nullptr};
         manager_.collide(object(lo, hi).get(), &query, touch);
     }
 
@@ -71,7 +71,7 @@ class Fcl final : public QuestionPeer
         const Questions* questions;
         QuestionKind kind;
         std::size_t i;
-        Answers* answers;
+        Findings* found;
         NearestSoFar* nearest;
     };
     static std::unique_ptr<fcl::CollisionObjectd> object(const float* lo, const float* hi)
@@ -95,7 +95,7 @@ class Fcl final : public QuestionPeer
         const bool touches = query.kind == QuestionKind::sphere
                                  ? jostle::overlaps(query.questions->spheres[query.i], box)
                                  : jostle::overlaps(query.questions->boxes[query.i], box);
-        if (touches) query.answers->add_object(query.i, id);
+        if (touches) query.found->add(id);
         return false;
     }
     static bool distance(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* data, double& limit)

@@ -29,10 +29,10 @@ class NearestSoFar
         std::push_heap(heap_.begin(), heap_.end());
         if (heap_.size() == count_) limit_ = heap_.front();
     }
-    void give(std::size_t question, Answers& answers) const
+    void give(Findings& found) const
     {
         for (const float at : heap_)
-            answers.add_distance(question, at);
+            found.add_distance(at);
     }
 
   private:
@@ -51,9 +51,9 @@ struct FirstSoFar
         const auto at = jostle::hit_fraction(line, box);
         if (at && (best.id == best.none || jostle::Hit<float>{id, *at} < best)) best = {id, *at};
     }
-    void give(std::size_t question, Answers& answers) const
+    void give(Findings& found) const
     {
-        if (best.id != best.none) answers.add_object(question, best.id);
+        if (best.id != best.none) found.add(best.id);
     }
 };
 

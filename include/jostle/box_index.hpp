@@ -160,4 +160,9 @@ class JOSTLE_API BoxIndex
     std::unique_ptr<Implementation> implementation_;
 };
 
+using BoxIndex2f = BoxIndex<2, float>;
+using BoxIndex3f = BoxIndex<3, float>;
+using BoxIndex2d = BoxIndex<2, double>;
+using BoxIndex3d = BoxIndex<3, double>;
+
 JOSTLE_NAMESPACE_END
