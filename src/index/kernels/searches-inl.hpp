@@ -413,7 +413,7 @@ struct LineTest
             inverse[d] = line.inverse[d];
         }
     }
-    /// Lanes met no later than at `last`; stores when.
+    /// Lanes met no later than at `last`; stores when, infinity for the others.
     HWY_ATTR HWY_INLINE unsigned meet(const Bounds<Dim, T>& bounds, T last, T* at) const
     {
         unsigned bits = 0;
@@ -434,55 +434,72 @@ struct LineTest
                     beside = greatest(beside, greatest(to_lo - own_hi, own_lo - to_hi));
                 }
             }
-            enter.store(at + k);
-            bits |= Vec<T>::bits(both(enter <= leave, beside <= Vec<T>::set(0))) << k;
+            const auto met = both(enter <= leave, beside <= Vec<T>::set(0));
+            Vec<T>::choose(met, enter, Vec<T>::set(std::numeric_limits<T>::infinity())).store(at + k);
+            bits |= Vec<T>::bits(met) << k;
         }
         return bits;
     }
 };
 
-/// What is yet to visit, the nearest on top. Deep enough for all real trees; grows for others.
+/// A search for what is nearest: at each node on the way down, the lanes yet to visit and how far they are.
+/// The nearest is chosen only when it is its turn; most of the others turn out to be too far then.
 template <int Dim, class T>
-class Stack
+struct Nearing
 {
-  public:
-    struct Entry
+    const Node<Dim, T>* node;
+    unsigned left;
+    alignas(64) T at[lanes]; // infinite for lanes not left
+
+    /// Takes out the nearest lane left, if it is no further than `last`.
+    HWY_ATTR HWY_INLINE Child<Dim, T> next(T last)
     {
-        Child<Dim, T> child;
-        T at;
-    };
-    [[nodiscard]] bool empty() const { return size_ == 0; }
-    Entry pop() { return entries_[--size_]; }
-    /// Pushes the given lanes of a node, the furthest first.
-    HWY_INLINE void push(const Node<Dim, T>& node, unsigned hits, const T* at)
-    {
-        if (size_ + lanes > capacity_) grow();
-        const std::uint32_t base = size_;
-        for (; hits != 0; hits &= hits - 1) {
-            const auto lane = static_cast<std::uint32_t>(std::countr_zero(hits));
-            const Child<Dim, T> child = node.child[lane];
-            if (!child) continue;
-            std::uint32_t to = size_++;
-            for (; to > base && entries_[to - 1].at < at[lane]; --to)
-                entries_[to] = entries_[to - 1];
-            entries_[to] = {child, at[lane]};
+        Vec<T> each = Vec<T>::load(at);
+        for (std::uint32_t k = Vec<T>::size; k < lanes; k += Vec<T>::size)
+            each = least(each, Vec<T>::load(at + k));
+        const T nearest = each.least_lane();
+        if (nearest > last) {
+            left = 0;
+            return {};
+        }
+        unsigned bits = 0;
+        for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size)
+            bits |= Vec<T>::bits(Vec<T>::load(at + k) <= Vec<T>::set(nearest)) << k;
+        const int lane = std::countr_zero(bits & left);
+        left &= ~(1u << lane);
+        at[lane] = std::numeric_limits<T>::infinity();
+        return node->child[lane];
+    }
+};
+
+/// Visits blocks in the order of their nodes' distance. enter(node's bounds, at) returns the lanes in reach
+/// and stores how far they are, infinity for the others; `last` is as far as there is something to find.
+template <int Dim, class T, class Enter, class Visit>
+HWY_ATTR HWY_INLINE void search_nearing(Child<Dim, T> root, const T& last, const Enter& enter,
+                                        const Visit& visit)
+{
+    if (!root) return;
+    Nearing<Dim, T> way[key_digits<Dim> + 2];
+    int depth = 0;
+    way[0].node = root.node();
+    way[0].left = enter(root.node()->bounds, way[0].at);
+    while (depth >= 0) {
+        Nearing<Dim, T>& here = way[depth];
+        if (here.left == 0) {
+            --depth;
+            continue;
+        }
+        const Child<Dim, T> child = here.next(last);
+        if (!child) continue;
+        if (child.is_block()) {
+            visit(*child.block());
+        } else {
+            Nearing<Dim, T>& below = way[++depth];
+            below.node = child.node();
+            below.left = enter(below.node->bounds, below.at);
         }
     }
-
-  private:
-    void grow()
-    {
-        std::vector<Entry> bigger(2 * std::size_t{capacity_});
-        std::copy_n(entries_, size_, bigger.data());
-        more_ = std::move(bigger);
-        entries_ = more_.data();
-        capacity_ *= 2;
-    }
-    Entry few_[160];
-    std::vector<Entry> more_;
-    Entry* entries_ = few_;
-    std::uint32_t size_ = 0, capacity_ = 160;
-};
+}
 
 template <int Dim, class T>
 HWY_ATTR Hit<T> search_first(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wanted)
@@ -501,21 +518,9 @@ HWY_ATTR Hit<T> search_first(Child<Dim, T> root, const Line<Dim, T>& line, Wante
             last = hit.at;
         }
     };
-    if (!root) return best;
-    Stack<Dim, T> stack;
-    unsigned hits = test.meet(root.node()->bounds, last, at);
-    stack.push(*root.node(), hits, at);
-    while (!stack.empty()) {
-        const auto next = stack.pop();
-        if (next.at > last) continue;
-        if (next.child.is_block()) {
-            visit(*next.child.block());
-        } else {
-            const Node<Dim, T>& node = *next.child.node();
-            hits = test.meet(node.bounds, last, at);
-            stack.push(node, hits, at);
-        }
-    }
+    search_nearing<Dim, T>(
+        root, last,
+        [&](const Bounds<Dim, T>& bounds, T* when) HWY_ATTR { return test.meet(bounds, last, when); }, visit);
     return best;
 }
 
@@ -574,17 +579,18 @@ template <int Dim, class T>
 HWY_ATTR void search_nearest(Child<Dim, T> root, const T* point, Wanted wanted, Best<T>& best)
 {
     alignas(64) T at[lanes];
-    const auto within = [&](const Bounds<Dim, T>& bounds) HWY_ATTR {
+    const auto within = [&](const Bounds<Dim, T>& bounds, T* far) HWY_ATTR {
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
             const Vec<T> each = distances<Dim, T>(bounds, point, k);
-            each.store(at + k);
-            bits |= Vec<T>::bits(each <= Vec<T>::set(best.limit)) << k;
+            const auto reached = each <= Vec<T>::set(best.limit);
+            Vec<T>::choose(reached, each, Vec<T>::set(std::numeric_limits<T>::infinity())).store(far + k);
+            bits |= Vec<T>::bits(reached) << k;
         }
         return bits;
     };
     const auto visit = [&](const Block<Dim, T>& block) HWY_ATTR {
-        for (unsigned hits = within(block.bounds); hits != 0; hits &= hits - 1) {
+        for (unsigned hits = within(block.bounds, at); hits != 0; hits &= hits - 1) {
             const auto lane = static_cast<std::uint32_t>(std::countr_zero(hits));
             const Hit<T> hit{block.id[lane], at[lane]};
             if (hit.id == no_id) continue;
@@ -600,21 +606,7 @@ HWY_ATTR void search_nearest(Child<Dim, T> root, const T* point, Wanted wanted, 
             if (best.size == best.wanted) best.limit = best.heap[0].at;
         }
     };
-    if (!root || best.wanted == 0) return;
-    Stack<Dim, T> stack;
-    unsigned hits = within(root.node()->bounds);
-    stack.push(*root.node(), hits, at);
-    while (!stack.empty()) {
-        const auto next = stack.pop();
-        if (next.at > best.limit) continue;
-        if (next.child.is_block()) {
-            visit(*next.child.block());
-        } else {
-            const Node<Dim, T>& node = *next.child.node();
-            hits = within(node.bounds);
-            stack.push(node, hits, at);
-        }
-    }
+    if (best.wanted != 0) search_nearing<Dim, T>(root, best.limit, within, visit);
 }
 
 template <int Dim, class T>

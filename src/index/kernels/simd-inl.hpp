@@ -14,6 +14,8 @@ struct Vec
     static Vec set(T value) { return {value}; }
     void store(T* to) const { *to = v; }
     static unsigned bits(Mask mask) { return mask ? 1 : 0; }
+    static Vec choose(Mask mask, Vec yes, Vec no) { return mask ? yes : no; }
+    T least_lane() const { return v; }
 };
 template <class T>
 inline Vec<T> operator+(Vec<T> a, Vec<T> b)
@@ -67,6 +69,11 @@ struct Vec
     static HWY_ATTR HWY_INLINE Vec load(const T* from) { return {hn::Load(D(), from)}; }
     static HWY_ATTR HWY_INLINE Vec set(T value) { return {hn::Set(D(), value)}; }
     HWY_ATTR HWY_INLINE void store(T* to) const { hn::Store(v, D(), to); }
+    static HWY_ATTR HWY_INLINE Vec choose(Mask mask, Vec yes, Vec no)
+    {
+        return {hn::IfThenElse(mask, yes.v, no.v)};
+    }
+    HWY_ATTR HWY_INLINE T least_lane() const { return hn::GetLane(hn::MinOfLanes(D(), v)); }
     static HWY_ATTR HWY_INLINE unsigned bits(Mask mask)
     {
 #if HWY_TARGET == HWY_AVX3
