@@ -9,6 +9,7 @@
 #include <vector>
 
 #ifdef JOSTLE_WITH_TBB
+#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 #endif
@@ -130,9 +131,12 @@ class ThreadExecutor final : public Executor
 class TbbExecutor final : public Executor
 {
   public:
-    // Asked for more threads than the process may have, oneTBB runs with those it has.
+    // Asked for more threads than the process may have, oneTBB would run with those it has, and print that.
     explicit TbbExecutor(std::uint32_t threads)
-        : arena_(threads == 0 ? tbb::task_arena::automatic : static_cast<int>(threads))
+        : arena_(threads == 0 ? tbb::task_arena::automatic
+                              : static_cast<int>(std::min<std::size_t>(
+                                    threads, tbb::global_control::active_value(
+                                                 tbb::global_control::max_allowed_parallelism))))
     {
     }
     std::uint32_t concurrency() const noexcept override

@@ -52,11 +52,16 @@ namespace {
 template <int Dim, class T>
 void check_sizes(const engine::Boxes<Dim, T>& boxes)
 {
-    for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b})
+    for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b}) {
+        for (int d = 0; d < Dim; ++d)
+            if (!set->empty() && (set->lo_pointer(d) == nullptr || set->hi_pointer(d) == nullptr))
+                throw Error(ErrorCode::invalid_argument,
+                            "a view of " + std::to_string(set->size()) + " boxes with a null pointer");
         if (set->size() > std::numeric_limits<std::uint32_t>::max())
             throw Error(ErrorCode::too_many_objects,
                         std::to_string(set->size()) +
                             " boxes: objects are numbered with 32 bits; split the set");
+    }
 }
 
 void check(const Filter& filter, std::size_t size, std::size_t)
@@ -75,6 +80,11 @@ bool is_empty(const AnyFilter& filter)
         return filter.mask.empty() && filter.owner.empty() && !filter.accept;
     else
         return filter.mask_a.empty() && filter.owner_a.empty() && !filter.accept;
+}
+
+void check_sink(PairSink sink)
+{
+    if (!sink) throw Error(ErrorCode::invalid_argument, "no sink to stream to; find() stores the pairs");
 }
 
 /// Throws for the lowest bad box, if any.
@@ -178,6 +188,7 @@ PairFinder::PairFinder(const FinderOptions& options)
     : implementation_(std::make_unique<Implementation>(options))
 {
     (void)checked(options.instruction_set);
+    check_memory(options.memory);
 }
 PairFinder::PairFinder(PairFinder&&) noexcept = default;
 PairFinder& PairFinder::operator=(PairFinder&&) noexcept = default;
@@ -213,6 +224,7 @@ void PairFinder::release_memory() noexcept
     implementation_->result.release();
     implementation_->sorted.release();
     implementation_->sorter.release();
+    implementation_->stats.bytes_reserved = implementation_->engine.bytes();
 }
 
 template <int Dim, Coordinate T>
@@ -231,6 +243,7 @@ const PairBuffer& PairFinder::find(const BoxView<Dim, T>& a, const BoxView<Dim, 
 template <int Dim, Coordinate T>
 bool PairFinder::stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter)
 {
+    check_sink(sink);
     return implementation_->search(engine::Boxes<Dim, T>{boxes, {}, false}, sink, filter);
 }
 
@@ -238,6 +251,7 @@ template <int Dim, Coordinate T>
 bool PairFinder::stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
                         const CrossFilter& filter)
 {
+    check_sink(sink);
     return implementation_->search(engine::Boxes<Dim, T>{a, b, true}, sink, filter);
 }
 

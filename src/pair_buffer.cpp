@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cassert>
 #include <new>
+#include <string>
 #include <utility>
 
+#include "jostle/error.hpp"
 #include "pair_arena.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -48,7 +50,9 @@ std::vector<Pair> PairBuffer::to_vector() const
 
 void PairBuffer::copy_to(std::span<Pair> out) const
 {
-    assert(out.size() >= size_);
+    if (out.size() < size_)
+        throw Error(ErrorCode::size_mismatch, "room for " + std::to_string(out.size()) +
+                                                  " pairs, but there are " + std::to_string(size_));
     auto next = out.begin();
     for (const std::span<const Pair> block : blocks_)
         next = std::copy(block.begin(), block.end(), next);

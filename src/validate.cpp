@@ -99,6 +99,12 @@ bool owners_differ(std::uint32_t a, std::uint32_t b) noexcept
 
 } // namespace
 
+void check_memory(const std::pmr::memory_resource* memory)
+{
+    if (memory == nullptr)
+        throw Error(ErrorCode::invalid_argument, "memory is null; leave it out for the default resource");
+}
+
 InstructionSet checked(InstructionSet set)
 {
     std::string known;

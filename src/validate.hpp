@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <memory_resource>
+
 #include "jostle/box.hpp"
 #include "jostle/find_pairs.hpp"
 
@@ -21,6 +23,8 @@ void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t siz
 
 /// `set`, or the `Error` that this machine can't run it.
 InstructionSet checked(InstructionSet set);
+
+void check_memory(const std::pmr::memory_resource* memory);
 
 /// The definition of the filters, but for `accept`. Between two sets `b` belongs to the second.
 bool passes(const Filter& filter, std::uint32_t a, std::uint32_t b) noexcept;

@@ -594,7 +594,8 @@ Examples:
   jostle bench --peers --report report.html       beside other systems, with plots
   jostle bench world                              objects that move and rest, and events
   jostle bench questions                          rays, regions, nearest objects
-  jostle bench contacts                           where shapes touch, pair by pair)";
+  jostle bench contacts                           where shapes touch, pair by pair
+  jostle bench responses                          work on pairs shared out, and what it does added up)";
 }
 
 } // namespace
@@ -616,7 +617,9 @@ void add_bench_command(CLI::App& app)
         ->check(CLI::IsMember({2, 3}).description(""))
         ->type_name("D");
     command->add_flag("--double", options->with_double, "Coordinates in double rather than float");
-    command->add_option("--seed", options->seed, "Other boxes of the same kind (1)")->type_name("S");
+    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
+                      "Other boxes of the same kind (1)")
+        ->type_name("S");
     command
         ->add_option_function<std::string>(
             "--isa",

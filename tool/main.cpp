@@ -79,7 +79,8 @@ Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fau
     } catch (const jostle::Error& error) {
         return fail(exit_usage, error.what());
     } catch (const std::bad_alloc&) {
-        return fail(exit_internal, "out of memory; use fewer boxes at a time");
+        return fail(exit_usage,
+                    "out of memory; use fewer boxes at a time, or what doesn't store pairs (--stats)");
     } catch (const std::exception& error) {
         return fail(exit_internal, std::string("internal error: ") + error.what());
     }

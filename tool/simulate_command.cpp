@@ -215,7 +215,9 @@ void add_simulate_command(CLI::App& app)
         ->type_name("N");
     add_number_option(*command, "--frames", options->frames, 1u, 1'000'000u, "How many frames (300)")
         ->type_name("F");
-    command->add_option("--seed", options->seed, "Other bodies of the same kind (1)")->type_name("S");
+    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
+                      "Other bodies of the same kind (1)")
+        ->type_name("S");
     add_threads_option(*command, options->threads);
     command
         ->add_option_function<std::string>(

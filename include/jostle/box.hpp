@@ -59,13 +59,17 @@ class StridedView
         : first_(reinterpret_cast<const std::byte*>(first)), stride_(stride_bytes), size_(size)
     {
     }
-    template <std::size_t Extent>
-    StridedView(std::span<const T, Extent> values) noexcept : StridedView(values.data(), values.size())
+    /// An array, vector or span.
+    template <class Container>
+        requires std::convertible_to<const Container&, std::span<const T>>
+    StridedView(const Container& values) noexcept
+        : StridedView(std::span<const T>(values).data(), std::span<const T>(values).size())
     {
     }
     /// The member `field` of each struct of an array, read in place.
-    template <class Struct>
-    StridedView(std::span<const Struct> structs, T Struct::* field) noexcept
+    template <class Item, std::size_t Extent, class Struct>
+        requires std::same_as<std::remove_const_t<Item>, Struct>
+    StridedView(std::span<Item, Extent> structs, T Struct::* field) noexcept
         : StridedView(structs.empty() ? nullptr : &(structs.front().*field), structs.size(), sizeof(Struct))
     {
     }

@@ -14,8 +14,8 @@ class FunctionRef;
 
 /// A reference to something callable: two pointers, no allocation, no ownership.
 ///
-/// Lifetime  the callable must outlive the reference. A lambda written in the argument list of the
-///           call that takes the FunctionRef does.
+/// Lifetime  the callable must outlive the reference. A lambda written in the argument list of the call that
+///           takes the FunctionRef does; one that is assigned would not, and doesn't compile: give it a name.
 template <class Result, class... Args>
 class FunctionRef<Result(Args...)>
 {
@@ -27,19 +27,40 @@ class FunctionRef<Result(Args...)>
         requires(!std::is_same_v<std::remove_cvref_t<F>, FunctionRef> &&
                  std::is_invocable_r_v<Result, F&, Args...>)
     FunctionRef(F&& callable)
-        : object_(const_cast<void*>(static_cast<const void*>(std::addressof(callable)))),
-          call_([](void* object, Args... args) -> Result {
-              return (*static_cast<std::remove_reference_t<F>*>(object))(std::forward<Args>(args)...);
-          })
     {
+        if constexpr (is_function<F>) {
+            using Function = std::remove_pointer_t<std::decay_t<F>>;
+            target_.function = reinterpret_cast<void (*)()>(static_cast<Function*>(callable));
+            call_ = [](Target target, Args... args) -> Result {
+                return (*reinterpret_cast<Function*>(target.function))(std::forward<Args>(args)...);
+            };
+        } else {
+            target_.object = const_cast<void*>(static_cast<const void*>(std::addressof(callable)));
+            call_ = [](Target target, Args... args) -> Result {
+                return (*static_cast<std::remove_reference_t<F>*>(target.object))(
+                    std::forward<Args>(args)...);
+            };
+        }
     }
+    template <class F>
+        requires(!std::is_same_v<std::remove_cvref_t<F>, FunctionRef> && !std::is_lvalue_reference_v<F> &&
+                 !std::is_function_v<std::remove_pointer_t<std::decay_t<F>>>)
+    FunctionRef& operator=(F&&) = delete;
 
-    Result operator()(Args... args) const { return call_(object_, std::forward<Args>(args)...); }
+    Result operator()(Args... args) const { return call_(target_, std::forward<Args>(args)...); }
     explicit operator bool() const noexcept { return call_ != nullptr; }
 
   private:
-    void* object_ = nullptr;
-    Result (*call_)(void*, Args...) = nullptr;
+    union Target
+    {
+        void* object = nullptr;
+        void (*function)();
+    };
+    template <class F>
+    static constexpr bool is_function = std::is_function_v<std::remove_pointer_t<std::decay_t<F>>>;
+
+    Target target_;
+    Result (*call_)(Target, Args...) = nullptr;
 };
 
 JOSTLE_NAMESPACE_END

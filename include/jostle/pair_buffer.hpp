@@ -101,7 +101,7 @@ class JOSTLE_API PairBuffer
         return {blocks_.data() + blocks_.size(), blocks_.data() + blocks_.size()};
     }
 
-    /// One array, in the buffer's order. `copy_to` wants room for size() pairs.
+    /// One array, in the buffer's order. `copy_to` wants room for size() pairs, or throws.
     [[nodiscard]] std::vector<Pair> to_vector() const;
     void copy_to(std::span<Pair> out) const;
 

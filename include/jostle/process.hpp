@@ -52,7 +52,8 @@ struct WorkPlan
     std::uint32_t slots = 1; ///< min(executor's concurrency, blocks), at least 1
 };
 
-/// How process_items and process_pairs cut that many items.
+/// How process_items and process_pairs cut that many items, if they are given the same options: the slots are
+/// those of the executor.
 [[nodiscard]] JOSTLE_API WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options = {});
 
 /// Calls work_on(begin, end, work) for each block [begin, end) of the items 0 to `items` - 1.
@@ -71,7 +72,8 @@ struct Batch
 using PairBatch = Batch<Pair>;
 
 template <class F, class Item>
-concept ItemProcess = std::invocable<F&, const Batch<Item>&> || std::invocable<F&, const Item&, Work>;
+concept ItemProcess = std::invocable<F&, const Batch<Item>&> || std::invocable<F&, const Item&, Work> ||
+                      std::invocable<F&, const Item&>;
 
 namespace detail {
 /// Calls process(run, offset, first, count, work) for each part of a block that lies in one run.
@@ -93,13 +95,17 @@ void process_each(std::span<const std::span<const Item>> runs, std::uint64_t ite
                 process(Batch<Item>{some, first, work});
             else
                 for (const Item& item : some)
-                    process(item, work);
+                    if constexpr (std::invocable<F&, const Item&, Work>)
+                        process(item, work);
+                    else
+                        process(item);
         },
         options);
 }
 } // namespace detail
 
-/// Calls process(pair, work) for every pair, or process(batch) for runs of them, whichever `process` takes.
+/// Calls process(pair, work) or process(pair) for every pair, or process(batch) for runs of them, whichever
+/// `process` takes.
 ///
 /// Order    the pairs of a block in the buffer's order; blocks at the same time. A block whose pairs lie in
 ///          several pieces of memory comes as several batches, one after another.

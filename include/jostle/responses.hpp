@@ -156,7 +156,7 @@ class JOSTLE_API ResponseStore
 /// Each task adds to any object it likes, without locks and without writing a line of memory that another
 /// task writes; after the work a merge puts together what belongs to one object.
 ///
-///     responses.start(objects, plan_work(pairs.size(), options));
+///     responses.start(objects, plan_work(pairs.size(), options)); // the same options as below
 ///     process_pairs(pairs, [&](Pair pair, Work work) { responses.add(work, pair.a, ...); }, options);
 ///     std::span<const T> sums = responses.merge();
 ///
@@ -165,7 +165,7 @@ class JOSTLE_API ResponseStore
 ///          in which they were added, beginning with T{}; then the blocks' results in ascending order,
 ///          beginning with T{}. With one block that is a plain loop.
 /// T        trivially copyable. T{} must be neutral: merging it changes nothing.
-/// Merge    merge(into, value): T& and const T&. Called on several threads at a time.
+/// Merge    merge(into, value): T& and const T&. Called on several threads at a time; must not throw.
 /// Threads  add() on several threads at a time if their slots differ; blocks in any order; all adds of one
 ///          block with one slot. All else one call at a time.
 /// Memory   kept from frame to frame: a steady frame allocates nothing, whichever slot does how much.
@@ -220,6 +220,7 @@ class Responses
 
     /// The merged responses, by object; T{} where there were none. Uses up what was added. Valid until the
     /// next start(), and the same when called again before it.
+    /// Errors   std::bad_alloc, where blocks were worked on out of order; nothing is lost, call it again.
     /// Cost     one pass over the responses, and over the objects that have or had one; parallel.
     std::span<const T> merge()
     {

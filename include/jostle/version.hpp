@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#if !defined(_MSVC_LANG) && __cplusplus < 202002L
+#error "Jostle needs C++20: compile with -std=c++20"
+#endif
+
 /// Version of these headers. The numbers are read by CMakeLists.txt; they stand nowhere else.
 #define JOSTLE_VERSION_MAJOR 0
 #define JOSTLE_VERSION_MINOR 1

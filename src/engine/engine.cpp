@@ -7,6 +7,7 @@
 #include <limits>
 #include <mutex>
 
+#include "exact_floats.hpp"
 #include "pair_arena.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -214,7 +215,8 @@ class Engine::Run
           jobs_(engine.jobs_)
     {
         const std::size_t wanted = std::max<std::size_t>(1, boxes.size() / boxes_per_thread);
-        slots_ = static_cast<std::uint32_t>(std::min<std::size_t>(engine.executor_->concurrency(), wanted));
+        slots_ = static_cast<std::uint32_t>(
+            std::min<std::size_t>(std::max(1u, engine.executor_->concurrency()), wanted));
         engine.use_slots(slots_);
         blocks_.clear();
         jobs_.clear();
@@ -233,6 +235,7 @@ class Engine::Run
 
     bool operator()()
     {
+        const ExactFloats exact;
         const auto t0 = Clock::now();
         Sample& sample = *slot(0).sample.reserve_exactly(1);
         sample_boxes(sample);
@@ -382,6 +385,7 @@ class Engine::Run
     void each_slot(const Body& body)
     {
         auto task = [&](std::uint32_t s) {
+            const ExactFloats exact;
             try {
                 body(slot(s), s);
             } catch (...) {

@@ -5,6 +5,8 @@
 #include <mutex>
 #include <string>
 
+#include "validate.hpp"
+
 JOSTLE_NAMESPACE_BEGIN
 namespace detail {
 
@@ -54,7 +56,7 @@ struct ResponseStore::Pool
 };
 
 ResponseStore::ResponseStore(const ResponsesOptions& given, std::size_t value_size, std::size_t entry_size)
-    : options(given),
+    : options((check_memory(given.memory), given)),
       value_size_(value_size),
       entry_size_(entry_size),
       header_size_(64), // entries of 32 bytes lie on one line

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "harness.hpp"
+#include "jostle/responses.hpp"
 
 namespace contract {
 namespace {
@@ -181,6 +182,39 @@ TEST(BadBox, ValidateThrowsWhatASearchThrows)
     boxes[7].lo[1] = 1e300;
     const Error expected = error_of([&] { jostle::validate_boxes(BoxView<2, double>(boxes)); });
     EXPECT_STREQ(error_of_search(BoxView<2, double>(boxes)).what(), expected.what());
+}
+
+TEST(BadArgument, IsAnErrorAndNotACrash)
+{
+    const Boxes<3, float> boxes = make_scene<3, float>(Scene::uniform, 5'000, 1);
+    const auto expect = [](ErrorCode code, auto&& call) { EXPECT_EQ(error_of(call).code(), code); };
+    jostle::FinderOptions without_memory;
+    without_memory.memory = nullptr;
+    expect(ErrorCode::invalid_argument, [&] { jostle::PairFinder{without_memory}; });
+    expect(ErrorCode::invalid_argument, [] {
+        jostle::ResponsesOptions options;
+        options.memory = nullptr;
+        jostle::Responses<int>{options};
+    });
+    expect(ErrorCode::invalid_argument,
+           [] { (void)jostle::find_pairs(BoxView<3, float>::strided(nullptr, nullptr, 10, 24)); });
+    expect(ErrorCode::invalid_argument, [&] { (void)jostle::PairFinder().stream(boxes, {}); });
+    const jostle::PairBuffer pairs = jostle::find_pairs(boxes);
+    std::vector<Pair> room(pairs.size() - 1);
+    expect(ErrorCode::size_mismatch, [&] { pairs.copy_to(room); });
+
+    struct NoThreads final : jostle::Executor
+    {
+        std::uint32_t concurrency() const noexcept override { return 0; }
+        void run(std::uint32_t count, jostle::FunctionRef<void(std::uint32_t)> task) override
+        {
+            for (std::uint32_t i = 0; i < count; ++i)
+                task(i);
+        }
+    } none;
+    jostle::FinderOptions options;
+    options.executor = &none;
+    EXPECT_EQ(jostle::PairFinder(options).find(boxes).to_vector(), pairs.to_vector());
 }
 
 TEST(BadFilter, ColumnsOfTheWrongLength)

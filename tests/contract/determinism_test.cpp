@@ -10,6 +10,11 @@
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <thread>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
 
 #include "harness.hpp"
 #include "jostle/jostle.hpp"
@@ -148,6 +153,56 @@ TEST(InstructionSets, OneThatCantBeRunHereIsRefused)
         EXPECT_EQ(refuses([&] { jostle::World3f{world}; }), !known);
     }
 }
+
+#if defined(__SSE2__)
+/// Sets a thread's mode, as a program does that was linked with -ffast-math.
+class Flushing
+{
+  public:
+    Flushing() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040); }
+    ~Flushing() { _mm_setcsr(before_); }
+
+  private:
+    unsigned before_;
+};
+
+TEST(Order, SameWhereTheHostFlushesDenormals)
+{
+    // Neighbours a denormal apart, and boxes of denormal size.
+    std::vector<jostle::Aabb3f> boxes;
+    for (int i = 0; i < 20'000; ++i) {
+        const float y = static_cast<float>(i % 200), z = static_cast<float>(i / 200);
+        boxes.push_back({{-1, y, z}, {0, y, z}});
+        boxes.push_back({{i % 2 == 0 ? 1e-40f : -1e-40f, y, z}, {1, y, z}});
+        boxes.push_back({{2, y, z}, {2, y + 1e-41f, z + 1e-42f}});
+    }
+    const std::vector<Pair> expected = jostle::find_pairs(boxes).to_vector();
+    EXPECT_EQ(expected.size(), 10'000u);
+    const auto run = [](void*, std::uint32_t count, void (*task)(void*, std::uint32_t), void* context) {
+        std::vector<std::thread> threads;
+        for (std::uint32_t i = 0; i < count; ++i)
+            threads.emplace_back([=] {
+                const Flushing flushing;
+                task(context, i);
+            });
+        for (std::thread& thread : threads)
+            thread.join();
+    };
+    jostle::CallbackExecutor flushing_threads(3, nullptr, run);
+    for (jostle::Executor* executor : {&jostle::serial_executor(), &jostle::default_executor(),
+                                       static_cast<jostle::Executor*>(&flushing_threads)})
+        for (const auto set : jostle::supported_instruction_sets()) {
+            jostle::FinderOptions options;
+            options.executor = executor;
+            options.instruction_set = set;
+            jostle::PairFinder finder(options);
+            const Flushing flushing;
+            const unsigned mode = _mm_getcsr();
+            EXPECT_EQ(finder.find(boxes).to_vector(), expected) << jostle::name(set);
+            EXPECT_EQ(_mm_getcsr() & 0x8040u, mode & 0x8040u) << "it must be left as it was";
+        }
+}
+#endif
 
 TEST(Order, SameInManyRuns)
 {

@@ -149,6 +149,17 @@ TEST(ProcessPairs, EveryPairOnceInItsPlace)
 
 constexpr Schedule schedules[] = {Schedule::dynamic, Schedule::zigzag, Schedule::equal_blocks};
 
+TEST(ProcessPairs, TakesWhatNeedsThePairAlone)
+{
+    const jostle::PairBuffer pairs = some_pairs(500);
+    std::atomic<std::uint64_t> sum = 0, expected = 0;
+    jostle::process_pairs(pairs, [&](const Pair& pair) { sum += pair.a + 3ull * pair.b; });
+    for (const Pair& pair : pairs)
+        expected += pair.a + 3ull * pair.b;
+    EXPECT_EQ(sum, expected);
+    EXPECT_GT(sum, 0u);
+}
+
 TEST(ProcessAllPairs, EverySchedulePassesEveryPairOnceInTheSameBlocks)
 {
     for (const std::uint32_t objects : {0u, 1u, 2u, 3u, 9u, 10u, 64u, 401u})

@@ -277,16 +277,16 @@ TEST_F(Errors, Output)
     expect_error({"pairs", "b.csv", "-o", "./b.csv"},
                  "./b.csv: is the input itself; choose another name for the output");
     expect_error({"pairs", "b.csv", "-o", "gone/out.csv"},
-                 "gone/out.csv: No such file or directory; choose another place with -o");
+                 "gone/out.csv: No such file or directory; choose another place");
     std::filesystem::create_directory(folder / "dir.csv");
     expect_error({"pairs", "b.csv", "-o", "dir.csv"},
-                 "dir.csv: Is a directory; choose another place with -o");
+                 "dir.csv: Is a directory; choose another place");
     expect_error({"pairs", "b.csv", "-o", "b.csv/out.csv"},
-                 "b.csv/out.csv: Not a directory; choose another place with -o");
+                 "b.csv/out.csv: Not a directory; choose another place");
     // A device is written as it is, not replaced by a file.
     std::filesystem::create_symlink("/dev/full", folder / "full.csv");
     expect_error({"pairs", "b.csv", "-o", "full.csv"},
-                 "full.csv: No space left on device; make room, or write elsewhere with -o");
+                 "full.csv: No space left on device; make room, or write elsewhere");
     EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
 }
 
@@ -308,7 +308,7 @@ TEST_F(BigOutput, AFullDiskLeavesWhatWasThere)
     for (const std::string out : {"out.csv", "new.csv"}) {
         const Result result = wait(start({"pairs", "b.csv", "-o", out}, "", 5000000));
         EXPECT_EQ(result.exit_code, 2);
-        EXPECT_EQ(result.err, "jostle: " + out + ": File too large; make room, or write elsewhere with -o\n");
+        EXPECT_EQ(result.err, "jostle: " + out + ": File too large; make room, or write elsewhere\n");
     }
     EXPECT_EQ(read("out.csv"), "precious");
     EXPECT_EQ(files(), (std::vector<std::string>{"b.csv", "out.csv"}));

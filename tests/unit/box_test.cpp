@@ -154,6 +154,16 @@ TEST(StridedView, MembersArraysAndStrides)
         EXPECT_EQ(backwards[i], 9 - i);
     }
     EXPECT_EQ(every_third[3], 9u);
+    // What a program holds is seldom const.
+    std::vector<Body> mine = bodies(4);
+    std::vector<std::uint32_t> numbers = {7, 8, 9};
+    StridedView<std::uint32_t> view = {std::span(mine), &Body::group};
+    EXPECT_EQ(&view[1], &mine[1].group);
+    view = numbers;
+    EXPECT_EQ(view.size(), 3u);
+    view = std::span(numbers).first(2);
+    EXPECT_EQ(view.size(), 2u);
+    EXPECT_EQ(view[1], 8u);
     EXPECT_TRUE(StridedView<std::uint32_t>().empty());
     EXPECT_TRUE(StridedView<std::uint32_t>(std::span<const Body>(), &Body::group).empty());
 }

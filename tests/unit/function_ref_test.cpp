@@ -52,6 +52,28 @@ TEST(FunctionRef, TakesLambdasConstObjectsAndPlainFunctions)
     EXPECT_EQ(call_with_three(counting), 2); // the object itself, not a copy
 }
 
+TEST(FunctionRef, KeepsFunctionsByValueAndRefusesToBeAssignedWhatWouldDie)
+{
+    using Reference = FunctionRef<int(int)>;
+    Reference reference = doubled;
+    EXPECT_EQ(reference(4), 8);
+    reference = Reference(); // forgets it
+    EXPECT_FALSE(reference);
+    reference = &doubled; // the pointer is a temporary, the function isn't
+    EXPECT_EQ(reference(5), 10);
+    auto named = [](int x) { return x - 1; };
+    reference = named;
+    EXPECT_EQ(reference(5), 4);
+    static_assert(std::is_assignable_v<Reference&, decltype(named)&>);
+    static_assert(!std::is_assignable_v<Reference&, decltype(named)>);
+    struct Holder
+    {
+        Reference accept = {};
+    };
+    const auto ask = [](const Holder& holder) { return holder.accept(1); };
+    EXPECT_EQ(ask({.accept = [](int x) { return x + 6; }}), 7); // lives as long as the call
+}
+
 TEST(FunctionRef, PassesReferencesMoveOnlyValuesAndExceptions)
 {
     std::string text = "a";

@@ -112,9 +112,8 @@ void OutputFile::commit()
 void OutputFile::fail(int error) const
 {
     throw UsageError(name_ + ": " + std::strerror(error) + "; " +
-                     (error == ENOSPC || error == EDQUOT || error == EFBIG
-                          ? "make room, or write elsewhere with -o"
-                          : "choose another place with -o"));
+                     (error == ENOSPC || error == EDQUOT || error == EFBIG ? "make room, or write elsewhere"
+                                                                           : "choose another place"));
 }
 
 } // namespace jostle_tool
