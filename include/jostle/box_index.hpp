@@ -52,6 +52,8 @@ struct IndexStats
 ///           question about the logarithm of the number of objects plus its results.
 /// Threads   questions (the const members) may be asked from any number of threads at a time while no other
 ///           member runs.
+/// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes denormal
+///           numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` naming the bad box, id or question and what is wrong with it, std::bad_alloc, or what a
 ///           callback threw: the index is as before the call, a result buffer is empty or cut short.
 /// Source    docs/guide/queries.md

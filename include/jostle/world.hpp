@@ -167,6 +167,8 @@ enum class DrawKind : std::uint8_t
 ///           greatest `sequence` wins, and of equals a fixed choice by the values. A removal beats
 ///           everything. Which ids add() hands out does depend on who asks first: where that matters, add
 ///           from one thread at a time.
+/// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes denormal
+///           numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` that names the object and the value, from the call that was given it: stale ids, NaN
 ///           or inverted boxes. `std::bad_alloc`. Either leaves the world as it was before the call.
 template <int Dim, Coordinate T>
