@@ -43,7 +43,8 @@ constexpr SceneInfo scenes[] = {
     {"moving", "all boxes move", 0, 0},
     {"static-1m", "1,000,000 boxes at rest, 100 that move", 1'000'000, 100},
     {"static-2m", "2,000,000 boxes at rest, 2,000 that move", 2'000'000, 2'000},
-    {"churn", "each frame 1 in 20 boxes moves, others every 8 frames, and 1 in 200 leaps elsewhere", 0, 0},
+    {"churn", "1 in 20 boxes moves, others every 8 frames; 1 in 200 is replaced, teleported or filtered anew",
+     0, 0},
 };
 
 struct Options
@@ -97,11 +98,13 @@ class Motion
                 }
         } else if (std::string(info_.name) == "churn") {
             moved_.clear();
+            leapt_.clear();
             for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
                 const std::uint32_t turn = (i + frame_ / 8) % 20;
                 const bool leaps = random_.below(200) == 0;
                 if (turn != 0 && !leaps) continue;
                 moved_.push_back(i);
+                if (leaps) leapt_.push_back(i);
                 for (int d = 0; d < 3; ++d) {
                     const float size = boxes_[i].hi[d] - boxes_[i].lo[d];
                     const auto by = static_cast<float>(random_.uniform(-0.1, 0.1));
@@ -126,12 +129,14 @@ class Motion
 
     [[nodiscard]] std::span<const Aabb3f> boxes() const { return boxes_; }
     [[nodiscard]] std::span<const std::uint32_t> moved() const { return moved_; }
+    /// Of these, the ones that are elsewhere now.
+    [[nodiscard]] std::span<const std::uint32_t> leapt() const { return leapt_; }
 
   private:
     const SceneInfo& info_;
     jostle_scenes::Scene<3, float> scene_;
     std::vector<Aabb3f> boxes_;
-    std::vector<std::uint32_t> moved_;
+    std::vector<std::uint32_t> moved_, leapt_;
     std::vector<float> velocity_;
     jostle_scenes::Random random_;
     float extent_ = 0;
@@ -150,6 +155,8 @@ class System
     virtual ~System() = default;
     virtual void start(std::span<const Aabb3f> boxes) = 0;
     virtual void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) = 0;
+    /// What is to be said, before the frame, about boxes that leap.
+    virtual void leap(std::span<const Aabb3f>, std::span<const std::uint32_t>) {}
     [[nodiscard]] virtual Answer answer() = 0;
     virtual void stop() {}
     [[nodiscard]] virtual std::vector<std::pair<std::string, double>> stages() const { return {}; }
@@ -181,9 +188,30 @@ class Ours final : public System
         }
         world_.update(moved_ids_, moved_boxes_);
     }
+    /// In turn replaced by another object, teleported, and given another filter, which lets all pass as well.
+    void leap(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> leapt) override
+    {
+        for (std::size_t k = 0; k < leapt.size(); ++k) {
+            ObjectId& id = ids_[leapt[k]];
+            const Aabb3f& box = boxes[leapt[k]];
+            if (k % 3 == 0) {
+                world_.remove(id);
+                id = world_.add(box);
+            } else if (k % 3 == 1) {
+                world_.teleport(id, box);
+            } else {
+                world_.set_filter(id, {.category = 1u << k / 3 % 8});
+            }
+        }
+    }
     Answer answer() override
     {
-        const jostle::PairBuffer pairs = world_.pairs(); // by index, which is the order of adding
+        std::vector<std::uint32_t> number(world_.index_end());
+        for (std::uint32_t i = 0; i < ids_.size(); ++i)
+            number[ids_[i].index] = i;
+        std::vector<jostle::Pair> pairs = world_.pairs().to_vector();
+        for (jostle::Pair& pair : pairs)
+            pair = {std::min(number[pair.a], number[pair.b]), std::max(number[pair.a], number[pair.b])};
         return {pairs.size(), jostle::pair_checksum(pairs)};
     }
     std::vector<std::pair<std::string, double>> stages() const override
@@ -275,6 +303,7 @@ Measurement measure(System& system, Motion motion, std::uint32_t frames, Progres
     for (std::uint32_t frame = 0; frame < warm_up + frames; ++frame) {
         motion.step();
         const Clock::time_point before = Clock::now();
+        system.leap(motion.boxes(), motion.leapt());
         system.frame(motion.boxes(), motion.moved());
         const Clock::time_point after = Clock::now();
         if (frame + 1 == warm_up) result.answer = system.answer();
