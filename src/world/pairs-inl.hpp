@@ -300,14 +300,17 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
     const std::size_t runs =
         std::max<std::size_t>(1, (now.size() + world::run_length - 1) / world::run_length);
     kept_of_run.resize(runs);
+    // Where runs begin, looked up before any of them moves its pairs.
+    key_scratch.assign(runs + 1, world::no_key);
+    for (std::size_t run = 0; run < runs; ++run)
+        key_scratch[run] = run == 0 ? 0 : world::key_of(now[run * world::run_length]);
     const auto merge_run = [&](std::uint64_t run, std::uint64_t, Work) {
         const std::size_t begin = run * world::run_length,
                           end = std::min(now.size(), begin + world::run_length);
         const Pair* next = now.data() + begin;
         const Pair* const stop = now.data() + end;
         Pair* kept = now.data() + begin;
-        const std::uint64_t from = run == 0 ? 0 : world::key_of(now[begin]);
-        const std::uint64_t limit = run + 1 == runs ? world::no_key : world::key_of(now[end]);
+        const std::uint64_t from = key_scratch[run], limit = key_scratch[run + 1];
         world::PairCursor steady(last.persisted.blocks(), from), other(blocks(others), from),
             woke(blocks(woken), from);
         const auto number = static_cast<std::uint32_t>(run);
