@@ -465,7 +465,8 @@ struct Nearing
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size)
             bits |= Vec<T>::bits(Vec<T>::load(at + k) <= Vec<T>::set(nearest)) << k;
-        const int lane = std::countr_zero(bits & left);
+        // Of several equally near the last: the keys begin with the class of size, and big boxes end a search.
+        const int lane = static_cast<int>(std::bit_width(bits & left)) - 1;
         left &= ~(1u << lane);
         at[lane] = std::numeric_limits<T>::infinity();
         return node->child[lane];
