@@ -279,8 +279,7 @@ TEST_F(Errors, Output)
     expect_error({"pairs", "b.csv", "-o", "gone/out.csv"},
                  "gone/out.csv: No such file or directory; choose another place");
     std::filesystem::create_directory(folder / "dir.csv");
-    expect_error({"pairs", "b.csv", "-o", "dir.csv"},
-                 "dir.csv: Is a directory; choose another place");
+    expect_error({"pairs", "b.csv", "-o", "dir.csv"}, "dir.csv: Is a directory; choose another place");
     expect_error({"pairs", "b.csv", "-o", "b.csv/out.csv"},
                  "b.csv/out.csv: Not a directory; choose another place");
     // A device is written as it is, not replaced by a file.
