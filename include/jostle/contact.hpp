@@ -280,7 +280,7 @@ using ContactFinder3d = ContactFinder<3, double>;
 ///
 /// Errors    `Error` for an invalid pose, margin or tolerance.
 
-/// Do the shapes share a point?
+/// Do the shapes share a point? If so, contacts() finds at least one (but for what a height field's rim cuts).
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                                        const Pose<Dim, T>& pose_b);

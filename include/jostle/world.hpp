@@ -202,9 +202,12 @@ class JOSTLE_API World
     void move(ObjectId id, const Box& box, Vector displacement, std::uint32_t sequence = 0);
     /// The same as move; says that the places needn't be near each other.
     void teleport(ObjectId id, const Box& box, std::uint32_t sequence = 0);
-    /// New edge lengths, the same centre.
+    /// New edge lengths, the same centre: of the box as it is when the command takes effect. A displacement
+    /// stays.
     void resize(ObjectId id, Vector size, std::uint32_t sequence = 0);
+    /// With `accept`, this has it asked again about the object's pairs, also where the filter is the same.
     void set_filter(ObjectId id, const ObjectFilter& filter, std::uint32_t sequence = 0);
+    /// The object's own, which comes on top of the world's.
     void set_margin(ObjectId id, T margin, std::uint32_t sequence = 0);
     void set_enabled(ObjectId id, bool enabled, std::uint32_t sequence = 0);
 
@@ -212,7 +215,7 @@ class JOSTLE_API World
 
     /// Applies what was queued before the call and finds out what that did to the pairs.
     void update();
-    /// move(ids, boxes) by this thread, then update(); the boxes are read in place.
+    /// move(ids, boxes) by this thread, with sequence 0, then update(); the boxes are read in place.
     void update(std::span<const ObjectId> ids, const Boxes& boxes);
 
     // --- The pairs, as of the last update ---
@@ -228,7 +231,8 @@ class JOSTLE_API World
     /// much as `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;
 
-    // --- Questions, about the objects as of the last update; disabled ones don't count ---
+    // --- Questions, about the bounds (margins and displacements included) of the objects as of the last
+    // update; disabled ones don't count ---
     // As those of `BoxIndex`, with the same answers in the same order, an id's index standing for the id. The
     // first question after an update that moved objects brings the index of active objects up to date.
 
@@ -283,6 +287,7 @@ class JOSTLE_API World
     [[nodiscard]] Box bounds(ObjectId id) const;
     [[nodiscard]] ObjectFilter filter(ObjectId id) const;
     [[nodiscard]] bool enabled(ObjectId id) const;
+    /// The world's and the object's own together.
     [[nodiscard]] T margin(ObjectId id) const;
 
     // --- Snapshots, of the world as of the last update ---
@@ -293,7 +298,8 @@ class JOSTLE_API World
     [[nodiscard]] std::vector<std::byte> save() const;
     /// Becomes the world that was saved, with its margin; executor, memory and `accept` stay as they are
     /// here. Every later result is, byte for byte, what that world would have given. What was queued is
-    /// forgotten: no command may be given during the call. A snapshot that is cut short, altered or of
+    /// forgotten, and ids of objects whose addition was still queued are given out again (by a fork, too): no
+    /// command may be given during the call. A snapshot that is cut short, altered or of
     /// another kind of world is an `Error` that says so. Costs as much as adding all objects at once.
     void restore(std::span<const std::byte> snapshot);
     /// Another world like this one.

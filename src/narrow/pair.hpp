@@ -38,6 +38,47 @@ struct Found
 template <int Dim>
 using FoundList = std::pmr::vector<Found<Dim>>;
 
+/// What two parts say of their contact.
+enum class Answer
+{
+    none,
+    contact,
+    spare ///< they touch where a surface goes on: the neighbour should have the contact; one in case it hasn't
+};
+
+inline Answer answer_if(bool contact)
+{
+    return contact ? Answer::contact : Answer::none;
+}
+
+/// Takes the contacts of a pair's parts. If all that touch left it to their neighbours, the spare of those that
+/// reach deepest into each other counts: what touches has a contact.
+template <int Dim>
+class Collector
+{
+  public:
+    explicit Collector(FoundList<Dim>& found) : found_(found), before_(found.size()) {}
+    void add(Answer answer, const Found<Dim>& one, double gap)
+    {
+        if (answer == Answer::contact) found_.push_back(one);
+        if (answer != Answer::spare || (has_spare_ && !(gap < gap_))) return;
+        has_spare_ = true;
+        spare_ = one;
+        gap_ = gap;
+    }
+    void finish()
+    {
+        if (has_spare_ && found_.size() == before_) found_.push_back(spare_);
+    }
+
+  private:
+    FoundList<Dim>& found_;
+    std::size_t before_;
+    Found<Dim> spare_;
+    double gap_ = 0;
+    bool has_spare_ = false;
+};
+
 /// Appends the contacts of an arranged pair, by ascending (part_a, part_b).
 template <int Dim>
 void find_contacts(const Placed<Dim>& pair, double margin, FoundList<Dim>& found);

@@ -506,11 +506,12 @@ bool convex_contact(const Core2& a, const Core2& b, double margin, Manifold<2>& 
 
 /// b is a segment of a chain. Where the chain goes on level or bends towards a, its end can't be hit from the
 /// side: then only what lies over the segment counts, along its normal.
-bool sheet_contact(const Core2& a, const Part& b, double margin, Manifold<2>& manifold)
+Answer sheet_contact(const Core2& a, const Part& b, double margin, Manifold<2>& manifold, double& gap)
 {
     Gap<2> cores;
     core_gap(a, b.core, cores);
-    if (!(cores.distance <= a.radius + margin)) return false;
+    if (!(cores.distance <= a.radius + margin)) return Answer::none;
+    gap = cores.distance - a.radius;
     const double along = -dot(cores.normal, b.normal);
     const unsigned bits = along >= 0 ? b.sharp & 3u : (b.sharp >> 3) & 3u;
     const Vec2 n = -cores.normal;
@@ -519,27 +520,29 @@ bool sheet_contact(const Core2& a, const Part& b, double margin, Manifold<2>& ma
     const unsigned hit = lean > 0 ? 2 : 1;
     if (std::abs(lean) < 1e-9 * length(segment) || (bits & hit) != 0) {
         make_manifold(a, b.core, cores, margin, manifold);
-        return true;
+        return Answer::contact;
     }
     Clip clip;
     clip.n = along >= 0 ? -b.normal : b.normal;
     clip.t = right(clip.n);
     clip.radius_a = a.radius, clip.radius_b = 0, clip.margin = margin;
     const Side side_a = best_side(a, clip.n), side_b = best_side(b.core, -clip.n);
-    if (side_a.alignment > 0.5) {
+    const std::size_t corner = furthest(a, clip.n);
+    const Vec2 p = a.corner[corner];
+    const double at = dot(clip.t, p), s0 = dot(clip.t, side_b.from), s1 = dot(clip.t, side_b.to);
+    const auto add_corner = [&] {
+        clip.add(at, dot(clip.n, p), dot(clip.n, side_b.from), feature_id(vertex_feature, a.number[corner]),
+                 feature_id(edge_feature, side_b.number_from));
+    };
+    if (side_a.alignment > 0.5)
         clip_sides(clip, side_a, side_b);
-    } else {
-        const std::size_t corner = furthest(a, clip.n);
-        const Vec2 p = a.corner[corner];
-        const double at = dot(clip.t, p), s0 = dot(clip.t, side_b.from), s1 = dot(clip.t, side_b.to);
-        if (at >= std::min(s0, s1) && at <= std::max(s0, s1))
-            clip.add(at, dot(clip.n, p), dot(clip.n, side_b.from),
-                     feature_id(vertex_feature, a.number[corner]),
-                     feature_id(edge_feature, side_b.number_from));
-    }
-    if (clip.count == 0) return false;
+    else if (at >= std::min(s0, s1) && at <= std::max(s0, s1))
+        add_corner();
+    const Answer answer = clip.count != 0 ? Answer::contact : Answer::spare;
+    if (answer == Answer::spare) add_corner(); // where it reaches furthest through the line of the segment
+    if (clip.count == 0) return Answer::none;
     keep_two(clip, manifold);
-    return true;
+    return answer;
 }
 
 /// Both with their user's shapes refined for each other.
@@ -568,26 +571,28 @@ Core2 lowest_point(const Part& part, const Vec2& normal)
     return core;
 }
 
-bool part_contact(const Part& a, const Part& b, double margin, Manifold<2>& manifold)
+/// `gap` is set with Answer::spare: how far apart the parts are.
+Answer part_contact(const Part& a, const Part& b, double margin, Manifold<2>& manifold, double& gap)
 {
-    if (a.half_space && b.half_space) return false;
+    if (a.half_space && b.half_space) return Answer::none;
     if (!a.half_space && !b.half_space && (is_custom(a) || is_custom(b))) {
         const Refined refined(a, b);
-        return part_contact(refined.a, refined.b, margin, manifold);
+        return part_contact(refined.a, refined.b, margin, manifold, gap);
     }
     if (b.half_space)
-        return half_space_contact(lowest_point(a, b.normal), b.normal, b.offset, margin, manifold);
-    bool touches;
+        return answer_if(half_space_contact(lowest_point(a, b.normal), b.normal, b.offset, margin, manifold));
+    Answer answer;
     if (a.half_space)
-        touches = half_space_contact(lowest_point(b, a.normal), a.normal, a.offset, margin, manifold);
+        answer =
+            answer_if(half_space_contact(lowest_point(b, a.normal), a.normal, a.offset, margin, manifold));
     else if (a.surface == b.surface)
-        return convex_contact(a.core, b.core, margin, manifold);
+        return answer_if(convex_contact(a.core, b.core, margin, manifold));
     else if (b.surface != Surface::none)
-        return sheet_contact(a.core, b, margin, manifold);
+        return sheet_contact(a.core, b, margin, manifold, gap);
     else
-        touches = sheet_contact(b.core, a, margin, manifold);
-    if (touches) flip(manifold);
-    return touches;
+        answer = sheet_contact(b.core, a, margin, manifold, gap);
+    if (answer != Answer::none) flip(manifold);
+    return answer;
 }
 
 void part_gap(const Part& a, const Part& b, Gap<2>& gap)
@@ -627,14 +632,17 @@ template <>
 void find_contacts(const Placed<2>& pair, double margin, FoundList<2>& found)
 {
     if (!within_reach(pair, margin)) return;
+    Collector<2> collector(found);
     for_each_part_pair(pair, margin,
                        [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
                            Found<2> one;
-                           if (!part_contact(a, b, margin, one.manifold)) return;
+                           double gap = 0;
+                           const Answer answer = part_contact(a, b, margin, one.manifold, gap);
                            one.part_a = number_a;
                            one.part_b = number_b;
-                           found.push_back(one);
+                           collector.add(answer, one, gap);
                        });
+    collector.finish();
 }
 
 template <>

@@ -292,32 +292,47 @@ bool comes_from_above(const Part& ground, const Vec3& n)
     return dot(n, ground.normal) > 0 && dot(n, ground.core.frame.r.y) > 0;
 }
 
-bool ground_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold)
+/// Where the core reaches furthest through the triangle's plane, wherever the triangle ends.
+bool plane_contact(const Core3& a, const Part& b, double side, double margin, Manifold<3>& manifold)
+{
+    const Vec3 normal = b.normal * side;
+    const Vec3 lowest = furthest(a, -normal) - normal * a.radius;
+    const double height = dot(normal, lowest - b.core.frame * b.core.polytope.vertex(0));
+    if (height > margin) return false;
+    manifold.normal = -normal;
+    manifold.count = 1;
+    manifold.point[0] = {lowest - normal * (0.5 * height), -height, feature_id(vertex_feature, 0),
+                         feature_id(face_feature, side > 0 ? 0 : 1)};
+    return true;
+}
+
+/// A contact on the face, where the triangle's sides are no edges.
+Answer inner_contact(const Core3& a, const Part& b, double side, double margin, Manifold<3>& manifold)
+{
+    if (face_contact(a, b.core, side, margin, manifold)) return Answer::contact;
+    return plane_contact(a, b, side, margin, manifold) ? Answer::spare : Answer::none;
+}
+
+Answer ground_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold, double& gap)
 {
     const bool below = is_below(b, a);
     Gap<3> cores;
     core_gap(a, b.core, below ? HUGE_VAL : a.radius + margin, cores);
-    if (!below && !(cores.distance <= a.radius + margin)) return false;
+    gap = cores.distance - a.radius;
+    if (!below && !(cores.distance <= a.radius + margin)) return Answer::none;
     if (cores.distance > 0 && !below) {
-        if (!comes_from_above(b, -cores.normal)) return false; // the column it is in pushes it up
-        if (!touches_sharp_side(b, -cores.normal, 1)) return face_contact(a, b.core, 1, margin, manifold);
+        if (!comes_from_above(b, -cores.normal)) return Answer::none; // the column it is in pushes it up
+        if (!touches_sharp_side(b, -cores.normal, 1)) return inner_contact(a, b, 1, margin, manifold);
         make_manifold(a, b.core, cores, margin, manifold);
-        return true;
+        return Answer::contact;
     }
-    if (face_contact(a, b.core, 1, margin, manifold)) return true;
-    Vec3 lowest;
-    const double height = height_over(b, a, lowest);
-    if (height > margin) return false;
-    manifold.normal = -b.normal;
-    manifold.count = 1;
-    manifold.point[0] = {lowest - b.normal * (0.5 * height), -height, feature_id(vertex_feature, 0),
-                         feature_id(face_feature, 0)};
-    return true;
+    return answer_if(face_contact(a, b.core, 1, margin, manifold) ||
+                     plane_contact(a, b, 1, margin, manifold));
 }
 
-bool surface_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold)
+Answer surface_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold, double& gap)
 {
-    if (b.surface == Surface::ground) return ground_contact(a, b, margin, manifold);
+    if (b.surface == Surface::ground) return ground_contact(a, b, margin, manifold, gap);
     Gap<3> cores;
     cores.distance = HUGE_VAL;
     if (a.is_box && b.core.polytope.faces != 0) {
@@ -327,34 +342,36 @@ bool surface_contact(const Core3& a, const Part& b, double margin, Manifold<3>& 
         for (std::uint32_t i = 0; i < 3; ++i)
             corner[i] = a.frame.r.back(b.core.frame * b.core.polytope.vertex(i) - a.frame.p);
         const double separation = box_triangle(half, corner, margin, cores.normal);
-        if (separation > margin) return false;
+        if (separation > margin) return Answer::none;
         cores.normal = a.frame.r * cores.normal;
         if (separation <= 0) cores.distance = separation;
     }
     if (cores.distance == HUGE_VAL) core_gap(a, b.core, a.radius + margin, cores);
-    if (!(cores.distance <= a.radius + margin)) return false;
+    if (!(cores.distance <= a.radius + margin)) return Answer::none;
+    gap = cores.distance - a.radius;
     const double side =
         dot(cores.normal, b.normal) <= 0 ? 1 : -1; // the front where the normal comes down on it
-    if (!touches_sharp_side(b, -cores.normal, side)) return face_contact(a, b.core, side, margin, manifold);
+    if (!touches_sharp_side(b, -cores.normal, side)) return inner_contact(a, b, side, margin, manifold);
     make_manifold(a, b.core, cores, margin, manifold);
-    return true;
+    return Answer::contact;
 }
 
-bool part_contact(const Part& a, const Part& b, double margin, Manifold<3>& manifold)
+/// `gap` is set with Answer::spare: how far apart the parts are.
+Answer part_contact(const Part& a, const Part& b, double margin, Manifold<3>& manifold, double& gap)
 {
-    if (a.half_space && b.half_space) return false;
-    if (b.half_space) return half_space_contact(a.core, b.normal, b.offset, margin, manifold);
-    bool touches;
+    if (a.half_space && b.half_space) return Answer::none;
+    if (b.half_space) return answer_if(half_space_contact(a.core, b.normal, b.offset, margin, manifold));
+    Answer answer;
     if (a.half_space)
-        touches = half_space_contact(b.core, a.normal, a.offset, margin, manifold);
+        answer = answer_if(half_space_contact(b.core, a.normal, a.offset, margin, manifold));
     else if (a.surface == b.surface)
-        return convex_contact(a.core, b.core, margin, manifold);
+        return answer_if(convex_contact(a.core, b.core, margin, manifold));
     else if (b.surface > a.surface)
-        return surface_contact(a.core, b, margin, manifold);
+        return surface_contact(a.core, b, margin, manifold, gap);
     else
-        touches = surface_contact(b.core, a, margin, manifold);
-    if (touches) flip(manifold);
-    return touches;
+        answer = surface_contact(b.core, a, margin, manifold, gap);
+    if (answer != Answer::none) flip(manifold);
+    return answer;
 }
 
 void part_gap(const Part& a, const Part& b, double enough, Gap<3>& gap)
@@ -433,14 +450,17 @@ void find_contacts(const Placed<3>& pair, double margin, FoundList<3>& found)
 
 void find_contacts_generally(const Placed<3>& pair, double margin, FoundList<3>& found)
 {
+    Collector<3> collector(found);
     for_each_part_pair(pair, margin,
                        [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
                            Found<3> one;
-                           if (!part_contact(a, b, margin, one.manifold)) return;
+                           double gap = 0;
+                           const Answer answer = part_contact(a, b, margin, one.manifold, gap);
                            one.part_a = number_a;
                            one.part_b = number_b;
-                           found.push_back(one);
+                           collector.add(answer, one, gap);
                        });
+    collector.finish();
 }
 
 template <>

@@ -88,6 +88,65 @@ TEST(AFloor, CatchesNothingOnItsInnerSidesWhereItIsLevel)
             }
 }
 
+// Where a surface bends by less than a degree, a triangle leaves what touches its sides to its neighbour; where
+// it bends upwards, neither has it over itself.
+TEST(ASurface, HoldsWhatTouchesItHoweverGentlyItBends)
+{
+    for (const double k : {0.0003, 0.001, 0.004, 0.01, 0.1}) {
+        Terrain dome(7, 7, 0);
+        for (std::uint32_t z = 0; z < 7; ++z)
+            for (std::uint32_t x = 0; x < 7; ++x)
+                dome.vertices[z * 7 + x][1] = dome.heights[z * 7 + x] =
+                    -k * ((x - 3.0) * (x - 3.0) + (z - 3.0) * (z - 3.0));
+        const Mesh<3> mesh(dome.vertices, dome.triangles);
+        const HeightField field(HeightGrid<double>{dome.heights, 7, 7, 1, 1});
+        for (const Shape3& ground : {Shape3(mesh), Shape3(field)})
+            for (const Shape3& shape : movers())
+                for (int x = 8; x <= 40; ++x)
+                    for (int z = 8; z <= 40; z += 2)
+                        for (const double height : {0.05, 0.1, 0.2}) {
+                            const Pose3d pose{{x / 8.0, height, z / 8.0}, {0, 0, 0, 1}};
+                            const auto gap = distance(ground, Pose3d{}, shape, pose, 1.0);
+                            if (!gap || gap->distance > -1e-9) continue;
+                            ASSERT_FALSE(contacts(ground, Pose3d{}, shape, pose).empty())
+                                << k << " at " << x << " " << z << " " << height << ": " << gap->distance;
+                        }
+        using Point = Vec<2, double>;
+        const Mesh<2> chain(std::vector<Point>{{-1, 0}, {0, k}, {1, 0}},
+                            std::vector<Mesh<2>::Element>{{1, 0}, {2, 1}});
+        for (int x = -50; x <= 50; ++x)
+            for (const double height : {0.05, 0.1, 0.2}) {
+                const Pose2d pose{{x * 0.001, k + height}};
+                const Shape2 circle = Shape2::sphere(0.3);
+                ASSERT_TRUE(touching(Shape2(chain), Pose2d{}, circle, pose));
+                ASSERT_FALSE(contacts(Shape2(chain), Pose2d{}, circle, pose).empty()) << k << " " << x;
+            }
+    }
+}
+
+TEST(ASurface, HoldsThinBodiesThatAreSunkInTilted)
+{
+    const Terrain terrain(7, 7, 0);
+    const Mesh<3> mesh(terrain.vertices, terrain.triangles);
+    Random random(11);
+    for (const Vec<3, double>& half : {Vec<3, double>{0.5, 0.02, 0.5}, {0.1, 0.1, 0.5}, {0.5, 0.1, 0.5}}) {
+        const Shape3 box = Shape3::box(half);
+        for (int round = 0; round < 1500; ++round) {
+            Pose3d pose;
+            pose.rotation = random.rotation<double>();
+            pose.position = {random.uniform(2, 4), 0, random.uniform(2, 4)};
+            const double sunk = random.uniform(0.01, 0.2);
+            pose.position[1] = -bounds(box, pose).lo[1] - sunk;
+            if (!touching(Shape3(mesh), Pose3d{}, box, pose)) continue;
+            const auto found = contacts(Shape3(mesh), Pose3d{}, box, pose);
+            ASSERT_FALSE(found.empty()) << round;
+            for (const auto& contact : found)
+                for (std::uint32_t i = 0; i < contact.count; ++i)
+                    ASSERT_LE(contact.point[i].depth, 1.5);
+        }
+    }
+}
+
 TEST(AHeightField, IsSolidDownToItsThickness)
 {
     const Terrain terrain(12, 12, 0);
