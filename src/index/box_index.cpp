@@ -426,12 +426,10 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
 
 template <int Dim, Coordinate T>
 void BoxIndexAccess::join(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes,
-                          const BoxView<Dim, T>& before, const BoxView<Dim, T>& after,
-                          std::span<const index::Start<Dim, T>> starts, std::pmr::vector<Pair>& steady,
-                          std::pmr::vector<Pair>& rest)
+                          std::span<const index::Start<Dim, T>> starts, std::pmr::vector<Pair>& out)
 {
     auto& inside = *index.implementation_;
-    inside.joins.run(inside.tree, *inside.executor, boxes, before, after, starts, steady, rest);
+    inside.joins.run(inside.tree, *inside.executor, boxes, starts, out);
 }
 
 template <int Dim, Coordinate T>
@@ -486,7 +484,7 @@ void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>
 {
     out.clear();
     validate_boxes(boxes);
-    implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, out);
+    implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, {}, out);
 }
 
 /// ---- Single questions ----------------------------------------------------------------------------------
@@ -658,9 +656,8 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
                                                    std::uint64_t) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
-    template void BoxIndexAccess::join(BoxIndex<Dim, T>&, const BoxView<Dim, T>&, const BoxView<Dim, T>&,    \
-                                       const BoxView<Dim, T>&, std::span<const index::Start<Dim, T>>,        \
-                                       std::pmr::vector<Pair>&, std::pmr::vector<Pair>&);                    \
+    template void BoxIndexAccess::join(BoxIndex<Dim, T>&, const BoxView<Dim, T>&,                            \
+                                       std::span<const index::Start<Dim, T>>, std::pmr::vector<Pair>&);      \
     template void BoxIndexAccess::insert(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                  \
                                          const BoxView<Dim, T>&);                                            \
     template void BoxIndexAccess::erase(BoxIndex<Dim, T>&, std::span<const std::uint32_t>) noexcept;         \

@@ -10,14 +10,11 @@ JOSTLE_NAMESPACE_BEGIN
 class BoxIndexAccess
 {
   public:
-    /// BoxIndex::join of boxes that each hold two others. A pair whose object touches before[a] and after[a]
-    /// goes to `steady`, ascending by (a, b), any other to `rest`, in no order. Valid boxes only; a NaN in
-    /// before[a] says that no pair of `a` is steady. Box a is searched for in the blocks of starts[a], if
-    /// there are any, instead of in the index.
+    /// BoxIndex::join of valid boxes. Box a is searched for in the blocks of starts[a], if there are any,
+    /// instead of in the index.
     template <int Dim, Coordinate T>
-    static void join(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes, const BoxView<Dim, T>& before,
-                     const BoxView<Dim, T>& after, std::span<const index::Start<Dim, T>> starts,
-                     std::pmr::vector<Pair>& steady, std::pmr::vector<Pair>& rest);
+    static void join(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes,
+                     std::span<const index::Start<Dim, T>> starts, std::pmr::vector<Pair>& out);
     /// BoxIndex::insert and erase of ids and boxes that are known to be good.
     template <int Dim, Coordinate T>
     static void insert(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,

@@ -20,12 +20,10 @@ constexpr std::uint32_t boxes_per_thread = 512;
 template <int Dim, class T>
 struct Join<Dim, T>::Slot
 {
-    explicit Slot(std::pmr::memory_resource* memory) : work(memory), ids(memory), rest(memory) {}
+    explicit Slot(std::pmr::memory_resource* memory) : work(memory), ids(memory) {}
     JoinWork<Dim, T> work;
     engine::Buffer<std::uint32_t> ids; // of all askers so far
     std::size_t id_count = 0;
-    engine::Buffer<Pair> rest;
-    std::size_t rest_count = 0;
 };
 
 template <int Dim, class T>
@@ -43,14 +41,14 @@ template <int Dim, class T>
 Join<Dim, T>::~Join() = default;
 
 template <int Dim, class T>
-const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const Batch& batch)
+const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
+                                         std::span<const Start<Dim, T>> starts)
 {
-    const BoxView<Dim, T>& boxes = batch.boxes;
     const auto count = static_cast<std::uint32_t>(boxes.size());
     std::uint64_t* keys = keys_.reserve(count);
     // Those that don't begin with the tree are well off in any order.
     std::size_t elsewhere = 0;
-    for (const Start<Dim, T>& start : batch.starts)
+    for (const Start<Dim, T>& start : starts)
         elsewhere += static_cast<bool>(start.child);
     if (count <= lanes || 2 * elsewhere > count) {
         for (std::uint32_t i = 0; i < count; ++i)
@@ -100,61 +98,37 @@ const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const Batch& 
 }
 
 template <int Dim, class T>
-void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const Batch& batch,
-                       const std::uint64_t* order, std::uint32_t begin, std::uint32_t end)
+void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
+                       std::span<const Start<Dim, T>> all_starts, const std::uint64_t* order,
+                       std::uint32_t begin, std::uint32_t end)
 {
     Slot& slot = *slots_[number];
     JoinWork<Dim, T>& work = slot.work;
     constexpr std::uint32_t most = JoinWork<Dim, T>::most_askers;
-    Aabb<Dim, T> askers[most], before[most], after[most];
+    Aabb<Dim, T> askers[most];
     Start<Dim, T> starts[most];
     const std::uint32_t count = end - begin;
     for (std::uint32_t a = 0; a < count; ++a) {
         const auto position = static_cast<std::uint32_t>(order[begin + a]);
-        askers[a] = batch.boxes[position];
-        if (!batch.starts.empty()) starts[a] = batch.starts[position];
+        askers[a] = boxes[position];
+        if (!all_starts.empty()) starts[a] = all_starts[position];
         if (!starts[a].child) starts[a].child = tree.root();
-        if (!batch.split) continue;
-        before[a] = batch.before[position];
-        after[a] = batch.after[position];
     }
-    kernels_.join(starts, askers, batch.split ? before : nullptr, batch.split ? after : nullptr, count, work);
+    kernels_.join(starts, askers, count, work);
     std::uint32_t* const ids = slot.ids.grow(slot.id_count + work.touched, slot.id_count);
     std::copy_n(work.ids.data(), work.touched, ids + slot.id_count);
     for (std::uint32_t a = 0; a < count; ++a) {
         lists_[static_cast<std::uint32_t>(order[begin + a])] = {slot.id_count, number, work.count[a]};
         slot.id_count += work.count[a];
     }
-    Pair* const rest = slot.rest.grow(slot.rest_count + work.left, slot.rest_count);
-    for (std::size_t k = 0; k < work.left; ++k) {
-        const Touch& touch = work.rest.data()[k];
-        rest[slot.rest_count++] = {static_cast<std::uint32_t>(order[begin + touch.asker]), touch.id};
-    }
 }
 
 template <int Dim, class T>
 void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
-                       std::pmr::vector<Pair>& out)
+                       std::span<const Start<Dim, T>> starts, std::pmr::vector<Pair>& out)
 {
-    run(tree, executor, Batch{boxes, boxes, boxes, false, {}}, out, nullptr);
-}
-
-template <int Dim, class T>
-void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
-                       const BoxView<Dim, T>& before, const BoxView<Dim, T>& after,
-                       std::span<const Start<Dim, T>> starts, std::pmr::vector<Pair>& out,
-                       std::pmr::vector<Pair>& rest)
-{
-    run(tree, executor, Batch{boxes, before, after, true, starts}, out, &rest);
-}
-
-template <int Dim, class T>
-void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const Batch& batch,
-                       std::pmr::vector<Pair>& out, std::pmr::vector<Pair>* rest)
-{
-    const auto count = static_cast<std::uint32_t>(batch.boxes.size());
+    const auto count = static_cast<std::uint32_t>(boxes.size());
     out.clear();
-    if (rest != nullptr) rest->clear();
     if (count == 0 || tree.size() == 0) return;
     Executor& used = count < 2 * boxes_per_thread ? serial_executor() : executor;
     const ProcessOptions asking{&used, JoinWork<Dim, T>::most_askers}, copying{&used, positions_per_claim};
@@ -162,19 +136,16 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const Batch
     while (slots_.size() < slots)
         slots_.push_back(std::make_unique<Slot>(memory_));
     for (const auto& slot : slots_)
-        slot->id_count = slot->rest_count = 0;
-    const std::uint64_t* const ordered = order(tree, batch);
+        slot->id_count = 0;
+    const std::uint64_t* const ordered = order(tree, boxes, starts);
     List* const lists = lists_.reserve(count);
     process_items(
         count,
         [&](std::uint64_t begin, std::uint64_t end, Work work) {
-            ask(work.slot, tree, batch, ordered, static_cast<std::uint32_t>(begin),
+            ask(work.slot, tree, boxes, starts, ordered, static_cast<std::uint32_t>(begin),
                 static_cast<std::uint32_t>(end));
         },
         asking);
-    if (rest != nullptr)
-        for (std::uint32_t s = 0; s < slots; ++s)
-            rest->insert(rest->end(), slots_[s]->rest.data(), slots_[s]->rest.data() + slots_[s]->rest_count);
     const std::uint32_t runs = (count + positions_per_claim - 1) / positions_per_claim;
     std::uint64_t* const first = first_.reserve(runs);
     std::uint64_t total = 0;
@@ -202,9 +173,8 @@ std::uint64_t Join<Dim, T>::bytes() const noexcept
 {
     std::uint64_t sum = keys_.bytes() + keys_to_.bytes() + lists_.bytes() + first_.bytes();
     for (const auto& slot : slots_)
-        sum += slot->ids.bytes() + slot->rest.bytes() + slot->work.ids.bytes() + slot->work.touches.bytes() +
-               slot->work.rest.bytes() + slot->work.nodes.bytes() + slot->work.next.bytes() +
-               slot->work.blocks.bytes();
+        sum += slot->ids.bytes() + slot->work.ids.bytes() + slot->work.touches.bytes() +
+               slot->work.nodes.bytes() + slot->work.next.bytes() + slot->work.blocks.bytes();
     return sum;
 }
 

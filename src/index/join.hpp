@@ -23,29 +23,18 @@ class Join
     explicit Join(const IndexOptions& options);
     ~Join();
 
+    /// Box a is searched for in starts[a], or in the tree where that is nothing; `starts` may be empty.
     void run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
-             std::pmr::vector<Pair>& out);
-    /// Of those, the pairs whose object touches before[a] and after[a] as well go to `out`, the others to
-    /// `rest`, in no order. Box a is searched for in starts[a], or in the tree where that is nothing.
-    void run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
-             const BoxView<Dim, T>& before, const BoxView<Dim, T>& after,
-             std::span<const Start<Dim, T>> starts, std::pmr::vector<Pair>& out,
-             std::pmr::vector<Pair>& rest);
+             std::span<const Start<Dim, T>> starts, std::pmr::vector<Pair>& out);
     [[nodiscard]] std::uint64_t bytes() const noexcept;
 
   private:
     struct Slot;
-    struct Batch
-    {
-        const BoxView<Dim, T>&boxes, &before, &after;
-        bool split;                            // by before and after
-        std::span<const Start<Dim, T>> starts; // may be empty
-    };
-    const std::uint64_t* order(const Tree<Dim, T>& tree, const Batch& batch);
-    void run(const Tree<Dim, T>& tree, Executor& executor, const Batch& batch, std::pmr::vector<Pair>& out,
-             std::pmr::vector<Pair>* rest);
-    void ask(std::uint32_t slot, const Tree<Dim, T>& tree, const Batch& batch, const std::uint64_t* order,
-             std::uint32_t begin, std::uint32_t end);
+    const std::uint64_t* order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
+                               std::span<const Start<Dim, T>> starts);
+    void ask(std::uint32_t slot, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
+             std::span<const Start<Dim, T>> starts, const std::uint64_t* order, std::uint32_t begin,
+             std::uint32_t end);
 
     const Kernels<Dim, T>& kernels_;
     std::pmr::memory_resource* memory_;

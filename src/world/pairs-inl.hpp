@@ -182,8 +182,7 @@ void World<Dim, T>::Implementation::find_among_resting()
 {
     const Boxes boxes(std::span<const Box>(entry_boxes).first(changed_entries));
     begin_in_neighbourhoods();
-    BoxIndexAccess::join(resting, boxes, boxes, boxes, std::span<const index::Start<Dim, T>>(starts), joined,
-                         joined_rest);
+    BoxIndexAccess::join(resting, boxes, std::span<const index::Start<Dim, T>>(starts), joined);
     std::atomic<std::uint64_t> looked_at{0}, rejected{0};
     const bool all_pass = filter_classes.all_pass();
     kept_of_run.resize((joined.size() + world::run_length - 1) / world::run_length);

@@ -180,7 +180,7 @@ struct World<Dim, T>::Implementation
     bool plain = true;        // all that changed are active, and were, and have the filter they had
     bool same_active = false; // those that are active, and no others, changed
     PairBuffer among_active, with_idle;
-    std::pmr::vector<Pair> joined, joined_rest;
+    std::pmr::vector<Pair> joined;
     std::pmr::vector<std::uint32_t> kept_of_run;
     PairBuffer found; // all of these, in their memory
     PairSorter sorter;

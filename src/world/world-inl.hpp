@@ -39,7 +39,6 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       among_active(options.memory),
       with_idle(options.memory),
       joined(options.memory),
-      joined_rest(options.memory),
       kept_of_run(options.memory),
       found(options.memory),
       sorter(options.memory),
@@ -102,11 +101,11 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
                         found_asked.bytes() + found_ended.bytes() + found_others.bytes() +
                         refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
                         of(class_of, active, changed, old_filters, old_filter_scratch, old_shapes, contested,
-                           writer, entry_boxes, entry_index, entry_class, entry_moves_on, joined, joined_rest,
-                           kept_of_run, pair_sorting, pair_scratch, woken_boxes, old_of_woken, rested_at,
-                           starts, entry_created, newcomers, ways, hood_bounds, way_pairs, hood_numbers,
-                           began_keys, asked_keys, key_scratch, ended_keys, ended_scratch, index_scratch,
-                           newly_refused, no_longer_refused, next_active, waking, settling, settling_boxes);
+                           writer, entry_boxes, entry_index, entry_class, entry_moves_on, joined, kept_of_run,
+                           pair_sorting, pair_scratch, woken_boxes, old_of_woken, rested_at, starts,
+                           entry_created, newcomers, ways, hood_bounds, way_pairs, hood_numbers, began_keys,
+                           asked_keys, key_scratch, ended_keys, ended_scratch, index_scratch, newly_refused,
+                           no_longer_refused, next_active, waking, settling, settling_boxes);
     for (const Results& result : results)
         sum += result.persisted.bytes_reserved() + of(result.others, result.began, result.ended);
     return sum;

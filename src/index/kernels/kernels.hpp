@@ -81,14 +81,13 @@ struct JoinWork
         std::uint32_t asker;
     };
     engine::Buffer<Visit> nodes, next, blocks;
-    engine::Buffer<Touch> touches, rest;
+    engine::Buffer<Touch> touches;
     engine::Buffer<std::uint32_t> ids; // those of the first asker, ascending, those of the second, ...
     std::size_t touched = 0;           // how many
-    std::size_t left = 0;              // and how many in `rest`, in no order
     std::uint32_t count[most_askers];  // how many of each
 
     explicit JoinWork(std::pmr::memory_resource* memory)
-        : nodes(memory), next(memory), blocks(memory), touches(memory), rest(memory), ids(memory)
+        : nodes(memory), next(memory), blocks(memory), touches(memory), ids(memory)
     {
     }
 };
@@ -113,10 +112,9 @@ struct Kernels
     void (*box)(Root root, const Aabb<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
     void (*sphere)(Root root, const Sphere<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
     void (*frustum)(Root root, const Frustum<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
-    /// For at most JoinWork::most_askers boxes. If `before` and `after` aren't null, an object counts as
-    /// touched only if it touches both of these as well, and goes to `rest` if it doesn't.
-    void (*join)(const Start<Dim, T>* starts, const Aabb<Dim, T>* askers, const Aabb<Dim, T>* before,
-                 const Aabb<Dim, T>* after, std::uint32_t count, JoinWork<Dim, T>& work);
+    /// For at most JoinWork::most_askers boxes.
+    void (*join)(const Start<Dim, T>* starts, const Aabb<Dim, T>* askers, std::uint32_t count,
+                 JoinWork<Dim, T>& work);
     Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
     void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
     void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);

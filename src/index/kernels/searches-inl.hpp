@@ -289,13 +289,12 @@ HWY_INLINE void each_lane(unsigned hits, const Write& write)
 }
 
 template <int Dim, class T>
-HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* askers, const Aabb<Dim, T>* before,
-                          const Aabb<Dim, T>* after, std::uint32_t count, JoinWork<Dim, T>& work)
+HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* askers, std::uint32_t count,
+                          JoinWork<Dim, T>& work)
 {
     using Visit = typename JoinWork<Dim, T>::Visit;
     constexpr std::size_t ahead = 20, room = lanes + 4;
     std::fill_n(work.count, count, 0u);
-    work.touched = work.left = 0;
     bool endless = false; // infinite bounds let empty lanes pass
     for (std::uint32_t a = 0; a < count; ++a)
         for (int d = 0; d < Dim; ++d)
@@ -346,8 +345,7 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
 
     const Visit* const blocks = work.blocks.data(); // those to begin with, then those of the tree
     Touch* touches = work.touches.reserve(block_count + room);
-    Touch* rest = work.rest.reserve(room);
-    std::size_t touched = 0, left = 0;
+    std::size_t touched = 0;
     for (std::size_t i = 0; i < block_count; ++i) {
         if (touched + room > work.touches.capacity())
             touches = work.touches.grow(2 * (touched + room), touched);
@@ -356,16 +354,6 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
         const std::uint32_t asker = blocks[i].asker;
         unsigned hits = touching(block.bounds, askers[asker]);
         if (endless) hits &= block.live();
-        if (before != nullptr) {
-            if (left + room > work.rest.capacity()) rest = work.rest.grow(2 * (left + room), left);
-            const unsigned steady =
-                hits & touching(block.bounds, before[asker]) & touching(block.bounds, after[asker]);
-            Touch* const to = rest + left;
-            each_lane(hits & ~steady,
-                      [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = {asker, block.id[lane]}; });
-            left += static_cast<std::size_t>(std::popcount(hits & ~steady));
-            hits = steady;
-        }
         Touch* const to = touches + touched;
         each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = {asker, block.id[lane]}; });
         const auto found = static_cast<std::uint32_t>(std::popcount(hits));
@@ -373,7 +361,6 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
         work.count[asker] += found;
     }
     work.touched = touched;
-    work.left = left;
 
     // By asker, and ascending: a short list's ids go where the number of smaller ones says.
     std::uint32_t* const ids = work.ids.reserve(touched + lanes);
