@@ -22,12 +22,18 @@ using jostle::Work;
 using Contact = jostle::Contact<3, float>;
 
 constexpr int fewest_iterations = 4, most_iterations = 24;
-constexpr double settled = 0.02;                  ///< metres a second; see iterate
-constexpr float slop = 0.005f;                    ///< overlap that is left alone, in metres
-constexpr float pushed_out = 0.2f;                ///< of the rest, per frame
-constexpr float near_enough = 0.01f;              ///< a gap that will be this small is kept in mind
-constexpr std::uint64_t contacts_per_block = 512; ///< a whole number of strips
+constexpr double settled = 0.02;     ///< metres a second; see iterate
+constexpr float slop = 0.005f;       ///< overlap that is left alone, in metres
+constexpr float pushed_out = 0.2f;   ///< of the rest, per frame
+constexpr float near_enough = 0.01f; ///< a gap that will be this small is kept in mind
 constexpr std::uint64_t bodies_per_block = 1024;
+
+/// How many contacts a block has: whole strips. The more, the fewer bodies have points in several blocks; the
+/// fewer, the more threads find something to do. What a block needs fits the second-level cache.
+std::uint64_t contacts_per_block_of(std::uint64_t contacts)
+{
+    return std::clamp<std::uint64_t>(contacts / 64, 2 * strip, 16 * strip) / strip * strip;
+}
 
 Vec3 vec(const jostle::Vec<3, float>& v)
 {
@@ -79,6 +85,36 @@ struct Push
     }
 };
 
+/// What one body gets from the points of a block.
+struct alignas(32) Sum
+{
+    Vec3 linear;
+    float points = 0;
+    Vec3 angular;
+
+    void add(Vec3 impulse, Vec3 turn)
+    {
+        linear = linear + impulse;
+        angular = angular + turn;
+    }
+};
+/// What a task has at hand while it works on a block: the block's bodies, each with a number of its own.
+struct alignas(128) Scratch
+{
+    std::vector<std::uint32_t> number_of; ///< by body; of those that have one
+    std::vector<Body> bodies;
+    std::vector<Sum> sums;
+};
+/// Some contacts and their points.
+struct Block
+{
+    std::uint32_t points = 0, bodies = 0;
+    float deepest = 0;
+    double wrong = 0;                ///< sum of squares
+    std::uint64_t points_before = 0; ///< in the blocks before
+    std::uint32_t last_a_before = 0; ///< the last point's a in the blocks before, plus 1
+};
+
 /// Of energy, in joule.
 struct Sums
 {
@@ -119,11 +155,6 @@ void prefetch(const float* numbers, std::size_t bytes)
         __builtin_prefetch(reinterpret_cast<const char*>(numbers) + at);
 }
 
-Impulse impulse_at(Vec3 from_centre, Vec3 impulse)
-{
-    return {impulse, cross(from_centre, impulse)};
-}
-
 Vec3 velocity_at(const Body& body, Vec3 from_centre)
 {
     return body.linear + cross(body.angular, from_centre);
@@ -143,7 +174,7 @@ struct Simulation::Implementation
           pushes(responses_options()),
           boxes(world.shapes.size()),
           solver(solver_for(given.instruction_set)),
-          points_of(world.moving, 1),
+          points_of(world.shapes.size(), 1),
           carried_of(world.shapes.size() + 1, 0)
     {
     }
@@ -154,7 +185,10 @@ struct Simulation::Implementation
     void make_boxes();
     void find_contacts();
     void prepare_points();
-    void apply_first_impulses();
+    void prepare_batch(const jostle::Batch<Contact>& batch);
+    template <class Add>
+    void add_to_bodies(Work work, Add&& add);
+    void apply(std::size_t to, const Impulse& impulse);
     double iterate(bool first);
     void push_out(double lost);
     void carry_over();
@@ -194,10 +228,19 @@ struct Simulation::Implementation
         jostle::process_items(
             plan.blocks, [&](std::uint64_t, std::uint64_t, Work work) { work_on(work); }, by(1));
     }
+    /// Where the points of a block begin, and its bodies.
+    std::size_t first_point(std::uint32_t block) const
+    {
+        return block * plan.block_items * world.most_points;
+    }
+    std::uint32_t* bodies_of(std::uint32_t block)
+    {
+        return block_bodies.data() + 2 * block * plan.block_items;
+    }
     /// A strip of a block's points.
     Points strip_of(std::uint32_t block, std::size_t number)
     {
-        float* column = columns.data() + (block * points_per_block() + number * strip) * columns_count;
+        float* column = columns.data() + (first_point(block) + number * strip) * columns_count;
         const auto next = [&] { return std::exchange(column, column + strip); };
         const auto next3 = [&]() -> Columns3 {
             float *const x = next(), *const y = next(), *const z = next();
@@ -246,8 +289,6 @@ struct Simulation::Implementation
         }
         return total;
     }
-    /// Room for the points of a block of contacts.
-    std::size_t points_per_block() const { return contacts_per_block * world.most_points; }
     bool moves(std::uint32_t body) const { return body < world.moving; }
 
     World world;
@@ -265,20 +306,20 @@ struct Simulation::Implementation
 
     // Points of contact, those of a block of contacts together; of each strip a column for each number.
     static constexpr std::size_t columns_count = 16;
-    jostle::WorkPlan plan;               ///< of the contacts
-    std::vector<std::uint32_t> count_of; ///< by block: its points
-    std::vector<float> deepest_of;       ///< by block
-    std::vector<double> wrong_of;        ///< by block: squares, summed up
-    std::vector<float> columns;          ///< strip_of says which
-    std::vector<std::uint32_t> body_a, body_b, feature;
+    jostle::WorkPlan plan; ///< of the contacts
+    std::vector<Block> blocks;
+    std::vector<float> columns;                ///< strip_of says which
+    std::vector<std::uint16_t> body_a, body_b; ///< by number in the block
+    std::vector<std::uint32_t> feature;
+    std::vector<std::uint32_t> block_bodies; ///< bodies_of says which
+    std::vector<Scratch> scratches;          ///< by slot
     Solver solver;
 
-    std::vector<float> points_of;             ///< by body: at least 1
-    std::vector<std::uint64_t> points_before; ///< by block: in the blocks before
-    std::vector<std::uint32_t> last_a_before; ///< by block: the last point's a in the blocks before, plus 1
-    std::vector<Carried> carried;             ///< ascending by a, as the pairs are
-    std::vector<std::uint64_t> carried_of;    ///< by a: its first
-    std::vector<float> fastest_of;            ///< by block of bodies
+    std::vector<float> points_of;          ///< by body: at least 1
+    std::vector<Carried> carried;          ///< ascending by a, as the pairs are
+    std::vector<std::uint64_t> carried_of; ///< by a: its first
+    std::uint32_t last_a = 0;              ///< of all points, plus 1
+    std::vector<float> fastest_of;         ///< by block of bodies
     bool pushing = false;
     double motion_before = 0; ///< kinetic energy at the start of the frame
     std::vector<Sums> sums;   ///< by block of bodies
@@ -334,103 +375,166 @@ void Simulation::Implementation::find_contacts()
 /// The points that will matter, with what they carried in the frame before.
 void Simulation::Implementation::prepare_points()
 {
-    plan = jostle::plan_work(contacts->size(), by(contacts_per_block));
-    count_of.assign(plan.blocks, 0);
-    deepest_of.assign(plan.blocks, 0);
-    const std::size_t most_points = plan.blocks * points_per_block();
-    if (body_a.size() < most_points) {
-        const std::size_t room = most_points + most_points / 4;
+    const jostle::ProcessOptions in_blocks = by(contacts_per_block_of(contacts->size()));
+    plan = jostle::plan_work(contacts->size(), in_blocks);
+    blocks.assign(plan.blocks, {});
+    if (body_a.size() < first_point(plan.blocks)) {
+        const std::size_t room = first_point(plan.blocks) + first_point(plan.blocks) / 4;
         columns.resize(room * columns_count);
         body_a.resize(room);
         body_b.resize(room);
         feature.resize(room);
+        block_bodies.resize(2 * room);
+    }
+    if (scratches.size() < plan.slots) scratches.resize(plan.slots);
+    for (Scratch& scratch : scratches) {
+        scratch.number_of.resize(world.shapes.size());
+        scratch.bodies.resize(std::max<std::size_t>(scratch.bodies.size(), 2 * plan.block_items));
+        scratch.sums.resize(scratch.bodies.size());
     }
     first_impulses.start(world.moving, plan);
     jostle::process_contacts(
         *contacts,
         [&](const jostle::Batch<Contact>& batch) {
-            const std::uint32_t block = batch.work.block;
-            const std::size_t first = block * points_per_block();
-            std::uint32_t& count = count_of[block];
-            Points p = strip_of(block, count / strip);
-            for (const Contact& contact : batch.items) {
-                const std::uint32_t a = contact.pair.a, b = contact.pair.b;
-                if (!moves(a)) continue; // nor does b: what moves comes first
-                const Vec3 normal = vec(contact.normal);
-                for (std::uint32_t i = 0; i < contact.count; ++i) {
-                    const auto& point = contact.point[i];
-                    const Vec3 from_a = vec(point.from_a), from_b = vec(point.from_b);
-                    Load load;
-                    for (std::uint64_t c = carried_of[a]; c < carried_of[a + 1]; ++c)
-                        if (carried[c].b == b && carried[c].feature == point.feature) {
-                            load = carried[c].load;
-                            load.across = load.across - dot(load.across, normal) * normal;
-                            break;
-                        }
-                    const float closing = dot(normal, velocity_at(world.bodies[b], from_b) -
-                                                          velocity_at(world.bodies[a], from_a));
-                    if (load.along == 0 && frame_time * closing - point.depth > near_enough) continue;
-                    deepest_of[block] = std::max(deepest_of[block], point.depth);
-                    const std::size_t k = count % strip;
-                    if (k == 0) p = strip_of(block, count / strip);
-                    put(p.normal, k, normal);
-                    put(p.from_a, k, from_a);
-                    put(p.from_b, k, from_b);
-                    put(p.across, k, load.across);
-                    p.gap[k] = -point.depth;
-                    p.along[k] = load.along;
-                    body_a[first + count] = a;
-                    body_b[first + count] = b;
-                    feature[first + count] = point.feature;
-                    ++count;
-                    const Vec3 impulse = load.along * normal + load.across;
-                    first_impulses.add(batch.work, a, {impulse_at(from_a, -1.0f * impulse), 1});
-                    if (moves(b)) first_impulses.add(batch.work, b, {impulse_at(from_b, impulse), 1});
-                }
-            }
+            prepare_batch(batch);
+            if (batch.first + batch.items.size() ==
+                std::min(plan.items, (batch.work.block + 1) * plan.block_items))
+                add_to_bodies(batch.work, [&](std::uint32_t body, const Sum& sum) {
+                    first_impulses.add(batch.work, body, {{sum.linear, sum.angular}, sum.points});
+                });
         },
-        by(contacts_per_block));
+        in_blocks);
+    first_impulses.merge([&](std::uint32_t first, std::span<const FirstImpulse> of) {
+        for (std::size_t i = 0; i < of.size(); ++i) {
+            apply(first + i, of[i].impulse);
+            points_of[first + i] = std::max(1.0f, of[i].points);
+        }
+    });
     points = 0;
     deepest = 0;
-    for (std::uint32_t block = 0; block < plan.blocks; ++block) {
-        points += count_of[block];
-        deepest = std::max(deepest, deepest_of[block]);
+    last_a = 0;
+    for (std::uint32_t b = 0; b < plan.blocks; ++b) {
+        Block& block = blocks[b];
+        block.points_before = points;
+        block.last_a_before = last_a;
+        points += block.points;
+        deepest = std::max(deepest, block.deepest);
+        if (block.points != 0) last_a = bodies_of(b)[body_a[first_point(b) + block.points - 1]] + 1;
     }
     pushing = deepest > slop;
 }
 
-void Simulation::Implementation::apply_first_impulses()
+void Simulation::Implementation::prepare_batch(const jostle::Batch<Contact>& batch)
 {
-    const auto first = first_impulses.merge();
-    each_body([&](std::uint32_t i) {
-        Body& body = world.bodies[i];
-        body.linear = body.linear + body.inverse_mass * first[i].impulse.linear;
-        body.angular = body.angular + body.inverse_inertia * first[i].impulse.angular;
-        points_of[i] = std::max(1.0f, first[i].points);
-    });
+    Block& block = blocks[batch.work.block];
+    Scratch& scratch = scratches[batch.work.slot];
+    std::uint32_t* const bodies = bodies_of(batch.work.block);
+    const auto number = [&](std::uint32_t body) {
+        // Numbers of other blocks may be left over: only what the block's list confirms is one.
+        std::uint32_t& known = scratch.number_of[body];
+        if (known >= block.bodies || bodies[known] != body) {
+            known = block.bodies++;
+            bodies[known] = body;
+            scratch.sums[known] = {};
+        }
+        return known;
+    };
+    const std::size_t first = first_point(batch.work.block);
+    Points p = strip_of(batch.work.block, block.points / strip);
+    std::uint32_t last_seen = world.moving;
+    const Carried *carried_now = nullptr, *carried_end = nullptr; // what a has from b on
+    for (const Contact& contact : batch.items) {
+        const std::uint32_t a = contact.pair.a, b = contact.pair.b;
+        if (!moves(a)) continue; // nor does b: what moves comes first
+        if (a != last_seen) {
+            last_seen = a;
+            carried_now = carried.data() + carried_of[a];
+            carried_end = carried.data() + carried_of[a + 1];
+        }
+        while (carried_now != carried_end && carried_now->b < b)
+            ++carried_now;
+        const Vec3 normal = vec(contact.normal);
+        for (std::uint32_t i = 0; i < contact.count; ++i) {
+            const auto& point = contact.point[i];
+            const Vec3 from_a = vec(point.from_a), from_b = vec(point.from_b);
+            Load load;
+            for (const Carried* c = carried_now; c != carried_end && c->b == b; ++c)
+                if (c->feature == point.feature) {
+                    load = c->load;
+                    load.across = load.across - dot(load.across, normal) * normal;
+                    break;
+                }
+            const float closing =
+                dot(normal, velocity_at(world.bodies[b], from_b) - velocity_at(world.bodies[a], from_a));
+            if (load.along == 0 && frame_time * closing - point.depth > near_enough) continue;
+            block.deepest = std::max(block.deepest, point.depth);
+            const std::size_t k = block.points % strip;
+            if (k == 0) p = strip_of(batch.work.block, block.points / strip);
+            put(p.normal, k, normal);
+            put(p.from_a, k, from_a);
+            put(p.from_b, k, from_b);
+            put(p.across, k, load.across);
+            p.gap[k] = -point.depth;
+            p.along[k] = load.along;
+            const std::uint32_t number_a = number(a), number_b = number(b);
+            body_a[first + block.points] = static_cast<std::uint16_t>(number_a);
+            body_b[first + block.points] = static_cast<std::uint16_t>(number_b);
+            feature[first + block.points] = point.feature;
+            ++block.points;
+            Sum &on_a = scratch.sums[number_a], &on_b = scratch.sums[number_b];
+            const Vec3 impulse = load.along * normal + load.across;
+            on_a.add(-1.0f * impulse, cross(from_a, -1.0f * impulse));
+            on_b.add(impulse, cross(from_b, impulse));
+            ++on_a.points;
+            ++on_b.points;
+        }
+    }
+}
+
+/// Calls add(body, sum) for the bodies of a block that move.
+template <class Add>
+void Simulation::Implementation::add_to_bodies(Work work, Add&& add)
+{
+    const std::uint32_t* const bodies = bodies_of(work.block);
+    const std::vector<Sum>& on = scratches[work.slot].sums;
+    for (std::uint32_t i = 0; i < blocks[work.block].bodies; ++i)
+        if (moves(bodies[i])) add(bodies[i], on[i]);
+}
+
+void Simulation::Implementation::apply(std::size_t to, const Impulse& impulse)
+{
+    Body& body = world.bodies[to];
+    body.linear = body.linear + body.inverse_mass * impulse.linear;
+    body.angular = body.angular + body.inverse_inertia * impulse.angular;
 }
 
 /// One Jacobi iteration: every point as if it had its share of both bodies to itself. Returns the root mean
 /// square of the velocities at which surfaces would have gone into each other before.
 double Simulation::Implementation::iterate(bool first)
 {
-    wrong_of.resize(plan.blocks);
     impulses.start(world.moving, plan);
     each_block([&](Work work) {
-        double wrong = 0;
-        for (std::size_t begin = 0; begin < count_of[work.block]; begin += strip) {
-            const std::size_t count = std::min<std::size_t>(strip, count_of[work.block] - begin);
-            const std::size_t at = work.block * points_per_block() + begin;
-            const std::uint32_t *const a = body_a.data() + at, *const b = body_b.data() + at;
+        Block& block = blocks[work.block];
+        Scratch& scratch = scratches[work.slot];
+        const std::uint32_t* const bodies = bodies_of(work.block);
+        for (std::uint32_t i = 0; i < block.bodies; ++i) {
+            scratch.bodies[i] = world.bodies[bodies[i]];
+            scratch.sums[i] = {};
+        }
+        block.wrong = 0;
+        for (std::size_t begin = 0; begin < block.points; begin += strip) {
+            const std::size_t count = std::min<std::size_t>(strip, block.points - begin);
+            const std::size_t at = first_point(work.block) + begin;
+            const std::uint16_t *const a = body_a.data() + at, *const b = body_b.data() + at;
             const Points p = strip_of(work.block, begin / strip);
-            if (begin + strip < count_of[work.block])
+            if (begin + strip < block.points)
                 prefetch(strip_of(work.block, begin / strip + 1).normal.x,
                          strip * columns_count * sizeof(float));
             if (first) {
                 StripMobility mobility;
                 for (std::size_t k = 0; k < count; ++k) {
-                    const Body &on_a = world.bodies[a[k]], &on_b = world.bodies[b[k]];
-                    const float share_a = points_of[a[k]], share_b = moves(b[k]) ? points_of[b[k]] : 0;
+                    const Body &on_a = scratch.bodies[a[k]], &on_b = scratch.bodies[b[k]];
+                    const float share_a = points_of[bodies[a[k]]], share_b = points_of[bodies[b[k]]];
                     mobility.linear_a[k] = share_a * on_a.inverse_mass;
                     mobility.angular_a[k] = share_a * on_a.inverse_inertia;
                     mobility.linear_b[k] = share_b * on_b.inverse_mass;
@@ -438,39 +542,34 @@ double Simulation::Implementation::iterate(bool first)
                 }
                 solver.resist(p, mobility, count);
             }
-            StripBodies bodies;
+            StripBodies strip_bodies;
             for (std::size_t k = 0; k < count; ++k) {
-                const Body &on_a = world.bodies[a[k]], &on_b = world.bodies[b[k]];
-                put(bodies.linear_a, k, on_a.linear);
-                put(bodies.angular_a, k, on_a.angular);
-                put(bodies.linear_b, k, on_b.linear);
-                put(bodies.angular_b, k, on_b.angular);
+                const Body &on_a = scratch.bodies[a[k]], &on_b = scratch.bodies[b[k]];
+                put(strip_bodies.linear_a, k, on_a.linear);
+                put(strip_bodies.angular_a, k, on_a.angular);
+                put(strip_bodies.linear_b, k, on_b.linear);
+                put(strip_bodies.angular_b, k, on_b.angular);
             }
             StripImpulses out;
-            solver.solve(p, bodies, count, out);
-            for (std::size_t k = 0; k < count;) {
-                const std::uint32_t same_a = a[k]; // its points lie together
-                Impulse on_a;
-                for (; k < count && a[k] == same_a; ++k) {
-                    const Vec3 impulse = get(out.impulse, k);
-                    on_a += {impulse, get(out.turn_a, k)};
-                    if (moves(b[k])) impulses.add(work, b[k], {impulse, get(out.turn_b, k)});
-                    wrong += out.wrong[k];
-                }
-                impulses.add(work, same_a, {-1.0f * on_a.linear, -1.0f * on_a.angular});
+            solver.solve(p, strip_bodies, count, out);
+            for (std::size_t k = 0; k < count; ++k) {
+                const Vec3 impulse = get(out.impulse, k);
+                scratch.sums[a[k]].add(-1.0f * impulse, -1.0f * get(out.turn_a, k));
+                scratch.sums[b[k]].add(impulse, get(out.turn_b, k));
+                block.wrong += out.wrong[k];
             }
         }
-        wrong_of[work.block] = wrong;
+        add_to_bodies(work, [&](std::uint32_t body, const Sum& sum) {
+            impulses.add(work, body, {sum.linear, sum.angular});
+        });
     });
-    const auto merged = impulses.merge();
-    each_body([&](std::uint32_t i) {
-        Body& body = world.bodies[i];
-        body.linear = body.linear + body.inverse_mass * merged[i].linear;
-        body.angular = body.angular + body.inverse_inertia * merged[i].angular;
+    impulses.merge([&](std::uint32_t first_body, std::span<const Impulse> of) {
+        for (std::size_t i = 0; i < of.size(); ++i)
+            apply(first_body + i, of[i]);
     });
     double wrong = 0;
-    for (const double of_block : wrong_of)
-        wrong += of_block;
+    for (const Block& block : blocks)
+        wrong += block.wrong;
     return points == 0 ? 0 : std::sqrt(wrong / static_cast<double>(points));
 }
 
@@ -480,20 +579,26 @@ void Simulation::Implementation::push_out(double lost)
 {
     pushes.start(world.moving, plan);
     each_block([&](Work work) {
-        if (deepest_of[work.block] <= slop) return;
-        const std::size_t first = work.block * points_per_block();
-        for (std::size_t i = 0; i < count_of[work.block]; ++i) {
+        const Block& block = blocks[work.block];
+        if (block.deepest <= slop) return;
+        const std::uint32_t* const bodies = bodies_of(work.block);
+        std::vector<Sum>& on = scratches[work.slot].sums;
+        std::fill_n(on.begin(), block.bodies, Sum{});
+        const std::size_t first = first_point(work.block);
+        for (std::size_t i = 0; i < block.points; ++i) {
             const Points p = strip_of(work.block, i / strip);
             const std::size_t k = i % strip;
             const float overlap = -p.gap[k] - slop;
             if (overlap <= 0) continue;
-            const std::uint32_t a = body_a[first + i], b = body_b[first + i];
+            const std::uint32_t number_a = body_a[first + i], number_b = body_b[first + i];
+            const std::uint32_t a = bodies[number_a], b = bodies[number_b];
             const float ease_a = world.bodies[a].inverse_mass, ease_b = world.bodies[b].inverse_mass;
-            const float size =
-                pushed_out * overlap / (ease_a * points_of[a] + (moves(b) ? ease_b * points_of[b] : 0));
-            pushes.add(work, a, {-size * ease_a * get(p.normal, k)});
-            if (moves(b)) pushes.add(work, b, {size * ease_b * get(p.normal, k)});
+            const float size = pushed_out * overlap / (ease_a * points_of[a] + ease_b * points_of[b]);
+            on[number_a].add(-size * ease_a * get(p.normal, k), {});
+            on[number_b].add(size * ease_b * get(p.normal, k), {});
         }
+        add_to_bodies(work,
+                      [&](std::uint32_t body, const Sum& sum) { pushes.add(work, body, {sum.linear}); });
     });
     const auto merged = pushes.merge();
     const double lifting = -sum_over_bodies([&](Sums& sum, std::uint32_t i) {
@@ -511,30 +616,23 @@ void Simulation::Implementation::push_out(double lost)
 /// Keeps what points carry, by body, for the next frame.
 void Simulation::Implementation::carry_over()
 {
-    points_before.resize(plan.blocks);
-    last_a_before.resize(plan.blocks);
-    std::uint64_t before = 0;
-    std::uint32_t last_a = 0;
-    for (std::uint32_t block = 0; block < plan.blocks; ++block) {
-        points_before[block] = before;
-        last_a_before[block] = last_a;
-        before += count_of[block];
-        if (count_of[block] != 0) last_a = body_a[block * points_per_block() + count_of[block] - 1] + 1;
-    }
-    if (carried.size() < before) carried.resize(before + before / 4);
+    if (carried.size() < points) carried.resize(points + points / 4);
     each_block([&](Work work) {
-        const std::size_t first = work.block * points_per_block();
-        std::uint64_t at = points_before[work.block];
-        std::uint32_t next_a = last_a_before[work.block]; // the lowest without a first point so far
-        for (std::size_t i = 0; i < count_of[work.block]; ++i, ++at) {
-            for (; next_a <= body_a[first + i]; ++next_a)
+        const Block& block = blocks[work.block];
+        const std::uint32_t* const bodies = bodies_of(work.block);
+        const std::size_t first = first_point(work.block);
+        std::uint64_t at = block.points_before;
+        std::uint32_t next_a = block.last_a_before; // the lowest without a first point so far
+        for (std::size_t i = 0; i < block.points; ++i, ++at) {
+            for (; next_a <= bodies[body_a[first + i]]; ++next_a)
                 carried_of[next_a] = at;
             const Points p = strip_of(work.block, i / strip);
-            carried[at] = {
-                body_b[first + i], feature[first + i], {p.along[i % strip], get(p.across, i % strip)}};
+            carried[at] = {bodies[body_b[first + i]],
+                           feature[first + i],
+                           {p.along[i % strip], get(p.across, i % strip)}};
         }
     });
-    std::fill(carried_of.begin() + last_a, carried_of.end(), before);
+    std::fill(carried_of.begin() + last_a, carried_of.end(), points);
 }
 
 void Simulation::Implementation::move()
@@ -589,7 +687,6 @@ void Simulation::Implementation::step()
     timed(2, [&] { find_contacts(); });
     timed(3, [&] {
         prepare_points();
-        apply_first_impulses();
         iterations = 0;
         for (bool more = true; more; ++iterations) {
             const double wrong = iterate(iterations == 0);

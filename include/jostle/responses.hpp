@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -113,6 +114,8 @@ class JOSTLE_API ResponseStore
     void start(std::uint32_t objects, const WorkPlan& plan);
     void refill(Slot& slot, Place& place);
     [[noreturn]] void throw_bad_add(Work work, std::uint32_t object) const;
+    /// Whether every slot's blocks ascend: then merging needs no memory.
+    [[nodiscard]] bool in_order() const noexcept;
     [[nodiscard]] Bin open_bin(std::uint32_t bin, std::uint32_t merging_slot) noexcept;
     /// False at the end of the list.
     bool next_chunk(List& list) const noexcept;
@@ -224,25 +227,23 @@ class Responses
     /// Cost     one pass over the responses, and over the objects that have or had one; parallel.
     std::span<const T> merge()
     {
-        if (!merged_) {
-            ProcessOptions process;
-            process.executor = store_->options.executor;
-            process.block_items = 1;
-            process_items(
-                store_->bin_count,
-                [this](std::uint64_t bin, std::uint64_t, Work work) {
-                    const auto opened = store_->open_bin(static_cast<std::uint32_t>(bin), work.slot);
-                    if (store_->rows != nullptr)
-                        merge_rows(opened);
-                    else
-                        merge_lists(opened);
-                },
-                process);
-            store_->rows_clean = true;
-            store_->open_slots = 0;
-            merged_ = true;
-        }
+        if (!merged_) each_bin([](const Bin&) {});
         return {values(), store_->objects};
+    }
+
+    /// The same, and calls apply(first, values) for runs of objects from `first` on, each as soon as it is merged and still
+    /// in the cache. Runs without a response may be left out.
+    ///
+    /// Threads  `apply` is called on several threads at a time. It must not throw.
+    template <class F>
+        requires std::invocable<F&, std::uint32_t, std::span<const T>>
+    void merge(F&& apply)
+    {
+        if (!store_->in_order()) merge(); // what may throw, before anything is applied
+        each_bin([&](const Bin& bin) {
+            if (store_->rows != nullptr || *bin.dirty)
+                apply(bin.first, std::span<const T>(values() + bin.first, bin.count));
+        });
     }
 
     /// Chosen by the last start().
@@ -269,6 +270,31 @@ class Responses
         return reinterpret_cast<T*>(store_->rows + block * store_->row_size);
     }
     static const Entry& entry(const std::byte* at) noexcept { return *reinterpret_cast<const Entry*>(at); }
+
+    /// Calls done(bin) for each bin once it is merged.
+    template <class F>
+    void each_bin(F&& done)
+    {
+        ProcessOptions process;
+        process.executor = store_->options.executor;
+        process.block_items = 1;
+        process_items(
+            store_->bin_count,
+            [&](std::uint64_t number, std::uint64_t, Work work) {
+                const Bin bin = store_->open_bin(static_cast<std::uint32_t>(number), work.slot);
+                if (!merged_) {
+                    if (store_->rows != nullptr)
+                        merge_rows(bin);
+                    else
+                        merge_lists(bin);
+                }
+                done(bin);
+            },
+            process);
+        store_->rows_clean = true;
+        store_->open_slots = 0;
+        merged_ = true;
+    }
 
     void merge_rows(const Bin& bin)
     {

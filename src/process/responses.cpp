@@ -243,6 +243,12 @@ void ResponseStore::refill(Slot& slot, Place& place)
     place.end = place.next + entries_size;
 }
 
+bool ResponseStore::in_order() const noexcept
+{
+    return rows != nullptr ||
+           std::all_of(slots, slots + slot_count, [](const Slot& s) { return s.ascending; });
+}
+
 ResponseStore::Bin ResponseStore::open_bin(std::uint32_t bin, std::uint32_t merging_slot) noexcept
 {
     Bin opened{};
