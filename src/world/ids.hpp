@@ -15,6 +15,7 @@
 
 #include "jostle/error.hpp"
 #include "jostle/world.hpp"
+#include "world/fetch.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -70,6 +71,10 @@ class IdTable
     [[nodiscard]] std::uint32_t generation(std::uint32_t index) const noexcept
     {
         return index < end() ? at(index).load(std::memory_order_acquire) : 0;
+    }
+    void prefetch(std::uint32_t index) const noexcept
+    {
+        if (index < end()) fetch(&at(index));
     }
     [[nodiscard]] bool is_good(ObjectId id) const noexcept
     {

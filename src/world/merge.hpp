@@ -43,10 +43,22 @@ class PairCursor
                                    [from](const Pair& pair) { return key_of(pair) < from; });
         key = key_of(*at_);
     }
-    void next() noexcept
+    void next() noexcept { skip_to(at_ + 1); }
+
+    /// The pairs from here on that lie side by side, and how many there are: no fewer than any number at the
+    /// end, where one that is greater than all pairs stands for them.
+    [[nodiscard]] const Pair* at() const noexcept { return at_; }
+    [[nodiscard]] std::uint64_t left() const noexcept
     {
-        if (++at_ == end_) {
+        return key == no_key ? no_key : static_cast<std::uint64_t>(end_ - at_);
+    }
+    /// One of these, or what follows the last of them.
+    void skip_to(const Pair* place) noexcept
+    {
+        at_ = place;
+        if (at_ == end_) {
             if (++block_ == last_) {
+                at_ = &none_;
                 key = no_key;
                 return;
             }
@@ -57,7 +69,8 @@ class PairCursor
     }
 
   private:
-    const Pair* at_ = nullptr;
+    static constexpr Pair none_ = {~std::uint32_t{0}, ~std::uint32_t{0}};
+    const Pair* at_ = &none_;
     const Pair* end_ = nullptr;
     const std::span<const Pair>* block_ = nullptr;
     const std::span<const Pair>* last_ = nullptr;
@@ -103,6 +116,13 @@ class InRuns
             if (count_ == room) flush();
             values_[count_++] = value;
         }
+        /// Room for `most` values, of which `take` keeps the first. Not more than half of what `room` says.
+        [[nodiscard]] Value* make_room(std::size_t most)
+        {
+            if (count_ + most > room) flush();
+            return values_ + count_;
+        }
+        void take(std::size_t count) noexcept { count_ += static_cast<std::uint32_t>(count); }
         void flush()
         {
             if (count_ == 0) return;

@@ -7,20 +7,10 @@
 
 #include "jostle/world.hpp"
 #include "world/chunked_array.hpp"
+#include "world/fetch.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
-
-/// Objects are all over the place: loops ask for those to come.
-constexpr std::size_t fetch_ahead = 16;
-inline void fetch(const void* address) noexcept
-{
-#ifdef __GNUC__
-    __builtin_prefetch(address);
-#else
-    (void)address;
-#endif
-}
 
 /// Where an object was after the last update.
 enum class Place : std::uint32_t

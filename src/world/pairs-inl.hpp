@@ -21,6 +21,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
+// How many pairs are merged before looking whether a list has come to its end.
+constexpr std::uint64_t merge_steps = 128;
 // Below this many boxes all pairs are tried: a grid takes longer to choose.
 constexpr std::size_t few = 24;
 
@@ -292,6 +294,7 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
     const bool all_steady = !any_idle && !any_refused && !ask_again;
     // One of the two was active; if none is idle, it changed.
     const bool all_changed = !any_idle && stats.settled == 0;
+    const bool nothing_else = all_steady && all_changed && plain && woken.empty();
     found_began.clear();
     found_asked.clear();
     found_ended.clear();
@@ -316,6 +319,38 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
         typename world::InRuns<std::uint64_t>::Run began(found_began, number), asked(found_asked, number);
         typename world::InRuns<Ended>::Run ended(found_ended, number);
         typename world::InRuns<Pair>::Run rest(found_others, number);
+        // Where all change, nothing has to be known of a pair but which lists it is in: a loop without
+        // branches, as those between what began, persists and ended can't be predicted.
+        while (nothing_else && next != stop) {
+            std::uint64_t steps = std::min<std::uint64_t>(stop - next, std::min(steady.left(), other.left()));
+            steps = std::min<std::uint64_t>(steps, world::merge_steps);
+            std::uint64_t* const began_to = began.make_room(steps);
+            Ended* const ended_to = ended.make_room(steps);
+            Pair* const rest_to = rest.make_room(steps);
+            std::size_t begin_count = 0, end_count = 0;
+            const Pair *steady_at = steady.at(), *other_at = other.at();
+            for (; steps != 0; --steps) {
+                const Pair pair = *next;
+                const std::uint64_t steady_key = world::key_of(*steady_at), other_key = world::key_of(*other_at);
+                const std::uint64_t new_key = world::key_of(pair), old_key = std::min(steady_key, other_key);
+                const bool is = new_key <= old_key, was = old_key <= new_key;
+                *kept = pair;
+                kept += is & was;
+                began_to[begin_count] = new_key;
+                rest_to[begin_count] = pair;
+                begin_count += is & !was;
+                ended_to[end_count] = {old_key, EndReason::moved_apart};
+                end_count += was & !is;
+                next += is;
+                steady_at += was & (steady_key == old_key);
+                other_at += was & (other_key == old_key);
+            }
+            began.take(begin_count);
+            rest.take(begin_count);
+            ended.take(end_count);
+            steady.skip_to(steady_at);
+            other.skip_to(other_at);
+        }
         for (;;) {
             const std::uint64_t other_key = std::min(other.key, woke.key);
             if (all_steady) // most pairs are as they were
@@ -399,10 +434,12 @@ void World<Dim, T>::Implementation::settle_events()
         const Pair pair = world::pair_of(key);
         return ObjectPair{id_of(pair.a), id_of(pair.b)};
     };
-    const auto in_runs = [&](std::size_t count, const auto& set) {
+    const auto in_runs = [&](std::size_t count, const auto& key_at, const auto& set) {
         const auto set_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
-            for (std::uint64_t k = begin; k < end; ++k)
+            for (std::uint64_t k = begin; k < end; ++k) {
+                if (k + world::fetch_ahead < end) ids.prefetch(world::pair_of(key_at(k + world::fetch_ahead)).b);
                 set(k);
+            }
         };
         process_items(count, set_some, {executor_for(count), world::run_length});
     };
@@ -417,7 +454,9 @@ void World<Dim, T>::Implementation::settle_events()
     }
     if (!options.accept) {
         result.began.resize(began_keys.size());
-        in_runs(began_keys.size(), [&](std::uint64_t k) { result.began[k] = ids_of(began_keys[k]); });
+        in_runs(
+            began_keys.size(), [&](std::uint64_t k) { return began_keys[k]; },
+            [&](std::uint64_t k) { result.began[k] = ids_of(began_keys[k]); });
     } else {
         result.began.reserve(began_keys.size());
         found_asked.copy_to(asked_keys);
@@ -442,10 +481,12 @@ void World<Dim, T>::Implementation::settle_events()
         if (!key_scratch.empty()) take_back(result);
     }
     result.ended.resize(ended_keys.size());
-    in_runs(ended_keys.size(), [&](std::uint64_t k) {
-        const ObjectPair pair = ids_of(ended_keys[k].key);
-        result.ended[k] = {pair.a, pair.b, ended_keys[k].reason};
-    });
+    in_runs(
+        ended_keys.size(), [&](std::uint64_t k) { return ended_keys[k].key; },
+        [&](std::uint64_t k) {
+            const ObjectPair pair = ids_of(ended_keys[k].key);
+            result.ended[k] = {pair.a, pair.b, ended_keys[k].reason};
+        });
     next_stats.began = result.began.size();
     next_stats.ended = result.ended.size();
     next_stats.persisted = result.persisted.size();
