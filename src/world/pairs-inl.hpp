@@ -331,7 +331,8 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
             const Pair *steady_at = steady.at(), *other_at = other.at();
             for (; steps != 0; --steps) {
                 const Pair pair = *next;
-                const std::uint64_t steady_key = world::key_of(*steady_at), other_key = world::key_of(*other_at);
+                const std::uint64_t steady_key = world::key_of(*steady_at),
+                                    other_key = world::key_of(*other_at);
                 const std::uint64_t new_key = world::key_of(pair), old_key = std::min(steady_key, other_key);
                 const bool is = new_key <= old_key, was = old_key <= new_key;
                 *kept = pair;
@@ -437,7 +438,8 @@ void World<Dim, T>::Implementation::settle_events()
     const auto in_runs = [&](std::size_t count, const auto& key_at, const auto& set) {
         const auto set_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
             for (std::uint64_t k = begin; k < end; ++k) {
-                if (k + world::fetch_ahead < end) ids.prefetch(world::pair_of(key_at(k + world::fetch_ahead)).b);
+                if (k + world::fetch_ahead < end)
+                    ids.prefetch(world::pair_of(key_at(k + world::fetch_ahead)).b);
                 set(k);
             }
         };

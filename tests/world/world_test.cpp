@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -241,6 +242,44 @@ TEST(World, MovesInPlaceGiveTheSameInAnyOrderAndAllOrNothing)
     const std::vector<jostle::Aabb3f> boxes{cube(1), cube(2), cube(3)};
     in_order.update(twice, boxes);
     EXPECT_EQ(in_order.box(ids[6]).lo[0], 3);
+}
+
+TEST(World, InFullMotionTheListsAreWhatTheSetsOfPairsDifferBy)
+{
+    jostle_scenes::Scene<3, float> scene("uniform", 20'000, 1);
+    World3f world;
+    std::vector<ObjectId> ids(scene.boxes().size());
+    world.add(scene.boxes(), ids);
+    world.update();
+    jostle::PairFinder finder;
+    const auto touching = [&] {
+        return finder.find(scene.boxes(), jostle::Filter{}, jostle::Order::sorted).to_vector();
+    };
+    const auto pairs_of = [](const auto& events) {
+        std::vector<Pair> pairs;
+        for (const auto& event : events)
+            pairs.push_back({event.a.index, event.b.index});
+        return pairs;
+    };
+    std::vector<Pair> before = touching();
+    for (int step = 0; step < 6; ++step) {
+        for (int k = 0; k < (step == 3 ? 40 : 1); ++k) // once nearly all pairs are others
+            scene.step();
+        world.update(ids, scene.boxes());
+        const std::vector<Pair> now = touching();
+        std::vector<Pair> began, persisted, ended;
+        std::set_difference(now.begin(), now.end(), before.begin(), before.end(), std::back_inserter(began));
+        std::set_intersection(now.begin(), now.end(), before.begin(), before.end(),
+                              std::back_inserter(persisted));
+        std::set_difference(before.begin(), before.end(), now.begin(), now.end(), std::back_inserter(ended));
+        ASSERT_FALSE(began.empty() || ended.empty() || persisted.empty());
+        EXPECT_EQ(pairs_of(world.began()), began);
+        EXPECT_EQ(world.persisted().to_vector(), persisted);
+        EXPECT_EQ(pairs_of(world.ended()), ended);
+        for (const EndedPair& pair : world.ended())
+            ASSERT_EQ(pair, (EndedPair{ids[pair.a.index], ids[pair.b.index], EndReason::moved_apart}));
+        before = now;
+    }
 }
 
 TEST(World, StaticObjectsDontPairWithStaticOnes)
