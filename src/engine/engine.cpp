@@ -732,7 +732,10 @@ class Engine::Run
     std::span<Pair> new_chunk()
     {
         std::lock_guard lock(mutex_);
-        return PairBufferAccess(*request_.result).chunk(engine_.chunks_used_++, chunk_pairs);
+        const std::span<Pair> chunk =
+            PairBufferAccess(*request_.result).chunk(engine_.chunks_used_, chunk_pairs);
+        ++engine_.chunks_used_; // only now: after a failure, other threads still ask for theirs
+        return chunk;
     }
 
     void finish()
