@@ -10,7 +10,6 @@
 // objects that didn't change.
 #include <algorithm>
 #include <atomic>
-#include <bit>
 
 #include "index/box_index_access.hpp"
 #include "jostle/process.hpp"
@@ -237,7 +236,7 @@ void World<Dim, T>::Implementation::find_old_of_woken()
         if (world::passes(old_filter(a), old_filter(b)))
             old_of_woken.push_back(world::pair_of(world::pair_key(a, b)));
     }
-    world::sort_by_key(old_of_woken, pair_scratch, world::key_of);
+    world::sort_pairs(old_of_woken, pair_scratch);
 }
 
 /// The pairs that touch now, ascending, in memory of `to`.
@@ -262,9 +261,7 @@ std::span<Pair> World<Dim, T>::Implementation::find_pairs(PairBuffer& to)
     pair_sorting.clear();
     for (const std::span<const Pair> block : found.blocks())
         pair_sorting.insert(pair_sorting.end(), block.begin(), block.end());
-    const auto digits = static_cast<int>(std::bit_width(ids.end()));
-    world::sort_by_key(pair_sorting, pair_scratch,
-                       [digits](const Pair& pair) { return std::uint64_t{pair.a} << digits | pair.b; });
+    world::sort_pairs(pair_sorting, pair_scratch);
     const std::span<Pair> sorted = PairBufferAccess(to).chunk(0, pair_sorting.size());
     std::copy(pair_sorting.begin(), pair_sorting.end(), sorted.begin());
     return sorted.first(pair_sorting.size());
@@ -503,7 +500,7 @@ void World<Dim, T>::Implementation::take_back(Results& result)
         result.others.push_back(world::pair_of(key));
     }
     world::sort_by_key(ended_keys, ended_scratch, [](const Ended& ended) { return ended.key; });
-    world::sort_by_key(result.others, pair_scratch, world::key_of);
+    world::sort_pairs(result.others, pair_scratch);
     pair_sorting.clear();
     for (const Pair& pair : result.persisted)
         if (!std::binary_search(key_scratch.begin(), key_scratch.end(), world::key_of(pair)))

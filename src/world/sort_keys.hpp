@@ -7,7 +7,7 @@
 #include <memory_resource>
 #include <vector>
 
-#include "jostle/version.hpp"
+#include "jostle/pair_buffer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -57,6 +57,25 @@ void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scrat
         sort_by_digits<8>(values, scratch, key, differing);
     else
         sort_by_digits<11>(values, scratch, key, differing);
+}
+
+/// Ascending by (a, b). By a first, as by a key half as long; the few with the same a, by b.
+inline void sort_pairs(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& scratch)
+{
+    sort_by_key(pairs, scratch, [](const Pair& pair) { return pair.a; });
+    constexpr std::ptrdiff_t few = 16;
+    const auto less = [](const Pair& x, const Pair& y) { return x.b < y.b; };
+    for (auto first = pairs.begin(), last = first; first != pairs.end(); first = last) {
+        while (last != pairs.end() && last->a == first->a)
+            ++last;
+        if (last - first > few) {
+            std::sort(first, last, less);
+            continue;
+        }
+        for (auto each = first + 1; each < last; ++each)
+            for (auto to = each; to != first && less(*to, *(to - 1)); --to)
+                std::swap(*to, *(to - 1));
+    }
 }
 
 } // namespace world

@@ -357,7 +357,7 @@ PairBuffer World<Dim, T>::pairs() const
     for (const PairBuffer& part : found)
         for (const std::span<const Pair> block : part.blocks())
             all.insert(all.end(), block.begin(), block.end());
-    world::sort_by_key(all, scratch, [](const Pair& pair) { return std::uint64_t{pair.a} << 32 | pair.b; });
+    world::sort_pairs(all, scratch);
     PairBuffer result(memory);
     if (all.empty()) return result;
     PairBufferAccess access(result);
