@@ -319,8 +319,8 @@ void World<Dim, T>::Implementation::merge(std::span<Pair> now, Results& result)
         // Where all change, nothing has to be known of a pair but which lists it is in: a loop without
         // branches, as those between what began, persists and ended can't be predicted.
         while (nothing_else && next != stop) {
-            std::uint64_t steps = std::min<std::uint64_t>(stop - next, std::min(steady.left(), other.left()));
-            steps = std::min<std::uint64_t>(steps, world::merge_steps);
+            std::uint64_t steps = std::min(steady.left(), other.left());
+            steps = std::min({steps, static_cast<std::uint64_t>(stop - next), world::merge_steps});
             std::uint64_t* const began_to = began.make_room(steps);
             Ended* const ended_to = ended.make_room(steps);
             Pair* const rest_to = rest.make_room(steps);
