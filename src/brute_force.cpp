@@ -18,8 +18,8 @@ std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes, const Fil
     return pairs;
 }
 
-template <int Dim, Coordinate T>
-std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const BoxView<Dim, T>& boxes_b,
+template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const View& boxes_b,
                                          const CrossFilter& filter)
 {
     validate_boxes_of(boxes_a, "a ");

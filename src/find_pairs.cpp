@@ -33,6 +33,11 @@ struct PairFinder::Implementation
     template <int Dim, class T, class AnyFilter>
     PairBuffer& store(const engine::Boxes<Dim, T>& boxes, const AnyFilter& filter, Order order)
     {
+        if (order != Order::canonical && order != Order::sorted) {
+            result.clear();
+            throw Error(ErrorCode::invalid_argument, "order " + std::to_string(static_cast<int>(order)) +
+                                                         " is none; give Order::canonical or Order::sorted");
+        }
         search(boxes, {}, filter);
         return order == Order::sorted ? sort(boxes.a.size()) : result;
     }
@@ -233,9 +238,9 @@ const PairBuffer& PairFinder::find(const BoxView<Dim, T>& boxes, const Filter& f
     return implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order);
 }
 
-template <int Dim, Coordinate T>
-const PairBuffer& PairFinder::find(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
-                                   const CrossFilter& filter, Order order)
+template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+const PairBuffer& PairFinder::find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter,
+                                   Order order)
 {
     return implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order);
 }
@@ -261,9 +266,8 @@ PairBuffer PairFinder::take(const BoxView<Dim, T>& boxes, const Filter& filter, 
     return std::move(implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order));
 }
 
-template <int Dim, Coordinate T>
-PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, const CrossFilter& filter,
-                            Order order)
+template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter, Order order)
 {
     return std::move(implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order));
 }

@@ -32,8 +32,10 @@ constexpr const char* version = "jostle " JOSTLE_TEXT(JOSTLE_VERSION_MAJOR) "." 
 std::string name_of_chosen(const CLI::App& app)
 {
     std::string name = "jostle";
-    for (const CLI::App* chosen : app.get_subcommands())
+    for (const CLI::App* chosen = &app; !chosen->get_subcommands().empty();) {
+        chosen = chosen->get_subcommands().front();
         name += " " + chosen->get_name();
+    }
     return name;
 }
 

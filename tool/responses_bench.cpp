@@ -261,6 +261,13 @@ std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
     return rows;
 }
 
+/// 0 is what doesn't apply to a row: null.
+template <class Number>
+nlohmann::ordered_json if_known(Number number)
+{
+    return number == 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(number);
+}
+
 void run(const Options& options)
 {
     RowsFile file(options.json);
@@ -289,8 +296,8 @@ void run(const Options& options)
                        {"system", row.system},
                        {"threads", row.threads},
                        {"median_ms", row.ms},
-                       {"bytes", row.bytes},
-                       {"efficiency", row.efficiency}});
+                       {"bytes", if_known(row.bytes)},
+                       {"efficiency", if_known(row.efficiency)}});
     file.write(all);
 }
 

@@ -16,6 +16,12 @@ JOSTLE_NAMESPACE_BEGIN
 template <class T>
 concept Coordinate = std::same_as<T, float> || std::same_as<T, double>;
 
+namespace detail {
+/// Dim as the bound of an array: compilers can warn of its sign otherwise.
+template <int Dim>
+inline constexpr auto axes = static_cast<std::size_t>(Dim);
+} // namespace detail
+
 /// A closed axis-aligned bounding box: the points p with lo[d] <= p[d] <= hi[d] on every axis d.
 ///
 /// Units    any one length unit, the same for all boxes of a call.
@@ -25,8 +31,8 @@ template <int Dim, Coordinate T>
 struct Aabb
 {
     static_assert(Dim == 2 || Dim == 3);
-    T lo[Dim];
-    T hi[Dim];
+    T lo[detail::axes<Dim>];
+    T hi[detail::axes<Dim>];
 };
 
 using Aabb2f = Aabb<2, float>;
@@ -129,8 +135,8 @@ class BoxView
     }
 
     /// One array per coordinate: lo[d][i] and hi[d][i] belong to box i.
-    [[nodiscard]] static BoxView arrays(const std::array<const T*, Dim>& lo,
-                                        const std::array<const T*, Dim>& hi, std::size_t size,
+    [[nodiscard]] static BoxView arrays(const std::array<const T*, detail::axes<Dim>>& lo,
+                                        const std::array<const T*, detail::axes<Dim>>& hi, std::size_t size,
                                         std::ptrdiff_t stride_bytes = sizeof(T)) noexcept
     {
         BoxView view;
@@ -187,8 +193,8 @@ class BoxView
     }
     T at(const T* first, std::size_t i) const noexcept { return *address(first, i); }
 
-    const T* lo_[Dim] = {};
-    const T* hi_[Dim] = {};
+    const T* lo_[detail::axes<Dim>] = {};
+    const T* hi_[detail::axes<Dim>] = {};
     std::ptrdiff_t stride_ = sizeof(Aabb<Dim, T>);
     std::size_t size_ = 0;
 };

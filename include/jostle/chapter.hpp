@@ -15,7 +15,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <new>
 #include <span>
 #include <utility>
@@ -35,7 +34,7 @@ namespace chapter {
 
 /// A cell's place in the grid of one level, one number per axis.
 template <int Dim>
-using Cell = std::array<std::int64_t, Dim>;
+using Cell = std::array<std::int64_t, detail::axes<Dim>>;
 
 /// The cell that holds a position on one axis.
 ///
@@ -340,8 +339,7 @@ class DenseResponses
         }
         U* allocate(std::size_t n)
         {
-            if (n > (std::numeric_limits<std::size_t>::max() - cache_line) / sizeof(U))
-                throw std::bad_array_new_length();
+            // A vector asks for no more than half of what can be addressed.
             return static_cast<U*>(
                 ::operator new((n * sizeof(U) + cache_line - 1) / cache_line * cache_line, alignment));
         }

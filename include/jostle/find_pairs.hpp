@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <concepts>
 #include <cstdint>
 #include <memory>
 #include <memory_resource>
@@ -122,9 +123,9 @@ class JOSTLE_API PairFinder
     template <int Dim, Coordinate T>
     const PairBuffer& find(const BoxView<Dim, T>& boxes, const Filter& filter = {},
                            Order order = Order::canonical);
-    /// All pairs of one box of `a` and one of `b`.
-    template <int Dim, Coordinate T>
-    const PairBuffer& find(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, const CrossFilter& filter = {},
+    /// All pairs of one box of `a` and one of `b`, which is a View so that find(boxes, {}) means no filter.
+    template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+    const PairBuffer& find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
                            Order order = Order::canonical);
 
     /// The same without storing: memory stays bounded however many pairs there are.
@@ -163,9 +164,9 @@ class JOSTLE_API PairFinder
     template <int Dim, Coordinate T>
     [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& boxes, const Filter& filter = {},
                                   Order order = Order::canonical);
-    template <int Dim, Coordinate T>
-    [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
-                                  const CrossFilter& filter = {}, Order order = Order::canonical);
+    template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+    [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
+                                  Order order = Order::canonical);
     template <BoxContainer Boxes>
     [[nodiscard]] PairBuffer take(const Boxes& boxes, const Filter& filter = {},
                                   Order order = Order::canonical)
@@ -206,10 +207,9 @@ template <BoxContainer Boxes>
 }
 
 /// The touching pairs of one box of `a` and one of `b`.
-template <int Dim, Coordinate T>
-[[nodiscard]] PairBuffer find_pairs(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
-                                    const CrossFilter& filter = {}, Order order = Order::canonical,
-                                    const FinderOptions& options = {})
+template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+[[nodiscard]] PairBuffer find_pairs(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
+                                    Order order = Order::canonical, const FinderOptions& options = {})
 {
     return PairFinder(options).take(a, b, filter, order);
 }
@@ -256,8 +256,8 @@ JOSTLE_API void validate_boxes(const BoxView<Dim, T>& boxes);
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes,
                                                                   const Filter& filter = {});
-template <int Dim, Coordinate T>
-[[nodiscard]] JOSTLE_API std::vector<Pair>
-find_pairs_brute_force(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, const CrossFilter& filter = {});
+template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+[[nodiscard]] JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& a, const View& b,
+                                                                  const CrossFilter& filter = {});
 
 JOSTLE_NAMESPACE_END

@@ -27,8 +27,8 @@ JOSTLE_NAMESPACE_BEGIN
 template <int Dim, Coordinate T>
 struct Ray
 {
-    T origin[Dim];
-    T direction[Dim];
+    T origin[detail::axes<Dim>];
+    T direction[detail::axes<Dim>];
     T max_fraction = std::numeric_limits<T>::infinity();
 };
 
@@ -40,7 +40,7 @@ template <int Dim, Coordinate T>
 struct Sweep
 {
     Aabb<Dim, T> box;
-    T motion[Dim];
+    T motion[detail::axes<Dim>];
     T max_fraction = 1;
 };
 
@@ -48,7 +48,7 @@ struct Sweep
 template <int Dim, Coordinate T>
 struct Sphere
 {
-    T center[Dim];
+    T center[detail::axes<Dim>];
     T radius;
 };
 
@@ -57,7 +57,7 @@ struct Sphere
 template <int Dim, Coordinate T>
 struct Plane
 {
-    T normal[Dim];
+    T normal[detail::axes<Dim>];
     T offset;
 };
 
@@ -78,7 +78,7 @@ struct Frustum
 template <int Dim, Coordinate T>
 struct Nearest
 {
-    T point[Dim];
+    T point[detail::axes<Dim>];
     std::uint32_t count = 1;
     T max_distance = std::numeric_limits<T>::infinity();
 };
@@ -228,7 +228,8 @@ template <int Dim, Coordinate T>
 
 /// The squared distance from a point to a box, summed from the first axis to the last.
 template <int Dim, Coordinate T>
-[[nodiscard]] constexpr T squared_distance(const T (&point)[Dim], const Aabb<Dim, T>& box) noexcept
+[[nodiscard]] constexpr T squared_distance(const T (&point)[detail::axes<Dim>],
+                                           const Aabb<Dim, T>& box) noexcept
 {
     T sum = 0;
     for (int d = 0; d < Dim; ++d) {

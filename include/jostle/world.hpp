@@ -178,7 +178,7 @@ class JOSTLE_API World
     using Box = Aabb<Dim, T>;
     using Boxes = BoxView<Dim, T>;
     using Options = ObjectOptions<T>;
-    using Vector = const T (&)[Dim];
+    using Vector = const T (&)[detail::axes<Dim>];
 
     explicit World(const WorldOptions& options = {});
     World(World&&) noexcept;

@@ -21,6 +21,17 @@ std::size_t rounded_up(std::size_t size, std::size_t step)
     return (size + step - 1) / step * step;
 }
 
+const ResponsesOptions& checked(const ResponsesOptions& given)
+{
+    check_memory(given.memory);
+    if (given.form != ResponseForm::automatic && given.form != ResponseForm::dense &&
+        given.form != ResponseForm::sparse)
+        throw Error(ErrorCode::invalid_argument,
+                    "response form " + std::to_string(static_cast<int>(given.form)) +
+                        " is none; give ResponseForm::automatic, dense or sparse");
+    return given;
+}
+
 void prefetch([[maybe_unused]] const void* memory, std::size_t size)
 {
 #if defined(__GNUC__)
@@ -56,7 +67,7 @@ struct ResponseStore::Pool
 };
 
 ResponseStore::ResponseStore(const ResponsesOptions& given, std::size_t value_size, std::size_t entry_size)
-    : options((check_memory(given.memory), given)),
+    : options(checked(given)),
       value_size_(value_size),
       entry_size_(entry_size),
       header_size_(64), // entries of 32 bytes lie on one line

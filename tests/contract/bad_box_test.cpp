@@ -199,6 +199,20 @@ TEST(BadArgument, IsAnErrorAndNotACrash)
     expect(ErrorCode::invalid_argument,
            [] { (void)jostle::find_pairs(BoxView<3, float>::strided(nullptr, nullptr, 10, 24)); });
     expect(ErrorCode::invalid_argument, [&] { (void)jostle::PairFinder().stream(boxes, {}); });
+    jostle::PairFinder finder;
+    finder.find(boxes);
+    const jostle::Error order =
+        error_of([&] { (void)finder.find(boxes, {}, static_cast<jostle::Order>(7)); });
+    EXPECT_EQ(order.code(), ErrorCode::invalid_argument);
+    EXPECT_NE(std::string(order.what()).find("order 7"), std::string::npos);
+    expect(ErrorCode::invalid_argument, [] {
+        jostle::process_all_pairs(10, [](const Pair&, jostle::Work) {}, {}, static_cast<jostle::Schedule>(7));
+    });
+    expect(ErrorCode::invalid_argument, [] {
+        jostle::ResponsesOptions options;
+        options.form = static_cast<jostle::ResponseForm>(7);
+        jostle::Responses<int>{options};
+    });
     const jostle::PairBuffer pairs = jostle::find_pairs(boxes);
     std::vector<Pair> room(pairs.size() - 1);
     expect(ErrorCode::size_mismatch, [&] { pairs.copy_to(room); });

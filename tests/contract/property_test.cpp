@@ -284,6 +284,20 @@ TEST(SmallInput, DefaultViewsAreEmpty)
     EXPECT_TRUE(finder.find(BoxView<2, double>{}, BoxView<2, double>{}).empty());
 }
 
+/// {} could be a second set as well.
+TEST(SmallInput, AnEmptyBraceIsNoFilter)
+{
+    const std::vector<jostle::Aabb3f> boxes(3, {{0, 0, 0}, {1, 1, 1}});
+    const auto view = jostle::box_view(boxes);
+    jostle::PairFinder finder;
+    EXPECT_EQ(finder.find(view, {}).size(), 3u);
+    EXPECT_EQ(finder.find(view, {}, jostle::Order::sorted).size(), 3u);
+    EXPECT_EQ(finder.find(view, view, {}).size(), 9u);
+    EXPECT_EQ(finder.take(view, {}).size(), 3u);
+    EXPECT_EQ(jostle::find_pairs(view, {}).size(), 3u);
+    EXPECT_EQ(jostle::find_pairs_brute_force(view, {}).size(), 3u);
+}
+
 TEST(FinderLife, ScenesOfEveryKindInTurn)
 {
     jostle::PairFinder used;

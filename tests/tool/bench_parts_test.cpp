@@ -58,12 +58,18 @@ TEST_F(ToolTest, BenchResponsesMeasuresBothParts)
     for (const auto& row : nlohmann::json::parse(result.out)) {
         EXPECT_GT(row["median_ms"], 0) << row;
         systems.insert(row["system"]);
+        // What doesn't apply is null, not 0.
+        EXPECT_EQ(row["bytes"].is_number(), row["part"] == "responses") << row;
+        EXPECT_EQ(row["efficiency"].is_number(), row["part"] == "balance" && row["threads"] == 2) << row;
     }
     EXPECT_GE(systems.size(), 6u);
 }
 
 TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
 {
+    const Result wrong = run({"bench", "responses", "--sprames", "3"});
+    EXPECT_EQ(wrong.exit_code, 2);
+    EXPECT_NE(wrong.err.find("see jostle bench responses --help"), std::string::npos) << wrong.err;
     const Result contacts = run({"bench", "contacts", "egg-egg"});
     EXPECT_EQ(contacts.exit_code, 2);
     EXPECT_NE(contacts.err.find("egg-egg is no pair of shapes that is measured; choose from sphere-sphere"),

@@ -1,5 +1,16 @@
 # cmake -D compilers= -D include= -D scratch= -P: every public header compiles with nothing before it, without
-# a warning, and for those who do without RTTI.
+# a warning, and for those who do without RTTI or exceptions. What templates do is seen where they are used.
+set(warnings -Wall -Wextra -Wpedantic -Werror -Wconversion -Wsign-conversion -Wshadow -Wold-style-cast -Wcast-qual
+  -Wcast-align -Wdouble-promotion -Wnon-virtual-dtor -Woverloaded-virtual -Wzero-as-null-pointer-constant -Wundef
+  -Wextra-semi)
+function(check what)
+  foreach(compiler IN LISTS compilers)
+    execute_process(RESULT_VARIABLE result COMMAND ${compiler} -std=c++20 -fsyntax-only ${warnings} -I${include} ${ARGN})
+    if(NOT result EQUAL 0)
+      message(SEND_ERROR "${what} doesn't compile with ${compiler}: ${result}")
+    endif()
+  endforeach()
+endfunction()
 file(GLOB headers RELATIVE ${include} ${include}/jostle/*.hpp ${include}/jostle/*.h)
 if(NOT headers)
   message(FATAL_ERROR "No headers in ${include}/jostle")
@@ -7,13 +18,9 @@ endif()
 foreach(header IN LISTS headers)
   set(lines "#include \"${header}\"\n#include \"${header}\"\n")
   file(WRITE ${scratch}/header.cpp "${lines}")
-  foreach(compiler IN LISTS compilers)
-    execute_process(RESULT_VARIABLE result COMMAND ${compiler} -std=c++20 -fsyntax-only -fno-rtti
-      -Wall -Wextra -Wconversion -Wshadow -Wpedantic -Werror -I${include} ${scratch}/header.cpp)
-    if(NOT result EQUAL 0)
-      message(SEND_ERROR "${header} doesn't compile on its own with ${compiler}: ${result}")
-    endif()
-  endforeach()
+  check("${header}, alone," -fno-rtti ${scratch}/header.cpp)
+  check("${header}, without exceptions," -fno-exceptions ${scratch}/header.cpp)
 endforeach()
+check("What uses the headers" ${CMAKE_CURRENT_LIST_DIR}/use_headers.cpp)
 list(LENGTH headers count)
 message(STATUS "${count} headers checked")
