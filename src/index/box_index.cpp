@@ -425,11 +425,17 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
 }
 
 template <int Dim, Coordinate T>
-void BoxIndexAccess::join(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes,
-                          std::span<const index::Start<Dim, T>> starts, std::pmr::vector<Pair>& out)
+void BoxIndexAccess::look_around(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes)
 {
     auto& inside = *index.implementation_;
-    inside.joins.run(inside.tree, *inside.executor, boxes, starts, out);
+    inside.joins.look_around(inside.tree, *inside.executor, boxes);
+}
+
+template <int Dim, Coordinate T>
+std::span<const index::Seen<Dim, T>> BoxIndexAccess::around(const BoxIndex<Dim, T>& index,
+                                                            std::size_t k) noexcept
+{
+    return index.implementation_->joins.around(k);
 }
 
 template <int Dim, Coordinate T>
@@ -484,7 +490,7 @@ void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>
 {
     out.clear();
     validate_boxes(boxes);
-    implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, {}, out);
+    implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, out);
 }
 
 /// ---- Single questions ----------------------------------------------------------------------------------
@@ -656,8 +662,9 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
                                                    std::uint64_t) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
-    template void BoxIndexAccess::join(BoxIndex<Dim, T>&, const BoxView<Dim, T>&,                            \
-                                       std::span<const index::Start<Dim, T>>, std::pmr::vector<Pair>&);      \
+    template void BoxIndexAccess::look_around(BoxIndex<Dim, T>&, const BoxView<Dim, T>&);                    \
+    template std::span<const index::Seen<Dim, T>> BoxIndexAccess::around(const BoxIndex<Dim, T>&,            \
+                                                                         std::size_t) noexcept;              \
     template void BoxIndexAccess::insert(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                  \
                                          const BoxView<Dim, T>&);                                            \
     template void BoxIndexAccess::erase(BoxIndex<Dim, T>&, std::span<const std::uint32_t>) noexcept;         \

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "index/groups.hpp"
+#include "index/kernels/kernels.hpp"
 #include "jostle/box_index.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -10,11 +10,13 @@ JOSTLE_NAMESPACE_BEGIN
 class BoxIndexAccess
 {
   public:
-    /// BoxIndex::join of valid boxes. Box a is searched for in the blocks of starts[a], if there are any,
-    /// instead of in the index.
+    /// Finds what valid boxes touch, for `around`, which says what box k does: in any order, until the next
+    /// call.
     template <int Dim, Coordinate T>
-    static void join(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes,
-                     std::span<const index::Start<Dim, T>> starts, std::pmr::vector<Pair>& out);
+    static void look_around(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes);
+    template <int Dim, Coordinate T>
+    [[nodiscard]] static std::span<const index::Seen<Dim, T>> around(const BoxIndex<Dim, T>& index,
+                                                                     std::size_t k) noexcept;
     /// BoxIndex::insert and erase of ids and boxes that are known to be good.
     template <int Dim, Coordinate T>
     static void insert(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,

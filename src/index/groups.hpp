@@ -117,14 +117,6 @@ class Child
     std::uintptr_t bits_ = 0;
 };
 
-/// Where a search begins: at a node, or with as many blocks as `blocks` says, one behind the other in memory.
-template <int Dim, class T>
-struct Start
-{
-    Child<Dim, T> child;
-    std::uint32_t blocks = 1;
-};
-
 /// Up to 16 nodes or blocks and the bounds of all objects in each.
 template <int Dim, class T>
 struct alignas(64) Node

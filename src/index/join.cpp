@@ -15,15 +15,21 @@ constexpr std::uint32_t positions_per_claim = 4096;
 // Fewer boxes than this per thread are not worth waking one.
 constexpr std::uint32_t boxes_per_thread = 512;
 
+Executor& executor_for(Executor& executor, std::size_t boxes)
+{
+    return boxes < 2 * boxes_per_thread ? serial_executor() : executor;
+}
+
 } // namespace
 
 template <int Dim, class T>
 struct Join<Dim, T>::Slot
 {
-    explicit Slot(std::pmr::memory_resource* memory) : work(memory), ids(memory) {}
+    explicit Slot(std::pmr::memory_resource* memory) : work(memory), ids(memory), seen(memory) {}
     JoinWork<Dim, T> work;
     engine::Buffer<std::uint32_t> ids; // of all askers so far
-    std::size_t id_count = 0;
+    engine::Buffer<Seen<Dim, T>> seen; // or these
+    std::size_t found = 0;
 };
 
 template <int Dim, class T>
@@ -41,16 +47,11 @@ template <int Dim, class T>
 Join<Dim, T>::~Join() = default;
 
 template <int Dim, class T>
-const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
-                                         std::span<const Start<Dim, T>> starts)
+const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes)
 {
     const auto count = static_cast<std::uint32_t>(boxes.size());
     std::uint64_t* keys = keys_.reserve(count);
-    // Those that don't begin with the tree are well off in any order.
-    std::size_t elsewhere = 0;
-    for (const Start<Dim, T>& start : starts)
-        elsewhere += static_cast<bool>(start.child);
-    if (count <= lanes || 2 * elsewhere > count) {
+    if (count <= lanes) {
         for (std::uint32_t i = 0; i < count; ++i)
             keys[i] = i;
         return keys;
@@ -99,53 +100,85 @@ const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView
 
 template <int Dim, class T>
 void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
-                       std::span<const Start<Dim, T>> all_starts, const std::uint64_t* order,
-                       std::uint32_t begin, std::uint32_t end)
+                       bool with_boxes, const std::uint64_t* order, std::uint32_t begin, std::uint32_t end)
 {
     Slot& slot = *slots_[number];
     JoinWork<Dim, T>& work = slot.work;
     constexpr std::uint32_t most = JoinWork<Dim, T>::most_askers;
     Aabb<Dim, T> askers[most];
-    Start<Dim, T> starts[most];
     const std::uint32_t count = end - begin;
     for (std::uint32_t a = 0; a < count; ++a) {
         const auto position = static_cast<std::uint32_t>(order[begin + a]);
         askers[a] = boxes[position];
-        if (!all_starts.empty()) starts[a] = all_starts[position];
-        if (!starts[a].child) starts[a].child = tree.root();
     }
-    kernels_.join(starts, askers, count, work);
-    std::uint32_t* const ids = slot.ids.grow(slot.id_count + work.touched, slot.id_count);
-    std::copy_n(work.ids.data(), work.touched, ids + slot.id_count);
+    const auto keep = [&](auto& kept, auto& fresh) {
+        std::copy_n(fresh.data(), work.touched,
+                    kept.grow(slot.found + work.touched, slot.found) + slot.found);
+    };
+    if (with_boxes) {
+        kernels_.around(tree.root(), askers, count, work);
+        keep(slot.seen, work.seen);
+    } else {
+        kernels_.join(tree.root(), askers, count, work);
+        keep(slot.ids, work.ids);
+    }
     for (std::uint32_t a = 0; a < count; ++a) {
-        lists_[static_cast<std::uint32_t>(order[begin + a])] = {slot.id_count, number, work.count[a]};
-        slot.id_count += work.count[a];
+        lists_[static_cast<std::uint32_t>(order[begin + a])] = {slot.found, number, work.count[a]};
+        slot.found += work.count[a];
     }
 }
 
 template <int Dim, class T>
-void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
-                       std::span<const Start<Dim, T>> starts, std::pmr::vector<Pair>& out)
+void Join<Dim, T>::ask_all(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
+                           bool with_boxes)
 {
     const auto count = static_cast<std::uint32_t>(boxes.size());
-    out.clear();
-    if (count == 0 || tree.size() == 0) return;
-    Executor& used = count < 2 * boxes_per_thread ? serial_executor() : executor;
-    const ProcessOptions asking{&used, JoinWork<Dim, T>::most_askers}, copying{&used, positions_per_claim};
+    const ProcessOptions asking{&executor, JoinWork<Dim, T>::most_askers};
     const std::uint32_t slots = plan_work(count, asking).slots;
     while (slots_.size() < slots)
         slots_.push_back(std::make_unique<Slot>(memory_));
     for (const auto& slot : slots_)
-        slot->id_count = 0;
-    const std::uint64_t* const ordered = order(tree, boxes, starts);
-    List* const lists = lists_.reserve(count);
+        slot->found = 0;
+    const std::uint64_t* const ordered = order(tree, boxes);
+    lists_.reserve(count);
     process_items(
         count,
         [&](std::uint64_t begin, std::uint64_t end, Work work) {
-            ask(work.slot, tree, boxes, starts, ordered, static_cast<std::uint32_t>(begin),
+            ask(work.slot, tree, boxes, with_boxes, ordered, static_cast<std::uint32_t>(begin),
                 static_cast<std::uint32_t>(end));
         },
         asking);
+}
+
+template <int Dim, class T>
+void Join<Dim, T>::look_around(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes)
+{
+    if (tree.size() != 0) {
+        ask_all(tree, executor_for(executor, boxes.size()), boxes, true);
+        return;
+    }
+    List* const lists = lists_.reserve(boxes.size());
+    std::fill_n(lists, boxes.size(), List{0, 0, 0});
+}
+
+template <int Dim, class T>
+std::span<const Seen<Dim, T>> Join<Dim, T>::around(std::size_t position) const noexcept
+{
+    const List& list = lists_.data()[position];
+    if (list.count == 0) return {};
+    return {slots_[list.slot]->seen.data() + list.begin, list.count};
+}
+
+template <int Dim, class T>
+void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
+                       std::pmr::vector<Pair>& out)
+{
+    const auto count = static_cast<std::uint32_t>(boxes.size());
+    out.clear();
+    if (count == 0 || tree.size() == 0) return;
+    Executor& used = executor_for(executor, count);
+    ask_all(tree, used, boxes, false);
+    const List* const lists = lists_.data();
     const std::uint32_t runs = (count + positions_per_claim - 1) / positions_per_claim;
     std::uint64_t* const first = first_.reserve(runs);
     std::uint64_t total = 0;
@@ -154,18 +187,17 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxVi
         total += lists[i].count;
     }
     out.resize(static_cast<std::size_t>(total));
-    process_items(
-        count,
-        [&](std::uint64_t begin, std::uint64_t end, Work work) {
-            Pair* to = out.data() + first[work.block];
-            for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
-                const List& list = lists[i];
-                const std::uint32_t* const ids = slots_[list.slot]->ids.data() + list.begin;
-                for (std::uint32_t k = 0; k < list.count; ++k)
-                    *to++ = {i, ids[k]};
-            }
-        },
-        copying);
+    process_items(count,
+                  [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                      Pair* to = out.data() + first[work.block];
+                      for (auto i = static_cast<std::uint32_t>(begin); i < end; ++i) {
+                          const List& list = lists[i];
+                          const std::uint32_t* const ids = slots_[list.slot]->ids.data() + list.begin;
+                          for (std::uint32_t k = 0; k < list.count; ++k)
+                              *to++ = {i, ids[k]};
+                      }
+                  },
+                  {&used, positions_per_claim});
 }
 
 template <int Dim, class T>
@@ -173,8 +205,9 @@ std::uint64_t Join<Dim, T>::bytes() const noexcept
 {
     std::uint64_t sum = keys_.bytes() + keys_to_.bytes() + lists_.bytes() + first_.bytes();
     for (const auto& slot : slots_)
-        sum += slot->ids.bytes() + slot->work.ids.bytes() + slot->work.touches.bytes() +
-               slot->work.nodes.bytes() + slot->work.next.bytes() + slot->work.blocks.bytes();
+        sum += slot->ids.bytes() + slot->seen.bytes() + slot->work.ids.bytes() + slot->work.seen.bytes() +
+               slot->work.touches.bytes() + slot->work.touches_at.bytes() + slot->work.nodes.bytes() +
+               slot->work.next.bytes() + slot->work.blocks.bytes();
     return sum;
 }
 

@@ -23,18 +23,21 @@ class Join
     explicit Join(const IndexOptions& options);
     ~Join();
 
-    /// Box a is searched for in starts[a], or in the tree where that is nothing; `starts` may be empty.
     void run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
-             std::span<const Start<Dim, T>> starts, std::pmr::vector<Pair>& out);
+             std::pmr::vector<Pair>& out);
+    /// What each of the boxes touches, for `around`.
+    void look_around(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes);
+    /// In any order; valid until the next run.
+    [[nodiscard]] std::span<const Seen<Dim, T>> around(std::size_t position) const noexcept;
     [[nodiscard]] std::uint64_t bytes() const noexcept;
 
   private:
     struct Slot;
-    const std::uint64_t* order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
-                               std::span<const Start<Dim, T>> starts);
-    void ask(std::uint32_t slot, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes,
-             std::span<const Start<Dim, T>> starts, const std::uint64_t* order, std::uint32_t begin,
-             std::uint32_t end);
+    const std::uint64_t* order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes);
+    /// Asks all, and leaves the answers with the slots; lists_ says where.
+    void ask_all(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes, bool with_boxes);
+    void ask(std::uint32_t slot, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes, bool with_boxes,
+             const std::uint64_t* order, std::uint32_t begin, std::uint32_t end);
 
     const Kernels<Dim, T>& kernels_;
     std::pmr::memory_resource* memory_;

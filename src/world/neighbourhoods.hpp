@@ -8,34 +8,35 @@
 #include <new>
 #include <vector>
 
-#include "index/groups.hpp"
+#include "index/listing.hpp"
 #include "jostle/world.hpp"
+#include "world/objects.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
 /// What rests around the objects that keep moving: for each a list of the resting objects near the way that it
-/// seems to take, with their boxes. As long as it stays on that way, the list is all that it can meet, and
-/// going through one or two blocks of 16 boxes is several times faster than coming down the index. Only a
-/// cache: what is found doesn't depend on it.
+/// seems to take, with the measures of their boxes. As long as it stays on that way, the list is all that it
+/// can meet, and going through one or two listings of 16 is many times faster than coming down the index. Only
+/// a cache: what is found doesn't depend on it.
 template <int Dim, class T>
 class Neighbourhoods
 {
   public:
     using Box = Aabb<Dim, T>;
-    using Block = index::Block<Dim, T>;
+    using Listing = index::Listing<Dim>;
     static constexpr std::uint32_t none = ~std::uint32_t{0};
     /// Objects with more around them are searched for in the index.
-    static constexpr std::uint32_t most_blocks = 4;
+    static constexpr std::uint32_t most_listings = 4;
 
     struct Hood
     {
         Box bounds;
         std::uint32_t object;  // `none`: not in use
         std::uint32_t created; // the update; objects that came to rest later aren't in it
-        std::uint32_t blocks;  // 0: there were too many
+        std::uint32_t count;   // of listings; 0: there were too many neighbours
         bool valid;
-        Block* block;
+        Listing* listings;
     };
 
     explicit Neighbourhoods(std::pmr::memory_resource* memory)
@@ -46,13 +47,25 @@ class Neighbourhoods
     Neighbourhoods& operator=(const Neighbourhoods&) = delete;
     ~Neighbourhoods()
     {
-        for (Block* chunk : chunks_)
-            memory_->deallocate(chunk, blocks_per_chunk * sizeof(Block), alignof(Block));
+        for (Listing* chunk : chunks_)
+            memory_->deallocate(chunk, listings_per_chunk * sizeof(Listing), alignof(Listing));
     }
 
     void make_room(std::size_t objects)
     {
         if (hood_of_.size() < objects) hood_of_.resize(objects, none);
+    }
+    void prefetch_number(std::uint32_t object) const noexcept { fetch(&hood_of_[object]); }
+    void prefetch(std::uint32_t object) const noexcept
+    {
+        if (hood_of_[object] != none) fetch(&hoods_[hood_of_[object]]);
+    }
+    void prefetch_listings(std::uint32_t object) const noexcept
+    {
+        if (hood_of_[object] == none) return;
+        const Hood& hood = hoods_[hood_of_[object]];
+        for (std::size_t at = 0; at < hood.count * sizeof(Listing); at += 64)
+            fetch(reinterpret_cast<const char*>(hood.listings) + at);
     }
     /// The object's, if it has one.
     [[nodiscard]] const Hood* find(std::uint32_t object) const noexcept
@@ -60,7 +73,7 @@ class Neighbourhoods
         const std::uint32_t h = hood_of_[object];
         return h == none ? nullptr : &hoods_[h];
     }
-    /// A hood with room for so many neighbours, in place of the one before. The caller fills the blocks.
+    /// A hood with room for so many neighbours, in place of the one before. The caller fills the listings.
     Hood& make(std::uint32_t object, const Box& bounds, std::uint32_t update, std::size_t neighbours)
     {
         std::uint32_t h = hood_of_[object];
@@ -77,12 +90,12 @@ class Neighbourhoods
         Hood& hood = hoods_[h];
         hood.valid = false;
         const auto wanted = static_cast<std::uint32_t>((neighbours + index::lanes - 1) / index::lanes);
-        const std::uint32_t blocks = wanted > most_blocks ? 0 : std::max(1u, wanted);
-        if (blocks != hood.blocks) {
-            Block* const fresh = blocks != 0 ? take(blocks) : nullptr;
-            give(hood.block, hood.blocks);
-            hood.block = fresh;
-            hood.blocks = blocks;
+        const std::uint32_t count = wanted > most_listings ? 0 : std::max(1u, wanted);
+        if (count != hood.count) {
+            Listing* const fresh = count != 0 ? take(count) : nullptr;
+            give(hood.listings, hood.count);
+            hood.listings = fresh;
+            hood.count = count;
         }
         if (hood_of_[object] == none) {
             free_.pop_back();
@@ -98,7 +111,7 @@ class Neighbourhoods
     {
         if (object >= hood_of_.size() || hood_of_[object] == none) return;
         Hood& hood = hoods_[hood_of_[object]];
-        give(hood.block, hood.blocks);
+        give(hood.listings, hood.count);
         hood = {hood.bounds, none, 0, 0, false, nullptr};
         free_.push_back(hood_of_[object]); // there is room: as many as hoods
         hood_of_[object] = none;
@@ -112,27 +125,27 @@ class Neighbourhoods
     [[nodiscard]] std::size_t size() const noexcept { return hoods_.size() - free_.size(); }
     [[nodiscard]] std::uint64_t bytes() const noexcept
     {
-        return chunks_.size() * blocks_per_chunk * sizeof(Block) + hoods_.capacity() * sizeof(Hood) +
+        return chunks_.size() * listings_per_chunk * sizeof(Listing) + hoods_.capacity() * sizeof(Hood) +
                (hood_of_.capacity() + free_.capacity()) * sizeof(std::uint32_t) +
-               chunks_.capacity() * sizeof(Block*);
+               chunks_.capacity() * sizeof(Listing*);
     }
 
   private:
-    static constexpr std::size_t blocks_per_chunk = 128;
+    static constexpr std::size_t listings_per_chunk = 128;
 
-    Block* take(std::uint32_t blocks)
+    Listing* take(std::uint32_t count)
     {
-        Block*& first = unused_[blocks];
+        Listing*& first = unused_[count];
         if (first != nullptr) {
-            Block* const taken = first;
+            Listing* const taken = first;
             first = next_of(taken);
             return taken;
         }
-        if (left_ < blocks) {
+        if (left_ < count) {
             chunks_.push_back(nullptr);
             try {
-                chunks_.back() =
-                    static_cast<Block*>(memory_->allocate(blocks_per_chunk * sizeof(Block), alignof(Block)));
+                chunks_.back() = static_cast<Listing*>(
+                    memory_->allocate(listings_per_chunk * sizeof(Listing), alignof(Listing)));
             } catch (...) {
                 chunks_.pop_back();
                 throw;
@@ -143,28 +156,28 @@ class Neighbourhoods
                 --left_;
             }
             fresh_ = chunks_.back();
-            left_ = blocks_per_chunk;
+            left_ = listings_per_chunk;
         }
-        Block* const taken = fresh_;
-        fresh_ += blocks;
-        left_ -= blocks;
+        Listing* const taken = fresh_;
+        fresh_ += count;
+        left_ -= count;
         return taken;
     }
-    void give(Block* block, std::uint32_t blocks) noexcept
+    void give(Listing* listings, std::uint32_t count) noexcept
     {
-        if (block == nullptr) return;
-        new (block) Block*(unused_[blocks]);
-        unused_[blocks] = block;
+        if (listings == nullptr) return;
+        new (listings) Listing*(unused_[count]);
+        unused_[count] = listings;
     }
-    static Block* next_of(Block* block) noexcept { return *reinterpret_cast<Block**>(block); }
+    static Listing* next_of(Listing* listings) noexcept { return *reinterpret_cast<Listing**>(listings); }
 
     std::pmr::memory_resource* memory_;
     std::pmr::vector<std::uint32_t> hood_of_; // objects
     std::pmr::vector<Hood> hoods_;
     std::pmr::vector<std::uint32_t> free_;
-    std::pmr::vector<Block*> chunks_;
-    std::array<Block*, most_blocks + 1> unused_ = {}; // by number of blocks: a list of runs
-    Block* fresh_ = nullptr;
+    std::pmr::vector<Listing*> chunks_;
+    std::array<Listing*, most_listings + 1> unused_ = {}; // by number of listings: a list of runs
+    Listing* fresh_ = nullptr;
     std::size_t left_ = 0;
 };
 

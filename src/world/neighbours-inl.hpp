@@ -2,6 +2,7 @@
 #pragma once
 
 // Which changed objects are searched for in a list of their neighbours instead of the index.
+#include "index/box_index_access.hpp"
 #include "pair_finder_access.hpp"
 #include "world/state.hpp"
 
@@ -13,60 +14,71 @@ constexpr std::size_t worth_listing = 64;
 
 } // namespace world
 
-/// Finds out for which changed entries a list of neighbours will do instead of the index, and makes new lists
-/// for those that have none and look as if they moved on.
+/// Divides the changed entries into those for which a list of neighbours will do, in `lookups`, and those that
+/// the index is asked about, in `unlisted`. Makes new lists for those that have none and look as if they moved on.
 template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::begin_in_neighbourhoods()
+void World<Dim, T>::Implementation::look_for_neighbourhoods()
 {
-    starts.assign(changed_entries, {});
-    entry_created.assign(changed_entries, ~std::uint32_t{0});
+    lookups.clear();
+    unlisted.clear();
     newcomers.clear();
     ways.clear();
-    if (resting.size() < world::worth_listing) return;
+    entry_created.assign(changed_entries, update_number);
+    const bool worth = resting.size() >= world::worth_listing;
     // They last for some sixteen updates. All at once would make some updates much longer than others.
-    const std::size_t most_new = changed_entries / 8 + 16;
-    const auto begin_at = [&](std::uint32_t entry, const auto& hood) {
-        if (hood.blocks == 0) return;
-        starts[entry] = {hood.block, hood.blocks};
+    const std::size_t most_new = calm && worth ? changed_entries / 8 + 16 : 0;
+    const auto begin_in = [&](std::uint32_t entry, const auto& hood) {
+        if (hood.count == 0) {
+            unlisted.push_back(entry);
+            return;
+        }
         entry_created[entry] = hood.created;
+        const index::Ruler<Dim, T> ruler(hood.bounds);
+        index::Lookup<Dim>& lookup = lookups.emplace_back();
+        lookup = {hood.listings, hood.count, entry, {}, {}};
+        for (int d = 0; d < Dim; ++d) {
+            lookup.lo[d] = ruler.measure(d, entry_boxes[entry].lo[d]);
+            lookup.hi[d] = ruler.measure(d, entry_boxes[entry].hi[d]);
+        }
     };
     for (std::uint32_t entry = 0; entry < changed_entries; ++entry) {
-        if (!entry_moves_on[entry]) continue;
-        const auto* const hood = hoods.find(entry_index[entry]);
+        if (entry + 2 * world::fetch_ahead < changed_entries) {
+            hoods.prefetch_number(entry_index[entry + 2 * world::fetch_ahead]);
+            hoods.prefetch(entry_index[entry + world::fetch_ahead]);
+        }
+        const auto* const hood = worth && entry_moves_on[entry] ? hoods.find(entry_index[entry]) : nullptr;
         if (hood != nullptr && hood->valid && world::holds(hood->bounds, entry_boxes[entry])) {
-            begin_at(entry, *hood);
-        } else if (calm && newcomers.size() < most_new) {
+            begin_in(entry, *hood);
+        } else if (entry_moves_on[entry] && newcomers.size() < most_new) {
             newcomers.push_back(entry);
             ways.push_back(world::way_of(objects[entry_index[entry]].before(), entry_boxes[entry]));
+        } else {
+            unlisted.push_back(entry);
         }
     }
     next_stats.listed = newcomers.size();
     if (newcomers.empty()) return;
-    resting.join(Boxes(std::span<const Box>(ways)), way_pairs);
-    auto pair = way_pairs.begin();
+    const bool any_waking = !waking.empty();
+    BoxIndexAccess::look_around(resting, Boxes(std::span<const Box>(ways)));
     for (std::uint32_t k = 0; k < newcomers.size(); ++k) {
-        const auto first = pair;
-        while (pair != way_pairs.end() && pair->a == k) {
-            if (way_pairs.end() - pair > static_cast<std::ptrdiff_t>(world::fetch_ahead))
-                prefetch(pair[world::fetch_ahead].b);
-            ++pair;
-        }
-        auto& hood = hoods.make(entry_index[newcomers[k]], ways[k], update_number,
-                                static_cast<std::size_t>(pair - first));
+        if (k + 2 < newcomers.size()) hoods.prefetch_listings(entry_index[newcomers[k + 2]]);
+        if (k + 4 < newcomers.size()) hoods.prefetch(entry_index[newcomers[k + 4]]);
+        if (k + 8 < newcomers.size()) hoods.prefetch_number(entry_index[newcomers[k + 8]]);
+        const auto around = BoxIndexAccess::around(resting, k);
+        auto& hood = hoods.make(entry_index[newcomers[k]], ways[k], update_number, around.size());
+        const index::Ruler<Dim, T> ruler(ways[k]);
         std::uint32_t lane = 0;
-        if (hood.blocks != 0)
-            for (auto each = first; each != pair; ++each)
-                if (const Object object = objects[each->b]; !object.has(world::flag::touched)) {
-                    auto& block = hood.block[lane / index::lanes];
-                    block.bounds.set(lane % index::lanes, object.now());
-                    block.id[lane % index::lanes] = each->b;
-                    ++lane;
-                }
-        for (; lane < hood.blocks * index::lanes; ++lane) {
-            hood.block[lane / index::lanes].bounds.clear(lane % index::lanes);
-            hood.block[lane / index::lanes].id[lane % index::lanes] = index::no_id;
-        }
-        begin_at(newcomers[k], hood);
+        if (hood.count != 0)
+            for (const index::Seen<Dim, T>& seen : around) {
+                if (any_waking && class_of[seen.id] == world::FilterClasses::look &&
+                    objects[seen.id].has(world::flag::touched))
+                    continue; // wakes up
+                hood.listings[lane / index::lanes].set(lane % index::lanes, ruler, seen.box, seen.id);
+                ++lane;
+            }
+        for (; lane < hood.count * index::lanes; ++lane)
+            hood.listings[lane / index::lanes].clear(lane % index::lanes);
+        begin_in(newcomers[k], hood);
     }
 }
 

@@ -181,42 +181,86 @@ void World<Dim, T>::Implementation::find_among_active()
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::find_among_resting()
 {
-    const Boxes boxes(std::span<const Box>(entry_boxes).first(changed_entries));
-    begin_in_neighbourhoods();
-    BoxIndexAccess::join(resting, boxes, std::span<const index::Start<Dim, T>>(starts), joined);
+    look_for_neighbourhoods();
     std::atomic<std::uint64_t> looked_at{0}, rejected{0};
-    const bool all_pass = filter_classes.all_pass();
-    kept_of_run.resize((joined.size() + world::run_length - 1) / world::run_length);
-    const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
-        Pair* kept = joined.data() + begin;
+    const bool all_pass = filter_classes.all_pass(), any_waking = !waking.empty();
+    // Keeps those of the pairs of an entry and a resting object that are to be found.
+    const auto select = [&](Pair* const first, const Pair* last, const auto& entry_of) {
+        Pair* kept = first;
         std::uint64_t candidates = 0;
-        for (std::uint64_t k = begin; k < end; ++k) {
-            const Pair pair = joined[k];
+        for (const Pair* each = first; each != last; ++each) {
+            const Pair pair = *each;
+            const std::uint32_t entry = entry_of(pair.a), index = entry_index[entry];
             // What a list holds and has woken up since is found elsewhere, if anywhere; what wakes up in this
             // update, as a changed one.
-            if (rested_at[pair.b] > entry_created[pair.a]) continue;
-            const std::uint32_t index = entry_index[pair.a];
-            const std::uint8_t class_a = entry_class[pair.a], class_b = class_of[pair.b];
-            bool pass = all_pass;
-            if (class_b == world::FilterClasses::look) {
-                if (objects[pair.b].has(world::flag::touched)) continue;
-                pass = objects_pass(index, pair.b);
-            } else if (!all_pass) {
-                pass = class_a == world::FilterClasses::look ? objects_pass(index, pair.b)
-                                                             : filter_classes.pass(class_a, class_b);
+            if (entry_created[entry] < last_waking && rested_at[pair.b] > entry_created[entry]) continue;
+            bool pass = true;
+            if (any_waking || !all_pass) {
+                const std::uint8_t class_a = entry_class[entry], class_b = class_of[pair.b];
+                if (class_b == world::FilterClasses::look) {
+                    if (objects[pair.b].has(world::flag::touched)) continue;
+                    pass = objects_pass(index, pair.b);
+                } else if (!all_pass) {
+                    pass = class_a == world::FilterClasses::look ? objects_pass(index, pair.b)
+                                                                 : filter_classes.pass(class_a, class_b);
+                }
             }
             ++candidates;
             if (pass) *kept++ = {std::min(index, pair.b), std::max(index, pair.b)};
         }
-        const auto count = static_cast<std::uint64_t>(kept - (joined.data() + begin));
-        kept_of_run[work.block] = static_cast<std::uint32_t>(count);
+        const auto count = static_cast<std::uint64_t>(kept - first);
         looked_at.fetch_add(candidates, std::memory_order_relaxed);
         rejected.fetch_add(candidates - count, std::memory_order_relaxed);
+        return static_cast<std::uint32_t>(count);
     };
-    process_items(joined.size(), select, {executor_for(joined.size()), world::run_length});
     PairBufferAccess found_pairs(found);
-    for (std::size_t run = 0; run < kept_of_run.size(); ++run)
-        found_pairs.append({joined.data() + run * world::run_length, kept_of_run[run]});
+
+    if (!lookups.empty()) {
+        constexpr std::size_t per_run = 1024;
+        const std::size_t runs = (lookups.size() + per_run - 1) / per_run;
+        kept_of_run.resize(runs);
+        key_scratch.resize(runs); // where there is room for what a run finds
+        std::uint64_t room = 0;
+        for (std::size_t k = 0; k < lookups.size(); ++k) {
+            if (k % per_run == 0) key_scratch[k / per_run] = room;
+            room += lookups[k].count * index::lanes;
+        }
+        Pair* const near = near_pairs.reserve(static_cast<std::size_t>(room));
+        const auto touch = [&](std::uint32_t entry, std::uint32_t index) {
+            return world::touch(entry_boxes[entry], objects[index].now());
+        };
+        process_items(lookups.size(),
+                      [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                          Pair* const to = near + key_scratch[work.block];
+                          const std::size_t count = kernels.look_up(&lookups[begin], end - begin, touch, to);
+                          kept_of_run[work.block] =
+                              select(to, to + count, [](std::uint32_t entry) { return entry; });
+                      },
+                      {executor_for(lookups.size()), per_run});
+        for (std::size_t run = 0; run < runs; ++run)
+            found_pairs.append({near + key_scratch[run], kept_of_run[run]});
+    }
+
+    if (!unlisted.empty()) {
+        std::span<const Box> boxes = std::span<const Box>(entry_boxes).first(changed_entries);
+        if (!lookups.empty() || !newcomers.empty()) { // else it is all, in order
+            ways.clear();
+            for (const std::uint32_t entry : unlisted)
+                ways.push_back(entry_boxes[entry]);
+            boxes = ways;
+        }
+        resting.join(Boxes(boxes), joined);
+        kept_of_run.resize((joined.size() + world::run_length - 1) / world::run_length);
+        process_items(joined.size(),
+                      [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                          kept_of_run[work.block] =
+                              select(joined.data() + begin, joined.data() + end,
+                                     [&](std::uint32_t number) { return unlisted[number]; });
+                      },
+                      {executor_for(joined.size()), world::run_length});
+        for (std::size_t run = 0; run < kept_of_run.size(); ++run)
+            found_pairs.append({joined.data() + run * world::run_length, kept_of_run[run]});
+    }
     next_stats.candidates += looked_at;
     next_stats.false_positives += rejected;
 }

@@ -10,6 +10,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include "engine/buffer.hpp"
+#include "index/kernels/kernels.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
 #include "pair_finder_access.hpp"
@@ -93,7 +95,7 @@ struct World<Dim, T>::Implementation
     void recall_pairs();
     [[nodiscard]] bool either_has(const Pair& pair, std::uint32_t bits) const noexcept;
     [[nodiscard]] EndReason reason_of(const Pair& pair) const noexcept;
-    void begin_in_neighbourhoods();
+    void look_for_neighbourhoods();
     void invalidate_neighbourhoods();
     void prefetch(std::uint32_t index) const noexcept;
     [[nodiscard]] ObjectFilter old_filter(std::uint32_t index) const noexcept;
@@ -193,9 +195,13 @@ struct World<Dim, T>::Implementation
     std::uint32_t update_number = 1;
     std::pmr::vector<std::uint32_t> rested_at;     // the first update that can find it resting, by index
     bool calm = true;                              // few objects came to rest in the last update
-    std::pmr::vector<index::Start<Dim, T>> starts; // of changed entries: where to search
-    std::pmr::vector<std::uint32_t> entry_created; // and of when that is
-    std::pmr::vector<std::uint32_t> newcomers;     // entries that need a new list
+    std::uint32_t last_waking = 0;                 // the last update in which any woke up
+    std::pmr::vector<index::Lookup<Dim>> lookups;  // of changed entries that have a list
+    std::pmr::vector<std::uint32_t> unlisted;      // the others
+    std::pmr::vector<std::uint32_t> entry_created; // of changed entries: when the list was made
+    engine::Buffer<Pair> near_pairs;               // what is found in the lists
+    const index::Kernels<Dim, T>& kernels;
+    std::pmr::vector<std::uint32_t> newcomers; // entries that need a new list
     std::pmr::vector<Box> ways, hood_bounds;
     std::pmr::vector<Pair> way_pairs;
     std::pmr::vector<std::uint32_t> hood_numbers;

@@ -77,7 +77,10 @@ void World<Dim, T>::Implementation::commit() noexcept
         }
         disabled -= place == world::Place::disabled;
         alive -= place != world::Place::none;
-        if (place == world::Place::resting) rested_at[index] = ~std::uint32_t{0};
+        if (place == world::Place::resting) {
+            rested_at[index] = ~std::uint32_t{0};
+            last_waking = update_number;
+        }
         if (!object.is_there()) hoods.drop(index);
         if (!object.has(world::flag::alive)) {
             ids.release(id_of(index));
@@ -123,6 +126,7 @@ void World<Dim, T>::Implementation::commit() noexcept
         for (std::uint32_t& at : rested_at)
             at = at == ~std::uint32_t{0} ? at : 0;
         update_number = 1;
+        last_waking = 0;
     }
     queues.forget();
     shown = 1 - shown;

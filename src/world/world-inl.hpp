@@ -48,8 +48,11 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       old_of_woken(options.memory),
       hoods(options.memory),
       rested_at(options.memory),
-      starts(options.memory),
+      lookups(options.memory),
+      unlisted(options.memory),
       entry_created(options.memory),
+      near_pairs(options.memory),
+      kernels(index::kernels_for<Dim, T>(options.instruction_set)),
       newcomers(options.memory),
       ways(options.memory),
       hood_bounds(options.memory),
@@ -94,18 +97,18 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
     const auto of = [](const auto&... vectors) {
         return (std::uint64_t{0} + ... + (vectors.capacity() * sizeof(vectors[0])));
     };
-    std::uint64_t sum = sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
-                        finder.stats().bytes_reserved + sorter.bytes() + resting.stats().bytes +
-                        active_index.stats().bytes + hoods.bytes() + among_active.bytes_reserved() +
-                        with_idle.bytes_reserved() + scratch_pairs.bytes_reserved() + found_began.bytes() +
-                        found_asked.bytes() + found_ended.bytes() + found_others.bytes() +
-                        refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
-                        of(class_of, active, changed, old_filters, old_filter_scratch, old_shapes, contested,
-                           writer, entry_boxes, entry_index, entry_class, entry_moves_on, joined, kept_of_run,
-                           pair_sorting, pair_scratch, woken_boxes, old_of_woken, rested_at, starts,
-                           entry_created, newcomers, ways, hood_bounds, way_pairs, hood_numbers, began_keys,
-                           asked_keys, key_scratch, ended_keys, ended_scratch, index_scratch, newly_refused,
-                           no_longer_refused, next_active, waking, settling, settling_boxes);
+    std::uint64_t sum =
+        sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
+        finder.stats().bytes_reserved + sorter.bytes() + resting.stats().bytes + active_index.stats().bytes +
+        hoods.bytes() + near_pairs.bytes() + among_active.bytes_reserved() + with_idle.bytes_reserved() +
+        scratch_pairs.bytes_reserved() + found_began.bytes() + found_asked.bytes() + found_ended.bytes() +
+        found_others.bytes() + refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
+        of(class_of, active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer,
+           entry_boxes, entry_index, entry_class, entry_moves_on, joined, kept_of_run, pair_sorting,
+           pair_scratch, woken_boxes, old_of_woken, rested_at, lookups, unlisted, entry_created, newcomers,
+           ways, hood_bounds, way_pairs, hood_numbers, began_keys, asked_keys, key_scratch, ended_keys,
+           ended_scratch, index_scratch, newly_refused, no_longer_refused, next_active, waking, settling,
+           settling_boxes);
     for (const Results& result : results)
         sum += result.persisted.bytes_reserved() + of(result.others, result.began, result.ended);
     return sum;

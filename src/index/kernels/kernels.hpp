@@ -5,6 +5,7 @@
 
 #include "engine/buffer.hpp"
 #include "index/groups.hpp"
+#include "index/listing.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/query.hpp"
 
@@ -69,6 +70,21 @@ struct Touch
     std::uint32_t asker;
     std::uint32_t id;
 };
+/// The same by where the object lies.
+template <int Dim, class T>
+struct TouchAt
+{
+    std::uint32_t asker, lane;
+    const Block<Dim, T>* block;
+};
+
+/// An object that a box touches.
+template <int Dim, class T>
+struct Seen
+{
+    Aabb<Dim, T> box;
+    std::uint32_t id;
+};
 
 /// Working memory and results of boxes that ask together.
 template <int Dim, class T>
@@ -82,12 +98,20 @@ struct JoinWork
     };
     engine::Buffer<Visit> nodes, next, blocks;
     engine::Buffer<Touch> touches;
+    engine::Buffer<TouchAt<Dim, T>> touches_at;
+    engine::Buffer<Seen<Dim, T>> seen; // by asker
     engine::Buffer<std::uint32_t> ids; // those of the first asker, ascending, those of the second, ...
     std::size_t touched = 0;           // how many
     std::uint32_t count[most_askers];  // how many of each
 
     explicit JoinWork(std::pmr::memory_resource* memory)
-        : nodes(memory), next(memory), blocks(memory), touches(memory), ids(memory)
+        : nodes(memory),
+          next(memory),
+          blocks(memory),
+          touches(memory),
+          touches_at(memory),
+          seen(memory),
+          ids(memory)
     {
     }
 };
@@ -113,8 +137,13 @@ struct Kernels
     void (*sphere)(Root root, const Sphere<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
     void (*frustum)(Root root, const Frustum<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out);
     /// For at most JoinWork::most_askers boxes.
-    void (*join)(const Start<Dim, T>* starts, const Aabb<Dim, T>* askers, std::uint32_t count,
-                 JoinWork<Dim, T>& work);
+    void (*join)(Root root, const Aabb<Dim, T>* askers, std::uint32_t count, JoinWork<Dim, T>& work);
+    /// The same, with their boxes, those of an asker in no order: for `seen` instead of `ids`.
+    void (*around)(Root root, const Aabb<Dim, T>* askers, std::uint32_t count, JoinWork<Dim, T>& work);
+    /// Writes (asker, id) for all that the boxes touch, by lookup, then in the order of the listings, and
+    /// returns how many. Where measures are equal, `decide` tells. Needs room for `lanes` pairs a listing.
+    std::size_t (*look_up)(const Lookup<Dim>* lookups, std::size_t count,
+                           FunctionRef<bool(std::uint32_t asker, std::uint32_t id)> decide, Pair* out);
     Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
     void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
     void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);

@@ -288,9 +288,11 @@ HWY_INLINE void each_lane(unsigned hits, const Write& write)
         write(k++, static_cast<unsigned>(std::countr_zero(rest)));
 }
 
-template <int Dim, class T>
-HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* askers, std::uint32_t count,
-                          JoinWork<Dim, T>& work)
+/// Collects touch_of(asker, block, lane) of all that the askers touch in `touches`, and returns how many.
+template <int Dim, class T, class Item, class TouchOf>
+HWY_ATTR HWY_INLINE std::size_t find_touches(Child<Dim, T> root, const Aabb<Dim, T>* askers,
+                                             std::uint32_t count, JoinWork<Dim, T>& work,
+                                             engine::Buffer<Item>& touches, const TouchOf& touch_of)
 {
     using Visit = typename JoinWork<Dim, T>::Visit;
     constexpr std::size_t ahead = 20, room = lanes + 4;
@@ -304,17 +306,8 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
     engine::Buffer<Visit>* then = &work.next;
     Visit* nodes = now->reserve(count + room);
     std::size_t node_count = 0, block_count = 0;
-    for (std::uint32_t a = 0; a < count; ++a) {
-        const Start<Dim, T>& start = starts[a];
-        if (!start.child) continue;
-        if (!start.child.is_block()) {
-            nodes[node_count++] = {start.child, a};
-            continue;
-        }
-        Visit* const to = work.blocks.grow(block_count + start.blocks, block_count);
-        for (std::uint32_t k = 0; k < start.blocks; ++k)
-            to[block_count++] = {start.child.block() + k, a};
-    }
+    for (std::uint32_t a = 0; a < count; ++a)
+        nodes[node_count++] = {root, a};
     while (node_count != 0) {
         std::size_t next_count = 0;
         Visit* next = then->reserve(room);
@@ -343,44 +336,141 @@ HWY_ATTR void search_join(const Start<Dim, T>* starts, const Aabb<Dim, T>* asker
         node_count = next_count;
     }
 
-    const Visit* const blocks = work.blocks.data(); // those to begin with, then those of the tree
-    Touch* touches = work.touches.reserve(block_count + room);
+    const Visit* const blocks = work.blocks.data();
+    Item* items = touches.reserve(block_count + room);
     std::size_t touched = 0;
     for (std::size_t i = 0; i < block_count; ++i) {
-        if (touched + room > work.touches.capacity())
-            touches = work.touches.grow(2 * (touched + room), touched);
+        if (touched + room > touches.capacity()) items = touches.grow(2 * (touched + room), touched);
         fetch(blocks[std::min(i + ahead, block_count - 1)].child.block());
         const Block<Dim, T>& block = *blocks[i].child.block();
         const std::uint32_t asker = blocks[i].asker;
         unsigned hits = touching(block.bounds, askers[asker]);
         if (endless) hits &= block.live();
-        Touch* const to = touches + touched;
-        each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = {asker, block.id[lane]}; });
+        Item* const to = items + touched;
+        each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = touch_of(asker, block, lane); });
         const auto found = static_cast<std::uint32_t>(std::popcount(hits));
         touched += found;
         work.count[asker] += found;
     }
     work.touched = touched;
+    return touched;
+}
 
-    // By asker, and ascending: a short list's ids go where the number of smaller ones says.
-    std::uint32_t* const ids = work.ids.reserve(touched + lanes);
-    std::size_t begin[JoinWork<Dim, T>::most_askers];
+/// Where the results of each asker begin.
+HWY_INLINE void begins_of(const std::uint32_t* count_of, std::uint32_t count, std::size_t* begin)
+{
     std::size_t sum = 0;
     for (std::uint32_t a = 0; a < count; ++a) {
         begin[a] = sum;
-        sum += work.count[a];
+        sum += count_of[a];
     }
-    for (std::size_t k = 0; k < touched; ++k)
-        ids[begin[touches[k].asker]++] = touches[k].id;
+}
+
+template <int Dim, class T>
+HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::uint32_t count,
+                          JoinWork<Dim, T>& work)
+{
+    const std::size_t touched =
+        find_touches(root, askers, count, work, work.touches,
+                     [](std::uint32_t asker, const Block<Dim, T>& block, unsigned lane)
+                         HWY_ATTR { return Touch{asker, block.id[lane]}; });
+    // By asker, and ascending: a short list's ids go where the number of smaller ones says.
+    std::uint32_t* const ids = work.ids.reserve(touched + lanes);
+    std::size_t begin[JoinWork<Dim, T>::most_askers];
+    begins_of(work.count, count, begin);
+    for (std::size_t k = 0; k < touched; ++k) {
+        const Touch touch = work.touches.data()[k];
+        ids[begin[touch.asker]++] = touch.id;
+    }
     std::uint32_t* first = ids;
     for (std::uint32_t a = 0; a < count; ++a) {
         const std::uint32_t size = work.count[a];
         if (size > few / 4)
             std::sort(first, first + size);
-        else if (size > 1 && !std::is_sorted(first, first + size)) // lists of blocks are sorted already
+        else if (size > 1)
             sort_few(first, size);
         first += size;
     }
+}
+
+template <int Dim, class T>
+HWY_ATTR void search_around(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::uint32_t count,
+                            JoinWork<Dim, T>& work)
+{
+    const std::size_t touched =
+        find_touches(root, askers, count, work, work.touches_at,
+                     [](std::uint32_t asker, const Block<Dim, T>& block, unsigned lane)
+                         HWY_ATTR { return TouchAt<Dim, T>{asker, lane, &block}; });
+    Seen<Dim, T>* const seen = work.seen.reserve(touched);
+    std::size_t begin[JoinWork<Dim, T>::most_askers];
+    begins_of(work.count, count, begin);
+    for (std::size_t k = 0; k < touched; ++k) {
+        const TouchAt<Dim, T> touch = work.touches_at.data()[k];
+        seen[begin[touch.asker]++] = {touch.block->bounds.get(touch.lane), touch.block->id[touch.lane]};
+    }
+}
+
+/// What of a lookup's listing is touched; where measures are equal, perhaps.
+struct Touched
+{
+    unsigned perhaps, surely;
+};
+template <int Dim>
+HWY_ATTR HWY_INLINE Touched touched_of(const Listing<Dim>& listing, const Lookup<Dim>& lookup)
+{
+    using Measures = Vec<std::int16_t>;
+    unsigned beside = 0, surely = 0;
+    for (std::uint32_t k = 0; k < lanes; k += Measures::size) {
+        auto apart = Measures::set(lookup.hi[0]) < Measures::load(listing.lo[0] + k);
+        auto across = Measures::load(listing.lo[0] + k) < Measures::set(lookup.hi[0]);
+        for (int d = 0; d < Dim; ++d) {
+            const Measures from = Measures::load(listing.lo[d] + k), to = Measures::load(listing.hi[d] + k);
+            const Measures own_from = Measures::set(lookup.lo[d]), own_to = Measures::set(lookup.hi[d]);
+            apart = either(apart, either(own_to < from, to < own_from));
+            across = both(across, both(from < own_to, own_from < to));
+        }
+        beside |= Measures::bits(apart) << k;
+        surely |= Measures::bits(across) << k;
+    }
+    return {~beside & 0xffffu, surely};
+}
+
+template <int Dim>
+HWY_ATTR std::size_t look_up(const Lookup<Dim>* lookups, std::size_t count,
+                             FunctionRef<bool(std::uint32_t asker, std::uint32_t id)> decide, Pair* out)
+{
+    constexpr std::size_t ahead = 8;
+    Pair* next = out;
+    for (std::size_t i = 0; i < count; ++i) {
+        const Lookup<Dim>& coming = lookups[std::min(i + ahead, count - 1)];
+        for (std::uint32_t k = 0; k < coming.count; ++k)
+            fetch(coming.listings + k);
+        const Lookup<Dim>& lookup = lookups[i];
+        for (std::uint32_t k = 0; k < lookup.count; ++k) {
+            const Listing<Dim>& listing = lookup.listings[k];
+            const Touched touched = touched_of(listing, lookup);
+            unsigned hits = touched.perhaps;
+            for (unsigned doubts = hits & ~touched.surely; doubts != 0; doubts &= doubts - 1) {
+                const int lane = std::countr_zero(doubts);
+                if (!decide(lookup.asker, listing.id[lane])) hits &= ~(1u << lane);
+            }
+#if !JOSTLE_INDEX_SCALAR && HWY_TARGET == HWY_AVX3
+            const __m512i ids =
+                _mm512_maskz_compress_epi32(static_cast<__mmask16>(hits), _mm512_load_si512(listing.id));
+            const __m512i asker = _mm512_set1_epi64(lookup.asker);
+            const auto pairs_of = [asker](__m256i half) HWY_ATTR {
+                return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepu32_epi64(half), 32), asker);
+            };
+            _mm512_storeu_si512(next, pairs_of(_mm512_castsi512_si256(ids)));
+            if (std::popcount(hits) > 8)
+                _mm512_storeu_si512(next + 8, pairs_of(_mm512_extracti64x4_epi64(ids, 1)));
+#else
+            each_lane(hits, [&](unsigned n, unsigned lane) { next[n] = {lookup.asker, listing.id[lane]}; });
+#endif
+            next += std::popcount(hits);
+        }
+    }
+    return static_cast<std::size_t>(next - out);
 }
 
 /// ---- Lines -----------------------------------------------------------------------------------------------
@@ -600,8 +690,10 @@ HWY_ATTR void search_nearest(Child<Dim, T> root, const T* point, Wanted wanted, 
 template <int Dim, class T>
 const Kernels<Dim, T>* kernels()
 {
-    static constexpr Kernels<Dim, T> table = {
-        search_box<Dim, T>,   search_sphere<Dim, T>, search_frustum<Dim, T>, search_join<Dim, T>,
-        search_first<Dim, T>, search_all<Dim, T>,    search_nearest<Dim, T>, sort_few};
+    static constexpr Kernels<Dim, T> table = {search_box<Dim, T>,     search_sphere<Dim, T>,
+                                              search_frustum<Dim, T>, search_join<Dim, T>,
+                                              search_around<Dim, T>,  look_up<Dim>,
+                                              search_first<Dim, T>,   search_all<Dim, T>,
+                                              search_nearest<Dim, T>, sort_few};
     return &table;
 }

@@ -56,6 +56,10 @@ inline bool both(bool a, bool b)
 {
     return a && b;
 }
+inline bool either(bool a, bool b)
+{
+    return a || b;
+}
 
 #else
 
@@ -81,7 +85,7 @@ struct Vec
 #else
         std::uint8_t bytes[8] = {};
         hn::StoreMaskBits(D(), mask, bytes);
-        return bytes[0];
+        return bytes[0] | static_cast<unsigned>(bytes[1]) << 8;
 #endif
     }
 };
@@ -124,6 +128,11 @@ template <class Mask>
 HWY_ATTR HWY_INLINE Mask both(Mask a, Mask b)
 {
     return hn::And(a, b);
+}
+template <class Mask>
+HWY_ATTR HWY_INLINE Mask either(Mask a, Mask b)
+{
+    return hn::Or(a, b);
 }
 
 #endif
