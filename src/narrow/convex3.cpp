@@ -759,15 +759,15 @@ struct Slope
 struct Clip
 {
     Lateral lateral;
-    double radius_a, radius_b, margin;
+    double radius_a, radius_b, margin, size;
     SmallVector<ManifoldPoint<3>, 24> found;
 
     void add(const Vec2& at, double height_a, double height_b, std::uint16_t feature_a,
              std::uint16_t feature_b)
     {
         const double top = height_a + radius_a, bottom = height_b - radius_b;
-        const double depth = top - bottom;
-        if (!(depth >= -margin)) return;
+        double depth = top - bottom;
+        if (!keeps(depth, margin, size)) return;
         const Vec3 p = lateral.u * at.x + lateral.v * at.y + lateral.n * (0.5 * (top + bottom));
         found.push_back({p, depth, feature_a, feature_b});
     }
@@ -1003,6 +1003,7 @@ void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double m
     clip.radius_a = a.radius;
     clip.radius_b = b.radius;
     clip.margin = margin;
+    clip.size = a.reach + b.reach + a.radius + b.radius;
     const double depth = a.radius + b.radius - cores.distance;
     Feature fa, fb;
     if (a.custom == nullptr && b.custom == nullptr) {
@@ -1052,6 +1053,7 @@ bool face_contact(const Core3& a, const Core3& triangle, double side, double mar
     clip.radius_a = a.radius;
     clip.radius_b = triangle.radius;
     clip.margin = margin;
+    clip.size = a.reach + triangle.reach + a.radius + triangle.radius;
     Feature fa, fb;
     take_face(triangle, face, fb);
     double along = -1;
@@ -1166,9 +1168,11 @@ bool half_space_contact(const Core3& a, const Vec3& normal, double offset, doubl
                         Manifold<3>& manifold)
 {
     SmallVector<ManifoldPoint<3>, 24> found;
+    bool touch = false;
     const auto add = [&](const Vec3& p, std::uint32_t vertex) {
-        const double depth = offset + a.radius - dot(normal, p);
-        if (depth >= -margin)
+        double depth = offset + a.radius - dot(normal, p);
+        touch = touch || depth >= -margin;
+        if (keeps(depth, margin, std::abs(offset) + a.radius + a.reach))
             found.push_back({p + normal * (0.5 * depth - a.radius), depth, feature_id(vertex_feature, vertex),
                              feature_id(face_feature, 0)});
     };
@@ -1177,7 +1181,7 @@ bool half_space_contact(const Core3& a, const Vec3& normal, double offset, doubl
     else
         for (std::uint32_t i = 0; i < a.polytope.vertices; ++i)
             add(a.frame * a.polytope.vertex(i), i);
-    if (found.empty()) return false;
+    if (!touch) return false;
     reduce(-normal, found.data(), static_cast<std::uint32_t>(found.size()), manifold);
     return true;
 }

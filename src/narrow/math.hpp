@@ -187,6 +187,15 @@ Mat2 rotation(const Pose<2, T>& pose)
     return rotation(double{pose.rotation[0]}, double{pose.rotation[1]});
 }
 
+/// Whether a point of a contact counts, and at what depth. Shapes that touch are at least as deep as -margin; what rounds
+/// to just below it belongs to them, or what lies flat would lose some of its corners. `size` is that of both.
+inline bool keeps(double& depth, double margin, double size)
+{
+    if (!(depth >= -margin - 1e-14 * size)) return false;
+    depth = std::max(depth, -margin);
+    return true;
+}
+
 /// Back to what poses hold. Source: Shepperd, J. Guidance and Control 1(3), 1978.
 inline void unload(const Mat3& m, std::array<double, 4>& q)
 {

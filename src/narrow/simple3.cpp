@@ -92,7 +92,7 @@ struct Reference
 
 /// The face of box y that looks at the reference face of box x, cut to that.
 void meet_faces(const Axes& x, const Vec3& place_x, const Axes& y, const Vec3& place_y, Reference ref,
-                bool x_is_a, double margin, ManifoldPoint<3>* found, std::uint32_t& count)
+                bool x_is_a, double margin, double size, ManifoldPoint<3>* found, std::uint32_t& count)
 {
     const int i = ref.i, iu = (i + 1) % 3, iv = (i + 2) % 3;
     const Vec3 out = x.axis[i] * (ref.positive ? 1.0 : -1.0), xu = x.axis[iu], xv = x.axis[iv];
@@ -161,8 +161,8 @@ void meet_faces(const Axes& x, const Vec3& place_x, const Axes& y, const Vec3& p
     count = 0;
     for (int k = 0; k < polygon.count; ++k) {
         const Corner& corner = polygon.corner[k];
-        const double depth = top - corner.w;
-        if (!(depth >= -margin)) continue;
+        double depth = top - corner.w;
+        if (!keeps(depth, margin, size)) continue;
         const Vec3 p = place_x + xu * corner.u + xv * corner.v + out * (corner.w + 0.5 * depth);
         found[count++] = x_is_a ? ManifoldPoint<3>{p, depth, corner.feature_x, corner.feature_y}
                                 : ManifoldPoint<3>{p, depth, corner.feature_y, corner.feature_x};
@@ -191,7 +191,7 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
     if (!(axis.separation <= margin)) return Outcome::apart;
     const Vec3& n = axis.normal;
     const Axes box_a(a, half_a), box_b(b, half_b);
-    const double slack = 1e-9 * (half_a.x + half_a.y + half_a.z + half_b.x + half_b.y + half_b.z);
+    const double size = half_a.x + half_a.y + half_a.z + half_b.x + half_b.y + half_b.z, slack = 1e-9 * size;
     if (axis.axis >= 6) {
         const int i = (axis.axis - 6) / 3, j = (axis.axis - 6) % 3;
         // The edges that look at each other, and where they come nearest.
@@ -221,11 +221,11 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
     ManifoldPoint<3> found[8];
     std::uint32_t count = 0;
     if (axis.axis < 3)
-        meet_faces(box_a, {}, box_b, d, {axis.axis, dot(n, box_a.axis[axis.axis]) > 0}, true, margin, found,
-                   count);
+        meet_faces(box_a, {}, box_b, d, {axis.axis, dot(n, box_a.axis[axis.axis]) > 0}, true, margin, size,
+                   found, count);
     else
         meet_faces(box_b, d, box_a, {}, {axis.axis - 3, dot(n, box_b.axis[axis.axis - 3]) < 0}, false, margin,
-                   found, count);
+                   size, found, count);
     double deepest = -HUGE_VAL;
     for (std::uint32_t k = 0; k < count; ++k)
         deepest = std::max(deepest, found[k].depth);
@@ -245,7 +245,7 @@ Outcome capsule_box(const Vec3& axis, double half_length, double radius, const M
     for (int k = 1; k < 3; ++k)
         if (std::abs(up[k]) > std::abs(up[i])) i = k;
     const bool positive = up[i] > 0;
-    const double slack = 1e-9 * (half_length + half.x + half.y + half.z);
+    const double size = half_length + half.x + half.y + half.z, slack = 1e-9 * size;
     manifold.normal = n;
     manifold.count = 0;
     if (std::abs(up[i]) > 1 - 1e-12) {
@@ -281,8 +281,8 @@ Outcome capsule_box(const Vec3& axis, double half_length, double radius, const M
             for (int which = 0; which < (end > begin ? 2 : 1); ++which) {
                 const double t = which == 0 ? begin : end;
                 const double height = rise * t + radius;
-                const double depth = height - top;
-                if (!(depth >= -margin)) continue;
+                double depth = height - top;
+                if (!keeps(depth, margin, size)) continue;
                 const Vec3 p = axis * t + n * (radius - 0.5 * depth);
                 manifold.point[manifold.count++] = {p, depth, end_a[which], end_b[which]};
             }

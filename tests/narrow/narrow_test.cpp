@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <vector>
+
 using namespace jostle;
 
 namespace {
@@ -51,6 +54,36 @@ TEST(Manifold, BoxOnHalfSpace)
     EXPECT_DOUBLE_EQ(c.normal[1], 1);
     EXPECT_NEAR(c.point[0].depth, 0.25, 1e-12);
     EXPECT_NEAR(c.point[0].from_b[1], -0.875, 1e-12);
+}
+
+/// At depth 0, where rounding decides which corners overlap.
+TEST(Manifold, WhatLiesFlatHasAllItsCorners)
+{
+    const Shape3 ground[] = {Shape3::half_space({0, 1, 0}, 0), Shape3::box({10, 1, 10})};
+    for (int sides = 5; sides < 40; ++sides) {
+        std::vector<Vec<3, double>> corners;
+        for (int k = 0; k < sides; ++k)
+            for (const double z : {-0.5, 0.5}) {
+                const double angle = 2 * 3.14159265358979 * (k + 0.5) / sides - 3.14159265358979 / 2;
+                corners.push_back({std::cos(angle), std::sin(angle), z});
+            }
+        const ConvexHull<3> prism(corners);
+        for (const double turn : {0.0, 0.1, 0.3, 1.0})
+            for (const Shape3& below : ground) {
+                Pose3d lying, level;
+                lying.position = {0.3, std::cos(3.14159265358979 / sides), 0.1};
+                lying.rotation = {0, std::sin(turn), 0, std::cos(turn)};
+                if (below.type() == ShapeTypes::box) level.position = {0, -1, 0};
+                // Just in, so that they touch for certain, whatever is rounded.
+                lying.position[1] -= 1e-15;
+                EXPECT_EQ(only(below, level, prism, lying).count, 4u)
+                    << sides << " sides, turned by " << turn << ", type " << below.type();
+                const double thick = 1.0 / sides;
+                lying.position[1] = thick - 1e-15;
+                EXPECT_EQ(only(below, level, Shape3::box({0.7, thick, 0.3}), lying).count, 4u)
+                    << "a box, " << thick << " thick, turned by " << turn << ", type " << below.type();
+            }
+    }
 }
 
 TEST(Manifold, SphereInBox)
