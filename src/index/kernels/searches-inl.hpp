@@ -222,6 +222,19 @@ HWY_ATTR void search_region(Child<Dim, T> root, const Region& region, Wanted wan
         here.inside = std::popcount(here.left) >= 4 ? region.contain(node->bounds) & here.left : 0;
         fetch(*node, here.left);
     };
+    const auto visit = [&](Way<Dim, T> brick) HWY_ATTR {
+        for (; brick.left != 0; brick.left &= brick.left - 1) {
+            const auto lane = static_cast<unsigned>(std::countr_zero(brick.left));
+            const Child<Dim, T> child = brick.node->child[lane];
+            if (!child) break; // empty lanes, let through by infinite bounds, come last
+            const unsigned hits =
+                ((brick.inside >> lane) & 1) != 0 ? 0xffffu : region.touch(child.block()->bounds);
+            if (hits != 0 && !emit(*child.block(), hits, wanted, out)) return false;
+        }
+        return true;
+    };
+    // A brick's blocks are visited when those of the next one are on their way.
+    Way<Dim, T> last{};
     enter(root.node(), false);
     while (depth >= 0) {
         Way<Dim, T>& here = way[depth];
@@ -230,14 +243,7 @@ HWY_ATTR void search_region(Child<Dim, T> root, const Region& region, Wanted wan
             continue;
         }
         if (here.node->child[0].is_block()) {
-            for (; here.left != 0; here.left &= here.left - 1) {
-                const auto lane = static_cast<unsigned>(std::countr_zero(here.left));
-                const Child<Dim, T> child = here.node->child[lane];
-                if (!child) break; // empty lanes, let through by infinite bounds, come last
-                const unsigned hits =
-                    ((here.inside >> lane) & 1) != 0 ? 0xffffu : region.touch(child.block()->bounds);
-                if (hits != 0 && !emit(*child.block(), hits, wanted, out)) return;
-            }
+            if (!visit(std::exchange(last, here))) return;
             --depth;
             continue;
         }
@@ -246,6 +252,7 @@ HWY_ATTR void search_region(Child<Dim, T> root, const Region& region, Wanted wan
         const Child<Dim, T> child = here.node->child[lane];
         if (child) enter(child.node(), ((here.inside >> lane) & 1) != 0);
     }
+    visit(last);
 }
 
 template <int Dim, class T>
@@ -620,6 +627,15 @@ HWY_ATTR void search_all(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wa
         }
         return !(out.one_will_do && out.next != before);
     };
+    const auto visit_all = [&](Way<Dim, T> brick) HWY_ATTR {
+        for (; brick.left != 0; brick.left &= brick.left - 1) {
+            const Child<Dim, T> child = brick.node->child[std::countr_zero(brick.left)];
+            if (!child) break;
+            if (!visit(*child.block())) return false;
+        }
+        return true;
+    };
+    Way<Dim, T> last{}; // as in search_region
     if (!root) return;
     Way<Dim, T> way[key_digits<Dim> + 2];
     int depth = -1;
@@ -635,11 +651,7 @@ HWY_ATTR void search_all(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wa
             continue;
         }
         if (here.node->child[0].is_block()) {
-            for (; here.left != 0; here.left &= here.left - 1) {
-                const Child<Dim, T> child = here.node->child[std::countr_zero(here.left)];
-                if (!child) break;
-                if (!visit(*child.block())) return;
-            }
+            if (!visit_all(std::exchange(last, here))) return;
             --depth;
             continue;
         }
@@ -648,6 +660,7 @@ HWY_ATTR void search_all(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wa
         const Child<Dim, T> child = here.node->child[lane];
         if (child) enter(child.node());
     }
+    visit_all(last);
 }
 
 /// ---- Near a point
