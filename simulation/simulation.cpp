@@ -32,7 +32,7 @@ constexpr std::uint64_t bodies_per_block = 1024;
 /// fewer, the more threads find something to do. What a block needs fits the second-level cache.
 std::uint64_t contacts_per_block_of(std::uint64_t contacts)
 {
-    return std::clamp<std::uint64_t>(contacts / 64, 2 * strip, 16 * strip) / strip * strip;
+    return std::clamp<std::uint64_t>(contacts / 64, 2 * strip, 32 * strip) / strip * strip;
 }
 
 Vec3 vec(const jostle::Vec<3, float>& v)
