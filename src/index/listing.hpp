@@ -27,9 +27,8 @@ class Ruler
     }
     [[nodiscard]] Measure measure(int d, T x) const noexcept
     {
-        const T at = (x - box_.lo[d]) * factor_[d];
-        const Measure within =
-            at < T(last) ? static_cast<Measure>(at) : last; // nothing but infinities is NaN
+        const T at = (x - box_.lo[d]) * factor_[d]; // NaN for some infinities, which are all the same then
+        const auto within = static_cast<Measure>(at > 0 ? (at < T(last) ? at : T(last)) : T(0));
         return x < box_.lo[d] ? Measure(-1) : x > box_.hi[d] ? Measure(last + 1) : within;
     }
 
