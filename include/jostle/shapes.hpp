@@ -211,6 +211,7 @@ class JOSTLE_API CustomShape
 ///
 /// Units     the same length unit as the poses.
 /// Lifetime  hulls, meshes, height fields, compounds and custom shapes are pointed to: they must outlive it.
+///           Temporaries don't compile.
 /// Errors    an `Error` that names the number: a length that is negative, NaN or above 1e60, a normal of zero.
 ///           Zero-size shapes are valid: a sphere of radius 0 is a point.
 template <int Dim>
@@ -236,6 +237,12 @@ class JOSTLE_API Shape
     Shape(const Compound<Dim>& compound) noexcept;
     /// `type` at least ShapeTypes::first_custom.
     Shape(const CustomShape<Dim>& custom, ShapeType type);
+    // A temporary would be gone before the shape is used: give it a name.
+    Shape(const ConvexHull<Dim>&& hull) = delete;
+    Shape(const Mesh<Dim>&& mesh) = delete;
+    Shape(const HeightField&& field) = delete;
+    Shape(const Compound<Dim>&& compound) = delete;
+    Shape(const CustomShape<Dim>&& custom, ShapeType type) = delete;
 
     [[nodiscard]] ShapeType type() const noexcept { return type_; }
     /// Of sphere and capsule; else 0.

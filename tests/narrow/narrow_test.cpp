@@ -4,11 +4,28 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 using namespace jostle;
 
 namespace {
+
+// A shape of a temporary would point to what is gone.
+template <class ShapeOf, class Pointed, class... More>
+constexpr bool only_of_named = std::is_constructible_v<ShapeOf, const Pointed&, More...> &&
+                               !std::is_constructible_v<ShapeOf, Pointed, More...> &&
+                               !std::is_constructible_v<ShapeOf, const Pointed, More...>;
+static_assert(only_of_named<Shape3, ConvexHull<3>> && only_of_named<Shape2, ConvexHull<2>>);
+static_assert(only_of_named<Shape3, Mesh<3>> && only_of_named<Shape2, Mesh<2>>);
+static_assert(only_of_named<Shape3, Compound<3>> && only_of_named<Shape2, Compound<2>>);
+static_assert(only_of_named<Shape3, HeightField>);
+template <int Dim>
+struct Point final : CustomShape<Dim>
+{
+    [[nodiscard]] double radius() const noexcept override { return 0; }
+};
+static_assert(only_of_named<Shape3, Point<3>, ShapeType> && only_of_named<Shape2, Point<2>, ShapeType>);
 
 Contact<3, double> only(const Shape3& a, const Pose3d& pose_a, const Shape3& b, const Pose3d& pose_b,
                         double margin = 0)
