@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "jostle/error.hpp"
+
 #ifdef JOSTLE_WITH_TBB
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -188,9 +190,12 @@ std::unique_ptr<Executor> make_thread_executor(std::uint32_t threads)
     return std::make_unique<ThreadExecutor>(threads == 0 ? core_count() : threads);
 }
 
-CallbackExecutor::CallbackExecutor(std::uint32_t concurrency, void* host, Run callback) noexcept
+CallbackExecutor::CallbackExecutor(std::uint32_t concurrency, void* host, Run callback)
     : concurrency_(std::max(1u, concurrency)), host_(host), run_(callback)
 {
+    if (callback == nullptr)
+        throw Error(ErrorCode::invalid_argument,
+                    "a CallbackExecutor without a callback; give the function that runs the host's tasks");
 }
 
 std::uint32_t CallbackExecutor::concurrency() const noexcept

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "pair_arena.hpp"
+#include "run_tasks.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace {
@@ -114,7 +115,7 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
         if (tasks == 1)
             task(std::uint32_t{0});
         else
-            executor.run(tasks, task);
+            run_tasks(executor, tasks, task);
     };
     const auto each_pair = [&](std::uint32_t task, const auto& visit) {
         for (std::size_t b = blocks.size() * task / tasks; b < blocks.size() * (task + 1) / tasks; ++b)

@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "jostle/chapter.hpp"
+#include "run_tasks.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace chapter {
@@ -21,7 +22,7 @@ void on_all_processors(Executor& executor,
 {
     const std::uint32_t processors = executor.concurrency();
     std::vector<std::exception_ptr> errors(processors);
-    executor.run(processors, [&](std::uint32_t processor) {
+    run_tasks(executor, processors, [&](std::uint32_t processor) {
         try {
             work(processor, processors);
         } catch (...) {

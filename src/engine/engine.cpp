@@ -9,6 +9,7 @@
 
 #include "exact_floats.hpp"
 #include "pair_arena.hpp"
+#include "run_tasks.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
@@ -396,7 +397,7 @@ class Engine::Run
         if (slots_ == 1)
             task(0);
         else
-            engine_.executor_->run(slots_, task);
+            run_tasks(*engine_.executor_, slots_, task);
         for (std::uint32_t s = 0; s < slots_; ++s)
             if (slot(s).error) std::rethrow_exception(slot(s).error);
     }

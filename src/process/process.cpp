@@ -9,6 +9,7 @@
 #include <string>
 
 #include "jostle/error.hpp"
+#include "run_tasks.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -81,7 +82,7 @@ void run_blocks(const WorkPlan& plan, const ProcessOptions& options, MakeTask ma
     if (plan.slots == 1)
         task(0);
     else
-        executor_of(options).run(plan.slots, task);
+        run_tasks(executor_of(options), plan.slots, task);
     failure.rethrow();
 }
 
@@ -104,6 +105,9 @@ WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options)
 void process_items(std::uint64_t items, FunctionRef<void(std::uint64_t, std::uint64_t, Work)> work_on,
                    const ProcessOptions& options)
 {
+    if (!work_on)
+        throw Error(ErrorCode::invalid_argument,
+                    "process_items was given a FunctionRef to nothing; give a function");
     run_blocks(plan_work(items, options), options, [&] { return work_on; });
 }
 
@@ -193,7 +197,7 @@ void detail::process_rows(std::uint32_t objects, FunctionRef<void(const PairRow&
     if (tasks == 1)
         task(0);
     else
-        executor_of(options).run(plan.slots, task);
+        run_tasks(executor_of(options), plan.slots, task);
     failure.rethrow();
 }
 

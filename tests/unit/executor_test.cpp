@@ -9,6 +9,9 @@
 #include <thread>
 #include <vector>
 
+#include "jostle/find_pairs.hpp"
+#include "jostle/process.hpp"
+
 using namespace jostle;
 
 namespace {
@@ -116,6 +119,60 @@ TEST(Executor, ThreadsAsAsked)
     EXPECT_GE(default_executor().concurrency(), 1u);
     EXPECT_EQ(&default_executor(), &default_executor());
     EXPECT_EQ(serial_executor().concurrency(), 1u);
+}
+
+/// A host's mistakes: it counts from 1, or forgets the last task, or all.
+void run_from_one(void*, std::uint32_t count, void (*task)(void*, std::uint32_t), void* context)
+{
+    for (std::uint32_t i = 1; i <= count; ++i)
+        task(context, i);
+}
+void run_all_but_last(void*, std::uint32_t count, void (*task)(void*, std::uint32_t), void* context)
+{
+    for (std::uint32_t i = 0; i + 1 < count; ++i)
+        task(context, i);
+}
+void run_none(void*, std::uint32_t, void (*)(void*, std::uint32_t), void*) {}
+
+template <class Call>
+void expect_error(const Call& call, const std::string& part_of_message)
+{
+    try {
+        call();
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::invalid_argument);
+        EXPECT_NE(std::string(error.what()).find(part_of_message), std::string::npos) << error.what();
+    }
+}
+
+TEST(Executor, TasksLeftOutAreAnError)
+{
+    std::vector<Aabb2f> boxes(20'000);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const float x = static_cast<float>(i % 200), y = static_cast<float>(i / 200);
+        boxes[i] = {{x, y}, {x + 1.5f, y + 1.5f}};
+    }
+    for (const auto run : {run_from_one, run_all_but_last, run_none}) {
+        CallbackExecutor executor(2, nullptr, run);
+        const std::string ran = run == run_none ? "ran 0 of them" : "ran 1 of them";
+        FinderOptions options;
+        options.executor = &executor;
+        PairFinder finder(options);
+        expect_error([&] { (void)finder.find(boxes); }, ran);
+        expect_error([&] { (void)finder.find(boxes, {}, Order::sorted); }, ran);
+        ProcessOptions process;
+        process.executor = &executor;
+        expect_error([&] { process_items(100, [](std::uint64_t, std::uint64_t, Work) {}, process); }, ran);
+        expect_error([&] { process_all_pairs(100, [](Pair, Work) {}, process, Schedule::zigzag); }, ran);
+    }
+}
+
+TEST(Executor, CallablesThatAreNullAreAnError)
+{
+    expect_error([] { CallbackExecutor(2, nullptr, nullptr); }, "without a callback");
+    expect_error([] { process_items(10, FunctionRef<void(std::uint64_t, std::uint64_t, Work)>()); },
+                 "FunctionRef to nothing");
 }
 
 TEST(Executor, ThreadsReallyTakePart)
