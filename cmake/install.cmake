@@ -5,6 +5,8 @@ install(TARGETS jostle EXPORT jostleTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY include/jostle DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h*")
+# What comments in the headers point to.
+install(DIRECTORY docs/guide docs/images DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs)
 
 # A static library hands on to its consumer what it is itself linked with; a shared one keeps that to itself.
 set(jostle_find_dependencies "")

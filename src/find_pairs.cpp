@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/engine.hpp"
+#include "in_use.hpp"
 #include "pair_arena.hpp"
 #include "pair_finder_access.hpp"
 #include "sort_pairs.hpp"
@@ -23,8 +24,9 @@ struct PairFinder::Implementation
 
     /// One call of the interface: boxes of up to 2^32 objects a set, in slices that the engine can number.
     template <int Dim, class T, class AnyFilter>
-    bool search(const engine::Boxes<Dim, T>& boxes, PairSink sink, const AnyFilter& filter)
+    bool stream(const engine::Boxes<Dim, T>& boxes, PairSink sink, const AnyFilter& filter)
     {
+        const InUse call(in_use, "PairFinder");
         return search(boxes, sink, filter, {}, result);
     }
     template <int Dim, class T, class AnyFilter>
@@ -33,12 +35,13 @@ struct PairFinder::Implementation
     template <int Dim, class T, class AnyFilter>
     PairBuffer& store(const engine::Boxes<Dim, T>& boxes, const AnyFilter& filter, Order order)
     {
+        const InUse call(in_use, "PairFinder");
         if (order != Order::canonical && order != Order::sorted) {
             result.clear();
             throw Error(ErrorCode::invalid_argument, "order " + std::to_string(static_cast<int>(order)) +
                                                          " is none; give Order::canonical or Order::sorted");
         }
-        search(boxes, {}, filter);
+        search(boxes, {}, filter, {}, result);
         return order == Order::sorted ? sort(boxes.a.size()) : result;
     }
     PairBuffer& sort(std::size_t objects);
@@ -50,6 +53,7 @@ struct PairFinder::Implementation
     PairSorter sorter;
     PairBuffer sorted; // used when asked for
     Stats stats;
+    std::atomic<bool> in_use{false};
 };
 
 namespace {
@@ -249,7 +253,7 @@ template <int Dim, Coordinate T>
 bool PairFinder::stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter)
 {
     check_sink(sink);
-    return implementation_->search(engine::Boxes<Dim, T>{boxes, {}, false}, sink, filter);
+    return implementation_->stream(engine::Boxes<Dim, T>{boxes, {}, false}, sink, filter);
 }
 
 template <int Dim, Coordinate T>
@@ -257,7 +261,7 @@ bool PairFinder::stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, Pair
                         const CrossFilter& filter)
 {
     check_sink(sink);
-    return implementation_->search(engine::Boxes<Dim, T>{a, b, true}, sink, filter);
+    return implementation_->stream(engine::Boxes<Dim, T>{a, b, true}, sink, filter);
 }
 
 template <int Dim, Coordinate T>

@@ -105,7 +105,8 @@ struct FinderOptions
 ///           boxes much longer than their neighbours are far apart can be many: sticks across the whole
 ///           world have taken 60 to 80 of 16 bytes each.
 /// Memory    stays as large as the largest call needed, until release_memory().
-/// Threads   one call at a time per finder; use one finder per thread, or one with an executor of many.
+/// Threads   one call at a time per finder, or an `Error`, also out of its own callbacks; use one finder per
+///           thread, or one with an executor of many.
 /// Errors    `Error` naming the lowest bad box, `std::bad_alloc`, or what a callback threw (of several throws
 ///           one, the same for any number of threads). The finder can
 ///           be used afterwards; a result buffer is empty then.

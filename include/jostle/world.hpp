@@ -105,7 +105,7 @@ struct WorldOptions
     double margin = 0;
     /// Asked once about each pair that would begin, and again about the pairs of an object whose filter is
     /// set; its answer holds until the pair ends. It is called inside update(), on its thread, in ascending
-    /// order of the pairs. It may queue commands and read the world. What it throws ends the update and
+    /// order of the pairs. It may queue commands and read the world, not update or restore it. What it throws ends the update and
     /// leaves the world as it was.
     std::function<bool(ObjectId a, ObjectId b)> accept = {};
 };
@@ -160,7 +160,7 @@ enum class DrawKind : std::uint8_t
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
-///           update(), one at a time.
+///           update() and restore(), one at a time, or an `Error`; not inside `accept` either.
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -181,6 +181,7 @@ class JOSTLE_API World
     using Vector = const T (&)[detail::axes<Dim>];
 
     explicit World(const WorldOptions& options = {});
+    /// What was moved from can be assigned to or destroyed, nothing else.
     World(World&&) noexcept;
     World& operator=(World&&) noexcept;
     ~World();
@@ -202,8 +203,8 @@ class JOSTLE_API World
     void move(ObjectId id, const Box& box, Vector displacement, std::uint32_t sequence = 0);
     /// The same as move; says that the places needn't be near each other.
     void teleport(ObjectId id, const Box& box, std::uint32_t sequence = 0);
-    /// New edge lengths, the same centre: of the box as it is when the command takes effect. A displacement
-    /// stays.
+    /// New edge lengths, the same centre: of the box as it is when the command takes effect; infinite sides
+    /// stay. So does a displacement.
     void resize(ObjectId id, Vector size, std::uint32_t sequence = 0);
     /// With `accept`, this has it asked again about the object's pairs, also where the filter is the same.
     void set_filter(ObjectId id, const ObjectFilter& filter, std::uint32_t sequence = 0);
@@ -293,7 +294,7 @@ class JOSTLE_API World
     // --- Snapshots, of the world as of the last update ---
 
     /// What the world is: objects, ids, filters, who rests, and what `accept` refused. Not what is queued,
-    /// nor the lists of the last update. Version, checksum and layout are in src/world/snapshot-inl.hpp;
+    /// nor the lists of the last update. Version, checksum and layout: the source's src/world/snapshot-inl.hpp;
     /// the same bytes on every machine. About 44 bytes and 60 ns an object.
     [[nodiscard]] std::vector<std::byte> save() const;
     /// Becomes the world that was saved, with its margin; executor, memory and `accept` stay as they are

@@ -187,6 +187,8 @@ std::vector<std::byte> World<Dim, T>::save() const
 template <int Dim, Coordinate T>
 void World<Dim, T>::restore(std::span<const std::byte> snapshot)
 {
+    std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
+    const InUse call(implementation_->in_use, "World");
     world::SnapshotReader in(snapshot);
     if (snapshot.size() < world::snapshot_header)
         in.refuse(std::to_string(snapshot.size()) + " bytes; even the header takes " +
@@ -219,7 +221,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     if constexpr (sizeof(T) == 4) in.demand(in.get<std::uint32_t>() == 0, "a wrong margin");
     in.demand(margin >= 0 && margin <= std::numeric_limits<T>::max(), "a wrong margin");
     options.margin = double{margin};
-    auto fresh = std::make_unique<Implementation>(options);
+    fresh = std::make_unique<Implementation>(options);
     Implementation& me = *fresh;
     me.recent_work = in.get<std::uint64_t>();
 
@@ -299,7 +301,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     me.stats.disabled = me.disabled;
     me.stats.refused = me.refused.size();
     me.stats.bytes_reserved = me.bytes();
-    implementation_ = std::move(fresh);
+    implementation_.swap(fresh);
 }
 
 template <int Dim, Coordinate T>

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/buffer.hpp"
+#include "in_use.hpp"
 #include "index/kernels/kernels.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
@@ -111,6 +112,7 @@ struct World<Dim, T>::Implementation
     }
     [[nodiscard]] std::uint64_t bytes() const;
 
+    std::atomic<bool> in_use{false}; // by update or restore
     WorldOptions options;
     Executor* executor;
     T margin;

@@ -116,15 +116,16 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
 
 namespace world {
 
+/// `margin` as it was given, for a world of T.
 template <class T>
-void check_margin(T margin, const char* whose, std::uint64_t index)
+void check_margin(double margin, const char* whose, std::uint64_t index)
 {
-    if (margin >= 0 && margin <= std::numeric_limits<T>::max()) return;
+    if (margin >= 0 && margin <= double{std::numeric_limits<T>::max()}) return;
     std::ostringstream message;
     message.imbue(std::locale::classic());
     message << "margin " << margin << whose;
     if (index != Error::no_index) message << index;
-    message << " is not a finite number >= 0";
+    message << "; give a number from 0 to " << std::numeric_limits<T>::max();
     throw Error(ErrorCode::invalid_argument, message.str(), index);
 }
 
@@ -140,7 +141,7 @@ inline void check_sizes(std::size_t ids, std::size_t boxes)
 template <int Dim, Coordinate T>
 World<Dim, T>::World(const WorldOptions& options)
 {
-    world::check_margin(static_cast<T>(options.margin), " of the world", Error::no_index);
+    world::check_margin<T>(options.margin, " of the world", Error::no_index);
     implementation_ = std::make_unique<Implementation>(options);
 }
 template <int Dim, Coordinate T>
@@ -165,7 +166,7 @@ void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Optio
 {
     world::check_sizes(ids.size(), boxes.size());
     validate_boxes_of(boxes, "to be added ");
-    world::check_margin(options.margin, " of new objects", Error::no_index);
+    world::check_margin<T>(options.margin, " of new objects", Error::no_index);
     implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
         world::reserve_more(lane.additions, ids.size());
         implementation_->ids.take(ids);
@@ -231,7 +232,14 @@ void World<Dim, T>::move(ObjectId id, const Box& box, Vector displacement, std::
     }
     implementation_->ids.check(id);
     world::check_box(box, id);
-    world::check_box(moved, id);
+    for (int d = 0; d < Dim; ++d)
+        if (!(moved.lo[d] <= moved.hi[d])) {
+            std::ostringstream message;
+            message.imbue(std::locale::classic());
+            message << "displacement of object " << id.index << ": displacement[" << d
+                    << "] = " << displacement[d] << " doesn't take " << box.lo[d] << " to a number";
+            throw Error(ErrorCode::nan_coordinate, message.str(), id.index);
+        }
     Box packed{};
     std::copy_n(displacement, Dim, packed.lo);
     implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
@@ -274,7 +282,7 @@ void World<Dim, T>::set_filter(ObjectId id, const ObjectFilter& filter, std::uin
 template <int Dim, Coordinate T>
 void World<Dim, T>::set_margin(ObjectId id, T margin, std::uint32_t sequence)
 {
-    world::check_margin(margin, " of object ", id.index);
+    world::check_margin<T>(margin, " of object ", id.index);
     Box packed{};
     packed.lo[0] = margin;
     implementation_->queue({id, sequence, world::CommandKind::margin, packed});
@@ -292,12 +300,13 @@ void World<Dim, T>::set_enabled(ObjectId id, bool enabled, std::uint32_t sequenc
 template <int Dim, Coordinate T>
 void World<Dim, T>::update()
 {
-    implementation_->update({}, {});
+    update({}, {});
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
 {
+    const InUse call(implementation_->in_use, "World");
     world::check_sizes(ids.size(), boxes.size());
     implementation_->update(ids, boxes);
 }

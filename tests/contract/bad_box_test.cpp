@@ -4,6 +4,7 @@
 
 #include "harness.hpp"
 #include "jostle/responses.hpp"
+#include <atomic>
 
 namespace contract {
 namespace {
@@ -205,6 +206,18 @@ TEST(BadArgument, IsAnErrorAndNotACrash)
         error_of([&] { (void)finder.find(boxes, {}, static_cast<jostle::Order>(7)); });
     EXPECT_EQ(order.code(), ErrorCode::invalid_argument);
     EXPECT_NE(std::string(order.what()).find("order 7"), std::string::npos);
+    // A finder that is busy keeps what it is at.
+    const std::uint64_t all = finder.find(boxes).size();
+    std::atomic<int> refused{0};
+    const auto call_again = [&](std::uint32_t, std::uint32_t) {
+        if (error_of([&] { (void)finder.find(boxes); }).code() == ErrorCode::invalid_argument) ++refused;
+        return true;
+    };
+    jostle::Filter again;
+    again.accept = call_again;
+    EXPECT_EQ(finder.find(boxes, again).size(), all);
+    EXPECT_EQ(static_cast<std::uint64_t>(refused), all);
+    EXPECT_EQ(finder.find(boxes).size(), all);
     expect(ErrorCode::invalid_argument, [] {
         jostle::process_all_pairs(10, [](const Pair&, jostle::Work) {}, {}, static_cast<jostle::Schedule>(7));
     });

@@ -174,11 +174,19 @@ TEST(World, BadBoxesAreRefusedByName)
     EXPECT_EQ(world.box(a).lo[0], 0) << "a batch with a bad box does nothing";
     EXPECT_EQ(world.stats().commands, 0u);
     const float nowhere[3] = {0, std::nanf(""), 0}, negative[3] = {1, -1, 1};
-    EXPECT_EQ(error_of([&] { world.move(a, cube(0), nowhere); }).code(), ErrorCode::nan_coordinate);
+    const Error displaced = error_of([&] { world.move(b, cube(0), nowhere); });
+    EXPECT_EQ(displaced.code(), ErrorCode::nan_coordinate);
+    EXPECT_STREQ(displaced.what(),
+                 "displacement of object 1: displacement[1] = nan doesn't take 0 to a number");
     EXPECT_STREQ(error_of([&] { world.resize(a, negative); }).what(),
                  "size of object 0: size[1] = -1 is not a number >= 0");
     EXPECT_EQ(error_of([&] { world.set_margin(a, -1); }).code(), ErrorCode::invalid_argument);
     EXPECT_EQ(error_of([&] { world.set_margin(a, HUGE_VALF); }).code(), ErrorCode::invalid_argument);
+    jostle::WorldOptions huge;
+    huge.margin = 1e300;
+    EXPECT_STREQ(error_of([&] { (void)World3f(huge); }).what(),
+                 "margin 1e+300 of the world; give a number from 0 to 3.40282e+38");
+    EXPECT_EQ(error_of([&] { (void)World3d(huge); }).code(), ErrorCode{}) << "doubles hold it";
 }
 
 TEST(World, AFailedUpdateInPlaceChangesNothingAndKeepsWhatWasQueued)
@@ -359,6 +367,34 @@ TEST(World, ACallbackThatThrowsLeavesTheWorldAsItWas)
     angry = false;
     world.update();
     EXPECT_EQ(began(world), (Began{{a, b}})) << "what was queued is not lost";
+}
+
+TEST(World, NoUpdateOrRestoreInsideTheCallback)
+{
+    World3f* inside = nullptr;
+    std::vector<Error> errors;
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId, ObjectId) {
+        const std::vector<std::byte> snapshot = inside->save();
+        errors.push_back(error_of([&] { inside->update(); }));
+        errors.push_back(error_of([&] { inside->restore(snapshot); }));
+        return true;
+    };
+    World3f world(options);
+    inside = &world;
+    world.add(cube(0));
+    world.add(cube(0.5f));
+    world.update();
+    ASSERT_EQ(errors.size(), 2u);
+    for (const Error& error : errors) {
+        EXPECT_EQ(error.code(), ErrorCode::invalid_argument);
+        EXPECT_NE(std::string(error.what()).find("this World is in the middle of another call"),
+                  std::string::npos);
+    }
+    EXPECT_EQ(world.began().size(), 1u);
+    world.restore(world.save());
+    world.update();
+    EXPECT_EQ(world.pairs().size(), 1u) << "after the call it can be used as before";
 }
 
 TEST(World, CommandsInsideTheCallbackAreForTheNextUpdate)
