@@ -22,8 +22,7 @@ int main()
 
     // Broad phase: tight boxes, and the pairs that may touch.
     std::vector<jostle::Aabb3f> boxes(shapes.size());
-    jostle::bounds(jostle::StridedView<jostle::Shape3>(std::span(shapes)),
-                   jostle::StridedView<jostle::Pose3f>(std::span(poses)), std::span(boxes));
+    jostle::bounds(shapes, poses, boxes);
     jostle::PairFinder pairs;
 
     // Narrow phase: where they touch. Keep both finders from frame to frame.

@@ -411,8 +411,7 @@ void Simulation::Implementation::make_boxes()
     motion_before =
         sum_over_bodies([&](Sums& sum, std::uint32_t i) { sum.motion += motion_of(world.bodies[i]); }).motion;
     fastest_of.assign(world.moving / bodies_per_block + 1, 0);
-    jostle::bounds<3, float>(std::span<const jostle::Shape3>(world.shapes),
-                             std::span<const jostle::Pose3f>(world.poses), boxes, slop, executor);
+    jostle::bounds(world.shapes, world.poses, boxes, slop, executor);
     jostle::process_items(
         world.moving,
         [&](std::uint64_t begin, std::uint64_t end, Work work) {
@@ -866,8 +865,7 @@ std::uint64_t Simulation::hash() const
 std::span<const jostle::Aabb3f> Simulation::boxes()
 {
     Implementation& all = *implementation_;
-    jostle::bounds<3, float>(std::span<const jostle::Shape3>(all.world.shapes),
-                             std::span<const jostle::Pose3f>(all.world.poses), all.boxes, 0, all.executor);
+    jostle::bounds(all.world.shapes, all.world.poses, all.boxes, 0, all.executor);
     return std::span(all.boxes).first(all.world.moving);
 }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "jostle/box.hpp"
@@ -271,15 +273,25 @@ using Shape3 = Shape<3>;
 /// The tightest box around a posed shape, rounded outwards, with `margin` (>= 0) added on every side: what
 /// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's is infinite.
 ///
-/// Errors   none for a valid pose; the box of an invalid one has NaN bounds, which every search reports.
+/// Errors   `Error` for a negative margin. The box of an invalid pose has NaN bounds, which every search reports.
 /// Source   Ericson, Real-Time Collision Detection (2005), sec. 4.2.6.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, T margin = 0);
 
 /// The same for all objects: out[i] from shapes[i] and poses[i], spread over the executor.
-/// Errors   `Error` where the three sizes differ.
+/// Errors   `Error` where the three sizes differ, or for a negative margin.
 template <int Dim, Coordinate T>
 JOSTLE_API void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses,
                        std::span<Aabb<Dim, T>> out, T margin = 0, Executor& executor = serial_executor());
+/// With contiguous containers, or views, of shapes and poses.
+template <class Shapes, class Poses, int Dim, Coordinate T>
+    requires std::convertible_to<const Shapes&, StridedView<Shape<Dim>>> &&
+             std::convertible_to<const Poses&, StridedView<Pose<Dim, T>>>
+void bounds(const Shapes& shapes, const Poses& poses, std::vector<Aabb<Dim, T>>& out,
+            std::type_identity_t<T> margin = 0, Executor& executor = serial_executor())
+{
+    bounds(StridedView<Shape<Dim>>(shapes), StridedView<Pose<Dim, T>>(poses), std::span<Aabb<Dim, T>>(out),
+           margin, executor);
+}
 
 JOSTLE_NAMESPACE_END

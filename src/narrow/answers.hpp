@@ -28,10 +28,10 @@ template <int Dim, class T>
 {
     std::string numbers = "position";
     for (const T x : pose.position)
-        numbers += " " + std::to_string(x);
+        numbers += " " + text(double{x});
     numbers += ", rotation";
     for (const T q : pose.rotation)
-        numbers += " " + std::to_string(q);
+        numbers += " " + text(double{q});
     const std::string name =
         object == Error::no_index ? "a pose" : "the pose of object " + std::to_string(object);
     throw Error(ErrorCode::invalid_argument,
@@ -45,7 +45,7 @@ void check_length(const char* what, T value, bool zero_allowed)
 {
     if (!(value >= 0) || (value == 0 && !zero_allowed) || !(double{value} <= longest))
         throw Error(ErrorCode::invalid_argument,
-                    std::string("the ") + what + " is " + std::to_string(value) + "; give " +
+                    std::string("the ") + what + " is " + text(double{value}) + "; give " +
                         (zero_allowed ? "a length from 0 to 1e60" : "a length above 0"));
 }
 

@@ -159,25 +159,44 @@ T rounded_up(double value)
 } // namespace
 } // namespace narrow
 
+namespace narrow {
+namespace {
+
+void check_margin(double margin)
+{
+    if (!(margin >= 0))
+        throw Error(ErrorCode::invalid_argument,
+                    "the margin of bounds is " + text(margin) + "; give a length of 0 or more");
+}
+
+template <int Dim, class T>
+Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double margin)
+{
+    Extent<Dim> e;
+    for (int d = 0; d < Dim; ++d)
+        e.lo[d] = HUGE_VAL, e.hi[d] = -HUGE_VAL;
+    const M<Dim> turned = shape.type() == ShapeTypes::sphere ? M<Dim>{} : rotation(pose);
+    add_shape(shape, turned, V<Dim>{}, e);
+    const V<Dim> p = load(pose.position);
+    Aabb<Dim, T> box;
+    // What rotations, sums and the tests themselves round: some 8 units in the last place of a double.
+    const double reach = ShapeAccess::reach(shape) < HUGE_VAL ? ShapeAccess::reach(shape) : 0;
+    for (int d = 0; d < Dim; ++d) {
+        const double rounding = 2e-15 * (std::abs(p[d]) + reach + margin);
+        box.lo[d] = rounded_down<T>(p[d] + e.lo[d] - margin - rounding);
+        box.hi[d] = rounded_up<T>(p[d] + e.hi[d] + margin + rounding);
+    }
+    return box;
+}
+
+} // namespace
+} // namespace narrow
+
 template <int Dim, Coordinate T>
 Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, T margin)
 {
-    narrow::Extent<Dim> e;
-    for (int d = 0; d < Dim; ++d)
-        e.lo[d] = HUGE_VAL, e.hi[d] = -HUGE_VAL;
-    const narrow::M<Dim> turned =
-        shape.type() == ShapeTypes::sphere ? narrow::M<Dim>{} : narrow::rotation(pose);
-    narrow::add_shape(shape, turned, narrow::V<Dim>{}, e);
-    const narrow::V<Dim> p = narrow::load(pose.position);
-    Aabb<Dim, T> box;
-    // What rotations, sums and the tests themselves round: some 8 units in the last place of a double.
-    const double reach = narrow::ShapeAccess::reach(shape) < HUGE_VAL ? narrow::ShapeAccess::reach(shape) : 0;
-    for (int d = 0; d < Dim; ++d) {
-        const double rounding = 2e-15 * (std::abs(p[d]) + reach + double{margin});
-        box.lo[d] = narrow::rounded_down<T>(p[d] + e.lo[d] - double{margin} - rounding);
-        box.hi[d] = narrow::rounded_up<T>(p[d] + e.hi[d] + double{margin} + rounding);
-    }
-    return box;
+    narrow::check_margin(double{margin});
+    return narrow::box_of(shape, pose, double{margin});
 }
 
 template <int Dim, Coordinate T>
@@ -189,11 +208,12 @@ void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses, std
                                                   " shapes, " + std::to_string(poses.size()) + " poses and " +
                                                   std::to_string(out.size()) +
                                                   " boxes to write; give as many of each");
+    narrow::check_margin(double{margin});
     constexpr std::size_t block = 1024;
     process_items(out.size(),
                   [&](std::uint64_t first, std::uint64_t last, Work) {
                       for (std::uint64_t i = first; i < last; ++i)
-                          out[i] = bounds(shapes[i], poses[i], margin);
+                          out[i] = narrow::box_of(shapes[i], poses[i], double{margin});
                   },
                   {&executor, block});
 }

@@ -56,16 +56,19 @@ void check_out(std::size_t pairs, std::size_t out)
         throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(pairs) + " pairs and room for " +
                                                   std::to_string(out) + " answers; give one per pair");
 }
-[[noreturn]] void refuse_pair(const Pair& pair, std::size_t objects_a, std::size_t objects_b)
+[[noreturn]] void refuse_pair(const Pair& pair, std::uint64_t number, std::size_t objects_a,
+                              std::size_t objects_b)
 {
+    const std::string of_b = objects_b != objects_a ? " and " + std::to_string(objects_b) : "";
     throw Error(ErrorCode::invalid_argument,
-                "a pair names objects " + std::to_string(pair.a) + " and " + std::to_string(pair.b) +
-                    ", but there are " + std::to_string(objects_a) + " and " + std::to_string(objects_b),
+                "pair " + std::to_string(number) + " names objects " + std::to_string(pair.a) + " and " +
+                    std::to_string(pair.b) + ", but there are " + std::to_string(objects_a) + of_b +
+                    ", numbered from 0",
                 pair.a < objects_a ? pair.b : pair.a);
 }
-inline void check_pair(const Pair& pair, std::size_t objects_a, std::size_t objects_b)
+inline void check_pair(const Pair& pair, std::uint64_t number, std::size_t objects_a, std::size_t objects_b)
 {
-    if (pair.a >= objects_a || pair.b >= objects_b) refuse_pair(pair, objects_a, objects_b);
+    if (pair.a >= objects_a || pair.b >= objects_b) refuse_pair(pair, number, objects_a, objects_b);
 }
 
 } // namespace
@@ -117,10 +120,11 @@ struct ContactFinder<Dim, T>::Implementation
     struct PairBlock
     {
         std::size_t block, first;
+        std::uint64_t number; // of the first among all pairs
     };
     /// Sorts a block's pairs by what tests them and runs the kernels. What is left is in Group::other.
-    void run_groups(const Sides& side_a, const Sides& side_b, std::span<const Pair> pairs, double margin,
-                    Worker& worker) const;
+    void run_groups(const Sides& side_a, const Sides& side_b, std::span<const Pair> pairs,
+                    std::uint64_t first, double margin, Worker& worker) const;
     void ready_workers(std::uint32_t count)
     {
         while (workers.size() < count)
@@ -198,13 +202,13 @@ auto ContactFinder<Dim, T>::Implementation::find_one(const Sides& side_a, const 
 
 template <int Dim, Coordinate T>
 void ContactFinder<Dim, T>::Implementation::run_groups(const Sides& side_a, const Sides& side_b,
-                                                       std::span<const Pair> pairs, double margin,
-                                                       Worker& worker) const
+                                                       std::span<const Pair> pairs, std::uint64_t first,
+                                                       double margin, Worker& worker) const
 {
     worker.found.clear();
     worker.lists.clear();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-        narrow::check_pair(pairs[i], side_a.shapes.size(), side_b.shapes.size());
+        narrow::check_pair(pairs[i], first + i, side_a.shapes.size(), side_b.shapes.size());
         worker.slot[i].count = 0;
         worker.lists.add(tests.empty()
                              ? narrow::group_of(side_a.shapes[pairs[i].a], side_b.shapes[pairs[i].b])
@@ -230,9 +234,10 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
     if (!same) check(side_b);
 
     pair_blocks.clear();
-    for (std::size_t b = 0; b < blocks.size(); ++b)
+    std::uint64_t before = 0;
+    for (std::size_t b = 0; b < blocks.size(); before += blocks[b++].size())
         for (std::size_t first = 0; first < blocks[b].size(); first += narrow::block_pairs)
-            pair_blocks.push_back({b, first});
+            pair_blocks.push_back({b, first, before + first});
     auto& chunks = Access::chunks(result);
     if (chunks.size() < pair_blocks.size()) chunks.resize(pair_blocks.size());
     Access::blocks(result).reserve(pair_blocks.size());
@@ -246,7 +251,7 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
         Worker& worker = workers[work.slot];
         auto& chunk = chunks[k];
         chunk.size = 0;
-        run_groups(side_a, side_b, pairs, double{margin}, worker);
+        run_groups(side_a, side_b, pairs, pair_blocks[k].number, double{margin}, worker);
         for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
             const Arranged arranged = find_one(side_a, side_b, pairs[i], double{margin}, worker.one);
             worker.slot[i] = {static_cast<std::uint32_t>(worker.found.size()),
@@ -332,7 +337,7 @@ void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, s
     const auto test_block = [&](std::uint64_t first, std::uint64_t last, Work work) {
         const std::span<const Pair> some = pairs.subspan(first, last - first);
         auto& worker = self.workers[work.slot];
-        self.run_groups(side, side, some, 0, worker);
+        self.run_groups(side, side, some, first, 0, worker);
         for (std::size_t i = 0; i < some.size(); ++i)
             out[first + i] = worker.slot[i].count != 0 ? 1 : 0;
         for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
@@ -365,14 +370,15 @@ void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, 
     Implementation& self = *implementation_;
     narrow::check_out(pairs.size(), out.size());
     if (!(max_distance >= 0))
-        throw Error(ErrorCode::invalid_argument, "the greatest distance is " + std::to_string(max_distance) +
+        throw Error(ErrorCode::invalid_argument, "the greatest distance is " +
+                                                     narrow::text(double{max_distance}) +
                                                      "; give a length of 0 or more, or infinity");
     self.check({shapes, poses});
     process_items(pairs.size(),
                   [&](std::uint64_t first, std::uint64_t last, Work) {
                       for (std::uint64_t i = first; i < last; ++i) {
                           const Pair& pair = pairs[i];
-                          narrow::check_pair(pair, shapes.size(), shapes.size());
+                          narrow::check_pair(pair, i, shapes.size(), shapes.size());
                           out[i] = narrow::distance_of(
                               narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]),
                               max_distance);
@@ -401,7 +407,7 @@ void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions
                   [&](std::uint64_t first, std::uint64_t last, Work) {
                       for (std::uint64_t i = first; i < last; ++i) {
                           const Pair& pair = pairs[i];
-                          narrow::check_pair(pair, shapes.size(), shapes.size());
+                          narrow::check_pair(pair, i, shapes.size(), shapes.size());
                           out[i] = narrow::impact_of(shapes[pair.a], motions[pair.a], shapes[pair.b],
                                                      motions[pair.b], tolerance);
                       }

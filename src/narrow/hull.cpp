@@ -444,7 +444,7 @@ ConvexHull<Dim>::ConvexHull(std::span<const Vec<Dim, T>> points)
             if (!(std::abs(double{x}) <= narrow::longest))
                 throw Error(ErrorCode::nan_coordinate,
                             "point " + std::to_string(i) + " of a convex hull has the coordinate " +
-                                std::to_string(x) + "; give ones within 1e60",
+                                narrow::text(double{x}) + "; give ones within 1e60",
                             i);
         all.push_back(narrow::load(points[i]));
     }

@@ -227,12 +227,11 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
                                                   std::to_string(grid.heights.size()) + " heights");
     for (const T spacing : {grid.spacing_x, grid.spacing_z})
         if (!(spacing > 0) || !(spacing <= longest))
-            throw Error(ErrorCode::invalid_argument, "a height field's spacing is " +
-                                                         std::to_string(spacing) +
+            throw Error(ErrorCode::invalid_argument, "a height field's spacing is " + text(double{spacing}) +
                                                          "; give a finite length above 0");
     if (!(grid.thickness >= 0) || !(grid.thickness <= longest))
         throw Error(ErrorCode::invalid_argument, "a height field's thickness is " +
-                                                     std::to_string(grid.thickness) +
+                                                     text(double{grid.thickness}) +
                                                      "; give a finite length of 0 or more");
     auto data = std::make_shared<HeightData>();
     data->columns = grid.columns, data->rows = grid.rows;
@@ -243,9 +242,8 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
     for (std::size_t i = 0; i < count; ++i) {
         const double h = grid.heights[i];
         if (!(std::abs(h) <= longest))
-            throw Error(
-                ErrorCode::nan_coordinate,
-                "height " + std::to_string(i) + " is " + std::to_string(h) + "; give ones within 1e60", i);
+            throw Error(ErrorCode::nan_coordinate,
+                        "height " + std::to_string(i) + " is " + text(h) + "; give ones within 1e60", i);
         data->heights.push_back(h);
         lowest = std::min(lowest, h);
         data->highest = std::max(data->highest, h);
@@ -271,7 +269,7 @@ Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> 
             if (!(std::abs(double{x}) <= narrow::longest))
                 throw Error(ErrorCode::nan_coordinate,
                             "vertex " + std::to_string(i) + " of a mesh has the coordinate " +
-                                std::to_string(x) + "; give ones within 1e60",
+                                narrow::text(double{x}) + "; give ones within 1e60",
                             i);
         data->vertices.push_back(narrow::load(vertices[i]));
     }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "jostle/contact.hpp"
@@ -11,6 +12,9 @@
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
+
+/// A number in a message, short also where it is tiny or huge.
+std::string text(double number);
 
 /// Coordinates are stored per axis and padded to whole groups of this many by repeating the first vertex,
 /// so that a pass over them needs no tail.

@@ -2,6 +2,7 @@
 #include "jostle/shapes.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <string>
 
@@ -9,11 +10,18 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
+std::string narrow::text(double number)
+{
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%g", number);
+    return digits;
+}
+
 namespace {
 
 [[noreturn]] void refuse(const std::string& what, double value, const std::string& wanted)
 {
-    throw Error(ErrorCode::invalid_argument, what + " is " + std::to_string(value) + "; give " + wanted);
+    throw Error(ErrorCode::invalid_argument, what + " is " + narrow::text(value) + "; give " + wanted);
 }
 void check_length(const char* what, double value)
 {

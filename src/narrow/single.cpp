@@ -52,7 +52,8 @@ std::optional<Distance<Dim, T>> distance(const Shape<Dim>& a, const Pose<Dim, T>
                                          const Pose<Dim, T>& pose_b, T max_distance)
 {
     if (!(max_distance >= 0))
-        throw Error(ErrorCode::invalid_argument, "the greatest distance is " + std::to_string(max_distance) +
+        throw Error(ErrorCode::invalid_argument, "the greatest distance is " +
+                                                     narrow::text(double{max_distance}) +
                                                      "; give a length of 0 or more, or infinity");
     const auto answer = narrow::distance_of(narrow::checked(a, pose_a, b, pose_b), max_distance);
     if (answer.distance == std::numeric_limits<T>::infinity()) return {};

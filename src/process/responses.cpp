@@ -305,15 +305,18 @@ void ResponseStore::throw_bad_add(Work work, std::uint32_t object) const
     if (open_slots == 0)
         throw Error(ErrorCode::invalid_argument,
                     "add before start, after merge, or after a start that failed: call start");
-    const auto fail = [](const char* what, std::uint32_t value, std::uint32_t limit, std::uint64_t index) {
+    const auto fail = [](const char* what, std::uint32_t value, std::uint32_t limit, std::uint64_t index,
+                         const char* cure) {
         throw Error(ErrorCode::invalid_argument,
                     std::string("add to ") + what + " " + std::to_string(value) + ", but start was told of " +
-                        std::to_string(limit) + "; give it as many as there are",
+                        std::to_string(limit) + "; " + cure,
                     index);
     };
-    if (object >= objects) fail("object", object, objects, object);
-    if (work.block >= blocks) fail("block", work.block, blocks, Error::no_index);
-    fail("slot", work.slot, open_slots, Error::no_index);
+    if (object >= objects) fail("object", object, objects, object, "give start as many as there are");
+    const char* const same_work =
+        "make its plan from the items and ProcessOptions (executor, block_items) of the work";
+    if (work.block >= blocks) fail("block", work.block, blocks, Error::no_index, same_work);
+    fail("slot", work.slot, open_slots, Error::no_index, same_work);
     throw; // not reached
 }
 

@@ -373,6 +373,24 @@ TEST(AUsersTest, ReplacesTheLibrarys)
     EXPECT_EQ(found[0].point[0].from_b, found[1].point[0].from_a);
 }
 
+TEST(Bounds, OfContainers)
+{
+    const std::vector<Shape3> shapes = {Shape3::sphere(1), Shape3::box({1, 2, 3})};
+    const std::array<Pose3f, 2> poses = {Pose3f{{5, 0, 0}}, Pose3f{}};
+    std::vector<Aabb3f> boxes(2);
+    bounds(shapes, poses, boxes, 0.5);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const Aabb3f one = bounds(shapes[i], poses[i], 0.5f);
+        for (std::size_t d = 0; d < 3; ++d) {
+            EXPECT_EQ(boxes[i].lo[d], one.lo[d]);
+            EXPECT_EQ(boxes[i].hi[d], one.hi[d]);
+        }
+    }
+    EXPECT_THROW(bounds(shapes, poses, boxes, -0.5), Error);
+    boxes.resize(3);
+    EXPECT_THROW(bounds(shapes, poses, boxes), Error);
+}
+
 TEST(Bounds, AreTightAndHoldEveryPoint)
 {
     Random random(8);
@@ -420,6 +438,11 @@ TEST(Errors, NameTheObjectAndTheValue)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     EXPECT_NE(message_of([] { (void)Shape3::sphere(-1); }).find("-1"), std::string::npos);
+    EXPECT_NE(message_of([] { (void)Shape3::sphere(-1e-9); }).find("is -1e-09;"), std::string::npos);
+    EXPECT_NE(message_of([] { (void)Shape3::box({1, 1e61, 1}); }).find("is 1e+61;"), std::string::npos);
+    EXPECT_NE(message_of([] { (void)bounds(Shape3(), Pose3f{}, -5.0f); }).find("margin of bounds is -5;"),
+              std::string::npos);
+    EXPECT_NE(message_of([&] { (void)bounds(Shape2(), Pose2f{}, nan); }).find("nan"), std::string::npos);
     EXPECT_NE(message_of([] { (void)Shape3::half_space({0, 0, 0}, 1); }).find("normal"), std::string::npos);
     EXPECT_NE(message_of([] { ConvexHull<3>(std::vector<Vec<3, float>>{}); }).find("no points"),
               std::string::npos);
@@ -455,6 +478,16 @@ TEST(Errors, NameTheObjectAndTheValue)
     const std::vector<Pair> bad = {{0, 3}};
     EXPECT_NE(message_of([&] { finder.find(shapes, poses, std::span<const Pair>(bad)); }).find("3"),
               std::string::npos);
+    // Of several blocks of work the first bad pair, by its place among all.
+    std::vector<Pair> many(5000, Pair{1, 0});
+    many[3001] = {0, 7}, many[4000] = {8, 0};
+    const std::vector<Shape3> two(2);
+    poses.resize(2);
+    std::vector<std::uint8_t> touch(many.size());
+    const std::string first_bad = "pair 3001 names objects 0 and 7, but there are 2, numbered from 0";
+    EXPECT_EQ(message_of([&] { finder.find(two, poses, std::span<const Pair>(many)); }), first_bad);
+    EXPECT_EQ(message_of([&] { finder.touching(two, poses, many, touch); }), first_bad);
+    poses.resize(3);
     EXPECT_NE(
         message_of([&] { finder.find(shapes, poses, std::span<const Pair>(pairs), -1.0f); }).find("margin"),
         std::string::npos);
