@@ -213,7 +213,7 @@ StridedView<Value> view_of(const Container& values)
 /// Order     that of the pairs. The same bits for any number of threads, instruction set and compiler, and
 ///           whichever way round a pair is given: that swaps a and b and negates the normal. (Two objects of the
 ///           same shape and pose can't be told apart: their normal is the same both ways.)
-/// Threads   one call at a time per finder.
+/// Threads   one call at a time per finder, or an `Error`, also out of its own callbacks.
 /// Cost      see docs/guide/contacts.md. Working memory is kept; steady frames allocate nothing.
 /// Errors    `Error` naming the lowest object whose pose has a number that is not finite or a rotation of
 ///           zero; size_mismatch where shapes and poses differ in number; invalid_argument naming the first

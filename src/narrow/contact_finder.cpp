@@ -4,6 +4,7 @@
 #include <limits>
 #include <string>
 
+#include "in_use.hpp"
 #include "jostle/contact.hpp"
 #include "jostle/process.hpp"
 #include "narrow/answers.hpp"
@@ -137,6 +138,7 @@ struct ContactFinder<Dim, T>::Implementation
     std::pmr::vector<Worker> workers{options.memory};
     std::pmr::vector<PairBlock> pair_blocks{options.memory};
     ContactBuffer<Dim, T> result;
+    std::atomic<bool> in_use{false};
 };
 
 template <int Dim, Coordinate T>
@@ -228,6 +230,7 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
                                             std::span<const std::span<const Pair>> blocks, T margin)
 {
     using Access = narrow::ShapeAccess;
+    const InUse call(in_use, "ContactFinder");
     result.clear();
     narrow::check_length("margin", margin, true);
     check(side_a);
@@ -321,6 +324,7 @@ void ContactFinder<Dim, T>::add_test(const PairTest<Dim>& test)
 {
     if (test.test == nullptr)
         throw Error(ErrorCode::invalid_argument, "a pair test without a function; give PairTest::test");
+    const InUse call(implementation_->in_use, "ContactFinder");
     implementation_->tests.push_back(test);
 }
 
@@ -329,6 +333,7 @@ void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, s
                                      std::span<std::uint8_t> out)
 {
     Implementation& self = *implementation_;
+    const InUse call(self.in_use, "ContactFinder");
     const narrow::Side<Dim, T> side{shapes, poses};
     narrow::check_out(pairs.size(), out.size());
     self.check(side);
@@ -368,6 +373,7 @@ void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, 
                                       T max_distance, std::span<Distance<Dim, T>> out)
 {
     Implementation& self = *implementation_;
+    const InUse call(self.in_use, "ContactFinder");
     narrow::check_out(pairs.size(), out.size());
     if (!(max_distance >= 0))
         throw Error(ErrorCode::invalid_argument, "the greatest distance is " +
@@ -392,6 +398,7 @@ void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions
                                     T tolerance, std::span<Impact<Dim, T>> out)
 {
     Implementation& self = *implementation_;
+    const InUse call(self.in_use, "ContactFinder");
     narrow::check_out(pairs.size(), out.size());
     narrow::check_length("tolerance", tolerance, false);
     narrow::check_sizes(shapes.size(), motions.size(), "motions");

@@ -373,6 +373,45 @@ TEST(AUsersTest, ReplacesTheLibrarys)
     EXPECT_EQ(found[0].point[0].from_b, found[1].point[0].from_a);
 }
 
+/// A finder called while it works: from its own callback, and from another thread meanwhile.
+TEST(Custom, AFinderInUseRefusesAnotherCall)
+{
+    struct Again
+    {
+        ContactFinder3f finder;
+        const std::vector<Shape3> shapes = std::vector<Shape3>(2);
+        const std::vector<Pose3f> poses = std::vector<Pose3f>(2);
+        const std::vector<Pair> pairs = {{0, 1}};
+        int refused = 0;
+        void call()
+        {
+            std::uint8_t touch[1];
+            for (const bool find : {false, true})
+                try {
+                    if (find)
+                        finder.find(shapes, poses, pairs);
+                    else
+                        finder.touching(shapes, poses, pairs, touch);
+                } catch (const Error& error) {
+                    refused +=
+                        std::string(error.what()).find("this ContactFinder is in the middle of another") == 0;
+                }
+        }
+    } again;
+    again.finder.add_test({ShapeTypes::sphere, ShapeTypes::sphere,
+                           [](void* context, const PairTestInput<3>&, PairTest<3>::Emit emit) {
+                               Again& it = *static_cast<Again*>(context);
+                               it.call();
+                               std::thread([&] { it.call(); }).join();
+                               emit(Contact<3, double>{});
+                           },
+                           &again});
+    EXPECT_EQ(again.finder.find(again.shapes, again.poses, again.pairs).size(), 1u);
+    EXPECT_EQ(again.refused, 4);
+    EXPECT_EQ(again.finder.find(again.shapes, again.poses, again.pairs).size(), 1u); // no longer in use
+    EXPECT_EQ(again.refused, 8);
+}
+
 TEST(Bounds, OfContainers)
 {
     const std::vector<Shape3> shapes = {Shape3::sphere(1), Shape3::box({1, 2, 3})};

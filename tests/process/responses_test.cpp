@@ -302,7 +302,8 @@ TEST(Responses, AWrongNumberIsAnErrorThatNamesIt)
         responses.start(7, plan);
         EXPECT_EQ(message({0, 1}, 6), "");
         EXPECT_NE(message({0, 0}, 7).find("object 7"), std::string::npos);
-        EXPECT_NE(message({0, 2}, 0).find("block 2"), std::string::npos);
+        EXPECT_NE(message({0, 2}, 0).find("block 2, but start was told of 2; make its plan"),
+                  std::string::npos);
         EXPECT_NE(message({1, 0}, 0).find("slot 1"), std::string::npos);
         EXPECT_EQ(responses.merge()[6], 1);
         EXPECT_NE(message({0, 1}, 6).find("after merge"), std::string::npos);
