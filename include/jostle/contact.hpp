@@ -37,7 +37,7 @@ struct ContactPoint
     std::uint32_t feature;
 };
 
-/// Where two objects touch: a normal and up to 4 points (2 in 2D) that span the region of contact.
+/// Where two objects touch: a normal and up to 4 points (2 in 2D) that span the region, none twice but by rounding.
 ///
 /// Convex shapes have one contact a pair; with a mesh, height field or compound a pair has one for each pair
 /// of parts that touch.

@@ -949,6 +949,12 @@ std::uint16_t id_of(const Feature& f)
     return feature_id(f.kind, f.id);
 }
 
+/// Without branches on the coordinates, some of which the points of many a face share.
+bool same(const Vec3& p, const Vec3& q)
+{
+    return ((p.x == q.x) & (p.y == q.y) & (p.z == q.z)) != 0;
+}
+
 } // namespace
 
 void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t count, Manifold<3>& manifold)
@@ -989,9 +995,14 @@ void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t coun
         if (best != 0) swap_to(3, best), count = 4;
     }
     manifold.normal = normal;
-    manifold.count = count;
-    for (std::uint32_t i = 0; i < count; ++i)
-        manifold.point[i] = candidates[i];
+    manifold.count = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        // Shapes without breadth have corners that are one point, which a solver would count twice.
+        bool twice = false;
+        for (std::uint32_t k = 0; k < manifold.count; ++k)
+            twice |= same(candidates[i].p, manifold.point[k].p);
+        if (!twice) manifold.point[manifold.count++] = candidates[i];
+    }
 }
 
 void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold)

@@ -103,6 +103,31 @@ TEST(Manifold, WhatLiesFlatHasAllItsCorners)
     }
 }
 
+/// Shapes without breadth, whose corners lie in one place.
+TEST(Manifold, HasNoPointTwice)
+{
+    const std::vector<Vec<3, double>> corners = {{-1, 0, -1}, {1, 0, -1}, {0, 0, 1}, {0, 1, 0}};
+    const ConvexHull<3> hull(corners);
+    const Shape3 shapes[] = {Shape3::box({0, 0, 0}),           Shape3::box({1, 0, 0}),
+                             Shape3::box({0, 1, 0}),           Shape3::box({1, 0, 1}),
+                             Shape3::box({1, 1, 1}),           Shape3::capsule(0, 0.5),
+                             Shape3::half_space({0, 1, 0}, 0), Shape3(hull)};
+    for (const Shape3& a : shapes)
+        for (const Shape3& b : shapes)
+            for (const double along : {0.0, 0.5, 1.0})
+                for (const double up : {0.0, 0.5, 1.0})
+                    for (const double turned : {0.0, 1.0}) {
+                        const Pose3d pose{{along, up, 0}, {0, turned, 0, 1}};
+                        for (const auto& c : contacts(a, Pose3d{}, b, pose, 0.01))
+                            for (std::uint32_t i = 0; i < c.count; ++i)
+                                for (std::uint32_t k = 0; k < i; ++k)
+                                    ASSERT_NE(c.point[i].from_a, c.point[k].from_a)
+                                        << a.type() << " and " << b.type();
+                    }
+    EXPECT_EQ(only(Shape3::box({1, 0, 0}), {}, Shape3::box({1, 0, 0}), {{0.5, 0, 0}}).count, 2u);
+    EXPECT_EQ(only(Shape3::box({0, 0, 0}), {}, Shape3::box({0, 0, 0}), {}).count, 1u);
+}
+
 TEST(Manifold, SphereInBox)
 {
     const auto c = only(Shape3::box({1, 1, 1}), {}, Shape3::sphere(0.25), {{0.9, 0, 0}});
