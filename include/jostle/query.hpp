@@ -21,9 +21,9 @@ JOSTLE_NAMESPACE_BEGIN
 
 /// The points origin + f * direction for 0 <= f <= max_fraction.
 ///
-/// Units     a fraction counts in lengths of `direction`, which may have any length but zero.
-/// Valid     origin and direction finite, some component of direction not zero, max_fraction >= 0 (may be
-///           infinite).
+/// Units     a fraction counts in lengths of `direction`. A fraction too great for T is infinite.
+/// Valid     origin and direction finite, 1 / component finite for some component of direction (one of 3e-39
+///           will do in float, of 6e-309 in double), max_fraction >= 0 (may be infinite).
 template <int Dim, Coordinate T>
 struct Ray
 {
@@ -34,7 +34,7 @@ struct Ray
 
 /// A box that moves from where it is by f * motion for 0 <= f <= max_fraction, without turning.
 ///
-/// Valid     the box valid and finite, motion finite and not all zero, max_fraction >= 0. For a box that
+/// Valid     the box valid and finite, motion as the direction of a ray, max_fraction >= 0. For a box that
 ///           doesn't move ask for the overlaps of the box.
 template <int Dim, Coordinate T>
 struct Sweep

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "index/check.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <locale>
 #include <sstream>
@@ -70,18 +71,32 @@ void check_not_negative(T value, const char* what, std::uint64_t number, const c
     report.raise(value != value ? ErrorCode::nan_coordinate : ErrorCode::invalid_argument);
 }
 
+/// Returns the length of the longest component.
 template <int Dim, class T>
-void check_direction(const T (&direction)[Dim], const char* what, std::uint64_t number, const char* name,
-                     const char* instead)
+T check_direction(const T (&direction)[Dim], const char* what, std::uint64_t number, const char* name,
+                  const char* instead)
 {
-    bool zero = true;
+    T longest = 0;
     for (int d = 0; d < Dim; ++d) {
         check_finite(direction[d], what, number, name, d);
-        zero = zero && direction[d] == 0;
+        longest = std::max(longest, direction[d] < 0 ? -direction[d] : direction[d]);
     }
-    if (!zero) return;
+    if (longest > 0) return longest;
     Report report(what, number);
     report << name << " is zero on every axis; " << instead;
+    report.raise(ErrorCode::invalid_argument);
+}
+
+/// A line counts as without motion on an axis where 1 / motion isn't finite; this one has some.
+template <int Dim, class T>
+void check_motion(const T (&motion)[Dim], const char* what, std::uint64_t number, const char* name,
+                  const char* instead)
+{
+    const T longest = check_direction(motion, what, number, name, instead);
+    if (finite(T(1) / longest)) return;
+    Report report(what, number);
+    report << name << " is too short: its longest component is " << longest
+           << ", and 1 divided by that is not finite; scale it up";
     report.raise(ErrorCode::invalid_argument);
 }
 
@@ -118,7 +133,7 @@ void check(const Ray<Dim, T>& ray, std::uint64_t number)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(ray.origin[d], "ray", number, "origin", d);
-    check_direction(ray.direction, "ray", number, "direction", "for a point ask for the overlaps of a box");
+    check_motion(ray.direction, "ray", number, "direction", "for a point ask for the overlaps of a box");
     check_not_negative(ray.max_fraction, "ray", number, "max_fraction");
 }
 
@@ -130,7 +145,7 @@ void check(const Sweep<Dim, T>& sweep, std::uint64_t number)
         check_finite(sweep.box.lo[d], "sweep", number, "box.lo", d);
         check_finite(sweep.box.hi[d], "sweep", number, "box.hi", d);
     }
-    check_direction(sweep.motion, "sweep", number, "motion", "ask for the overlaps of the box");
+    check_motion(sweep.motion, "sweep", number, "motion", "ask for the overlaps of the box");
     check_not_negative(sweep.max_fraction, "sweep", number, "max_fraction");
 }
 

@@ -102,6 +102,14 @@ TEST(Refusals, NameTheValueAndTheQuestion)
               "ray: origin.y is nan; it must be a finite number");
     EXPECT_EQ(refusal(bad, [&] { (void)index.first(Ray<3, float>{{0, 0, 0}, {0, 0, 0}}); }),
               "ray: direction is zero on every axis; for a point ask for the overlaps of a box");
+    EXPECT_EQ(
+        refusal(bad, [&] { (void)index.first(Ray<3, float>{{0, 0, 0}, {1e-40f, -1e-39f, 0}}); }),
+        "ray: direction is too short: its longest component is 1.00000022e-39, and 1 divided by that is "
+        "not finite; scale it up");
+    EXPECT_EQ(refusal(bad, [&] { (void)index.count(Sweep<3, float>{cube, {0, 0, 1e-39f}, infinity}); }),
+              "sweep 0: motion is too short: its longest component is 1.00000022e-39, and 1 divided by that "
+              "is not finite; scale it up");
+    EXPECT_EQ(index.count(Ray<3, float>{{2, 2, 0}, {0, 0, 3e-39f}}), 1u);
     EXPECT_EQ(refusal(bad, [&] { (void)index.any(Ray<3, float>{{0, 0, 0}, {0, 1, 0}, -2}); }),
               "ray 0: max_fraction is -2; it must be 0 or more");
     const std::vector<Ray<3, float>> rays{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, infinity}, {1, 0, 0}}};

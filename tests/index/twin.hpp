@@ -287,7 +287,7 @@ class Twin
     Box finite_box() { return random_box<Dim, T>(random, kind_ == Kind::giants ? Kind::uniform : kind_); }
     static bool moves(const T (&direction)[Dim])
     {
-        return std::any_of(direction, direction + Dim, [](T each) { return each != 0; });
+        return std::any_of(direction, direction + Dim, [](T each) { return std::isfinite(T(1) / each); });
     }
     Ray<Dim, T> random_ray()
     {
@@ -299,6 +299,9 @@ class Twin
             if (random.below(6) == 0) ray.direction[d] = 0;
             if (random.below(40) == 0) ray.direction[d] = std::numeric_limits<T>::denorm_min();
         }
+        if (random.below(20) == 0) // so short that fractions overflow
+            for (T& each : ray.direction)
+                each *= std::numeric_limits<T>::min();
         if (!moves(ray.direction)) ray.direction[random.below(Dim)] = random.below(2) == 0 ? T(-1) : T(2);
         if (random.below(3) == 0) ray.max_fraction = static_cast<T>(random.number(0, 1.5));
         return ray;
