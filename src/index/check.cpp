@@ -71,6 +71,20 @@ void check_not_negative(T value, const char* what, std::uint64_t number, const c
     report.raise(value != value ? ErrorCode::nan_coordinate : ErrorCode::invalid_argument);
 }
 
+/// A distance is compared by its square, which must say what the distance does.
+template <class T>
+void check_distance(T value, const char* what, std::uint64_t number, const char* name)
+{
+    check_not_negative(value, what, number, name);
+    const T square = value * value;
+    if (value == 0 || !finite(value) || (finite(square) && square >= std::numeric_limits<T>::min())) return;
+    Report report(what, number);
+    report << name << " is " << value << ", which can't be squared in this type; give "
+           << (value < 1 ? "0 or more than " : "infinity or less than ")
+           << (sizeof(T) == 4 ? (value < 1 ? "1.1e-19" : "1.8e19") : (value < 1 ? "1.5e-154" : "1.3e154"));
+    report.raise(ErrorCode::invalid_argument);
+}
+
 /// Returns the length of the longest component.
 template <int Dim, class T>
 T check_direction(const T (&direction)[Dim], const char* what, std::uint64_t number, const char* name,
@@ -160,7 +174,7 @@ void check(const Sphere<Dim, T>& sphere, std::uint64_t number)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(sphere.center[d], "sphere", number, "center", d);
-    check_not_negative(sphere.radius, "sphere", number, "radius");
+    check_distance(sphere.radius, "sphere", number, "radius");
 }
 
 template <int Dim, class T>
@@ -180,7 +194,7 @@ void check(const Nearest<Dim, T>& nearest, std::uint64_t number)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(nearest.point[d], "nearest", number, "point", d);
-    check_not_negative(nearest.max_distance, "nearest", number, "max_distance");
+    check_distance(nearest.max_distance, "nearest", number, "max_distance");
 }
 
 void check(const QueryFilter& filter, std::uint64_t ids)

@@ -125,6 +125,16 @@ TEST(Refusals, NameTheValueAndTheQuestion)
         "region: hi.z is NaN; it must be a number");
     EXPECT_EQ(refusal(bad, [&] { index.all(Sphere<3, float>{{0, 0, 0}, -1}, ids); }),
               "sphere: radius is -1; it must be 0 or more");
+    EXPECT_EQ(refusal(bad, [&] { index.all(Sphere<3, float>{{0, 0, 0}, 2e19f}, ids); }),
+              "sphere: radius is 2e+19, which can't be squared in this type; give infinity or less than "
+              "1.8e19");
+    EXPECT_EQ(
+        refusal(bad, [&] { index.all(Sphere<3, float>{{0, 0, 0}, 1e-25f}, ids); }),
+        "sphere: radius is 1.00000002e-25, which can't be squared in this type; give 0 or more than 1.1e-19");
+    EXPECT_EQ(
+        refusal(bad, [&] { (void)BoxIndex2d().count(Sphere2d{{0, 0}, 1e200}); }),
+        "sphere 0: radius is 9.9999999999999997e+199, which can't be squared in this type; give infinity or "
+        "less than 1.3e154");
     EXPECT_EQ(refusal(bad, [&] { (void)index.first(Sweep<3, float>{cube, {0, 0, 0}}); }),
               "sweep: motion is zero on every axis; ask for the overlaps of the box");
     const Plane<3, float> no_plane{{0, 0, 0}, 1};
@@ -133,6 +143,9 @@ TEST(Refusals, NameTheValueAndTheQuestion)
     EXPECT_EQ(refusal(ErrorCode::nan_coordinate,
                       [&] { index.nearest(Nearest<3, float>{{0, 0, 0}, 1, nan_value}, hits); }),
               "nearest: max_distance is nan; it must be 0 or more");
+    EXPECT_EQ(refusal(bad, [&] { index.nearest(Nearest<3, float>{{0, 0, 0}, 1, 2e19f}, hits); }),
+              "nearest: max_distance is 2e+19, which can't be squared in this type; give infinity or less "
+              "than 1.8e19");
     const std::vector<std::uint32_t> none;
     QueryFilter filter;
     const std::uint32_t masks[1] = {1};
@@ -144,6 +157,17 @@ TEST(Refusals, NameTheValueAndTheQuestion)
     EXPECT_EQ(refusal(ErrorCode::size_mismatch, [&] { (void)index.first(rays[0], filter); }),
               "query filter category has 1 entries, but the index has held ids up to 5; give one for every "
               "id, or none");
+}
+
+TEST(Definition, SpheresOfTheLeastAndTheGreatestRadius)
+{
+    const std::vector<Aabb2f> boxes{
+        {{1e-24f, 0}, {1e-24f, 0}}, {{2e-19f, 0}, {2e-19f, 0}}, {{1e30f, 0}, {1e30f, 0}}};
+    BoxIndex2f index;
+    index.build(boxes);
+    EXPECT_EQ(index.count(Sphere2f{{0, 0}, 1.1e-19f}), 1u);
+    EXPECT_EQ(index.count(Sphere2f{{0, 0}, 1.8e19f}), 2u);
+    EXPECT_EQ(index.count(Sphere2f{{0, 0}, infinity}), 3u);
 }
 
 TEST(Refusals, OfObjectsLeaveTheIndexAsItWas)
