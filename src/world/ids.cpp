@@ -14,11 +14,11 @@ void IdTable::throw_stale(ObjectId id) const
     std::string why;
     if (id.generation == 0 || id.index >= end())
         why = " was never handed out by this world; use ids that add() returned";
-    else if (now == 0)
-        why = " was removed; forget its id when you remove it";
     else
-        why = " was removed, and index " + std::to_string(id.index) + " now has generation " +
-              std::to_string(now) + "; forget an object's id when you remove it";
+        why =
+            " is not in this world" +
+            (now == 0 ? std::string() : ", where this index has generation " + std::to_string(now)) +
+            ": it was removed, comes from another world, or was added after the snapshot that this one is of";
     throw Error(ErrorCode::stale_id, name + why, id.index);
 }
 

@@ -131,8 +131,15 @@ TEST(World, AnIndexIsUsedAgainAnIdIsnt)
     EXPECT_EQ(stale.code(), ErrorCode::stale_id);
     EXPECT_EQ(stale.index(), a.index);
     EXPECT_STREQ(stale.what(),
-                 "object 0 (generation 1) was removed, and index 0 now has generation 2; forget "
-                 "an object's id when you remove it");
+                 "object 0 (generation 1) is not in this world, where this index has generation 2: it was "
+                 "removed, comes from another world, or was added after the snapshot that this one is of");
+    world.remove(c);
+    world.update();
+    const ObjectId d = world.add(cube(0)); // pending, so that a fork hasn't got it
+    World3f fork = world.fork();
+    EXPECT_STREQ(error_of([&] { fork.move(d, cube(1)); }).what(),
+                 "object 0 (generation 3) is not in this world: it was removed, comes from another world, or "
+                 "was added after the snapshot that this one is of");
     EXPECT_EQ(error_of([&] { (void)world.box(ObjectId{}); }).code(), ErrorCode::stale_id);
     EXPECT_EQ(error_of([&] { world.remove(ObjectId{77, 1}); }).code(), ErrorCode::stale_id);
 }
