@@ -24,7 +24,8 @@
 JOSTLE_NAMESPACE_BEGIN
 
 /// Names an object of a World for as long as it lives. `index` is small and dense, good for indexing the
-/// user's own arrays; it is used again for another object after this one's removal, `generation` isn't.
+/// user's own arrays; it is used again for another object after this one's removal, `generation` isn't. Ids of
+/// two worlds may be equal and are not told apart: keep ids with their world.
 struct ObjectId
 {
     std::uint32_t index = ~std::uint32_t{0};
@@ -160,7 +161,7 @@ enum class DrawKind : std::uint8_t
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
-///           update() and restore(), one at a time, or an `Error`; not inside `accept` either.
+///           update(), restore() and join(), one at a time, or an `Error`; not inside `accept` either.
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -273,6 +274,16 @@ class JOSTLE_API World
              const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
     void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                  const ObjectQueryFilter& filter = {}) const;
+    template <class Question>
+    void any(std::span<const Question> questions, std::span<bool> out,
+             const ObjectQueryFilter& filter = {}) const;
+    template <class Question>
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
+               const ObjectQueryFilter& filter = {}) const;
+    /// All pairs of one of `boxes` and an object whose bounds it touches, ascending by (a, b): a is the
+    /// position in `boxes`, b the object's index. Refills `out`. Works in memory that the world keeps: like
+    /// update(), one call at a time, or an `Error`.
+    void join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter = {});
 
     // --- The objects, as of the last update ---
 

@@ -3,6 +3,8 @@
 
 // Questions: each is put to the resting objects and to the active ones, and the two answers are merged.
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "world/state.hpp"
 
@@ -284,10 +286,76 @@ void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLi
     });
 }
 
+template <int Dim, Coordinate T>
+template <class Question>
+void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out,
+                        const ObjectQueryFilter& filter) const
+{
+    const Implementation& me = *implementation_;
+    me.filtered(filter, [&](const QueryFilter& inner) {
+        me.resting.any(questions, out, inner);
+        const auto* active = me.index_of_active();
+        if (active == nullptr) return;
+        const auto others = std::make_unique<bool[]>(out.size());
+        active->any(questions, std::span<bool>(others.get(), out.size()), inner);
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] = out[i] || others[i];
+    });
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,
+                          const ObjectQueryFilter& filter) const
+{
+    const Implementation& me = *implementation_;
+    me.filtered(filter, [&](const QueryFilter& inner) {
+        me.resting.count(questions, out, inner);
+        const auto* active = me.index_of_active();
+        if (active == nullptr) return;
+        std::vector<std::uint64_t> others(out.size());
+        active->count(questions, std::span<std::uint64_t>(others), inner);
+        for (std::size_t i = 0; i < out.size(); ++i)
+            out[i] += others[i];
+    });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
+{
+    Implementation& me = *implementation_;
+    const InUse call(me.in_use, "World");
+    std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
+    out.clear();
+    me.resting.join(boxes, all);
+    if (me.index_of_active() != nullptr) {
+        me.active_index.join(boxes, me.joined);
+        std::size_t a = me.joined.size(), r = all.size();
+        all.resize(r + a);
+        while (a > 0) // from the end, so that nothing is written over
+            if (r > 0 && me.joined[a - 1] < all[r - 1])
+                --r, all[r + a] = all[r];
+            else
+                --a, all[r + a] = me.joined[a];
+    }
+    me.filtered(filter, [&](const QueryFilter& inner) {
+        if (inner.exclude == Hit<T>::none && !inner.accept) return;
+        const auto refused = [&](const Pair& pair) {
+            return pair.b == inner.exclude || (inner.accept && !inner.accept(pair.a, pair.b));
+        };
+        all.erase(std::remove_if(all.begin(), all.end(), refused), all.end());
+    });
+    out.swap(all);
+}
+
 #define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \
     template JOSTLE_API bool World<Dim, T>::any(const Question<Dim, T>&, const ObjectQueryFilter&) const;    \
     template JOSTLE_API std::uint64_t World<Dim, T>::count(const Question<Dim, T>&,                          \
-                                                           const ObjectQueryFilter&) const;
+                                                           const ObjectQueryFilter&) const;                  \
+    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>,          \
+                                                const ObjectQueryFilter&) const;                             \
+    template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
+                                                  std::span<std::uint64_t>, const ObjectQueryFilter&) const;
 #define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line)                                                                \
     template JOSTLE_API std::optional<ObjectHit<T>> World<Dim, T>::first(const Line<Dim, T>&,                \

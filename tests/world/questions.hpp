@@ -67,6 +67,7 @@ class Questions
         regions(spheres, "sphere", wrong);
         regions(frusta, "frustum", wrong);
         nearest(nears, wrong);
+        join(boxes, wrong);
         if (!wrong.empty()) return testing::AssertionFailure() << "other answers for" << wrong;
         return testing::AssertionSuccess();
     }
@@ -110,6 +111,7 @@ class Questions
         jostle::ResultLists<ObjectHit<T>> lists, short_lists;
         world_.all(std::span<const Line>(questions), lists, filter_);
         world_.all(std::span<const Line>(questions), short_lists, filter_, 2);
+        std::vector<std::uint64_t> sizes;
         for (std::size_t i = 0; i < questions.size(); ++i) {
             std::vector<ObjectHit<T>> expected;
             for (const There& there : there_)
@@ -118,6 +120,7 @@ class Questions
                         expected.push_back({there.id, *at});
             std::sort(expected.begin(), expected.end(), earlier);
             results += expected.size();
+            sizes.push_back(expected.size());
             const auto first = world_.first(questions[i], filter_);
             good &= first.has_value() == !expected.empty() && (!first || *first == expected[0]);
             good &= firsts[i] == (expected.empty() ? ObjectHit<T>{} : expected[0]);
@@ -132,7 +135,34 @@ class Questions
             good &= world_.any(questions[i], filter_) == !expected.empty();
             good &= world_.count(questions[i], filter_) == expected.size();
         }
+        good &= counted(questions, sizes);
         if (!good) wrong += std::string(" ") + name;
+    }
+
+    /// expected[i]: how many results question i has.
+    template <class Question>
+    bool counted(const std::vector<Question>& questions, const std::vector<std::uint64_t>& expected)
+    {
+        std::vector<std::uint64_t> found(questions.size());
+        const auto any = std::make_unique<bool[]>(questions.size());
+        world_.count(std::span<const Question>(questions), std::span<std::uint64_t>(found), filter_);
+        world_.any(std::span<const Question>(questions), std::span<bool>(any.get(), questions.size()),
+                   filter_);
+        for (std::size_t i = 0; i < questions.size(); ++i)
+            if (any[i] != (expected[i] != 0)) return false;
+        return found == expected;
+    }
+
+    void join(const std::vector<Aabb<Dim, T>>& boxes, std::string& wrong)
+    {
+        std::vector<jostle::Pair> expected;
+        for (std::uint32_t i = 0; i < boxes.size(); ++i)
+            for (const There& there : there_)
+                if (counts(there) && overlaps(boxes[i], there.bounds))
+                    expected.push_back({i, there.id.index});
+        std::pmr::vector<jostle::Pair> found(3);
+        world_.join(boxes, found, filter_);
+        if (!std::equal(found.begin(), found.end(), expected.begin(), expected.end())) wrong += " join";
     }
 
     template <class Region>
@@ -142,11 +172,13 @@ class Questions
         jostle::ResultLists<ObjectId> lists, short_lists;
         world_.all(std::span<const Region>(questions), lists, filter_);
         world_.all(std::span<const Region>(questions), short_lists, filter_, 3);
+        std::vector<std::uint64_t> sizes;
         for (std::size_t i = 0; i < questions.size(); ++i) {
             std::vector<ObjectId> expected;
             for (const There& there : there_)
                 if (counts(there) && overlaps(questions[i], there.bounds)) expected.push_back(there.id);
             results += expected.size();
+            sizes.push_back(expected.size());
             std::vector<ObjectId> found;
             good &= !world_.all(questions[i], found, filter_) && found == expected;
             good &= world_.all(questions[i], found, filter_, 3) == (expected.size() > 3) &&
@@ -158,6 +190,7 @@ class Questions
             good &= world_.any(questions[i], filter_) == !expected.empty();
             good &= world_.count(questions[i], filter_) == expected.size();
         }
+        good &= counted(questions, sizes);
         if (!good) wrong += std::string(" ") + name;
     }
 
@@ -185,7 +218,7 @@ class Questions
         if (!good) wrong += " nearest";
     }
 
-    const jostle::World<Dim, T>& world_;
+    jostle::World<Dim, T>& world_;
     Random random_;
     double extent_;
     std::vector<There> there_;
