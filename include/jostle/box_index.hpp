@@ -39,7 +39,8 @@ struct IndexStats
 /// view volume; which are nearest; which touch any of a batch of others.
 ///
 /// Objects are known by ids that the caller chooses, any 32-bit numbers but the greatest; memory is four
-/// bytes per id up to the greatest one in use, so keep them dense. The index keeps the exact boxes itself,
+/// bytes (six while ids are added one by one) per id up to the greatest that was inserted, so keep them dense:
+/// see release_memory. The index keeps the exact boxes itself,
 /// `box(id)` returns them: there is no need to keep them elsewhere.
 ///
 /// Exact     answers are what hit_fraction, squared_distance and overlaps say about each box. No result is
@@ -84,6 +85,9 @@ class JOSTLE_API BoxIndex
     void move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
     /// Removes all objects, keeps the memory.
     void clear() noexcept;
+    /// Gives back what join works in, and the memory of ids above the greatest in use; of an empty index
+    /// everything but some hundred bytes that the destructor frees.
+    void release_memory() noexcept;
 
     [[nodiscard]] std::size_t size() const noexcept;
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept;

@@ -458,6 +458,13 @@ void BoxIndex<Dim, T>::clear() noexcept
 }
 
 template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::release_memory() noexcept
+{
+    implementation_->tree.release_memory();
+    implementation_->joins.release_memory();
+}
+
+template <int Dim, Coordinate T>
 std::size_t BoxIndex<Dim, T>::size() const noexcept
 {
     return implementation_->tree.size();

@@ -201,6 +201,16 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxVi
 }
 
 template <int Dim, class T>
+void Join<Dim, T>::release_memory() noexcept
+{
+    slots_.clear();
+    keys_.release();
+    keys_to_.release();
+    lists_.release();
+    first_.release();
+}
+
+template <int Dim, class T>
 std::uint64_t Join<Dim, T>::bytes() const noexcept
 {
     std::uint64_t sum = keys_.bytes() + keys_to_.bytes() + lists_.bytes() + first_.bytes();

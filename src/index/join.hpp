@@ -29,6 +29,7 @@ class Join
     void look_around(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes);
     /// In any order; valid until the next run.
     [[nodiscard]] std::span<const Seen<Dim, T>> around(std::size_t position) const noexcept;
+    void release_memory() noexcept;
     [[nodiscard]] std::uint64_t bytes() const noexcept;
 
   private:

@@ -24,11 +24,7 @@ class Pool
     explicit Pool(std::pmr::memory_resource* memory) : chunks_(memory), free_(memory) {}
     Pool(const Pool&) = delete;
     Pool& operator=(const Pool&) = delete;
-    ~Pool()
-    {
-        for (X* chunk : chunks_)
-            memory()->deallocate(chunk, sizeof(X) * per_chunk, alignof(X));
-    }
+    ~Pool() { release(); }
 
     /// After this, `count` can be taken without failing.
     void reserve(std::size_t count)
@@ -50,6 +46,16 @@ class Pool
         free_.clear();
         for (auto number = static_cast<std::uint32_t>(chunks_.size() * per_chunk); number-- > 0;)
             free_.push_back(number);
+    }
+    /// Gives the memory back, of all.
+    void release() noexcept
+    {
+        for (X* chunk : chunks_)
+            memory()->deallocate(chunk, sizeof(X) * per_chunk, alignof(X));
+        chunks_.clear();
+        chunks_.shrink_to_fit();
+        free_.clear();
+        free_.shrink_to_fit();
     }
     [[nodiscard]] X& operator[](std::uint32_t number) noexcept
     {

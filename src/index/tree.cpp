@@ -728,7 +728,8 @@ void Tree<Dim, T>::insert(std::span<const std::uint32_t> ids, const View& boxes)
         std::max<std::size_t>(end_before, std::size_t{*std::max_element(ids.begin(), ids.end())} + 1);
     std::size_t done = 0;
     try {
-        if (brick_of_.capacity() < end) brick_of_.reserve(end + end / 2);
+        // Half as many again for ids that come one by one, nothing extra for one far beyond.
+        if (brick_of_.capacity() < end) brick_of_.reserve(std::max(end, end_before + end_before / 2));
         brick_of_.resize(end, none);
         if (size_ == 0) {
             build(ids, boxes);
@@ -817,6 +818,20 @@ void Tree<Dim, T>::clear() noexcept
     root_ = none;
     size_ = 0;
     show_root();
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::release_memory() noexcept
+{
+    while (!brick_of_.empty() && brick_of_.back() == none)
+        brick_of_.pop_back();
+    brick_of_.shrink_to_fit();
+    if (size_ != 0) return;
+    listed_.shrink_to_fit();
+    blocks_.release();
+    bricks_.release();
+    forks_.release();
+    wides_.release();
 }
 
 template <int Dim, class T>

@@ -38,9 +38,11 @@ class Tree
     void erase(std::span<const std::uint32_t> ids) noexcept;
     void move(std::span<const std::uint32_t> ids, const View& boxes);
     void clear() noexcept;
+    /// Of ids above the greatest in use; if there are no objects, all.
+    void release_memory() noexcept;
 
     [[nodiscard]] std::size_t size() const noexcept { return size_; }
-    /// One more than the greatest id that was ever in.
+    /// One more than the greatest id that was in since clear or release_memory.
     [[nodiscard]] std::uint64_t id_end() const noexcept { return brick_of_.size(); }
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept
     {

@@ -182,6 +182,41 @@ TEST(Memory, RunningOutLeavesTheTreeAsItWas)
     EXPECT_GT(refusals, 30u);
 }
 
+TEST(Memory, ComesBackWhenReleased)
+{
+    contract::CountingMemory memory;
+    IndexOptions options;
+    options.memory = &memory;
+    const Objects objects(Kind::uniform, 3000, 4);
+    BoxIndex3f index(options);
+    std::pmr::vector<Pair> pairs, again;
+    index.insert(objects.ids, View(objects.boxes));
+    index.join(View(objects.boxes), pairs);
+    const std::uint64_t dense = memory.bytes;
+    constexpr std::uint32_t far = 5'000'000;
+    const std::vector<std::uint32_t> one{far};
+    const std::vector<Aabb3f> its_box{objects.boxes[0]};
+    index.insert(one, View(its_box));
+    EXPECT_LT(memory.bytes, dense + 4 * far + 1000) << "nothing in reserve beyond an id far away";
+    index.erase(one);
+    index.release_memory();
+    EXPECT_LT(memory.bytes, dense) << "of ids no longer in use, and what join worked in";
+    index.join(View(objects.boxes), again);
+    EXPECT_TRUE(again == pairs);
+    for (int round = 0; round < 2; ++round) {
+        index.clear();
+        EXPECT_GT(memory.bytes, 0u);
+        index.release_memory();
+        EXPECT_EQ(memory.bytes, 0u);
+        EXPECT_EQ(index.stats().bytes, 0u);
+        EXPECT_EQ(index.size(), 0u);
+        EXPECT_FALSE(index.any(objects.boxes[0]));
+        index.insert(objects.ids, View(objects.boxes));
+        index.join(View(objects.boxes), again);
+        EXPECT_TRUE(again == pairs);
+    }
+}
+
 TEST(Memory, ASteadyWorldTakesNoMore)
 {
     contract::CountingMemory memory;
