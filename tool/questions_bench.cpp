@@ -3,7 +3,6 @@
 // other systems'.
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <numeric>
@@ -13,20 +12,15 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "asker.hpp"
 #include "bench/question_peers.hpp"
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/box_index.hpp"
 #include "options.hpp"
 #include "progress.hpp"
-#include "scenes/random.hpp"
 #include "scenes/scenes.hpp"
 #include "threads.hpp"
-
-#ifdef JOSTLE_WITH_PEERS
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-#endif
 
 namespace jostle_tool {
 
@@ -35,7 +29,6 @@ namespace {
 using jostle::Aabb3f;
 using jostle::BoxIndex3f;
 using jostle_bench::Answers;
-using jostle_bench::Findings;
 using jostle_bench::QuestionKind;
 using jostle_bench::Questions;
 using Clock = std::chrono::steady_clock;
@@ -43,28 +36,26 @@ using Clock = std::chrono::steady_clock;
 struct Row
 {
     const char* name;
-    QuestionKind kind;
     const char* summary;
-    std::uint32_t questions;
-    float size = 0; // a box's edge, 0 for a fifth of the world's; how many are the nearest
-    bool only_count = false;
+    QuestionBatch batch;
 };
 // In the order in which they are made and asked.
 constexpr Row rows[] = {
-    {"first", QuestionKind::first, "the first box along a ray of half the world's length", 4000},
-    {"all", QuestionKind::all, "all boxes along such a ray", 4000},
-    {"sweep", QuestionKind::sweep, "the first box touched by a unit box that moves by a tenth of the world",
-     4000},
-    {"box-1", QuestionKind::box, "all boxes that touch a box of edge 1", 4000, 1},
-    {"box-10", QuestionKind::box, "... of edge 10", 2000, 10},
-    {"box-20%", QuestionKind::box, "... of a fifth of the world's edge", 200},
-    {"sphere", QuestionKind::sphere, "all boxes that touch a sphere of radius 5", 2000},
-    {"nearest-1", QuestionKind::nearest, "the box nearest to a point", 4000, 1},
-    {"nearest-8", QuestionKind::nearest, "the 8 nearest", 4000, 8},
-    {"frustum", QuestionKind::frustum, "all boxes in a view of 30 degrees, half the world deep", 200},
-    {"count-1", QuestionKind::box, "how many boxes touch a box of edge 1", 4000, 1, true},
-    {"count-10", QuestionKind::box, "... of edge 10", 2000, 10, true},
-    {"count-20%", QuestionKind::box, "... of a fifth of the world's edge", 200, 0, true},
+    {"first", "the first box along a ray of half the world's length", {QuestionKind::first, 4000}},
+    {"all", "all boxes along such a ray", {QuestionKind::all, 4000}},
+    {"sweep",
+     "the first box touched by a unit box that moves by a tenth of the world",
+     {QuestionKind::sweep, 4000}},
+    {"box-1", "all boxes that touch a box of edge 1", {QuestionKind::box, 4000, 1}},
+    {"box-10", "... of edge 10", {QuestionKind::box, 2000, 10}},
+    {"box-20%", "... of a fifth of the world's edge", {QuestionKind::box, 200}},
+    {"sphere", "all boxes that touch a sphere of radius 5", {QuestionKind::sphere, 2000}},
+    {"nearest-1", "the box nearest to a point", {QuestionKind::nearest, 4000, 1}},
+    {"nearest-8", "the 8 nearest", {QuestionKind::nearest, 4000, 8}},
+    {"frustum", "all boxes in a view of 30 degrees, half the world deep", {QuestionKind::frustum, 200}},
+    {"count-1", "how many boxes touch a box of edge 1", {QuestionKind::box, 4000, 1, true}},
+    {"count-10", "... of edge 10", {QuestionKind::box, 2000, 10, true}},
+    {"count-20%", "... of a fifth of the world's edge", {QuestionKind::box, 200, 0, true}},
 };
 
 struct Options
@@ -76,116 +67,6 @@ struct Options
     std::uint64_t seed = 1;
     bool peers = false;
     std::string json;
-};
-
-/// Questions near objects chosen at random: where there is something to find.
-class Asker
-{
-  public:
-    Asker(std::span<const Aabb3f> boxes, std::uint64_t seed) : boxes_(boxes), random_(seed)
-    {
-        float lo[3], hi[3];
-        for (int d = 0; d < 3; ++d) {
-            lo[d] = hi[d] = boxes[0].lo[d];
-            for (const Aabb3f& box : boxes) {
-                lo[d] = std::min(lo[d], box.lo[d]);
-                hi[d] = std::max(hi[d], box.hi[d]);
-            }
-            world_ = std::max(world_, hi[d] - lo[d]);
-        }
-    }
-    Questions make(const Row& row)
-    {
-        Questions questions;
-        for (std::uint32_t i = 0; i < row.questions; ++i) {
-            float at[3], along[3];
-            place(at);
-            direction(along);
-            switch (row.kind) {
-            case QuestionKind::first:
-            case QuestionKind::all:
-                questions.rays.push_back({{at[0], at[1], at[2]}, {along[0], along[1], along[2]}, world_ / 2});
-                break;
-            case QuestionKind::sweep: {
-                const float far = world_ / 10;
-                questions.sweeps.push_back(
-                    {around(at, 0.5f), {along[0] * far, along[1] * far, along[2] * far}, 1.0f});
-                break;
-            }
-            case QuestionKind::box:
-                questions.boxes.push_back(around(at, row.size > 0 ? row.size / 2 : world_ / 10));
-                break;
-            case QuestionKind::sphere:
-                questions.spheres.push_back({{at[0], at[1], at[2]}, 5});
-                break;
-            case QuestionKind::nearest:
-                questions.nearest.push_back({{at[0], at[1], at[2]}, static_cast<std::uint32_t>(row.size)});
-                break;
-            case QuestionKind::frustum:
-                questions.frustums.push_back(view(at, along));
-                break;
-            }
-        }
-        return questions;
-    }
-
-  private:
-    float number(float lo, float hi) { return static_cast<float>(random_.uniform(lo, hi)); }
-    void place(float* at)
-    {
-        const Aabb3f& box = boxes_[random_.below(static_cast<std::uint32_t>(boxes_.size()))];
-        for (int d = 0; d < 3; ++d)
-            at[d] = number(box.lo[d], box.hi[d]) + number(-1, 1);
-    }
-    void direction(float* along)
-    {
-        for (;;) {
-            float square = 0;
-            for (int d = 0; d < 3; ++d) {
-                along[d] = number(-1, 1);
-                square += along[d] * along[d];
-            }
-            if (square > 1 || square < 0.01f) continue;
-            for (int d = 0; d < 3; ++d)
-                along[d] /= std::sqrt(square);
-            return;
-        }
-    }
-    static Aabb3f around(const float* at, float half)
-    {
-        return {{at[0] - half, at[1] - half, at[2] - half}, {at[0] + half, at[1] + half, at[2] + half}};
-    }
-    std::array<jostle::Plane3f, 6> view(const float* at, const float* along) const
-    {
-        // Two directions across the view.
-        const bool x = std::abs(along[0]) < 0.5f;
-        const float up[3] = {x ? 1.0f : 0.0f, x ? 0.0f : 1.0f, 0.0f};
-        float u[3], v[3], length = 0;
-        for (int d = 0; d < 3; ++d) {
-            u[d] = along[(d + 1) % 3] * up[(d + 2) % 3] - along[(d + 2) % 3] * up[(d + 1) % 3];
-            length += u[d] * u[d];
-        }
-        for (float& each : u)
-            each /= std::sqrt(length);
-        for (int d = 0; d < 3; ++d)
-            v[d] = along[(d + 1) % 3] * u[(d + 2) % 3] - along[(d + 2) % 3] * u[(d + 1) % 3];
-        const float slope = 0.268f; // of half of 30 degrees
-        const auto plane = [&](float a, float b, float c, float offset) {
-            jostle::Plane3f made{};
-            made.offset = offset;
-            for (int d = 0; d < 3; ++d) {
-                made.normal[d] = a * along[d] + b * u[d] + c * v[d];
-                made.offset -= made.normal[d] * at[d];
-            }
-            return made;
-        };
-        return {plane(1, 0, 0, -0.1f),  plane(-1, 0, 0, world_ / 2), plane(slope, 1, 0, 0),
-                plane(slope, -1, 0, 0), plane(slope, 0, 1, 0),       plane(slope, 0, -1, 0)};
-    }
-
-    std::span<const Aabb3f> boxes_;
-    jostle_scenes::Random random_;
-    float world_ = 0;
 };
 
 double microseconds_since(Clock::time_point start)
@@ -220,7 +101,7 @@ class Table
     void add(const std::string& scene, std::uint64_t n, std::uint32_t threads, const Row& row,
              const std::string& system, double us, const Answers& answers)
     {
-        const double each = us / row.questions;
+        const double each = us / row.batch.questions;
         if (system == "jostle") {
             ours_ = each;
             expected_ = answers;
@@ -229,7 +110,7 @@ class Table
                 system + " and jostle differ: " + scene + ", " + std::to_string(n) + ", " + row.name;
         }
         if (print_) {
-            const double share = static_cast<double>(answers.results) / row.questions;
+            const double share = static_cast<double>(answers.results) / row.batch.questions;
             std::printf("%-10s %10llu %8u %-10s %-8s %12.3f %12.1f", scene.c_str(),
                         static_cast<unsigned long long>(n), threads, row.name, system.c_str(), each, share);
             if (system != "jostle")
@@ -242,7 +123,7 @@ class Table
                          {"n", n},
                          {"threads", threads},
                          {"question", row.name},
-                         {"questions", row.questions},
+                         {"questions", row.batch.questions},
                          {"us_each", each},
                          {"results", answers.results},
                          {"checksum", std::to_string(answers.checksum)}});
@@ -274,7 +155,7 @@ double ask_ours(const BoxIndex3f& index, const Row& row, const Questions& questi
                 std::uint32_t repetitions, Answers& answers)
 {
     double time = 0;
-    std::vector<jostle::Hitf> firsts(row.questions);
+    std::vector<jostle::Hitf> firsts(row.batch.questions);
     jostle::ResultLists<jostle::Hitf> hits;
     jostle::ResultLists<std::uint32_t> ids;
     const auto sum_firsts = [&] {
@@ -286,7 +167,7 @@ double ask_ours(const BoxIndex3f& index, const Row& row, const Questions& questi
             for (const std::uint32_t id : ids[i])
                 answers.add_object(i, id);
     };
-    switch (row.kind) {
+    switch (row.batch.kind) {
     case QuestionKind::first:
         time = median_of(repetitions, [&] {
             index.first(std::span<const jostle::Ray3f>(questions.rays), std::span(firsts));
@@ -307,8 +188,8 @@ double ask_ours(const BoxIndex3f& index, const Row& row, const Questions& questi
                 answers.add_object(i, hit.id);
         break;
     case QuestionKind::box:
-        if (row.only_count) {
-            std::vector<std::uint64_t> counts(row.questions);
+        if (row.batch.only_count) {
+            std::vector<std::uint64_t> counts(row.batch.questions);
             time = median_of(repetitions, [&] {
                 index.count(std::span<const Aabb3f>(questions.boxes), std::span(counts));
             });
@@ -363,32 +244,17 @@ void measure(const Options& options, const std::string& scene_name, std::uint64_
                         median_of(std::min(options.repetitions, 3u), [&] { index.build(boxes); }) / 1000);
         Asker asker(boxes, options.seed);
         for (const Row& row : rows) {
-            const Questions questions = asker.make(row);
+            const Questions questions = asker.make(row.batch);
             Answers answers;
             const double time = ask_ours(index, row, questions, options.repetitions, answers);
             table.add(scene_name, n, threads.count(), row, "jostle", time, answers);
 #ifdef JOSTLE_WITH_PEERS
             for (const auto& peer : peers) {
-                if (!peer->answers(row.kind)) continue;
-                tbb::task_arena arena(static_cast<int>(threads.count()));
-                const std::uint32_t runs = (row.questions + 31) / 32;
-                std::vector<Findings> found(runs, Findings(!row.only_count));
+                if (!peer->answers(row.batch.kind)) continue;
+                AskedPeer asked(*peer, row.batch, questions, threads.count());
                 // Some take milliseconds for one question.
-                const double peer_time = median_of(1, [&] {
-                    arena.execute([&] {
-                        tbb::parallel_for(std::uint32_t{0}, runs, [&](std::uint32_t run) {
-                            found[run].clear();
-                            for (std::uint32_t i = run * 32; i < std::min(row.questions, run * 32 + 32);
-                                 ++i) {
-                                peer->ask(row.kind, questions, i, found[run]);
-                                found[run].end_question();
-                            }
-                        });
-                    });
-                });
-                Answers theirs;
-                for (std::uint32_t run = 0; run < runs; ++run)
-                    found[run].sum(std::size_t{run} * 32, theirs);
+                const double peer_time = median_of(1, [&] { asked.ask(); });
+                const Answers theirs = asked.answers();
                 table.add(scene_name, n, threads.count(), row, peer->name(), peer_time, theirs);
             }
 #endif

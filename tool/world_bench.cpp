@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: MIT
-// jostle bench world: what an update of a world costs in which some objects move, ours and other systems'.
+// jostle bench world: what an update of a world costs in which some objects move, and questions right after one;
+// ours and other systems'.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "asker.hpp"
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/world.hpp"
@@ -29,14 +32,16 @@ namespace {
 
 using jostle::Aabb3f;
 using jostle::ObjectId;
+using jostle_bench::QuestionKind;
 using Clock = std::chrono::steady_clock;
 
 struct SceneInfo
 {
     const char* name;
     const char* summary;
-    std::uint64_t objects; // 0: those given with -n
-    std::uint64_t movers;  // 0: as many as the scene says
+    std::uint64_t objects;                   // 0: those given with -n
+    std::uint64_t movers;                    // 0: as many as the scene says
+    std::optional<QuestionBatch> asked = {}; // not the update is timed, but this, asked after each
 };
 constexpr SceneInfo scenes[] = {
     {"resting", "a twentieth of the boxes moves", 0, 0},
@@ -45,6 +50,11 @@ constexpr SceneInfo scenes[] = {
     {"static-2m", "2,000,000 boxes at rest, 2,000 that move", 2'000'000, 2'000},
     {"churn", "1 in 20 boxes moves, others every 8 frames; 1 in 200 is replaced, teleported or filtered anew",
      0, 0},
+    {"rays", "as resting; timed are 4,000 questions after each update: the first box along a ray", 0, 0,
+     QuestionBatch{QuestionKind::first, 4000}},
+    {"overlaps", "... all boxes that touch a box of edge 10", 0, 0,
+     QuestionBatch{QuestionKind::box, 4000, 10}},
+    {"nearest", "... the 8 boxes nearest to a point", 0, 0, QuestionBatch{QuestionKind::nearest, 4000, 8}},
 };
 
 struct Options
@@ -69,7 +79,7 @@ class Motion
   public:
     Motion(const SceneInfo& info, std::uint64_t n, std::uint64_t seed)
         : info_(info),
-          scene_(std::string(info.name) == "resting" ? "resting" : "uniform", n, seed),
+          scene_(std::string(info.name) == "resting" || info.asked ? "resting" : "uniform", n, seed),
           boxes_(scene_.boxes().begin(), scene_.boxes().end()),
           random_(seed, 77, 1)
     {
@@ -143,9 +153,10 @@ class Motion
     std::uint32_t frame_ = 0;
 };
 
+/// Pairs, or what was asked for.
 struct Answer
 {
-    std::uint64_t pairs = 0, checksum = 0;
+    std::uint64_t found = 0, checksum = 0;
     friend bool operator==(const Answer&, const Answer&) = default;
 };
 
@@ -154,6 +165,8 @@ class System
   public:
     virtual ~System() = default;
     virtual void start(std::span<const Aabb3f> boxes) = 0;
+    /// What isn't timed.
+    virtual void before(std::span<const Aabb3f>, std::span<const std::uint32_t>) {}
     virtual void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) = 0;
     /// What is to be said, before the frame, about boxes that leap.
     virtual void leap(std::span<const Aabb3f>, std::span<const std::uint32_t>) {}
@@ -224,6 +237,10 @@ class Ours final : public System
                 {"index", s.us_index / 1e3}};
     }
 
+    [[nodiscard]] const jostle::World3f& world() const { return world_; }
+    /// Of the box that is this object's: as nobody is replaced but in churn, its place in the order of adding.
+    [[nodiscard]] std::uint32_t number(ObjectId id) const { return id.index; }
+
   private:
     static jostle::WorldOptions options(jostle::Executor& executor)
     {
@@ -234,6 +251,68 @@ class Ours final : public System
     jostle::World3f world_;
     std::vector<ObjectId> ids_, moved_ids_;
     std::vector<Aabb3f> moved_boxes_;
+};
+
+/// Questions to a world that has just been updated.
+class OursAsked final : public System
+{
+  public:
+    OursAsked(jostle::Executor& executor, const QuestionBatch& batch,
+              const jostle_bench::Questions& questions)
+        : world_(executor), batch_(batch), questions_(questions), firsts_(batch.questions)
+    {
+    }
+    void start(std::span<const Aabb3f> boxes) override { world_.start(boxes); }
+    void before(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) override
+    {
+        world_.frame(boxes, moved);
+    }
+    void frame(std::span<const Aabb3f>, std::span<const std::uint32_t>) override
+    {
+        const jostle::World3f& world = world_.world();
+        const Clock::time_point begin = Clock::now();
+        (void)world.any(jostle::Aabb3f{}); // the first one brings the index up to date
+        index_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        switch (batch_.kind) {
+        case QuestionKind::first:
+            world.first(std::span<const jostle::Ray3f>(questions_.rays), firsts_);
+            break;
+        case QuestionKind::box:
+            world.all(std::span<const Aabb3f>(questions_.boxes), ids_);
+            break;
+        default:
+            world.nearest(questions_.nearest, hits_);
+        }
+    }
+    Answer answer() override
+    {
+        jostle_bench::Answers answers;
+        for (std::size_t i = 0; i < batch_.questions; ++i) {
+            if (batch_.kind == QuestionKind::first) {
+                if (firsts_[i].id.generation != 0) answers.add_object(i, world_.number(firsts_[i].id));
+            } else if (batch_.kind == QuestionKind::box) {
+                for (const ObjectId id : ids_[i])
+                    answers.add_object(i, world_.number(id));
+            } else {
+                for (const jostle::ObjectHit<float>& hit : hits_[i])
+                    answers.add_distance(i, hit.at);
+            }
+        }
+        return {answers.results, answers.checksum};
+    }
+    std::vector<std::pair<std::string, double>> stages() const override
+    {
+        return {{"update", world_.world().stats().us_total / 1e3}, {"index", index_ms_}};
+    }
+
+  private:
+    Ours world_;
+    const QuestionBatch& batch_;
+    const jostle_bench::Questions& questions_;
+    std::vector<jostle::ObjectHit<float>> firsts_;
+    jostle::ResultLists<ObjectId> ids_;
+    jostle::ResultLists<jostle::ObjectHit<float>> hits_;
+    double index_ms_ = 0;
 };
 
 /// The engine without identities, anew in each frame.
@@ -280,6 +359,32 @@ class PeerSystem final : public System
     jostle_bench::Peer<3>& peer_;
     std::uint32_t threads_;
 };
+
+/// Building their structure anew after the boxes have moved isn't timed.
+class PeerAsked final : public System
+{
+  public:
+    PeerAsked(jostle_bench::QuestionPeer& peer, const QuestionBatch& batch,
+              const jostle_bench::Questions& questions, std::uint32_t threads)
+        : peer_(peer), asked_(peer, batch, questions, threads)
+    {
+    }
+    void start(std::span<const Aabb3f>) override {}
+    void before(std::span<const Aabb3f> boxes, std::span<const std::uint32_t>) override
+    {
+        peer_.build(boxes);
+    }
+    void frame(std::span<const Aabb3f>, std::span<const std::uint32_t>) override { asked_.ask(); }
+    Answer answer() override
+    {
+        const jostle_bench::Answers answers = asked_.answers();
+        return {answers.results, answers.checksum};
+    }
+
+  private:
+    jostle_bench::QuestionPeer& peer_;
+    AskedPeer asked_;
+};
 #endif
 
 struct Measurement
@@ -302,6 +407,7 @@ Measurement measure(System& system, Motion motion, std::uint32_t frames, Progres
     const Clock::time_point begin = Clock::now();
     for (std::uint32_t frame = 0; frame < warm_up + frames; ++frame) {
         motion.step();
+        system.before(motion.boxes(), motion.moved());
         const Clock::time_point before = Clock::now();
         system.leap(motion.boxes(), motion.leapt());
         system.frame(motion.boxes(), motion.moved());
@@ -342,7 +448,7 @@ class Table
     {
         if (shown_)
             std::printf("%-10s %10s %7s  %-10s %10s %9s %9s %9s %11s\n", "scene", "n", "threads", "system",
-                        "ms/update", "min", "p99", "max", "pairs");
+                        "median ms", "min", "p99", "max", "found");
     }
 
     void add(const std::string& system, const SceneInfo& scene, std::uint64_t n, std::uint64_t moved,
@@ -361,7 +467,8 @@ class Table
         row["min_ms"] = at(0);
         row["p99_ms"] = at(0.99);
         row["max_ms"] = at(1);
-        row["pairs"] = m.answer.pairs;
+        if (scene.asked) row["questions"] = scene.asked->questions;
+        row[scene.asked ? "results" : "pairs"] = m.answer.found;
         char sum[17];
         std::snprintf(sum, sizeof sum, "%016llx", static_cast<unsigned long long>(m.answer.checksum));
         row["checksum"] = sum;
@@ -375,8 +482,8 @@ class Table
         if (answered_ && !(answer_ == m.answer)) {
             row["differs"] = true;
             difference_ = std::string("scene ") + scene.name + ", n = " + std::to_string(n) + ": " + system +
-                          " finds " + std::to_string(m.answer.pairs) + " pairs, jostle " +
-                          std::to_string(answer_.pairs);
+                          " finds " + std::to_string(m.answer.found) + ", jostle " +
+                          std::to_string(answer_.found);
         }
         if (!answered_) answer_ = m.answer;
         answered_ = true;
@@ -389,7 +496,7 @@ class Table
             }
             std::printf("%-10s %10s %7u  %-10s %10.4f %9.4f %9.4f %9.4f %11s %s\n", scene.name,
                         grouped(n).c_str(), threads, system.c_str(), at(0.5), at(0), at(0.99), at(1),
-                        grouped(m.answer.pairs).c_str(), remark.c_str());
+                        grouped(m.answer.found).c_str(), remark.c_str());
             std::fflush(stdout);
         }
         rows_.push_back(std::move(row));
@@ -424,6 +531,21 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
             }
             table.add(name, info, n, moved, used, measurement);
         };
+        if (info.asked) {
+            const jostle_bench::Questions questions = Asker(motion.boxes(), options.seed).make(*info.asked);
+            {
+                OursAsked ours(threads.executor(), *info.asked, questions);
+                one(ours, "jostle", threads.count());
+            }
+#ifdef JOSTLE_WITH_PEERS
+            if (!options.peers) continue;
+            for (const auto& peer : jostle_bench::make_question_peers()) {
+                PeerAsked theirs(*peer, *info.asked, questions, threads.count());
+                one(theirs, peer->name(), threads.count());
+            }
+#endif
+            continue;
+        }
         {
             Ours ours(threads.executor());
             one(ours, "jostle", threads.count());
@@ -469,7 +591,7 @@ void run(const Options& options)
 
 void add_bench_world_command(CLI::App& bench)
 {
-    CLI::App* command = bench.add_subcommand("world", "How long an update of a world of objects takes");
+    CLI::App* command = bench.add_subcommand("world", "How long updates of a world take, and questions");
     std::string help = "Scenes:\n";
     for (const SceneInfo& info : scenes) {
         char line[160];
@@ -478,8 +600,9 @@ void add_bench_world_command(CLI::App& bench)
     }
     command->footer(help + R"(
 Timed is all that an update takes: handing over the boxes that moved, finding what became of their pairs, and
-the lists of pairs that began, persist and ended. All systems must have the same pairs: if they don't, the exit
-status is 1.
+the lists of pairs that began, persist and ended. Where questions are timed, so is bringing the index of the
+objects that move up to date (stage index); other systems' structures are built anew outside the time. All must
+find the same: if they don't, the exit status is 1.
 
 Examples:
   jostle bench world                                  all scenes

@@ -452,6 +452,21 @@ void BoxIndexAccess::erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_
 }
 
 template <int Dim, Coordinate T>
+void BoxIndexAccess::rebuild(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
+                             const BoxView<Dim, T>& boxes)
+{
+    index.clear();
+    index.implementation_->tree.insert(ids, boxes);
+}
+
+template <int Dim, Coordinate T>
+bool BoxIndexAccess::follow(BoxIndex<Dim, T>& index,
+                            FunctionRef<void(std::span<const std::uint32_t>, Aabb<Dim, T>*)> where)
+{
+    return index.implementation_->tree.follow(where);
+}
+
+template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::clear() noexcept
 {
     implementation_->tree.clear();
@@ -675,6 +690,10 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
     template void BoxIndexAccess::insert(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                  \
                                          const BoxView<Dim, T>&);                                            \
     template void BoxIndexAccess::erase(BoxIndex<Dim, T>&, std::span<const std::uint32_t>) noexcept;         \
+    template void BoxIndexAccess::rebuild(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                 \
+                                          const BoxView<Dim, T>&);                                           \
+    template bool BoxIndexAccess::follow(BoxIndex<Dim, T>&,                                                  \
+                                         FunctionRef<void(std::span<const std::uint32_t>, Aabb<Dim, T>*)>);  \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
     JOSTLE_INSTANTIATE_REGION(Dim, T, Aabb)                                                                  \

@@ -3,6 +3,7 @@
 
 #include "index/kernels/kernels.hpp"
 #include "jostle/box_index.hpp"
+#include "jostle/function_ref.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -23,6 +24,14 @@ class BoxIndexAccess
                        const BoxView<Dim, T>& boxes);
     template <int Dim, Coordinate T>
     static void erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids) noexcept;
+    /// BoxIndex::build in the memory that there is. If it throws, the index is empty.
+    template <int Dim, Coordinate T>
+    static void rebuild(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
+                        const BoxView<Dim, T>& boxes);
+    /// See Tree::follow.
+    template <int Dim, Coordinate T>
+    static bool follow(BoxIndex<Dim, T>& index,
+                       FunctionRef<void(std::span<const std::uint32_t> ids, Aabb<Dim, T>* boxes)> where);
 };
 
 JOSTLE_NAMESPACE_END

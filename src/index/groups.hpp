@@ -12,6 +12,8 @@ namespace index {
 
 /// How many boxes are tested at once: one AVX-512 register of floats.
 inline constexpr std::uint32_t lanes = 16;
+/// How many objects lie together: 16 blocks of 16.
+inline constexpr std::uint32_t brick_capacity = lanes * lanes;
 inline constexpr std::uint32_t no_id = ~std::uint32_t{0};
 
 /// 16 boxes, one array per bound. An empty lane begins at +infinity and ends at -infinity: no test with

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <limits>
 
 #include "jostle/box.hpp"
 
@@ -36,6 +37,13 @@ inline constexpr int class_digits = 3;
 template <int Dim>
 inline constexpr int key_digits = class_digits + 64 * Dim + 32;
 
+/// Where a centre lies, in quanta.
+template <int Dim>
+[[nodiscard]] inline double place_of(const Frame<Dim>& frame, int axis, double lo, double hi) noexcept
+{
+    return (0.5 * lo + 0.5 * hi - frame.origin[axis]) * frame.scale;
+}
+
 template <int Dim, class T>
 [[nodiscard]] inline Key<Dim> key_of(const Frame<Dim>& frame, const Aabb<Dim, T>& box,
                                      std::uint32_t id) noexcept
@@ -48,8 +56,7 @@ template <int Dim, class T>
         const double lo = std::max(-furthest, std::min(static_cast<double>(box.lo[d]), furthest));
         const double hi = std::max(-furthest, std::min(static_cast<double>(box.hi[d]), furthest));
         size = std::max(size, hi - lo);
-        const double place = (0.5 * lo + 0.5 * hi - frame.origin[d]) * frame.scale;
-        const double cut = std::max(-last, std::min(place, last));
+        const double cut = std::max(-last, std::min(place_of(frame, d, lo, hi), last));
         key.center[d] = static_cast<std::uint64_t>(static_cast<std::int64_t>(cut)) ^ (std::uint64_t{1} << 63);
     }
     key.size_class = 0;
@@ -82,6 +89,57 @@ template <int Dim>
     if (digit < 64 * Dim) return static_cast<unsigned>(key.center[digit % Dim] >> (63 - digit / Dim)) & 1;
     return (key.id >> (31 - (digit - 64 * Dim))) & 1;
 }
+
+/// What most boxes have in common whose keys begin with the same digits, without making their keys.
+template <int Dim>
+class Cell
+{
+  public:
+    /// Of the keys that have the first `digits` in common with `key`.
+    Cell(const Frame<Dim>& frame, const Key<Dim>& key, int digits) noexcept : frame_(frame)
+    {
+        constexpr int most_exact = 50; // digits of an axis that a double can tell apart with one to spare
+        const int of_center = digits - class_digits;
+        useful_ = of_center >= 0 && of_center <= most_exact * Dim;
+        std::fill_n(lo_, Dim, -infinity);
+        std::fill_n(hi_, Dim, infinity);
+        if (!useful_) return;
+        for (std::uint32_t k = 0; k < key.size_class; ++k) {
+            least_size_ = k == 0 ? frame.common_size : least_size_ * Frame<Dim>::class_ratio;
+        }
+        if (key.size_class < Frame<Dim>::last_class)
+            greatest_size_ = key.size_class == 0 ? frame.common_size : least_size_ * Frame<Dim>::class_ratio;
+        for (int d = 0; d < Dim; ++d) {
+            const int fixed = (of_center - d + Dim - 1) / Dim;
+            if (fixed <= 0) continue;
+            const int open = 64 - fixed;
+            const std::uint64_t begin = key.center[d] >> open << open;
+            lo_[d] = static_cast<double>(static_cast<std::int64_t>(begin ^ (std::uint64_t{1} << 63)));
+            // Centres are cut off towards zero: just below a negative end, they belong to the next cell.
+            hi_[d] = lo_[d] + 2 * static_cast<double>(std::uint64_t{1} << (open - 1)) - 1;
+        }
+    }
+    /// Whether the box's key surely begins with the digits. Not so of a few, and of boxes with a NaN.
+    template <class T>
+    [[nodiscard]] bool holds(const Aabb<Dim, T>& box) const noexcept
+    {
+        double size = 0;
+        bool inside = useful_;
+        for (int d = 0; d < Dim; ++d) {
+            const auto lo = static_cast<double>(box.lo[d]), hi = static_cast<double>(box.hi[d]);
+            size = std::max(size, hi - lo);
+            const double place = place_of(frame_, d, lo, hi);
+            inside &= (lo_[d] <= place) & (place < hi_[d]);
+        }
+        return inside & (least_size_ < size) & (size <= greatest_size_);
+    }
+
+  private:
+    static constexpr double infinity = std::numeric_limits<double>::infinity();
+    const Frame<Dim>& frame_;
+    bool useful_ = false;
+    double lo_[Dim], hi_[Dim], least_size_ = -1, greatest_size_ = infinity;
+};
 
 /// Puts Dim - 1 zeros between the digits of a number of at most 30 (2D) or 20 (3D).
 template <int Dim>

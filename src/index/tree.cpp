@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include "fetch.hpp"
 #include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -25,6 +26,9 @@ constexpr std::uint32_t tolerated_disorder(std::uint32_t count)
 {
     return 2 + count / 32;
 }
+
+/// ... or, where all move a little in every frame, when its blocks' edges are that much longer.
+constexpr double tolerated_spread = 1.125;
 
 template <int Dim, class T>
 bool same(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
@@ -209,6 +213,19 @@ void Tree<Dim, T>::arrange(std::uint32_t number, Record* records, std::uint32_t 
     brick.disorder = 0;
     brick.changed = 0;
     brick.hull = brick.node.bounds.hull();
+    brick.drifted = false;
+    brick.spread = spread_of(brick);
+}
+
+template <int Dim, class T>
+T Tree<Dim, T>::spread_of(const Brick& brick) const noexcept
+{
+    T sum = 0;
+    for (std::uint32_t b = 0; b < brick.blocks; ++b)
+        if (brick.live[b] != 0)
+            for (int d = 0; d < Dim; ++d)
+                sum += brick.node.bounds.hi[d][b] - brick.node.bounds.lo[d][b];
+    return sum;
 }
 
 template <int Dim, class T>
@@ -320,8 +337,9 @@ std::uint32_t Tree<Dim, T>::new_brick(const KeyT& key) noexcept
     Brick& brick = bricks_[number];
     brick.blocks = brick.count = brick.disorder = 0;
     brick.changed = 0;
-    brick.listed = false;
+    brick.listed = brick.drifted = false;
     brick.used = true;
+    brick.spread = 0;
     brick.parent = brick.wide = none;
     brick.key = key;
     brick.node.bounds.clear();
@@ -807,6 +825,125 @@ void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
 }
 
 template <int Dim, class T>
+void Tree<Dim, T>::list_below(Ref ref) noexcept
+{
+    if (ref & brick_bit) {
+        list(ref & ~brick_bit);
+        return;
+    }
+    list_below(forks_[ref].child[0]);
+    list_below(forks_[ref].child[1]);
+}
+
+/// Sets the boxes of a brick's objects and finds its blocks' bounds. Those who leave are marked, and are where
+/// they were, with their new boxes.
+template <int Dim, class T>
+void Tree<Dim, T>::follow_brick(Brick& brick, const Where& where) noexcept
+{
+    std::uint32_t ids[brick_capacity], count = 0;
+    Box boxes[brick_capacity];
+    for (std::uint32_t b = 0; b < brick.blocks; ++b)
+        fetch(blocks_[brick.block[b]].id);
+    for (std::uint32_t b = 0; b < brick.blocks; ++b)
+        for (unsigned live = brick.live[b]; live != 0; live &= live - 1)
+            ids[count++] = blocks_[brick.block[b]].id[std::countr_zero(live)];
+    where({ids, count}, boxes);
+    const int level = brick.parent == none ? -1 : forks_[brick.parent].level;
+    const Cell<Dim> cell(frame_, brick.key, level + 1);
+    count = 0;
+    for (std::uint32_t b = 0; b < brick.blocks; ++b) {
+        BlockT& block = blocks_[brick.block[b]];
+        Bounds<Dim, T> hull; // of which lane 0 is used
+        hull.clear(0);
+        unsigned leaving = 0;
+        for (unsigned live = brick.live[b]; live != 0; live &= live - 1, ++count) {
+            const auto lane = static_cast<std::uint32_t>(std::countr_zero(live));
+            const Box& box = boxes[count];
+            block.bounds.set(lane, box);
+            if (!cell.holds(box) && (box.lo[0] != box.lo[0] ||
+                                     first_difference(key_of(frame_, box, ids[count]), brick.key) <= level)) {
+                leaving |= 1u << lane;
+                continue;
+            }
+            for (int d = 0; d < Dim; ++d) {
+                hull.lo[d][0] = std::min(hull.lo[d][0], box.lo[d]);
+                hull.hi[d][0] = std::max(hull.hi[d][0], box.hi[d]);
+            }
+        }
+        brick.node.bounds.set(b, hull.get(0));
+        brick.live[b] = static_cast<std::uint16_t>(brick.live[b] & ~leaving);
+        brick.leaving[b] = static_cast<std::uint16_t>(leaving);
+    }
+    brick.changed = 0;
+    brick.drifted =
+        static_cast<double>(spread_of(brick)) > tolerated_spread * static_cast<double>(brick.spread);
+}
+
+template <int Dim, class T>
+bool Tree<Dim, T>::follow(const Where& where)
+{
+    if (root_ == none) return false;
+    try {
+        splits_before_ = splits_;
+        list_below(root_);
+        const ProcessOptions few_bricks{executor_, 8};
+        const auto each_brick = [&](const auto& body) {
+            process_items(
+                listed_.size(),
+                [&](std::uint64_t begin, std::uint64_t end, Work) {
+                    for (std::size_t k = begin; k < end; ++k)
+                        body(listed_[k], bricks_[listed_[k]]);
+                },
+                few_bricks);
+        };
+        each_brick([&](std::uint32_t, Brick& brick) { follow_brick(brick, where); });
+
+        std::pmr::vector<Record> leaving(memory_);
+        const std::size_t size_before = size_;
+        for (const std::uint32_t number : listed_) {
+            Brick& brick = bricks_[number];
+            for (std::uint32_t b = 0; b < brick.blocks; ++b) {
+                BlockT& block = blocks_[brick.block[b]];
+                for (unsigned left = brick.leaving[b]; left != 0; left &= left - 1) {
+                    const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+                    const Record record{block.bounds.get(lane), block.id[lane]};
+                    if (record.box.lo[0] == record.box.lo[0]) leaving.push_back(record);
+                    block.bounds.clear(lane);
+                    block.id[lane] = no_id;
+                    brick_of_[record.id] = none;
+                    --brick.count;
+                    --size_;
+                }
+            }
+        }
+        // One that is put elsewhere costs three times as much as one that is built.
+        if ((size_before - size_) * 3 > size_before) {
+            clear();
+            return false;
+        }
+        // A brick that needs fewer blocks gives some back: not by several threads.
+        each_brick([&](std::uint32_t number, Brick& brick) {
+            if (!brick.drifted || brick.blocks != (brick.count + lanes - 1) / lanes) return;
+            Record records[brick_capacity];
+            const std::uint32_t count = gather(number, records);
+            arrange(number, records, count);
+        });
+        for (const Record& record : leaving)
+            put(make_room(key_of(frame_, record.box, record.id)), record.id, record.box);
+        for (const std::uint32_t number : listed_) {
+            // Who came in was put where it makes the blocks grow least; the next call sees whether that will do.
+            Brick& brick = bricks_[number];
+            brick.disorder = brick.drifted ? brick_capacity : 0;
+        }
+        finish();
+    } catch (...) {
+        clear();
+        throw;
+    }
+    return true;
+}
+
+template <int Dim, class T>
 void Tree<Dim, T>::clear() noexcept
 {
     brick_of_.clear();
@@ -1135,6 +1272,8 @@ const char* Tree<Dim, T>::validate() const
                 const auto lane = static_cast<std::uint32_t>(std::countr_zero(live));
                 if (brick_of_[block.id[lane]] != number) return "an object is noted in another brick";
                 if (!holds(hull_, block.bounds.get(lane))) return "an object lies outside of everything";
+                if (descend(key_of(frame_, block.bounds.get(lane), block.id[lane])) != number)
+                    return "an object belongs into another brick";
                 ++count;
             }
         }

@@ -11,12 +11,12 @@
 #include "index/key.hpp"
 #include "index/pool.hpp"
 #include "jostle/box_index.hpp"
+#include "jostle/function_ref.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
 inline constexpr std::uint32_t none = ~std::uint32_t{0};
-inline constexpr std::uint32_t brick_capacity = lanes * lanes;
 
 /// The structure behind an index: which objects lie together, and the nodes that the searches go through.
 ///
@@ -37,6 +37,12 @@ class Tree
     void insert(std::span<const std::uint32_t> ids, const View& boxes);
     void erase(std::span<const std::uint32_t> ids) noexcept;
     void move(std::span<const std::uint32_t> ids, const View& boxes);
+    /// Fills in where objects are now, 256 at most at a time; asked from several threads. A NaN as lo[0] says
+    /// that one is gone.
+    using Where = FunctionRef<void(std::span<const std::uint32_t> ids, Box* boxes)>;
+    /// Moves all objects at once. If it throws the tree is empty, and so it is if it returns false: then so
+    /// many belong elsewhere that building it anew costs less.
+    bool follow(const Where& where);
     void clear() noexcept;
     /// Of ids above the greatest in use; if there are no objects, all.
     void release_memory() noexcept;
@@ -77,13 +83,16 @@ class Tree
         std::uint32_t block[lanes]; // numbers of the blocks, in the order of the node's lanes
         std::uint16_t live[lanes];  // which lanes of each block hold an object
         std::uint32_t blocks, count;
-        std::uint32_t disorder; // objects that came or went since it was put in order
-        std::uint16_t changed;  // blocks whose bounds must be found anew
-        bool listed, used;      // in the list of bricks to be finished; not given back
-        std::uint32_t parent;   // in the trie
-        std::uint32_t wide;     // the wide node that it is a child of ...
-        std::uint32_t lane;     // ... and where there
-        KeyT key;               // of some object that is or was in it: tells its place in the trie
+        std::uint32_t disorder;       // objects that came or went since it was put in order
+        std::uint16_t changed;        // blocks whose bounds must be found anew
+        bool listed, used;            // in the list of bricks to be finished; not given back
+        bool drifted;                 // its blocks have become much bigger since it was put in order
+        T spread;                     // how big its blocks were then: their edges together
+        std::uint32_t parent;         // in the trie
+        std::uint32_t wide;           // the wide node that it is a child of ...
+        std::uint32_t lane;           // ... and where there
+        KeyT key;                     // of some object that is or was in it: tells its place in the trie
+        std::uint16_t leaving[lanes]; // while the tree follows: who belongs elsewhere, or nowhere
         Box hull;
     };
     struct Fork
@@ -122,6 +131,9 @@ class Tree
     void finish() noexcept;
     void finish_brick(std::uint32_t brick) noexcept;
     void remove_brick(std::uint32_t brick) noexcept;
+    void list_below(Ref ref) noexcept;
+    void follow_brick(Brick& brick, const Where& where) noexcept;
+    T spread_of(const Brick& brick) const noexcept;
     bool merge(std::uint32_t brick) noexcept;
     struct Place
     {

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "fetch.hpp"
 #include "jostle/error.hpp"
 #include "jostle/world.hpp"
-#include "world/fetch.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {

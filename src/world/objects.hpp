@@ -5,12 +5,15 @@
 #include <cstdint>
 #include <memory_resource>
 
+#include "fetch.hpp"
 #include "jostle/world.hpp"
 #include "world/chunked_array.hpp"
-#include "world/fetch.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
+
+/// Objects are all over the place: loops ask for those to come.
+inline constexpr std::size_t fetch_ahead = 16;
 
 /// Where an object was after the last update.
 enum class Place : std::uint32_t

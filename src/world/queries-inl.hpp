@@ -3,9 +3,11 @@
 
 // Questions: each is put to the resting objects and to the active ones, and the two answers are merged.
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <utility>
 
+#include "index/box_index_access.hpp"
 #include "world/state.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -17,19 +19,54 @@ const BoxIndex<Dim, T>* World<Dim, T>::Implementation::index_of_active() const
     if (!active_index_is_fresh.load(std::memory_order_acquire)) {
         const std::lock_guard lock(active_index_mutex);
         if (!active_index_is_fresh.load(std::memory_order_relaxed)) {
-            std::pmr::vector<std::uint32_t> indices(options.memory);
-            std::pmr::vector<Box> boxes(options.memory);
-            indices.reserve(active.size());
-            boxes.reserve(active.size());
-            for (const Active& each : active) {
-                indices.push_back(each.index);
-                boxes.push_back(objects[each.index].now());
-            }
-            active_index.build(indices, Boxes(std::span<const Box>(boxes)));
+            follow_active();
             active_index_is_fresh.store(true, std::memory_order_release);
         }
     }
     return &active_index;
+}
+
+/// Brings the index of active objects to where they are, from where they were when somebody asked last.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::follow_active() const
+{
+    constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+    Box gone;
+    std::fill_n(gone.lo, Dim, nan);
+    std::fill_n(gone.hi, Dim, nan);
+    const bool followed =
+        BoxIndexAccess::follow<Dim, T>(active_index, [&](std::span<const std::uint32_t> indices, Box* boxes) {
+            const Box* now[index::brick_capacity];
+            for (std::size_t k = 0; k < indices.size(); ++k) {
+                const auto object = objects[indices[k]];
+                now[k] = object.place() == world::Place::active ? &object.now() : &gone;
+                fetch(now[k]);
+                fetch(&now[k]->hi[Dim - 1]);
+            }
+            for (std::size_t k = 0; k < indices.size(); ++k)
+                boxes[k] = *now[k];
+        });
+    if (followed && active_index.size() == active.size()) return;
+    std::pmr::vector<std::uint32_t> indices(options.memory);
+    std::pmr::vector<Box> boxes(options.memory);
+    const auto collect = [&](bool all) {
+        for (const Active& each : active) {
+            if (!all && active_index.contains(each.index)) continue;
+            indices.push_back(each.index);
+            boxes.push_back(objects[each.index].now());
+        }
+    };
+    if (followed && active.size() <= active_index.size() + active_index.size() / 3) {
+        collect(false);
+        BoxIndexAccess::insert(active_index, std::span<const std::uint32_t>(indices),
+                               Boxes(std::span<const Box>(boxes)));
+    } else {
+        indices.reserve(active.size());
+        boxes.reserve(active.size());
+        collect(true);
+        BoxIndexAccess::rebuild(active_index, std::span<const std::uint32_t>(indices),
+                                Boxes(std::span<const Box>(boxes)));
+    }
 }
 
 template <int Dim, Coordinate T>

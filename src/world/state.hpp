@@ -230,7 +230,8 @@ struct World<Dim, T>::Implementation
 
     // --- For questions: the active objects, indexed when the first question is asked ---
     const BoxIndex<Dim, T>* index_of_active() const; // null if there are none
-    mutable std::mutex active_index_mutex;           // held while it is made
+    void follow_active() const;
+    mutable std::mutex active_index_mutex; // held while it is made
     mutable std::atomic<bool> active_index_is_fresh{false};
     mutable BoxIndex<Dim, T> active_index;
     /// Calls body with the filter in the index's terms.

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "index/tree.hpp"
+#include "jostle/executor.hpp"
 #include "tests/contract/counting_memory.hpp"
 #include "tests/index/twin.hpp"
 
@@ -112,6 +115,100 @@ TEST_P(Churn, LeavesTheTreeAsGoodAsNew)
     EXPECT_EQ(tree.stats().blocks + tree.stats().bricks + tree.stats().nodes, 0u);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, Churn, ::testing::Range(0, static_cast<int>(Kind::last) + 1),
+                         [](const auto& each) {
+                             return std::string(twin::name(static_cast<Kind>(each.param)));
+                         });
+
+class Following : public ::testing::TestWithParam<int>
+{
+};
+
+TEST_P(Following, IsAsGoodAsMovingOneByOne)
+{
+    const Kind kind = static_cast<Kind>(GetParam());
+    Objects objects(kind, 6000, 3);
+    Random random(5);
+    IndexOptions options, on_three;
+    const auto three = make_thread_executor(3);
+    on_three.executor = three.get();
+    Tree tree(options), same(on_three);
+    tree.insert(objects.ids, View(objects.boxes));
+    same.insert(objects.ids, View(objects.boxes));
+    const auto where = [&](std::span<const std::uint32_t> ids, Aabb3f* boxes) {
+        for (std::size_t k = 0; k < ids.size(); ++k)
+            boxes[k] = objects.boxes[ids[k]];
+    };
+    for (int round = 0; round < 40; ++round) {
+        std::vector<std::uint32_t> back;
+        std::vector<Aabb3f> there;
+        constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+        for (const std::uint32_t id : objects.ids) {
+            Aabb3f& box = objects.boxes[id];
+            const bool leaps = random.below(50) == 0, goes = random.below(50) == 0;
+            for (int d = 0; d < 3; ++d) {
+                const float by = static_cast<float>(random.number(-0.1, 0.1));
+                box.lo[d] += by;
+                box.hi[d] += by;
+            }
+            if (leaps) box = random_box<3, float>(random, kind);
+            if (!goes) continue;
+            back.push_back(id);
+            there.push_back(box);
+            box = {{nan, nan, nan}, {nan, nan, nan}};
+        }
+        const bool followed = tree.follow(where);
+        ASSERT_EQ(same.follow(where), followed);
+        // Where keys begin with the digits of nothing but the id, whoever moves at all leaves.
+        if (kind != Kind::identical && kind != Kind::stretched) {
+            ASSERT_TRUE(followed) << round;
+        }
+        if (!followed) {
+            ASSERT_EQ(tree.size(), 0u);
+            back = objects.ids;
+            for (std::size_t k = 0, gone = 0; k < back.size(); ++k)
+                if (std::isnan(objects.boxes[k].lo[0])) objects.boxes[k] = there[gone++];
+            there = objects.boxes;
+        }
+        ASSERT_EQ(tree.validate(), nullptr);
+        ASSERT_EQ(tree.size(), objects.ids.size() - back.size());
+        for (std::size_t k = 0; k < back.size(); ++k) {
+            ASSERT_FALSE(tree.contains(back[k]));
+            objects.boxes[back[k]] = there[k];
+        }
+        tree.insert(back, View(there));
+        same.insert(back, View(there));
+        ASSERT_EQ(tree.validate(), nullptr);
+        for (const std::uint32_t id : objects.ids) {
+            const Aabb3f found = tree.box(id), &box = objects.boxes[id];
+            ASSERT_TRUE(std::equal(found.lo, found.lo + 3, box.lo) &&
+                        std::equal(found.hi, found.hi + 3, box.hi))
+                << id;
+        }
+    }
+    const double ratio = objects.compare(tree);
+    RecordProperty("visits", std::to_string(ratio));
+    EXPECT_LE(ratio, 1.3);
+    EXPECT_EQ(objects.compare(same), ratio) << "whatever the threads do";
+
+    // Twice as far from each other, and then all in one place: nothing stays where it was.
+    for (Aabb3f& box : objects.boxes)
+        for (int d = 0; d < 3; ++d) {
+            const float by = std::isinf(box.lo[d]) ? 0 : box.lo[d] + 1000;
+            box.lo[d] += by;
+            box.hi[d] += by;
+        }
+    if (!tree.follow(where)) tree.insert(objects.ids, View(objects.boxes));
+    ASSERT_EQ(tree.validate(), nullptr);
+    ASSERT_EQ(tree.size(), objects.ids.size());
+    std::fill(objects.boxes.begin(), objects.boxes.end(), Aabb3f{{5, 5, 5}, {6, 6, 6}});
+    if (!tree.follow(where)) {
+        EXPECT_EQ(tree.size(), 0u);
+        tree.insert(objects.ids, View(objects.boxes));
+    }
+    ASSERT_EQ(tree.validate(), nullptr);
+    EXPECT_LE(objects.compare(tree), 1.3);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, Following, ::testing::Range(0, static_cast<int>(Kind::last) + 1),
                          [](const auto& each) {
                              return std::string(twin::name(static_cast<Kind>(each.param)));
                          });

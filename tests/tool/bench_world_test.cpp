@@ -5,9 +5,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "jostle/box_index.hpp"
 #include "jostle/find_pairs.hpp"
 #include "run_tool.hpp"
 #include "scenes/scenes.hpp"
+#include "tool/asker.hpp"
 
 namespace tool_test {
 namespace {
@@ -40,6 +42,42 @@ TEST_F(ToolTest, BenchWorldMeasuresWhatItFinds)
     std::snprintf(sum, sizeof sum, "%016llx",
                   static_cast<unsigned long long>(jostle::pair_checksum(jostle::find_pairs(scene.boxes()))));
     EXPECT_EQ(checksums["resting"], std::set<std::string>{sum});
+}
+
+TEST_F(ToolTest, BenchWorldAsksAboutWhereTheBoxesAreNow)
+{
+    const Result result = run({"bench", "world", "rays", "overlaps", "nearest", "-n", "700", "--threads",
+                               "1,2", "--frames", "3", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    // A BoxIndex of the scene's boxes after as many steps, asked the same.
+    jostle_scenes::Scene<3, float> scene("resting", 700, 1);
+    jostle_tool::Asker asker(scene.boxes(), 1);
+    const jostle_bench::Questions questions = asker.make({jostle_bench::QuestionKind::first, 4000});
+    for (int step = 0; step < 8; ++step)
+        scene.step();
+    jostle::BoxIndex3f index;
+    index.build(scene.boxes());
+    std::vector<jostle::Hitf> hits(4000);
+    index.first(std::span<const jostle::Ray3f>(questions.rays), std::span(hits));
+    jostle_bench::Answers expected;
+    for (std::size_t i = 0; i < hits.size(); ++i)
+        if (hits[i].id != hits[i].none) expected.add_object(i, hits[i].id);
+    char sum[17];
+    std::snprintf(sum, sizeof sum, "%016llx", static_cast<unsigned long long>(expected.checksum));
+    std::map<std::string, std::set<std::string>> checksums;
+    const nlohmann::json rows = nlohmann::json::parse(result.out);
+    EXPECT_EQ(rows.size(), 6u);
+    for (const auto& row : rows) {
+        EXPECT_EQ(row["questions"], 4000);
+        EXPECT_GT(row["results"], 1000) << row;
+        EXPECT_LE(row["median_ms"], row["p99_ms"]);
+        EXPECT_GT(row["stages"]["update"], 0) << row;
+        checksums[row["scene"]].insert(row["checksum"]);
+    }
+    ASSERT_EQ(checksums.size(), 3u);
+    EXPECT_EQ(checksums["rays"], std::set<std::string>{sum});
+    EXPECT_EQ(checksums["overlaps"].size(), 1u);
+    EXPECT_EQ(checksums["nearest"].size(), 1u);
 }
 
 TEST_F(ToolTest, BenchWorldNamesWhatItDoesntKnow)

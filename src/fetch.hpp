@@ -1,15 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
-
 #include "jostle/version.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
-namespace world {
 
-/// Objects are all over the place: loops ask for those to come.
-constexpr std::size_t fetch_ahead = 16;
+/// Has the cache get what will be read soon.
 inline void fetch(const void* address) noexcept
 {
 #ifdef __GNUC__
@@ -19,5 +15,4 @@ inline void fetch(const void* address) noexcept
 #endif
 }
 
-} // namespace world
 JOSTLE_NAMESPACE_END
