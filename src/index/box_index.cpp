@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "index/answers.hpp"
 #include "index/box_index_access.hpp"
 #include "index/check.hpp"
 #include "index/join.hpp"
@@ -19,12 +20,35 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-using index::Found;
 using index::Wanted;
 
-namespace {
+void index::sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, std::uint32_t* spare) noexcept
+{
+    constexpr int most_passes = 4, most_at_once = 11;
+    constexpr std::size_t many = 512; // for fewer, that many counters don't pay
+    const int at_once = count < many ? 8 : most_at_once;
+    const int passes = (digits + at_once - 1) / at_once, step = (digits + passes - 1) / passes;
+    const std::uint32_t mask = (1u << step) - 1;
+    std::uint32_t place[most_passes][1 << most_at_once];
+    for (int pass = 0; pass < passes; ++pass)
+        std::fill_n(place[pass], mask + 1, 0u);
+    for (std::size_t k = 0; k < count; ++k)
+        for (int pass = 0; pass < passes; ++pass)
+            ++place[pass][(ids[k] >> (pass * step)) & mask];
+    std::uint32_t* from = ids;
+    std::uint32_t* to = spare;
+    for (int pass = 0; pass < passes; ++pass) {
+        std::uint32_t sum = 0;
+        for (std::uint32_t digit = 0; digit <= mask; ++digit)
+            sum += std::exchange(place[pass][digit], sum);
+        for (std::size_t k = 0; k < count; ++k)
+            to[place[pass][(from[k] >> (pass * step)) & mask]++] = from[k];
+        std::swap(from, to);
+    }
+    if (from != ids) std::copy_n(from, count, ids);
+}
 
-constexpr std::size_t questions_per_claim = 32;
+namespace {
 
 /// A filter applied to the objects of one question.
 class Asked
@@ -66,79 +90,6 @@ auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& bod
     return body(Wanted(asked));
 }
 
-/// Sorts ids below 2^digits ascending. `spare` has room for as many.
-void sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, std::uint32_t* spare)
-{
-    constexpr int most_passes = 4, most_at_once = 11;
-    constexpr std::size_t many = 512; // for fewer, that many counters don't pay
-    const int at_once = count < many ? 8 : most_at_once;
-    const int passes = (digits + at_once - 1) / at_once, step = (digits + passes - 1) / passes;
-    const std::uint32_t mask = (1u << step) - 1;
-    std::uint32_t place[most_passes][1 << most_at_once];
-    for (int pass = 0; pass < passes; ++pass)
-        std::fill_n(place[pass], mask + 1, 0u);
-    for (std::size_t k = 0; k < count; ++k)
-        for (int pass = 0; pass < passes; ++pass)
-            ++place[pass][(ids[k] >> (pass * step)) & mask];
-    std::uint32_t* from = ids;
-    std::uint32_t* to = spare;
-    for (int pass = 0; pass < passes; ++pass) {
-        std::uint32_t sum = 0;
-        for (std::uint32_t digit = 0; digit <= mask; ++digit)
-            sum += std::exchange(place[pass][digit], sum);
-        for (std::size_t k = 0; k < count; ++k)
-            to[place[pass][(from[k] >> (pass * step)) & mask]++] = from[k];
-        std::swap(from, to);
-    }
-    if (from != ids) std::copy_n(from, count, ids);
-}
-
-template <class T>
-struct ItemOf;
-template <int Dim, class T>
-struct ItemOf<Ray<Dim, T>>
-{
-    using Item = Hit<T>;
-};
-template <int Dim, class T>
-struct ItemOf<Sweep<Dim, T>>
-{
-    using Item = Hit<T>;
-};
-template <class Region>
-struct ItemOf
-{
-    using Item = std::uint32_t;
-};
-
-/// Results on their way to the end of a vector.
-template <class Items>
-struct IntoVector : Found<typename Items::value_type>
-{
-    using Item = typename Items::value_type;
-    Items& out;
-    explicit IntoVector(Items& to) : out(to) { this->full = flush; }
-    static void flush(Found<Item>& self)
-    {
-        Items& out = static_cast<IntoVector&>(self).out;
-        out.insert(out.end(), self.items, self.next);
-        self.next = self.items;
-    }
-};
-
-/// Results that are only counted.
-template <class Item>
-struct IntoCount : Found<Item>
-{
-    std::uint64_t count = 0;
-    IntoCount() { this->full = flush; }
-    static void flush(Found<Item>& self)
-    {
-        static_cast<IntoCount&>(self).count += static_cast<std::uint64_t>(self.next - self.items);
-        self.next = self.items;
-    }
-};
-
 } // namespace
 
 template <int Dim, Coordinate T>
@@ -151,91 +102,6 @@ struct BoxIndex<Dim, T>::Implementation
           tree(given),
           joins(given)
     {
-    }
-
-    // The searches, under one name for all questions.
-    template <class Question>
-    Hit<T> first(const Question& question, Wanted wanted) const
-    {
-        return kernels.first(tree.root(), index::Line<Dim, T>(question), wanted);
-    }
-    void search(const Ray<Dim, T>& ray, Wanted wanted, Found<Hit<T>>& out) const
-    {
-        kernels.all(tree.root(), index::Line<Dim, T>(ray), wanted, out);
-    }
-    void search(const Sweep<Dim, T>& sweep, Wanted wanted, Found<Hit<T>>& out) const
-    {
-        kernels.all(tree.root(), index::Line<Dim, T>(sweep), wanted, out);
-    }
-    void search(const Aabb<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out) const
-    {
-        kernels.box(tree.root(), region, wanted, out);
-    }
-    void search(const Sphere<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out) const
-    {
-        kernels.sphere(tree.root(), region, wanted, out);
-    }
-    void search(const Frustum<Dim, T>& region, Wanted wanted, Found<std::uint32_t>& out) const
-    {
-        kernels.frustum(tree.root(), region, wanted, out);
-    }
-    /// Appends the first max_results, in order. Returns whether there are more.
-    template <class Question, class Items>
-    bool all(const Question& question, Wanted wanted, std::uint64_t max_results, Items& out) const
-    {
-        const std::size_t begin = out.size();
-        IntoVector<Items> found(out);
-        search(question, wanted, found);
-        found.flush(found);
-        const bool more = out.size() - begin > max_results;
-        if (more) {
-            const auto first = out.begin() + static_cast<std::ptrdiff_t>(begin);
-            const auto last = first + static_cast<std::ptrdiff_t>(max_results);
-            if (last != first) std::nth_element(first, last, out.end());
-            out.erase(last, out.end());
-        }
-        sort(out, begin);
-        return more;
-    }
-    /// What was appended from `begin` on.
-    template <class Items>
-    void sort(Items& items, std::size_t begin) const
-    {
-        const std::size_t count = items.size() - begin;
-        if constexpr (std::is_same_v<typename Items::value_type, Hit<T>>) {
-            std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin), items.end());
-        } else if (count <= index::few / 4) {
-            kernels.sort_few(items.data() + begin, static_cast<std::uint32_t>(count));
-        } else {
-            items.resize(begin + 2 * count);
-            std::uint32_t* const first = items.data() + begin;
-            sort_by_digits(first, count, static_cast<int>(std::bit_width(tree.id_end() - 1)), first + count);
-            items.resize(begin + count);
-        }
-    }
-    template <class Question>
-    std::uint64_t count(const Question& question, Wanted wanted, bool one_will_do) const
-    {
-        IntoCount<typename ItemOf<Question>::Item> found;
-        found.one_will_do = one_will_do;
-        search(question, wanted, found);
-        found.flush(found);
-        return found.count;
-    }
-    /// Appends, in order.
-    template <class Items>
-    void nearest(const Nearest<Dim, T>& question, Wanted wanted, Items& out) const
-    {
-        const std::size_t before = out.size();
-        index::Best<T> best;
-        best.wanted = static_cast<std::uint32_t>(std::min<std::size_t>(question.count, tree.size()));
-        best.size = 0;
-        best.limit = question.max_distance * question.max_distance;
-        out.resize(before + best.wanted);
-        best.heap = out.data() + before;
-        kernels.nearest(tree.root(), question.point, wanted, best);
-        std::sort_heap(best.heap, best.heap + best.size);
-        out.resize(before + best.size);
     }
 
     /// Throws unless the ids belong to the boxes, none twice, and are all known or all unknown.
@@ -270,6 +136,8 @@ struct BoxIndex<Dim, T>::Implementation
                                                       " boxes; give one for each");
     }
 
+    [[nodiscard]] index::Answers<Dim, T> answers() const { return {kernels, tree}; }
+
     template <class Question>
     void check(const Question& question, const QueryFilter& filter) const
     {
@@ -288,73 +156,19 @@ struct BoxIndex<Dim, T>::Implementation
     template <class Body>
     void each(std::size_t count, const QueryFilter& filter, const Body& body) const
     {
-        process_items(count,
-                      [&](std::uint64_t begin, std::uint64_t end, Work) {
-                          for (std::size_t i = begin; i < end; ++i)
-                              filtered(filter, static_cast<std::uint32_t>(i),
-                                       [&](Wanted wanted) { body(i, wanted); });
-                      },
-                      {executor, questions_per_claim});
+        index::Batch(*executor, count).each([&](std::size_t i) {
+            filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) { body(i, wanted); });
+        });
     }
-
-    /// Finds the results of a batch: find(i, wanted, items) appends those of question i to `items`, in order,
-    /// and returns whether there are more.
+    /// find(i, wanted, items) appends the results of question i and returns whether there are more.
     template <class Item, class Find>
     void lists(std::size_t count, ResultLists<Item>& out, const QueryFilter& filter, const Find& find) const
     {
-        out.more_.clear();
-        std::pmr::vector<Item> all(std::move(out.items_)); // if anything below throws, the lists are empty
-        out.items_.clear();
-        out.first_.assign(count + 1, 0);
-        auto& first = out.first_;
-        auto& found = out.found_;
-        std::vector<std::uint8_t> cut(count);
-        const ProcessOptions asking{executor, questions_per_claim};
-        const WorkPlan plan = plan_work(count, asking);
-        struct Part
-        {
-            std::uint32_t slot;
-            std::size_t begin;
-        };
-        std::vector<Part> parts(plan.blocks);
-        if (found.size() < plan.slots) found.resize(plan.slots);
-        if (plan.slots == 1) found[0].swap(all); // there is nothing to put together
-        for (auto& each : found)
-            each.clear();
-        process_items(
-            count,
-            [&](std::uint64_t begin, std::uint64_t end, Work work) {
-                std::pmr::vector<Item> mine(std::move(found[work.slot])); // others write nearby
-                parts[work.block] = {work.slot, mine.size()};
-                for (std::size_t i = begin; i < end; ++i) {
-                    const std::size_t before = mine.size();
-                    cut[i] = filtered(filter, static_cast<std::uint32_t>(i),
-                                      [&](Wanted wanted) { return find(i, wanted, mine); });
-                    first[i + 1] = mine.size() - before;
-                }
-                found[work.slot] = std::move(mine);
-            },
-            asking);
-        for (std::size_t i = 0; i < count; ++i)
-            first[i + 1] += first[i];
-        if (plan.slots == 1) {
-            found[0].swap(all);
-        } else {
-            all.resize(first[count]);
-            process_items(plan.blocks,
-                          [&](std::uint64_t begin, std::uint64_t end, Work) {
-                              for (std::size_t block = begin; block < end; ++block) {
-                                  const std::size_t from = first[block * plan.block_items];
-                                  const std::size_t to =
-                                      first[std::min<std::size_t>(count, (block + 1) * plan.block_items)];
-                                  std::copy_n(found[parts[block].slot].data() + parts[block].begin, to - from,
-                                              all.data() + from);
-                              }
-                          },
-                          {executor, 4});
-        }
-        out.items_ = std::move(all);
-        out.more_.assign(cut.begin(), cut.end());
+        index::Batch(*executor, count)
+            .lists(out.first_, out.items_, out.more_, out.found_, [&](std::size_t i, auto& items) {
+                return filtered(filter, static_cast<std::uint32_t>(i),
+                                [&](Wanted wanted) { return find(i, wanted, items); });
+            });
     }
 
     IndexOptions options;
@@ -467,6 +281,12 @@ bool BoxIndexAccess::follow(BoxIndex<Dim, T>& index,
 }
 
 template <int Dim, Coordinate T>
+const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>& index) noexcept
+{
+    return index.implementation_->tree;
+}
+
+template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::clear() noexcept
 {
     implementation_->tree.clear();
@@ -522,7 +342,7 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Ray<Dim, T>& ray, const Quer
 {
     implementation_->check(ray, filter);
     const Hit<T> hit =
-        filtered(filter, 0, [&](Wanted wanted) { return implementation_->first(ray, wanted); });
+        filtered(filter, 0, [&](Wanted wanted) { return implementation_->answers().first(ray, wanted); });
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
@@ -531,7 +351,7 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const 
 {
     implementation_->check(sweep, filter);
     const Hit<T> hit =
-        filtered(filter, 0, [&](Wanted wanted) { return implementation_->first(sweep, wanted); });
+        filtered(filter, 0, [&](Wanted wanted) { return implementation_->answers().first(sweep, wanted); });
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
@@ -543,7 +363,7 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const 
         out.clear();                                                                                         \
         implementation_->check(question, filter);                                                            \
         return filtered(filter, 0, [&](Wanted wanted) {                                                      \
-            return implementation_->all(question, wanted, max_results, out);                                 \
+            return implementation_->answers().all(question, wanted, max_results, out);                       \
         });                                                                                                  \
     }
 JOSTLE_ALL(Ray, Hit<T>)
@@ -559,25 +379,25 @@ void BoxIndex<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<Hit<
 {
     out.clear();
     implementation_->check(question, filter);
-    filtered(filter, 0, [&](Wanted wanted) { implementation_->nearest(question, wanted, out); });
+    filtered(filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
 }
 
 template <int Dim, Coordinate T>
 template <class Question>
 bool BoxIndex<Dim, T>::any(const Question& question, const QueryFilter& filter) const
 {
-    bool found = false;
-    any(std::span<const Question>(&question, 1), std::span<bool>(&found, 1), filter);
-    return found;
+    implementation_->check(question, filter);
+    return filtered(filter, 0,
+                    [&](Wanted wanted) { return implementation_->answers().any(question, wanted); });
 }
 
 template <int Dim, Coordinate T>
 template <class Question>
 std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilter& filter) const
 {
-    std::uint64_t found = 0;
-    count(std::span<const Question>(&question, 1), std::span<std::uint64_t>(&found, 1), filter);
-    return found;
+    implementation_->check(question, filter);
+    return filtered(filter, 0,
+                    [&](Wanted wanted) { return implementation_->answers().count(question, wanted); });
 }
 
 /// ---- Batches -------------------------------------------------------------------------------------------
@@ -601,9 +421,9 @@ void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out,
 {
     check_out(lines.size(), out.size());
     implementation_->check(lines, filter);
-    implementation_->each(lines.size(), filter, [&](std::size_t i, Wanted wanted) {
-        out[i] = implementation_->first(lines[i], wanted);
-    });
+    const auto answers = implementation_->answers();
+    implementation_->each(lines.size(), filter,
+                          [&](std::size_t i, Wanted wanted) { out[i] = answers.first(lines[i], wanted); });
 }
 
 template <int Dim, Coordinate T>
@@ -612,8 +432,9 @@ void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out
                            std::uint64_t max_results) const
 {
     implementation_->check(lines, filter);
+    const auto answers = implementation_->answers();
     implementation_->lists(lines.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
-        return implementation_->all(lines[i], wanted, max_results, items);
+        return answers.all(lines[i], wanted, max_results, items);
     });
 }
 
@@ -623,8 +444,9 @@ void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uin
                            const QueryFilter& filter, std::uint64_t max_results) const
 {
     implementation_->check(regions, filter);
+    const auto answers = implementation_->answers();
     implementation_->lists(regions.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
-        return implementation_->all(regions[i], wanted, max_results, items);
+        return answers.all(regions[i], wanted, max_results, items);
     });
 }
 
@@ -633,8 +455,9 @@ void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, Resul
                                const QueryFilter& filter) const
 {
     implementation_->check(questions, filter);
+    const auto answers = implementation_->answers();
     implementation_->lists(questions.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
-        implementation_->nearest(questions[i], wanted, items);
+        answers.nearest(questions[i], wanted, items);
         return false;
     });
 }
@@ -646,9 +469,9 @@ void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> 
 {
     check_out(questions.size(), out.size());
     implementation_->check(questions, filter);
-    implementation_->each(questions.size(), filter, [&](std::size_t i, Wanted wanted) {
-        out[i] = implementation_->count(questions[i], wanted, true) != 0;
-    });
+    const auto answers = implementation_->answers();
+    implementation_->each(questions.size(), filter,
+                          [&](std::size_t i, Wanted wanted) { out[i] = answers.any(questions[i], wanted); });
 }
 
 template <int Dim, Coordinate T>
@@ -658,8 +481,9 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
 {
     check_out(questions.size(), out.size());
     implementation_->check(questions, filter);
+    const auto answers = implementation_->answers();
     implementation_->each(questions.size(), filter, [&](std::size_t i, Wanted wanted) {
-        out[i] = implementation_->count(questions[i], wanted, false);
+        out[i] = answers.count(questions[i], wanted);
     });
 }
 
@@ -684,6 +508,7 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
                                                    std::uint64_t) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
+    template const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>&) noexcept;              \
     template void BoxIndexAccess::look_around(BoxIndex<Dim, T>&, const BoxView<Dim, T>&);                    \
     template std::span<const index::Seen<Dim, T>> BoxIndexAccess::around(const BoxIndex<Dim, T>&,            \
                                                                          std::size_t) noexcept;              \

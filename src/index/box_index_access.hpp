@@ -2,6 +2,7 @@
 #pragma once
 
 #include "index/kernels/kernels.hpp"
+#include "index/tree.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/function_ref.hpp"
 
@@ -11,6 +12,8 @@ JOSTLE_NAMESPACE_BEGIN
 class BoxIndexAccess
 {
   public:
+    template <int Dim, Coordinate T>
+    [[nodiscard]] static const index::Tree<Dim, T>& tree(const BoxIndex<Dim, T>& index) noexcept;
     /// Finds what valid boxes touch, for `around`, which says what box k does: in any order, until the next
     /// call.
     template <int Dim, Coordinate T>

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-// Questions: each is put to the resting objects and to the active ones, and the two answers are merged.
+// Questions: each is put to the resting objects and to the active ones, as if they were one index's.
 #include <algorithm>
 #include <limits>
-#include <memory>
+#include <string>
 #include <utility>
 
+#include "index/answers.hpp"
 #include "index/box_index_access.hpp"
+#include "index/check.hpp"
 #include "world/state.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -69,70 +71,118 @@ void World<Dim, T>::Implementation::follow_active() const
     }
 }
 
-template <int Dim, Coordinate T>
-template <class Body>
-decltype(auto) World<Dim, T>::Implementation::filtered(const ObjectQueryFilter& filter,
-                                                       const Body& body) const
-{
-    const auto accept = [&](std::uint32_t question, std::uint32_t index) {
-        const ObjectFilter object = objects[index].filter();
-        if ((object.category & filter.mask) == 0 || (filter.category & object.mask) == 0) return false;
-        if (object.owner == filter.owner && filter.owner != Filter::no_owner) return false;
-        return !filter.accept || filter.accept(question, id_of(index));
-    };
-    QueryFilter inner;
-    if (ids.is_good(filter.exclude)) inner.exclude = filter.exclude.index;
-    if (filter.category != ~0u || filter.mask != ~0u || filter.owner != Filter::no_owner || filter.accept)
-        inner.accept = accept;
-    return body(inner);
-}
-
 namespace world {
 
-/// Two ascending lists as one, cut to `most`; returns whether any was left out.
-template <class Item, class Add>
-bool merge(std::span<const Item> x, std::span<const Item> y, std::uint64_t most, const Add& add)
+/// Puts questions to the resting and the active objects as if they were one index's, and says which of the
+/// objects count.
+template <int Dim, class T>
+class Asking
 {
-    auto a = x.begin(), b = y.begin();
-    for (std::uint64_t k = 0; k < most; ++k) {
-        if (a == x.end() && b == y.end()) return false;
-        add(b == y.end() || (a != x.end() && *a < *b) ? *a++ : *b++);
+  public:
+    using State = typename World<Dim, T>::Implementation;
+
+    Asking(const State& state, const ObjectQueryFilter& filter)
+        : state_(state),
+          filter_(filter),
+          exclude_(state.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
+          numbers_(filter.category != ~0u || filter.mask != ~0u || filter.owner != Filter::no_owner),
+          answers_(index::kernels_for<Dim, T>(state.options.instruction_set),
+                   BoxIndexAccess::tree(state.resting), tree_of_active(state))
+    {
     }
-    return a != x.end() || b != y.end();
-}
 
-template <class T, class World>
-ObjectHit<T> public_item(const World& world, const Hit<T>& hit)
-{
-    return {world.id_of(hit.id), hit.at};
-}
-template <class T, class World>
-ObjectId public_item(const World& world, std::uint32_t index)
-{
-    return world.id_of(index);
-}
+    [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
+    [[nodiscard]] bool takes_all() const noexcept
+    {
+        return exclude_ == Hit<T>::none && !numbers_ && !filter_.accept;
+    }
+    [[nodiscard]] bool takes(std::uint32_t question, std::uint32_t index) const
+    {
+        if (index == exclude_) return false;
+        if (numbers_) {
+            const ObjectFilter object = state_.objects[index].filter();
+            if ((object.category & filter_.mask) == 0 || (filter_.category & object.mask) == 0) return false;
+            if (object.owner == filter_.owner && filter_.owner != Filter::no_owner) return false;
+        }
+        return !filter_.accept || filter_.accept(question, state_.id_of(index));
+    }
+    /// Calls body with the filter of one question.
+    template <class Body>
+    decltype(auto) with(std::size_t question, const Body& body) const
+    {
+        const auto wanted = [&](std::uint32_t index) {
+            return takes(static_cast<std::uint32_t>(question), index);
+        };
+        return body(takes_all() ? index::Wanted() : index::Wanted(wanted));
+    }
 
-/// ask(index, list) of both, merged into `out`.
-template <class T, class Item, class World, class Out, class Ask>
-bool ask_both(const World& world, std::vector<Out>& out, std::uint64_t max_results, const Ask& ask)
-{
-    std::vector<Item> resting, active;
-    bool more = ask(world.resting, resting);
-    if (const auto* index = world.index_of_active()) more |= ask(*index, active);
-    out.clear();
-    more |= merge<Item>(resting, active, max_results,
-                        [&](const Item& item) { out.push_back(public_item<T>(world, item)); });
-    return more;
-}
-template <class T, class Item, class World, class Question, class Out>
-bool ask_all(const World& world, const Question& question, std::vector<Out>& out,
-             const ObjectQueryFilter& filter, std::uint64_t max_results)
-{
-    return world.filtered(filter, [&](const QueryFilter& inner) {
-        return ask_both<T, Item>(world, out, max_results, [&](const auto& index, auto& list) {
-            return index.all(question, list, inner, max_results);
+    [[nodiscard]] ObjectHit<T> given(const Hit<T>& hit) const
+    {
+        return hit.id == Hit<T>::none ? ObjectHit<T>{} : ObjectHit<T>{state_.id_of(hit.id), hit.at};
+    }
+    [[nodiscard]] ObjectId given(std::uint32_t index) const { return state_.id_of(index); }
+
+    /// A single question: find(wanted, items) is one of the answers.
+    template <class Item, class Out, class Find>
+    bool list(std::vector<Out>& out, const Find& find) const
+    {
+        out.clear();
+        std::vector<Item> items;
+        const bool more = with(0, [&](index::Wanted wanted) { return find(wanted, items); });
+        for (const Item& item : items)
+            out.push_back(given(item));
+        return more;
+    }
+    /// A batch: find(i, wanted, items).
+    template <class Item, class Out, class Find>
+    void lists(std::size_t count, std::pmr::vector<std::size_t>& first, std::pmr::vector<Out>& items,
+               std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Out>>& found,
+               const Find& find) const
+    {
+        index::Batch(*state_.executor, count)
+            .lists(first, items, more, found,
+                   [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& out) mutable {
+                       some.clear();
+                       const bool cut = with(i, [&](index::Wanted wanted) { return find(i, wanted, some); });
+                       for (const Item& item : some)
+                           out.push_back(given(item));
+                       return cut;
+                   });
+    }
+    template <class Body>
+    void each(std::size_t count, const Body& body) const
+    {
+        index::Batch(*state_.executor, count).each([&](std::size_t i) {
+            with(i, [&](index::Wanted wanted) { body(i, wanted); });
         });
-    });
+    }
+
+  private:
+    static const index::Tree<Dim, T>* tree_of_active(const State& state)
+    {
+        const BoxIndex<Dim, T>* active = state.index_of_active();
+        return active != nullptr ? &BoxIndexAccess::tree(*active) : nullptr;
+    }
+
+    const State& state_;
+    const ObjectQueryFilter& filter_;
+    std::uint32_t exclude_;
+    bool numbers_; // objects are asked for their filters
+    index::Answers<Dim, T> answers_;
+};
+
+template <class Question>
+void check_all(std::span<const Question> questions)
+{
+    for (std::size_t i = 0; i < questions.size(); ++i)
+        index::check(questions[i], i);
+}
+inline void check_room(std::size_t questions, std::size_t results)
+{
+    if (questions != results)
+        throw Error(ErrorCode::size_mismatch, "room for " + std::to_string(results) + " results of " +
+                                                  std::to_string(questions) +
+                                                  " questions; give one for each");
 }
 
 } // namespace world
@@ -141,65 +191,40 @@ template <int Dim, Coordinate T>
 template <class Line>
 std::optional<ObjectHit<T>> World<Dim, T>::first(const Line& line, const ObjectQueryFilter& filter) const
 {
-    const Implementation& me = *implementation_;
-    return me.filtered(filter, [&](const QueryFilter& inner) -> std::optional<ObjectHit<T>> {
-        std::optional<Hit<T>> best = me.resting.first(line, inner);
-        if (const auto* active = me.index_of_active()) {
-            Line rest = line;
-            if (best) rest.max_fraction = std::min(rest.max_fraction, best->at);
-            const std::optional<Hit<T>> other = active->first(rest, inner);
-            if (other && (!best || *other < *best)) best = other;
-        }
-        if (!best) return std::nullopt;
-        return world::public_item<T>(me, *best);
-    });
+    index::check(line, Error::no_index);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    const Hit<T> hit =
+        asking.with(0, [&](index::Wanted wanted) { return asking.answers().first(line, wanted); });
+    return hit.id == Hit<T>::none ? std::nullopt : std::optional(asking.given(hit));
 }
 
-template <int Dim, Coordinate T>
-bool World<Dim, T>::all(const Ray<Dim, T>& ray, std::vector<ObjectHit<T>>& out,
-                        const ObjectQueryFilter& filter, std::uint64_t max_results) const
-{
-    return world::ask_all<T, Hit<T>>(*implementation_, ray, out, filter, max_results);
-}
-
-template <int Dim, Coordinate T>
-bool World<Dim, T>::all(const Sweep<Dim, T>& sweep, std::vector<ObjectHit<T>>& out,
-                        const ObjectQueryFilter& filter, std::uint64_t max_results) const
-{
-    return world::ask_all<T, Hit<T>>(*implementation_, sweep, out, filter, max_results);
-}
-
-template <int Dim, Coordinate T>
-bool World<Dim, T>::all(const Box& region, std::vector<ObjectId>& out, const ObjectQueryFilter& filter,
-                        std::uint64_t max_results) const
-{
-    return world::ask_all<T, std::uint32_t>(*implementation_, region, out, filter, max_results);
-}
-
-template <int Dim, Coordinate T>
-bool World<Dim, T>::all(const Sphere<Dim, T>& region, std::vector<ObjectId>& out,
-                        const ObjectQueryFilter& filter, std::uint64_t max_results) const
-{
-    return world::ask_all<T, std::uint32_t>(*implementation_, region, out, filter, max_results);
-}
-
-template <int Dim, Coordinate T>
-bool World<Dim, T>::all(const Frustum<Dim, T>& region, std::vector<ObjectId>& out,
-                        const ObjectQueryFilter& filter, std::uint64_t max_results) const
-{
-    return world::ask_all<T, std::uint32_t>(*implementation_, region, out, filter, max_results);
-}
+#define JOSTLE_ALL(Question, Item, Given)                                                                    \
+    template <int Dim, Coordinate T>                                                                         \
+    bool World<Dim, T>::all(const Question<Dim, T>& question, std::vector<Given>& out,                       \
+                            const ObjectQueryFilter& filter, std::uint64_t max_results) const                \
+    {                                                                                                        \
+        index::check(question, Error::no_index);                                                             \
+        const world::Asking<Dim, T> asking(*implementation_, filter);                                        \
+        return asking.template list<Item>(out, [&](index::Wanted wanted, auto& items) {                      \
+            return asking.answers().all(question, wanted, max_results, items);                               \
+        });                                                                                                  \
+    }
+JOSTLE_ALL(Ray, Hit<T>, ObjectHit<T>)
+JOSTLE_ALL(Sweep, Hit<T>, ObjectHit<T>)
+JOSTLE_ALL(Aabb, std::uint32_t, ObjectId)
+JOSTLE_ALL(Sphere, std::uint32_t, ObjectId)
+JOSTLE_ALL(Frustum, std::uint32_t, ObjectId)
+#undef JOSTLE_ALL
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<ObjectHit<T>>& out,
                             const ObjectQueryFilter& filter) const
 {
-    const Implementation& me = *implementation_;
-    me.filtered(filter, [&](const QueryFilter& inner) {
-        return world::ask_both<T, Hit<T>>(me, out, question.count, [&](const auto& index, auto& list) {
-            index.nearest(question, list, inner);
-            return false;
-        });
+    index::check(question, Error::no_index);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.template list<Hit<T>>(out, [&](index::Wanted wanted, auto& items) {
+        asking.answers().nearest(question, wanted, items);
+        return false;
     });
 }
 
@@ -207,24 +232,18 @@ template <int Dim, Coordinate T>
 template <class Question>
 bool World<Dim, T>::any(const Question& question, const ObjectQueryFilter& filter) const
 {
-    const Implementation& me = *implementation_;
-    return me.filtered(filter, [&](const QueryFilter& inner) {
-        if (me.resting.any(question, inner)) return true;
-        const auto* active = me.index_of_active();
-        return active != nullptr && active->any(question, inner);
-    });
+    index::check(question, Error::no_index);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    return asking.with(0, [&](index::Wanted wanted) { return asking.answers().any(question, wanted); });
 }
 
 template <int Dim, Coordinate T>
 template <class Question>
 std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFilter& filter) const
 {
-    const Implementation& me = *implementation_;
-    return me.filtered(filter, [&](const QueryFilter& inner) {
-        std::uint64_t sum = me.resting.count(question, inner);
-        if (const auto* active = me.index_of_active()) sum += active->count(question, inner);
-        return sum;
-    });
+    index::check(question, Error::no_index);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    return asking.with(0, [&](index::Wanted wanted) { return asking.answers().count(question, wanted); });
 }
 
 // --- Many at once ----------------------------------------------------------------------------------------
@@ -234,66 +253,25 @@ template <class Line>
 void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
                           const ObjectQueryFilter& filter) const
 {
-    const Implementation& me = *implementation_;
-    if (lines.size() != out.size())
-        throw Error(ErrorCode::size_mismatch, "room for " + std::to_string(out.size()) + " results of " +
-                                                  std::to_string(lines.size()) +
-                                                  " questions; give one for each");
-    me.filtered(filter, [&](const QueryFilter& inner) {
-        std::vector<Hit<T>> best(lines.size());
-        me.resting.first(lines, std::span<Hit<T>>(best), inner);
-        if (const auto* active = me.index_of_active()) {
-            std::vector<Line> rest(lines.begin(), lines.end());
-            std::vector<Hit<T>> other(lines.size());
-            for (std::size_t i = 0; i < best.size(); ++i)
-                if (best[i].id != Hit<T>::none)
-                    rest[i].max_fraction = std::min(rest[i].max_fraction, best[i].at);
-            active->first(std::span<const Line>(rest), std::span<Hit<T>>(other), inner);
-            for (std::size_t i = 0; i < best.size(); ++i)
-                if (other[i].id != Hit<T>::none && (best[i].id == Hit<T>::none || other[i] < best[i]))
-                    best[i] = other[i];
-        }
-        for (std::size_t i = 0; i < best.size(); ++i)
-            out[i] = best[i].id == Hit<T>::none ? ObjectHit<T>{} : world::public_item<T>(me, best[i]);
+    world::check_room(lines.size(), out.size());
+    world::check_all(lines);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.each(lines.size(), [&](std::size_t i, index::Wanted wanted) {
+        out[i] = asking.given(asking.answers().first(lines[i], wanted));
     });
 }
-
-namespace world {
-
-/// ask(index, lists) of both, merged list by list into the parts of `out`.
-template <class T, class Item, class World, class Out, class Ask, class Most>
-void ask_both_lists(const World& world, std::pmr::vector<std::size_t>& first, std::pmr::vector<Out>& items,
-                    std::pmr::vector<std::uint8_t>& more, const Ask& ask, const Most& most)
-{
-    ResultLists<Item> resting, active;
-    ask(world.resting, resting);
-    if (const auto* index = world.index_of_active()) ask(*index, active);
-    more.clear();
-    items.clear();
-    first.assign(1, 0);
-    for (std::size_t i = 0; i < resting.size(); ++i) {
-        const bool both = active.size() != 0;
-        const bool cut = merge<Item>(resting[i], both ? active[i] : std::span<const Item>(), most(i),
-                                     [&](const Item& item) { items.push_back(public_item<T>(world, item)); });
-        first.push_back(items.size());
-        more.push_back(cut || resting.more(i) || (both && active.more(i)));
-    }
-}
-
-} // namespace world
 
 template <int Dim, Coordinate T>
 template <class Line>
 void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    const Implementation& me = *implementation_;
-    me.filtered(filter, [&](const QueryFilter& inner) {
-        world::ask_both_lists<T, Hit<T>>(
-            me, out.first_, out.items_, out.more_,
-            [&](const auto& index, auto& lists) { index.all(lines, lists, inner, max_results); },
-            [&](std::size_t) { return max_results; });
-    });
+    world::check_all(lines);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.template lists<Hit<T>>(lines.size(), out.first_, out.items_, out.more_, out.found_,
+                                  [&](std::size_t i, index::Wanted wanted, auto& items) {
+                                      return asking.answers().all(lines[i], wanted, max_results, items);
+                                  });
 }
 
 template <int Dim, Coordinate T>
@@ -301,26 +279,26 @@ template <class Region>
 void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    const Implementation& me = *implementation_;
-    me.filtered(filter, [&](const QueryFilter& inner) {
-        world::ask_both_lists<T, std::uint32_t>(
-            me, out.first_, out.items_, out.more_,
-            [&](const auto& index, auto& lists) { index.all(regions, lists, inner, max_results); },
-            [&](std::size_t) { return max_results; });
-    });
+    world::check_all(regions);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.template lists<std::uint32_t>(regions.size(), out.first_, out.items_, out.more_, out.found_,
+                                         [&](std::size_t i, index::Wanted wanted, auto& items) {
+                                             return asking.answers().all(regions[i], wanted, max_results,
+                                                                         items);
+                                         });
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                             const ObjectQueryFilter& filter) const
 {
-    const Implementation& me = *implementation_;
-    me.filtered(filter, [&](const QueryFilter& inner) {
-        world::ask_both_lists<T, Hit<T>>(
-            me, out.first_, out.items_, out.more_,
-            [&](const auto& index, auto& lists) { index.nearest(questions, lists, inner); },
-            [&](std::size_t i) { return std::uint64_t{questions[i].count}; });
-    });
+    world::check_all(questions);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.template lists<Hit<T>>(questions.size(), out.first_, out.items_, out.more_, out.found_,
+                                  [&](std::size_t i, index::Wanted wanted, auto& items) {
+                                      asking.answers().nearest(questions[i], wanted, items);
+                                      return false;
+                                  });
 }
 
 template <int Dim, Coordinate T>
@@ -328,15 +306,11 @@ template <class Question>
 void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out,
                         const ObjectQueryFilter& filter) const
 {
-    const Implementation& me = *implementation_;
-    me.filtered(filter, [&](const QueryFilter& inner) {
-        me.resting.any(questions, out, inner);
-        const auto* active = me.index_of_active();
-        if (active == nullptr) return;
-        const auto others = std::make_unique<bool[]>(out.size());
-        active->any(questions, std::span<bool>(others.get(), out.size()), inner);
-        for (std::size_t i = 0; i < out.size(); ++i)
-            out[i] = out[i] || others[i];
+    world::check_room(questions.size(), out.size());
+    world::check_all(questions);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
+        out[i] = asking.answers().any(questions[i], wanted);
     });
 }
 
@@ -345,15 +319,11 @@ template <class Question>
 void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,
                           const ObjectQueryFilter& filter) const
 {
-    const Implementation& me = *implementation_;
-    me.filtered(filter, [&](const QueryFilter& inner) {
-        me.resting.count(questions, out, inner);
-        const auto* active = me.index_of_active();
-        if (active == nullptr) return;
-        std::vector<std::uint64_t> others(out.size());
-        active->count(questions, std::span<std::uint64_t>(others), inner);
-        for (std::size_t i = 0; i < out.size(); ++i)
-            out[i] += others[i];
+    world::check_room(questions.size(), out.size());
+    world::check_all(questions);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
+        out[i] = asking.answers().count(questions[i], wanted);
     });
 }
 
@@ -375,13 +345,11 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const 
             else
                 --a, all[r + a] = me.joined[a];
     }
-    me.filtered(filter, [&](const QueryFilter& inner) {
-        if (inner.exclude == Hit<T>::none && !inner.accept) return;
-        const auto refused = [&](const Pair& pair) {
-            return pair.b == inner.exclude || (inner.accept && !inner.accept(pair.a, pair.b));
-        };
-        all.erase(std::remove_if(all.begin(), all.end(), refused), all.end());
-    });
+    const world::Asking<Dim, T> asking(me, filter);
+    if (!asking.takes_all())
+        all.erase(std::remove_if(all.begin(), all.end(),
+                                 [&](const Pair& pair) { return !asking.takes(pair.a, pair.b); }),
+                  all.end());
     out.swap(all);
 }
 

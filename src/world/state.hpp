@@ -234,9 +234,6 @@ struct World<Dim, T>::Implementation
     mutable std::mutex active_index_mutex; // held while it is made
     mutable std::atomic<bool> active_index_is_fresh{false};
     mutable BoxIndex<Dim, T> active_index;
-    /// Calls body with the filter in the index's terms.
-    template <class Body>
-    decltype(auto) filtered(const ObjectQueryFilter& filter, const Body& body) const;
 };
 
 JOSTLE_NAMESPACE_END

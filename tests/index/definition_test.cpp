@@ -107,11 +107,11 @@ TEST(Refusals, NameTheValueAndTheQuestion)
         "ray: direction is too short: its longest component is 1.00000022e-39, and 1 divided by that is "
         "not finite; scale it up");
     EXPECT_EQ(refusal(bad, [&] { (void)index.count(Sweep<3, float>{cube, {0, 0, 1e-39f}, infinity}); }),
-              "sweep 0: motion is too short: its longest component is 1.00000022e-39, and 1 divided by that "
+              "sweep: motion is too short: its longest component is 1.00000022e-39, and 1 divided by that "
               "is not finite; scale it up");
     EXPECT_EQ(index.count(Ray<3, float>{{2, 2, 0}, {0, 0, 3e-39f}}), 1u);
     EXPECT_EQ(refusal(bad, [&] { (void)index.any(Ray<3, float>{{0, 0, 0}, {0, 1, 0}, -2}); }),
-              "ray 0: max_fraction is -2; it must be 0 or more");
+              "ray: max_fraction is -2; it must be 0 or more");
     const std::vector<Ray<3, float>> rays{{{0, 0, 0}, {1, 0, 0}}, {{0, 0, infinity}, {1, 0, 0}}};
     std::vector<Hit<float>> firsts(2);
     EXPECT_EQ(
@@ -133,7 +133,7 @@ TEST(Refusals, NameTheValueAndTheQuestion)
         "sphere: radius is 1.00000002e-25, which can't be squared in this type; give 0 or more than 1.1e-19");
     EXPECT_EQ(
         refusal(bad, [&] { (void)BoxIndex2d().count(Sphere2d{{0, 0}, 1e200}); }),
-        "sphere 0: radius is 9.9999999999999997e+199, which can't be squared in this type; give infinity or "
+        "sphere: radius is 9.9999999999999997e+199, which can't be squared in this type; give infinity or "
         "less than 1.3e154");
     EXPECT_EQ(refusal(bad, [&] { (void)index.first(Sweep<3, float>{cube, {0, 0, 0}}); }),
               "sweep: motion is zero on every axis; ask for the overlaps of the box");

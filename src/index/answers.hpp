@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory_resource>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "index/kernels/kernels.hpp"
+#include "index/tree.hpp"
+#include "jostle/process.hpp"
+#include "jostle/query.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+/// Sorts ids below 2^digits ascending. `spare` has room for as many.
+void sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, std::uint32_t* spare) noexcept;
+
+template <class Question>
+struct ItemOf
+{
+    using Item = std::uint32_t;
+};
+template <int Dim, class T>
+struct ItemOf<Ray<Dim, T>>
+{
+    using Item = Hit<T>;
+};
+template <int Dim, class T>
+struct ItemOf<Sweep<Dim, T>>
+{
+    using Item = Hit<T>;
+};
+
+/// Results on their way to the end of a vector.
+template <class Items>
+struct IntoVector : Found<typename Items::value_type>
+{
+    using Item = typename Items::value_type;
+    Items& out;
+    explicit IntoVector(Items& to) : out(to) { this->full = flush; }
+    static void flush(Found<Item>& self)
+    {
+        Items& out = static_cast<IntoVector&>(self).out;
+        out.insert(out.end(), self.items, self.next);
+        self.next = self.items;
+    }
+};
+
+/// Results that are only counted.
+template <class Item>
+struct IntoCount : Found<Item>
+{
+    std::uint64_t count = 0;
+    IntoCount() { this->full = flush; }
+    static void flush(Found<Item>& self)
+    {
+        static_cast<IntoCount&>(self).count += static_cast<std::uint64_t>(self.next - self.items);
+        self.next = self.items;
+    }
+};
+
+/// Answers questions that have been checked: about the objects of one tree, or of two as if they were one.
+template <int Dim, class T>
+class Answers
+{
+  public:
+    /// `other` may be null.
+    Answers(const Kernels<Dim, T>& kernels, const Tree<Dim, T>& tree, const Tree<Dim, T>* other = nullptr)
+        : kernels_(kernels), size_(tree.size()), id_end_(tree.id_end())
+    {
+        if (tree.root()) roots_[count_++] = tree.root();
+        if (other == nullptr) return;
+        if (other->root()) roots_[count_++] = other->root();
+        size_ += other->size();
+        id_end_ = std::max(id_end_, other->id_end());
+    }
+
+    /// `none` if there is none.
+    template <class Question>
+    Hit<T> first(const Question& question, Wanted wanted) const
+    {
+        Line<Dim, T> line(question);
+        Hit<T> best;
+        for (int k = 0; k < count_; ++k) {
+            const Hit<T> hit = kernels_.first(roots_[k], line, wanted);
+            if (hit.id == Hit<T>::none || (best.id != Hit<T>::none && !(hit < best))) continue;
+            best = hit;
+            line.max_fraction = hit.at; // what is as far and has a lesser id counts
+        }
+        return best;
+    }
+    /// Appends the first max_results, in order. Returns whether there are more.
+    template <class Question, class Items>
+    bool all(const Question& question, Wanted wanted, std::uint64_t max_results, Items& out) const
+    {
+        const std::size_t begin = out.size();
+        IntoVector<Items> found(out);
+        for (int k = 0; k < count_; ++k)
+            search(roots_[k], question, wanted, found);
+        found.flush(found);
+        const bool more = out.size() - begin > max_results;
+        if (more) {
+            const auto first = out.begin() + static_cast<std::ptrdiff_t>(begin);
+            const auto last = first + static_cast<std::ptrdiff_t>(max_results);
+            if (last != first) std::nth_element(first, last, out.end());
+            out.erase(last, out.end());
+        }
+        sort(out, begin);
+        return more;
+    }
+    template <class Question>
+    std::uint64_t count(const Question& question, Wanted wanted) const
+    {
+        return count_up(question, wanted, false);
+    }
+    template <class Question>
+    bool any(const Question& question, Wanted wanted) const
+    {
+        return count_up(question, wanted, true) != 0;
+    }
+    /// Appends, in order.
+    template <class Items>
+    void nearest(const Nearest<Dim, T>& question, Wanted wanted, Items& out) const
+    {
+        const std::size_t before = out.size();
+        Best<T> best;
+        best.wanted = static_cast<std::uint32_t>(std::min<std::size_t>(question.count, size_));
+        best.size = 0;
+        best.limit = question.max_distance * question.max_distance;
+        out.resize(before + best.wanted);
+        best.heap = out.data() + before;
+        for (int k = 0; k < count_; ++k)
+            kernels_.nearest(roots_[k], question.point, wanted, best);
+        std::sort_heap(best.heap, best.heap + best.size);
+        out.resize(before + best.size);
+    }
+
+  private:
+    // The searches, under one name for all questions.
+    void search(Child<Dim, T> root, const Ray<Dim, T>& ray, Wanted wanted, Found<Hit<T>>& out) const
+    {
+        kernels_.all(root, Line<Dim, T>(ray), wanted, out);
+    }
+    void search(Child<Dim, T> root, const Sweep<Dim, T>& sweep, Wanted wanted, Found<Hit<T>>& out) const
+    {
+        kernels_.all(root, Line<Dim, T>(sweep), wanted, out);
+    }
+    void search(Child<Dim, T> root, const Aabb<Dim, T>& region, Wanted wanted,
+                Found<std::uint32_t>& out) const
+    {
+        kernels_.box(root, region, wanted, out);
+    }
+    void search(Child<Dim, T> root, const Sphere<Dim, T>& region, Wanted wanted,
+                Found<std::uint32_t>& out) const
+    {
+        kernels_.sphere(root, region, wanted, out);
+    }
+    void search(Child<Dim, T> root, const Frustum<Dim, T>& region, Wanted wanted,
+                Found<std::uint32_t>& out) const
+    {
+        kernels_.frustum(root, region, wanted, out);
+    }
+    template <class Question>
+    std::uint64_t count_up(const Question& question, Wanted wanted, bool one_will_do) const
+    {
+        IntoCount<typename ItemOf<Question>::Item> found;
+        found.one_will_do = one_will_do;
+        for (int k = 0; k < count_; ++k) {
+            search(roots_[k], question, wanted, found);
+            found.flush(found);
+            if (one_will_do && found.count != 0) break;
+        }
+        return found.count;
+    }
+    /// What was appended from `begin` on.
+    template <class Items>
+    void sort(Items& items, std::size_t begin) const
+    {
+        const std::size_t count = items.size() - begin;
+        if constexpr (std::is_same_v<typename Items::value_type, Hit<T>>) {
+            std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin), items.end());
+        } else if (count <= few / 4) {
+            kernels_.sort_few(items.data() + begin, static_cast<std::uint32_t>(count));
+        } else {
+            items.resize(begin + 2 * count);
+            std::uint32_t* const first = items.data() + begin;
+            sort_by_digits(first, count, static_cast<int>(std::bit_width(id_end_ - 1)), first + count);
+            items.resize(begin + count);
+        }
+    }
+
+    const Kernels<Dim, T>& kernels_;
+    Child<Dim, T> roots_[2];
+    int count_ = 0;
+    std::size_t size_;
+    std::uint64_t id_end_;
+};
+
+/// Batches: what is done for each question, on the executor's threads.
+class Batch
+{
+  public:
+    Batch(Executor& executor, std::size_t questions) : executor_(executor), questions_(questions) {}
+
+    /// Calls body(i) for each question.
+    template <class Body>
+    void each(const Body& body) const
+    {
+        process_items(
+            questions_,
+            [&](std::uint64_t begin, std::uint64_t end, Work) {
+                for (std::size_t i = begin; i < end; ++i)
+                    body(i);
+            },
+            asking());
+    }
+
+    /// find(i, items) appends the results of question i, in order, and returns whether there are more. It is
+    /// copied for every run of questions, and may keep working memory. The arguments are the parts of a
+    /// ResultLists.
+    template <class Item, class Find>
+    void lists(std::pmr::vector<std::size_t>& first, std::pmr::vector<Item>& items,
+               std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Item>>& found,
+               const Find& find) const
+    {
+        more.clear();
+        std::pmr::vector<Item> all(std::move(items)); // if anything below throws, the lists are empty
+        items.clear();
+        first.assign(questions_ + 1, 0);
+        std::vector<std::uint8_t> cut(questions_);
+        const WorkPlan plan = plan_work(questions_, asking());
+        struct Part
+        {
+            std::uint32_t slot;
+            std::size_t begin;
+        };
+        std::vector<Part> parts(plan.blocks);
+        if (found.size() < plan.slots) found.resize(plan.slots);
+        if (plan.slots == 1) found[0].swap(all); // there is nothing to put together
+        for (auto& each : found)
+            each.clear();
+        process_items(
+            questions_,
+            [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                std::pmr::vector<Item> mine(std::move(found[work.slot])); // others write nearby
+                parts[work.block] = {work.slot, mine.size()};
+                Find own = find;
+                for (std::size_t i = begin; i < end; ++i) {
+                    const std::size_t before = mine.size();
+                    cut[i] = own(i, mine);
+                    first[i + 1] = mine.size() - before;
+                }
+                found[work.slot] = std::move(mine);
+            },
+            asking());
+        for (std::size_t i = 0; i < questions_; ++i)
+            first[i + 1] += first[i];
+        if (plan.slots == 1) {
+            found[0].swap(all);
+        } else {
+            all.resize(first[questions_]);
+            process_items(
+                plan.blocks,
+                [&](std::uint64_t begin, std::uint64_t end, Work) {
+                    for (std::size_t block = begin; block < end; ++block) {
+                        const std::size_t from = first[block * plan.block_items];
+                        const std::size_t to =
+                            first[std::min<std::size_t>(questions_, (block + 1) * plan.block_items)];
+                        std::copy_n(found[parts[block].slot].data() + parts[block].begin, to - from,
+                                    all.data() + from);
+                    }
+                },
+                {&executor_, 4});
+        }
+        items = std::move(all);
+        more.assign(cut.begin(), cut.end());
+    }
+
+  private:
+    static constexpr std::size_t per_claim = 32;
+    [[nodiscard]] ProcessOptions asking() const { return {&executor_, per_claim}; }
+
+    Executor& executor_;
+    std::size_t questions_;
+};
+
+} // namespace index
+JOSTLE_NAMESPACE_END
