@@ -35,26 +35,25 @@ void put(double* coordinates, std::uint32_t i, const Vec3& v)
 
 } // namespace
 
-void Core3::set(const Shape<3>& shape, const Frame<3>& where)
+Core3::Core3(const Shape<3>& shape, const Frame<3>& where, const Kernels& with)
+    : frame(where),
+      radius(ShapeAccess::radius(shape)),
+      reach(ShapeAccess::reach(shape) - radius),
+      kernels(&with)
 {
-    frame = where;
-    radius = ShapeAccess::radius(shape);
-    reach = ShapeAccess::reach(shape) - radius;
-    custom = nullptr;
     const Vec<3, double>& size = ShapeAccess::size(shape);
-    polytope = {};
-    polytope.x = coordinates;
+    polytope.x = coordinates_;
     polytope.stride = lanes;
     switch (shape.type()) {
     case ShapeTypes::sphere:
         polytope.vertices = 1;
-        for (double& c : coordinates)
+        for (double& c : coordinates_)
             c = 0;
         break;
     case ShapeTypes::capsule:
         polytope.vertices = 2;
         for (std::uint32_t i = 0; i < lanes; ++i)
-            put(coordinates, i, {0, i == 1 ? size[1] : -size[1], 0});
+            put(coordinates_, i, {0, i == 1 ? size[1] : -size[1], 0});
         polytope.edge = box_edge; // 0 to 1
         polytope.edges = 1;
         polytope.direction = axes + 1;
@@ -88,13 +87,13 @@ void Core3::set_box(const Vec<3, double>& half)
             const double h = half[static_cast<std::size_t>(wide[k])];
             p[wide[k]] = (corner >> k & 1) != 0 ? h : -h;
         }
-        put(coordinates, i, p);
+        put(coordinates_, i, p);
     }
     polytope.edge = box_edge;
     polytope.edges = count == 3 ? 12 : count == 2 ? 4 : static_cast<std::uint32_t>(count);
     for (int k = 0; k < count; ++k)
-        directions[k] = axes[wide[k]];
-    polytope.direction = directions;
+        directions_[k] = axes[wide[k]];
+    polytope.direction = directions_;
     polytope.directions = static_cast<std::uint32_t>(count);
     is_box = count == 3;
     if (count == 3) {
@@ -102,17 +101,17 @@ void Core3::set_box(const Vec<3, double>& half)
         polytope.nx = box_normals;
         polytope.face_stride = lanes;
         for (std::uint32_t f = 0; f < lanes; ++f)
-            offsets[f] = half[f < 6 ? f / 2 : 0];
-        polytope.offset = offsets;
+            offsets_[f] = half[f < 6 ? f / 2 : 0];
+        polytope.offset = offsets_;
         polytope.loop_begin = box_loop_begin;
         polytope.loop = box_loop;
     } else if (count == 2) {
         // Corner 0 to 1 runs along the first axis, 0 to 2 along the second.
         const Vec3 n = cross(axes[wide[0]], axes[wide[1]]);
         for (int d = 0; d < 3; ++d)
-            normals[2 * d] = n[d], normals[2 * d + 1] = -n[d];
+            normals_[2 * d] = n[d], normals_[2 * d + 1] = -n[d];
         polytope.faces = 2;
-        polytope.nx = normals;
+        polytope.nx = normals_;
         polytope.face_stride = 2;
         polytope.loop_begin = rectangle_loop_begin;
         polytope.loop = rectangle_loop;
@@ -120,27 +119,22 @@ void Core3::set_box(const Vec<3, double>& half)
     }
 }
 
-void Core3::set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where)
+Core3::Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where, const Kernels& with)
+    : frame(where), reach(std::sqrt(std::max({length2(a), length2(b), length2(c)}))), kernels(&with)
 {
-    frame = where;
-    radius = 0;
-    reach = std::sqrt(std::max({length2(a), length2(b), length2(c)}));
-    custom = nullptr;
-    is_box = false;
-    polytope = {};
-    polytope.x = coordinates;
+    polytope.x = coordinates_;
     polytope.stride = lanes;
     polytope.vertices = 3;
-    put(coordinates, 1, b);
-    put(coordinates, 2, c);
+    put(coordinates_, 1, b);
+    put(coordinates_, 2, c);
     for (const std::uint32_t i : {0u, 3u, 4u, 5u, 6u, 7u})
-        put(coordinates, i, a);
+        put(coordinates_, i, a);
     polytope.edge = triangle_edge;
     polytope.edges = 3;
-    polytope.direction = directions;
+    polytope.direction = directions_;
     const Vec3 corner[] = {a, b, c};
     for (std::uint32_t i = 0; i < 3; ++i) // of any length: only who tries edges asks for their directions
-        directions[i] = corner[(i + 1) % 3] - corner[i];
+        directions_[i] = corner[(i + 1) % 3] - corner[i];
     polytope.directions = 3;
     const Vec3 n = cross(b - a, c - a);
     const double size = length(n);
@@ -149,11 +143,11 @@ void Core3::set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Fram
     if (size > 1e-13 * widest) {
         const Vec3 unit = n * (1 / size);
         for (int d = 0; d < 3; ++d) {
-            normals[2 * d] = unit[d];
-            normals[2 * d + 1] = -unit[d];
+            normals_[2 * d] = unit[d];
+            normals_[2 * d + 1] = -unit[d];
         }
         polytope.faces = 2;
-        polytope.nx = normals;
+        polytope.nx = normals_;
         polytope.face_stride = 2;
         polytope.loop_begin = triangle_loop_begin;
         polytope.loop = triangle_loop;

@@ -40,28 +40,29 @@ struct Gap
     V<Dim> normal, on_a, on_b;
 };
 
-/// A core with its place. `polytope` points into the object itself for small shapes: it doesn't move.
+/// A core with its place. It is made once and stays what it is: nothing is left of another shape.
+/// `polytope` points into the object itself for small shapes: it doesn't move.
 struct Core3
 {
-    Polytope polytope;
-    Frame<3> frame;
-    double radius = 0;
-    bool is_box = false;
-    double reach = 0; ///< radius of a ball around frame.p that holds the core
-    const CustomShape<3>* custom = nullptr;
-    const Kernels* kernels = &best_kernels();
-    double coordinates[3 * lanes];
-    double normals[6];
-    double offsets[lanes];
-    Vec3 directions[3];
-
-    Core3() = default;
+    Core3(const Shape<3>& convex, const Frame<3>& where, const Kernels& kernels = best_kernels());
+    Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where, const Kernels& kernels);
     Core3(const Core3&) = delete;
     Core3& operator=(const Core3&) = delete;
 
-    void set(const Shape<3>& convex, const Frame<3>& where);
+    Polytope polytope;
+    Frame<3> frame;
+    double radius = 0;
+    bool is_box = false; ///< with extent along all axes
+    double reach = 0;    ///< radius of a ball around frame.p that holds the core
+    const CustomShape<3>* custom = nullptr;
+    const Kernels* kernels;
+
+  private:
     void set_box(const Vec<3, double>& half);
-    void set_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where);
+    double coordinates_[3 * lanes];
+    double normals_[6];
+    double offsets_[lanes];
+    Vec3 directions_[3];
 };
 
 /// The distance between cores (not their radii), or how much they overlap.

@@ -17,18 +17,15 @@ struct Core2
 {
     SmallVector<Vec2, 16> corner;
     SmallVector<std::uint32_t, 16> number; ///< of each corner, for features
-    double radius = 0, reach = 0;
-    Vec2 centre;
+    double radius, reach;
     const CustomShape<2>* custom = nullptr;
     Frame<2> frame;
 
-    void clear()
+    Core2(double core_radius, double core_reach, const Frame<2>& where)
+        : radius(core_radius), reach(core_reach), frame(where)
     {
-        corner.clear();
-        number.clear();
-        custom = nullptr;
-        radius = 0;
     }
+    Core2(const Shape<2>& shape, const Frame<2>& where);
     void add(const Vec2& p, std::uint32_t n)
     {
         corner.push_back(p);
@@ -41,46 +38,43 @@ struct Core2
 /// How many corners stand for a user's smooth shape: a regular fan of its support points.
 constexpr std::uint32_t custom_corners = 64;
 
-void set_core(Core2& core, const Shape<2>& shape, const Frame<2>& frame)
+Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
+    : Core2(ShapeAccess::radius(shape), ShapeAccess::reach(shape) - ShapeAccess::radius(shape), where)
 {
-    core.clear();
-    core.frame = frame;
-    core.centre = frame.p;
-    core.radius = ShapeAccess::radius(shape);
-    core.reach = ShapeAccess::reach(shape) - core.radius;
     const Vec<2, double>& size = ShapeAccess::size(shape);
     switch (shape.type()) {
     case ShapeTypes::sphere:
-        core.add(frame.p, 0);
+        add(frame.p, 0);
         break;
     case ShapeTypes::capsule:
-        core.add(frame * Vec2{0, -size[1]}, 0);
-        if (size[1] > 0) core.add(frame * Vec2{0, size[1]}, 1);
+        add(frame * Vec2{0, -size[1]}, 0);
+        if (size[1] > 0) add(frame * Vec2{0, size[1]}, 1);
         break;
     case ShapeTypes::box: {
         const double x = size[0], y = size[1];
-        core.add(frame * Vec2{-x, -y}, 0);
-        if (x > 0) core.add(frame * Vec2{x, -y}, 1);
-        if (y > 0) core.add(frame * Vec2{x, y}, 2);
-        if (x > 0 && y > 0) core.add(frame * Vec2{-x, y}, 3);
+        add(frame * Vec2{-x, -y}, 0);
+        if (x > 0) add(frame * Vec2{x, -y}, 1);
+        if (y > 0) add(frame * Vec2{x, y}, 2);
+        if (x > 0 && y > 0) add(frame * Vec2{-x, y}, 3);
         break;
     }
     case ShapeTypes::convex: {
         const auto& hull = ShapeAccess::data<HullData<2>>(shape);
         for (std::size_t i = 0; i < hull.loop.size(); ++i)
-            core.add(frame * hull.loop[i], hull.corner[i]);
+            add(frame * hull.loop[i], hull.corner[i]);
         break;
     }
+    case ShapeTypes::half_space:
+        break;
     default: {
-        core.custom = shape.custom();
+        custom = shape.custom();
         // The directions of a regular polygon, by turning one step after another.
         const Vec2 step{0.99518472667219689, 0.098017140329560602};
         Vec2 d{1, 0};
         for (std::uint32_t i = 0; i < custom_corners; ++i) {
-            const Vec2 p = frame * load(core.custom->support({d.x, d.y}));
-            if (core.corner.empty() ||
-                (length2(p - core.corner[core.corner.size() - 1]) > 0 && length2(p - core.corner[0]) > 0))
-                core.add(p, i);
+            const Vec2 p = frame * load(custom->support({d.x, d.y}));
+            if (corner.empty() || (length2(p - corner[corner.size() - 1]) > 0 && length2(p - corner[0]) > 0))
+                add(p, i);
             d = {d.x * step.x - d.y * step.y, d.x * step.y + d.y * step.x};
         }
     }
@@ -329,12 +323,31 @@ enum class Surface : std::uint8_t
 
 struct Part
 {
+    Part(const Shape<2>& shape, const Frame<2>& where)
+        : core(shape, where), half_space(shape.type() == ShapeTypes::half_space)
+    {
+        if (!half_space) return;
+        normal = where.r * load(ShapeAccess::size(shape));
+        offset = shape.offset() + dot(normal, where.p);
+    }
+    /// A segment of a chain, or where it has no length a point.
+    Part(const Vec2& p, const Vec2& q, const Frame<2>& where, std::uint8_t sharp_ends)
+        : core(0, std::sqrt(std::max(length2(p), length2(q))), where), sharp(sharp_ends)
+    {
+        core.add(where * p, 0);
+        const double size = length(q - p);
+        if (!(size > 0)) return;
+        core.add(where * q, 1);
+        surface = Surface::sheet;
+        normal = where.r * (right(q - p) * (1 / size));
+    }
+
     Core2 core;
     bool half_space = false;
     Vec2 normal; ///< of a half-space; of a segment's front: its right side
     double offset = 0;
     Surface surface = Surface::none;
-    std::uint8_t sharp = 0x3f;
+    std::uint8_t sharp = 0x3f; ///< MeshData::sharp
 };
 
 struct Region
@@ -377,22 +390,10 @@ Region region_of(const Shape<2>& shape, const Vec2& at, const Frame<2>& frame)
     return {{p.x - reach, p.y - reach}, {p.x + reach, p.y + reach}};
 }
 
-void set_simple(Part& part, const Shape<2>& shape, const Frame<2>& frame)
-{
-    part.half_space = shape.type() == ShapeTypes::half_space;
-    if (part.half_space) {
-        part.normal = frame.r * load(ShapeAccess::size(shape));
-        part.offset = shape.offset() + dot(part.normal, frame.p);
-    } else {
-        set_core(part.core, shape, frame);
-    }
-}
-
 template <class Visit>
 void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region& region, const double& reach,
                    Visit&& visit)
 {
-    Part part;
     if (shape.type() == ShapeTypes::mesh) {
         const auto& mesh = ShapeAccess::data<MeshData<2>>(shape);
         for (std::uint32_t k = 0; k < mesh.nodes.size();) {
@@ -406,20 +407,7 @@ void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region& r
                 const Vec2 p = mesh.vertices[mesh.elements[e][0]], q = mesh.vertices[mesh.elements[e][1]];
                 const Vec2 lo{std::min(p.x, q.x), std::min(p.y, q.y)},
                     hi{std::max(p.x, q.x), std::max(p.y, q.y)};
-                if (!region.meets(lo, hi, reach)) continue;
-                Core2& core = part.core;
-                core.clear();
-                core.frame = frame;
-                core.reach = std::sqrt(std::max(length2(p), length2(q)));
-                core.add(frame * p, 0);
-                const double size = length(q - p);
-                part.surface = size > 0 ? Surface::sheet : Surface::none;
-                if (size > 0) {
-                    core.add(frame * q, 1);
-                    part.normal = frame.r * (right(q - p) * (1 / size));
-                }
-                part.sharp = mesh.sharp[e];
-                visit(e, part);
+                if (region.meets(lo, hi, reach)) visit(e, Part(p, q, frame, mesh.sharp[e]));
             }
             ++k;
         }
@@ -429,15 +417,12 @@ void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region& r
             const double ball = ShapeAccess::reach(child.shape) * (1 + 1e-14);
             const Vec2 grow{ball, ball};
             const bool has_part = child.shape.custom() == nullptr || child.shape.custom()->has_support();
-            if (has_part && region.meets(child.frame.p - grow, child.frame.p + grow, reach)) {
-                set_simple(part, child.shape, {frame.r * child.frame.r, frame * child.frame.p});
-                visit(number, part);
-            }
+            if (has_part && region.meets(child.frame.p - grow, child.frame.p + grow, reach))
+                visit(number, Part(child.shape, {frame.r * child.frame.r, frame * child.frame.p}));
             ++number;
         }
     } else if (shape.custom() == nullptr || shape.custom()->has_support()) {
-        set_simple(part, shape, frame);
-        visit(0u, part);
+        visit(0u, Part(shape, frame));
     }
 }
 
@@ -564,10 +549,9 @@ bool is_custom(const Part& part)
 Core2 lowest_point(const Part& part, const Vec2& normal)
 {
     if (part.core.custom == nullptr) return part.core;
-    Core2 core = part.core;
+    Core2 core(part.core.radius, part.core.reach, part.core.frame);
     const Vec2 local = core.frame.r.back(-normal);
-    core.clear();
-    core.add(part.core.frame * load(part.core.custom->support({local.x, local.y})), 0);
+    core.add(core.frame * load(part.core.custom->support({local.x, local.y})), 0);
     return core;
 }
 

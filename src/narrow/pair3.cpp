@@ -18,7 +18,24 @@ enum class Surface : std::uint8_t
 /// One convex piece of a shape, seen from a's position.
 struct Part
 {
-    explicit Part(const Kernels& kernels) { core.kernels = &kernels; }
+    /// A convex shape or a half-space.
+    Part(const Shape<3>& shape, const Frame<3>& frame, const Kernels& kernels)
+        : core(shape, frame, kernels), half_space(shape.type() == ShapeTypes::half_space)
+    {
+        if (!half_space) return;
+        normal = frame.r * load(ShapeAccess::size(shape));
+        offset = shape.offset() + dot(normal, frame.p);
+    }
+    /// A triangle of a surface, or where it has no area the segment or point that it is.
+    Part(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& frame, const Kernels& kernels,
+         Surface of, std::uint8_t sharp_sides)
+        : core(a, b, c, frame, kernels), sharp(sharp_sides)
+    {
+        if (core.polytope.faces == 0) return;
+        surface = of;
+        normal = frame.r * core.polytope.normal(0);
+    }
+
     Core3 core;
     bool half_space = false;
     Vec3 normal; ///< of a half-space; of a triangle's front
@@ -77,32 +94,10 @@ Region region_of(const Shape<3>& shape, const Vec3& at, const Frame<3>& frame)
     return {{p.x - reach, p.y - reach, p.z - reach}, {p.x + reach, p.y + reach, p.z + reach}};
 }
 
-void set_simple(Part& part, const Shape<3>& shape, const Frame<3>& frame)
-{
-    if (shape.type() == ShapeTypes::half_space) {
-        part.half_space = true;
-        part.normal = frame.r * load(ShapeAccess::size(shape));
-        part.offset = shape.offset() + dot(part.normal, frame.p);
-    } else {
-        part.half_space = false;
-        part.core.set(shape, frame);
-    }
-}
-
-void set_triangle(Part& part, const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& frame,
-                  Surface surface, std::uint8_t sharp)
-{
-    part.core.set_triangle(a, b, c, frame);
-    part.surface = part.core.polytope.faces != 0 ? surface : Surface::none;
-    if (part.surface != Surface::none) part.normal = frame.r * part.core.polytope.normal(0);
-    part.sharp = sharp;
-}
-
 template <class Visit>
 void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Frame<3>& frame,
                        const Region& region, const double& reach, Visit&& visit)
 {
-    Part part(kernels);
     for (std::uint32_t k = 0; k < mesh.nodes.size();) {
         const TreeNode& node = mesh.nodes[k];
         if (!region.meets(node.lo, node.hi, reach)) {
@@ -120,8 +115,7 @@ void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Fr
                 hi[d] = std::max(p[d], std::max(q[d], r[d]));
             }
             if (!region.meets(lo, hi, reach)) continue;
-            set_triangle(part, p, q, r, frame, Surface::sheet, mesh.sharp[e]);
-            visit(e, part);
+            visit(e, Part(p, q, r, frame, kernels, Surface::sheet, mesh.sharp[e]));
         }
         ++k;
     }
@@ -132,8 +126,6 @@ void for_each_triangle(const HeightData& field, const Kernels& kernels, const Fr
                        const Region& region, const double& reach, Visit&& visit)
 {
     if (region.lo[1] > field.highest + reach) return;
-    Part part(kernels);
-    part.floor = field.floor;
     // Cells under the region; numbers that no grid has are cut off before they become integers.
     const auto cell = [](double x, double spacing, std::uint32_t count) {
         const double c = std::floor(x / spacing);
@@ -156,15 +148,14 @@ void for_each_triangle(const HeightData& field, const Kernels& kernels, const Fr
             };
             const Vec3 p = corner(0, 0), q = corner(1, 0), r = corner(0, 1), s = corner(1, 1);
             const std::uint32_t number = 2 * (z * (field.columns - 1) + x);
-            const double high = std::max(p.y, s.y);
-            if (region.lo[1] <= std::max(high, q.y) + reach) {
-                set_triangle(part, p, s, q, frame, Surface::ground, field.sharp[number]);
-                visit(number, part);
-            }
-            if (region.lo[1] <= std::max(high, r.y) + reach) {
-                set_triangle(part, p, r, s, frame, Surface::ground, field.sharp[number + 1]);
-                visit(number + 1, part);
-            }
+            const auto triangle = [&](std::uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
+                if (region.lo[1] > std::max(a.y, std::max(b.y, c.y)) + reach) return;
+                Part part(a, b, c, frame, kernels, Surface::ground, field.sharp[i]);
+                part.floor = field.floor;
+                visit(i, part);
+            };
+            triangle(number, p, s, q);
+            triangle(number + 1, p, r, s);
         }
 }
 
@@ -182,7 +173,6 @@ void for_each_part(const Shape<3>& shape, const Kernels& kernels, const Frame<3>
         for_each_triangle(ShapeAccess::data<HeightData>(shape), kernels, frame, region, reach, visit);
         return;
     case ShapeTypes::compound: {
-        Part part(kernels);
         std::uint32_t number = 0;
         for (const auto& child : ShapeAccess::data<CompoundData<3>>(shape).children) {
             const double ball = ShapeAccess::reach(child.shape) * (1 + 1e-14);
@@ -190,19 +180,15 @@ void for_each_part(const Shape<3>& shape, const Kernels& kernels, const Frame<3>
             for (int d = 0; d < 3; ++d)
                 lo[d] = child.frame.p[d] - ball, hi[d] = child.frame.p[d] + ball;
             const bool has_part = child.shape.custom() == nullptr || child.shape.custom()->has_support();
-            if (has_part && region.meets(lo, hi, reach)) {
-                set_simple(part, child.shape, {frame.r * child.frame.r, frame * child.frame.p});
-                visit(number, part);
-            }
+            const Frame<3> there{frame.r * child.frame.r, frame * child.frame.p};
+            if (has_part && region.meets(lo, hi, reach)) visit(number, Part(child.shape, there, kernels));
             ++number;
         }
         return;
     }
     default:
         if (shape.custom() != nullptr && !shape.custom()->has_support()) return;
-        Part part(kernels);
-        set_simple(part, shape, frame);
-        visit(0u, part);
+        visit(0u, Part(shape, frame, kernels));
     }
 }
 

@@ -114,9 +114,7 @@ TEST_P(EveryTwoConvexShapes, AnswerAsDefined)
         ASSERT_LE(m.count, 4u);
         ASSERT_NEAR(length(m.normal), 1, 1e-9);
         ASSERT_NEAR(m.point[0].depth, -expected, 1e-7);
-        narrow::Core3 core_a, core_b;
-        core_a.set(*pair.a, {pair.ra, {}});
-        core_b.set(*pair.b, {pair.rb, pair.d});
+        const narrow::Core3 core_a(*pair.a, {pair.ra, {}}), core_b(*pair.b, {pair.rb, pair.d});
         for (std::uint32_t i = 0; i < m.count; ++i) {
             ASSERT_LE(m.point[i].depth, m.point[0].depth);
             ASSERT_GE(m.point[i].depth, -margin);
@@ -133,8 +131,7 @@ TEST_P(EveryTwoConvexShapes, AnswerAsDefined)
         const Shape3 point;
         for (const double side : {0.5, -0.5}) {
             const Vec3 p = m.point[0].p + m.normal * (side * m.point[0].depth);
-            narrow::Core3 at;
-            at.set(point, {{}, p});
+            const narrow::Core3 at(point, {{}, p});
             narrow::Gap<3> to;
             narrow::convex_gap(side > 0 ? core_a : core_b, at, HUGE_VAL, to);
             ASSERT_LE(to.distance, 1e-6);
@@ -171,9 +168,8 @@ TEST(Polyhedra, OverlapAsDeepAsAllPairsOfEdgesSay)
         };
         const Shape3 a = shape(), b = shape();
         const Pose3d pose_a = random.pose<double>(0.1), pose_b = random.pose<double>(1.5);
-        narrow::Core3 core_a, core_b;
-        core_a.set(a, {narrow::rotation(pose_a), {}});
-        core_b.set(b, {narrow::rotation(pose_b), narrow::load(pose_b.position)});
+        const narrow::Core3 core_a(a, {narrow::rotation(pose_a), {}});
+        const narrow::Core3 core_b(b, {narrow::rotation(pose_b), narrow::load(pose_b.position)});
         const std::uint32_t directions = core_a.polytope.directions * core_b.polytope.directions;
         if (!narrow::are_small_polyhedra(core_a, core_b)) {
             EXPECT_TRUE(core_a.polytope.edges > 192 || core_b.polytope.edges > 192 || a.type() == b.type());

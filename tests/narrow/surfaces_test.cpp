@@ -2,6 +2,7 @@
 // Meshes, height fields, compounds, moving shapes, users' own shapes and tests, boxes of shapes, errors.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <memory_resource>
 
@@ -226,6 +227,60 @@ TEST(ACompound, IsItsChildren)
         }
         ASSERT_EQ(next, found.size());
     }
+}
+
+/// Each child of a compound touches a surface as it does alone, whatever its brothers are.
+template <int Dim>
+void expect_each_child_as_alone(const Shape<Dim>& surface,
+                                const std::vector<typename Compound<Dim>::Child>& children, double margin)
+{
+    const Compound<Dim> compound(children);
+    std::vector<std::vector<Contact<Dim, double>>> found(children.size());
+    for (const auto& contact :
+         contacts(surface, Pose<Dim, double>{}, Shape<Dim>(compound), Pose<Dim, double>{}, margin))
+        found[contact.part_b].push_back(contact);
+    for (std::size_t child = 0; child < children.size(); ++child) {
+        const auto alone =
+            contacts(surface, Pose<Dim, double>{}, children[child].shape, children[child].pose, margin);
+        ASSERT_EQ(found[child].size(), alone.size()) << "child " << child;
+        for (std::size_t i = 0; i < alone.size(); ++i) {
+            ASSERT_EQ(found[child][i].part_a, alone[i].part_a) << "child " << child;
+            ASSERT_EQ(found[child][i].count, alone[i].count) << "child " << child;
+            ASSERT_NEAR(found[child][i].point[0].depth, alone[i].point[0].depth, 1e-9) << "child " << child;
+        }
+    }
+}
+
+TEST(ACompound, LiesOnASurfaceAsItsChildrenInAnyOrderDo)
+{
+    const Terrain flat(7, 7, 0);
+    const Mesh<3> mesh(flat.vertices, flat.triangles);
+    const HeightField field(HeightGrid<double>{flat.heights, flat.columns, flat.rows, 1, 1});
+    const std::vector<Mesh<2>::Element> segments{{1, 0}, {2, 1}};
+    const Mesh<2> chain(std::vector<Vec<2, double>>{{0, 0}, {3, 0}, {6, 0}}, segments);
+    const ConvexHull<2> triangle(std::vector<Vec<2, double>>{{-0.3, -0.3}, {0.4, -0.2}, {0, 0.4}});
+    std::vector<Shape2> movers2{Shape2::sphere(0.3), Shape2::capsule(0.3, 0.2), Shape2::box({0.3, 0.2}),
+                                triangle, Shape2::box({0.5, 0})};
+    std::vector<Shape3> movers3 = movers();
+    movers3.push_back(Shape3::box({0.5, 0, 0.5}));
+    Random random(21);
+    std::vector<std::size_t> order{0, 1, 2, 3, 4};
+    do {
+        std::vector<Compound<3>::Child> children;
+        std::vector<Compound<2>::Child> children2;
+        for (const std::size_t i : order) {
+            children.push_back({movers3[i], random.pose<double>(1)});
+            children2.push_back({movers2[i], random.pose2<double>(1)});
+            children.back().pose.position = {random.uniform(1.5, 4.5), random.uniform(0.35, 0.5),
+                                             random.uniform(1.5, 4.5)};
+            children2.back().pose.position = {random.uniform(1.5, 4.5), random.uniform(0.35, 0.5)};
+        }
+        for (const double margin : {0.0, 0.2}) {
+            ASSERT_NO_FATAL_FAILURE(expect_each_child_as_alone<3>(mesh, children, margin));
+            ASSERT_NO_FATAL_FAILURE(expect_each_child_as_alone<3>(field, children, margin));
+            ASSERT_NO_FATAL_FAILURE(expect_each_child_as_alone<2>(chain, children2, margin));
+        }
+    } while (std::next_permutation(order.begin(), order.end()));
 }
 
 TEST(MovingShapes, FirstTouchWhenSmallStepsDo)
