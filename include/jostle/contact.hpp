@@ -214,11 +214,12 @@ StridedView<Value> view_of(const Container& values)
 ///           whichever way round a pair is given: that swaps a and b and negates the normal. (Two objects of the
 ///           same shape and pose can't be told apart: their normal is the same both ways.)
 /// Threads   one call at a time per finder, or an `Error`, also out of its own callbacks.
-/// Cost      see docs/guide/contacts.md. Working memory is kept; steady frames allocate nothing.
-/// Errors    `Error` naming the lowest object whose pose has a number that is not finite or a rotation of
-///           zero; size_mismatch where shapes and poses differ in number; invalid_argument naming the first
-///           pair that names no object, and for a negative or infinite margin. `std::bad_alloc`. The result
-///           is empty then.
+/// Cost      that of the pairs, however many objects there are; see docs/guide/contacts.md. Working memory is
+///           kept; steady frames allocate nothing.
+/// Errors    `Error` for the first pair that names no object, or one whose pose has a number that is not
+///           finite or a rotation of zero, which the error names: objects in no pair aren't looked at.
+///           size_mismatch where shapes and poses differ in number; invalid_argument for a negative or infinite
+///           margin. `std::bad_alloc`. The result is empty then; of `out` some elements may have been set.
 /// Source    docs/guide/contacts.md.
 template <int Dim, Coordinate T>
 class JOSTLE_API ContactFinder
@@ -233,7 +234,9 @@ class JOSTLE_API ContactFinder
     ContactFinder& operator=(ContactFinder&&) noexcept;
     ~ContactFinder();
 
-    /// Adds a user's own test, for all calls from now on. The last one for two types counts.
+    /// Adds a user's own test, for find() and touching() from now on. The last one for two types counts.
+    /// distances() and impacts() go by the shapes, which for custom ones are their support functions.
+    /// Pairs of other types are tested as fast as before.
     void add_test(const PairTest<Dim>& test);
 
     /// All contacts of the pairs whose shapes touch or have a gap of up to `margin`. The result lies in the

@@ -11,7 +11,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
 template <int Dim, class T>
-bool valid(const Pose<Dim, T>& pose)
+bool valid_by_number(const Pose<Dim, T>& pose)
 {
     bool good = true, turned = false;
     for (const T x : pose.position)
@@ -21,6 +21,18 @@ bool valid(const Pose<Dim, T>& pose)
         turned = turned || q != 0;
     }
     return good && turned;
+}
+template <int Dim, class T>
+inline bool valid(const Pose<Dim, T>& pose)
+{
+    // Almost all are, by two sums without branches.
+    T sum = 0, turn = 0;
+    for (const T x : pose.position)
+        sum += std::abs(x);
+    for (const T q : pose.rotation)
+        turn += std::abs(q);
+    const bool surely = (double{sum} <= longest) & (turn > 0) & (turn <= std::numeric_limits<T>::max());
+    return surely || valid_by_number(pose);
 }
 
 template <int Dim, class T>

@@ -16,32 +16,12 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-constexpr std::size_t block_objects = 4096;
-
-/// The lowest object for which good(i) is false is given to refuse(i).
-template <class Good, class Refuse>
-void check_all(std::size_t count, Executor& executor, const Good& good, const Refuse& refuse)
-{
-    std::atomic<std::uint64_t> worst{Error::no_index};
-    process_items(count,
-                  [&](std::uint64_t first, std::uint64_t last, Work) {
-                      for (std::uint64_t i = first; i < last; ++i)
-                          if (!good(i)) {
-                              std::uint64_t before = worst.load();
-                              while (i < before && !worst.compare_exchange_weak(before, i)) {
-                              }
-                              return;
-                          }
-                  },
-                  {&executor, block_objects});
-    if (worst != Error::no_index) refuse(worst.load());
-}
-
-template <int Dim, class T>
+/// One set of objects, each with a Pose or a Motion.
+template <int Dim, class Where>
 struct Side
 {
     StridedView<Shape<Dim>> shapes;
-    StridedView<Pose<Dim, T>> poses;
+    StridedView<Where> poses;
 };
 
 void check_sizes(std::size_t shapes, std::size_t poses, const char* of)
@@ -67,9 +47,24 @@ void check_out(std::size_t pairs, std::size_t out)
                     ", numbered from 0",
                 pair.a < objects_a ? pair.b : pair.a);
 }
-inline void check_pair(const Pair& pair, std::uint64_t number, std::size_t objects_a, std::size_t objects_b)
+template <int Dim, class T>
+void check_object(const Shape<Dim>&, const Pose<Dim, T>& pose, std::uint32_t object)
 {
-    if (pair.a >= objects_a || pair.b >= objects_b) refuse_pair(pair, number, objects_a, objects_b);
+    if (!valid(pose)) refuse_pose(pose, object);
+}
+template <int Dim, class T>
+void check_object(const Shape<Dim>& shape, const Motion<Dim, T>& motion, std::uint32_t object)
+{
+    if (!valid(motion) || turns_without_end(shape, motion)) refuse_motion<Dim, T>(object);
+}
+/// Objects that no pair names are nobody's business.
+template <int Dim, class Where>
+inline void check_pair(const Side<Dim, Where>& a, const Side<Dim, Where>& b, const Pair& pair, std::uint64_t number)
+{
+    if (pair.a >= a.shapes.size() || pair.b >= b.shapes.size())
+        refuse_pair(pair, number, a.shapes.size(), b.shapes.size());
+    check_object(a.shapes[pair.a], a.poses[pair.a], pair.a);
+    check_object(b.shapes[pair.b], b.poses[pair.b], pair.b);
 }
 
 } // namespace
@@ -78,7 +73,7 @@ inline void check_pair(const Pair& pair, std::uint64_t number, std::size_t objec
 template <int Dim, Coordinate T>
 struct ContactFinder<Dim, T>::Implementation
 {
-    using Sides = narrow::Side<Dim, T>;
+    using Sides = narrow::Side<Dim, Pose<Dim, T>>;
     explicit Implementation(const ContactOptions& given)
         : options(given), kernels(&narrow::kernels_for(checked(given.instruction_set))), result(given.memory)
     {
@@ -87,14 +82,6 @@ struct ContactFinder<Dim, T>::Implementation
     [[nodiscard]] Executor& executor() const
     {
         return options.executor != nullptr ? *options.executor : default_executor();
-    }
-
-    void check(const Sides& side) const
-    {
-        narrow::check_sizes(side.shapes.size(), side.poses.size(), "poses");
-        narrow::check_all(
-            side.poses.size(), executor(), [&](std::size_t i) { return narrow::valid(side.poses[i]); },
-            [&](std::uint64_t i) { narrow::refuse_pose(side.poses[i], i); });
     }
 
     /// Contacts of one pair into `found`, seen from the first object of the arranged pair.
@@ -106,8 +93,12 @@ struct ContactFinder<Dim, T>::Implementation
     Arranged find_one(const Sides& side_a, const Sides& side_b, const Pair& pair, double margin,
                       narrow::FoundList<Dim>& found) const;
     const PairTest<Dim>* own_test(ShapeType a, ShapeType b, bool& turned) const;
+    [[nodiscard]] bool has_own(ShapeType a, ShapeType b) const
+    {
+        return a < 8 && b < 8 && (own >> (8 * a + b) & 1) != 0;
+    }
 
-    const ContactBuffer<Dim, T>& find(const Sides& side_a, const Sides& side_b, bool same,
+    const ContactBuffer<Dim, T>& find(const Sides& side_a, const Sides& side_b,
                                       std::span<const std::span<const Pair>> blocks, T margin);
 
     struct alignas(64) Worker
@@ -135,6 +126,7 @@ struct ContactFinder<Dim, T>::Implementation
     ContactOptions options;
     const narrow::Kernels* kernels;
     std::pmr::vector<PairTest<Dim>> tests{options.memory};
+    std::uint64_t own = 0; // bit 8 a + b: there is one for these two types of the library's
     std::pmr::vector<Worker> workers{options.memory};
     std::pmr::vector<PairBlock> pair_blocks{options.memory};
     ContactBuffer<Dim, T> result;
@@ -210,12 +202,12 @@ void ContactFinder<Dim, T>::Implementation::run_groups(const Sides& side_a, cons
     worker.found.clear();
     worker.lists.clear();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-        narrow::check_pair(pairs[i], first + i, side_a.shapes.size(), side_b.shapes.size());
+        narrow::check_pair(side_a, side_b, pairs[i], first + i);
         worker.slot[i].count = 0;
-        worker.lists.add(tests.empty()
-                             ? narrow::group_of(side_a.shapes[pairs[i].a], side_b.shapes[pairs[i].b])
-                             : narrow::Group::other,
-                         static_cast<std::uint16_t>(i));
+        const Shape<Dim>&a = side_a.shapes[pairs[i].a], &b = side_b.shapes[pairs[i].b];
+        narrow::Group group = narrow::group_of(a, b);
+        if (own != 0 && has_own(a.type(), b.type())) group = narrow::Group::other;
+        worker.lists.add(group, static_cast<std::uint16_t>(i));
     }
     if constexpr (Dim == 3) {
         narrow::Batch<T> batch{side_a.shapes, side_a.poses, side_b.shapes, side_b.poses, pairs,
@@ -226,15 +218,15 @@ void ContactFinder<Dim, T>::Implementation::run_groups(const Sides& side_a, cons
 
 template <int Dim, Coordinate T>
 const ContactBuffer<Dim, T>&
-ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& side_b, bool same,
+ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& side_b,
                                             std::span<const std::span<const Pair>> blocks, T margin)
 {
     using Access = narrow::ShapeAccess;
     const InUse call(in_use, "ContactFinder");
     result.clear();
     narrow::check_length("margin", margin, true);
-    check(side_a);
-    if (!same) check(side_b);
+    for (const Sides* side : {&side_a, &side_b})
+        narrow::check_sizes(side->shapes.size(), side->poses.size(), "poses");
 
     pair_blocks.clear();
     std::uint64_t before = 0;
@@ -303,20 +295,20 @@ template <int Dim, Coordinate T>
 const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes, const Poses& poses,
                                                          std::span<const Pair> pairs, T margin)
 {
-    return implementation_->find({shapes, poses}, {shapes, poses}, true, {&pairs, 1}, margin);
+    return implementation_->find({shapes, poses}, {shapes, poses}, {&pairs, 1}, margin);
 }
 template <int Dim, Coordinate T>
 const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes, const Poses& poses,
                                                          const PairBuffer& pairs, T margin)
 {
-    return implementation_->find({shapes, poses}, {shapes, poses}, true, pairs.blocks(), margin);
+    return implementation_->find({shapes, poses}, {shapes, poses}, pairs.blocks(), margin);
 }
 template <int Dim, Coordinate T>
 const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes_a, const Poses& poses_a,
                                                          const Shapes& shapes_b, const Poses& poses_b,
                                                          const PairBuffer& pairs, T margin)
 {
-    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, false, pairs.blocks(), margin);
+    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, pairs.blocks(), margin);
 }
 
 template <int Dim, Coordinate T>
@@ -324,8 +316,17 @@ void ContactFinder<Dim, T>::add_test(const PairTest<Dim>& test)
 {
     if (test.test == nullptr)
         throw Error(ErrorCode::invalid_argument, "a pair test without a function; give PairTest::test");
+    for (const ShapeType type : {test.type_a, test.type_b})
+        if (type > ShapeTypes::compound && type < ShapeTypes::first_custom)
+            throw Error(ErrorCode::invalid_argument,
+                        "a pair test for shapes of type " + std::to_string(type) +
+                            ", which there are none of; give one of ShapeTypes, or a custom one from " +
+                            std::to_string(ShapeTypes::first_custom));
     const InUse call(implementation_->in_use, "ContactFinder");
     implementation_->tests.push_back(test);
+    const unsigned a = test.type_a, b = test.type_b;
+    if (a < 8 && b < 8)
+        implementation_->own |= std::uint64_t{1} << (8 * a + b) | std::uint64_t{1} << (8 * b + a);
 }
 
 template <int Dim, Coordinate T>
@@ -334,9 +335,9 @@ void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, s
 {
     Implementation& self = *implementation_;
     const InUse call(self.in_use, "ContactFinder");
-    const narrow::Side<Dim, T> side{shapes, poses};
+    const typename Implementation::Sides side{shapes, poses};
     narrow::check_out(pairs.size(), out.size());
-    self.check(side);
+    narrow::check_sizes(shapes.size(), poses.size(), "poses");
     const ProcessOptions in_blocks{&self.executor(), narrow::block_pairs};
     self.ready_workers(plan_work(pairs.size(), in_blocks).slots);
     const auto test_block = [&](std::uint64_t first, std::uint64_t last, Work work) {
@@ -379,12 +380,13 @@ void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, 
         throw Error(ErrorCode::invalid_argument, "the greatest distance is " +
                                                      narrow::text(double{max_distance}) +
                                                      "; give a length of 0 or more, or infinity");
-    self.check({shapes, poses});
+    narrow::check_sizes(shapes.size(), poses.size(), "poses");
+    const typename Implementation::Sides side{shapes, poses};
     process_items(pairs.size(),
                   [&](std::uint64_t first, std::uint64_t last, Work) {
                       for (std::uint64_t i = first; i < last; ++i) {
                           const Pair& pair = pairs[i];
-                          narrow::check_pair(pair, i, shapes.size(), shapes.size());
+                          narrow::check_pair(side, side, pair, i);
                           out[i] = narrow::distance_of(
                               narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]),
                               max_distance);
@@ -402,19 +404,14 @@ void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions
     narrow::check_out(pairs.size(), out.size());
     narrow::check_length("tolerance", tolerance, false);
     narrow::check_sizes(shapes.size(), motions.size(), "motions");
-    narrow::check_all(
-        shapes.size(), self.executor(),
-        [&](std::size_t i) {
-            return narrow::valid(motions[i]) && !narrow::turns_without_end(shapes[i], motions[i]);
-        },
-        [](std::uint64_t i) { narrow::refuse_motion<Dim, T>(i); });
+    const narrow::Side<Dim, Motion<Dim, T>> side{shapes, motions};
     // Impacts differ in cost: small blocks.
     constexpr std::size_t block = 32;
     process_items(pairs.size(),
                   [&](std::uint64_t first, std::uint64_t last, Work) {
                       for (std::uint64_t i = first; i < last; ++i) {
                           const Pair& pair = pairs[i];
-                          narrow::check_pair(pair, i, shapes.size(), shapes.size());
+                          narrow::check_pair(side, side, pair, i);
                           out[i] = narrow::impact_of(shapes[pair.a], motions[pair.a], shapes[pair.b],
                                                      motions[pair.b], tolerance);
                       }
