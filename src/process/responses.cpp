@@ -2,7 +2,9 @@
 #include "jostle/responses.hpp"
 
 #include <cstring>
+#include <limits>
 #include <mutex>
+#include <new>
 #include <string>
 
 #include "validate.hpp"
@@ -16,10 +18,30 @@ constexpr std::size_t line = 128; // two cache lines: neighbours are fetched tog
 constexpr std::size_t chunks_per_grant = 8;
 constexpr std::uint32_t most_bins = 256; // so that a slot's open chunks stay in its cache
 
-std::size_t rounded_up(std::size_t size, std::size_t step)
+template <class Size>
+Size rounded_up(Size size, Size step)
 {
     return (size + step - 1) / step * step;
 }
+
+/// Where things lie that share a piece of memory, each on lines of its own.
+class Layout
+{
+  public:
+    /// The next place, for `count` things of `bytes` each. Throws std::bad_alloc rather than go beyond what any
+    /// memory could hold: a plan may name billions of blocks.
+    std::size_t place(std::uint64_t count, std::uint64_t bytes)
+    {
+        constexpr std::uint64_t most = std::numeric_limits<std::ptrdiff_t>::max() / 2; // some is added to it
+        if (bytes != 0 && count > (most - size_) / bytes) throw std::bad_alloc();
+        return static_cast<std::size_t>(
+            std::exchange(size_, rounded_up(size_ + count * bytes, std::uint64_t{line})));
+    }
+    [[nodiscard]] std::size_t size() const { return static_cast<std::size_t>(size_); }
+
+  private:
+    std::uint64_t size_ = 0;
+};
 
 const ResponsesOptions& checked(const ResponsesOptions& given)
 {
@@ -123,7 +145,8 @@ void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
     // Nothing can be added if this fails.
     open_slots = 0;
     const std::uint32_t old_objects = std::exchange(objects, 0), old_slots = std::exchange(slot_count, 0);
-    const std::size_t new_row_size = rounded_up(std::size_t{new_objects} * value_size_, line);
+    const std::uint64_t new_row_size =
+        rounded_up(std::uint64_t{new_objects} * value_size_, std::uint64_t{line});
     // Of all pairs few have a response: the plan says nothing about how many (block_items is 0).
     const bool automatically =
         plan.blocks > 0 && plan.block_items > 0 && new_row_size <= 2 * plan.items * entry_size_ / plan.blocks;
@@ -146,23 +169,21 @@ void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
     const std::size_t last_entries = rows == nullptr ? entries_added(old_slots) : 0;
     if (!same_shape) {
         const std::size_t slots_used = dense ? 0 : plan.slots;
-        std::size_t size = 0;
-        const auto place = [&size](std::size_t bytes) {
-            return std::exchange(size, size + rounded_up(bytes, line));
-        };
-        const std::size_t at_values = place(std::size_t{new_objects} * value_size_);
-        const std::size_t at_rows = place(dense ? plan.blocks * new_row_size : 0);
-        const std::size_t at_slots = place(slots_used * sizeof(Slot));
         const std::size_t places_size = rounded_up(new_bins * sizeof(Place), line);
-        const std::size_t at_places = place(slots_used * places_size);
         const std::size_t first_size = rounded_up(new_bins * sizeof(Chunk*), line);
-        const std::size_t at_first = place(slots_used * first_size);
         const std::size_t lists_size = rounded_up(plan.slots * sizeof(List), line);
-        const std::size_t at_lists = place(dense ? 0 : merging_slots * lists_size);
         const std::size_t per_bin = dense ? 0 : std::size_t{1} << shift;
-        const std::size_t at_partial = place(merging_slots * per_bin * value_size_);
-        const std::size_t at_partial_block = place(merging_slots * per_bin * sizeof(std::uint32_t));
-        const std::size_t at_dirty = place(new_bins + 1); // never nothing
+        Layout layout;
+        const std::size_t at_values = layout.place(new_objects, value_size_);
+        const std::size_t at_rows = layout.place(dense ? plan.blocks : 0, new_row_size);
+        const std::size_t at_slots = layout.place(slots_used, sizeof(Slot));
+        const std::size_t at_places = layout.place(slots_used, places_size);
+        const std::size_t at_first = layout.place(slots_used, first_size);
+        const std::size_t at_lists = layout.place(dense ? 0 : merging_slots, lists_size);
+        const std::size_t at_partial = layout.place(merging_slots * per_bin, value_size_);
+        const std::size_t at_partial_block = layout.place(merging_slots * per_bin, sizeof(std::uint32_t));
+        const std::size_t at_dirty = layout.place(new_bins + 1, sizeof(bool)); // never nothing
+        const std::size_t size = layout.size();
         if (size > frame_size_) {
             // Some to spare, for scenes that grow object by object.
             const std::size_t wanted = size + size / 8;
@@ -175,7 +196,7 @@ void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
         values = frame_ + at_values;
         rows = dense ? frame_ + at_rows : nullptr;
         rows_clean = false;
-        row_size = new_row_size;
+        row_size = static_cast<std::size_t>(new_row_size);
         slots = reinterpret_cast<Slot*>(frame_ + at_slots);
         for (std::size_t i = 0; i < slots_used; ++i) {
             slots[i].places = reinterpret_cast<Place*>(frame_ + at_places + i * places_size);

@@ -4,6 +4,8 @@
 
 #include <atomic>
 #include <cmath>
+#include <limits>
+#include <new>
 #include <random>
 
 #include "executors.hpp"
@@ -408,6 +410,27 @@ TEST(ResponsesMemory, FailureAtAnyAllocationLosesNothingOfTheNextFrame)
             ASSERT_EQ(memory.blocks, 0u);
         }
         EXPECT_GE(failures, form == ResponseForm::dense ? 1u : 3u);
+    }
+}
+
+TEST(ResponsesMemory, APlanBeyondAnyMemoryIsBadAlloc)
+{
+    constexpr std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
+    jostle::WorkPlan beyond, fitting;
+    beyond.items = beyond.blocks = most;
+    fitting.items = fitting.block_items = fitting.blocks = 1;
+    for (const std::uint32_t objects : {most, most / 2 + 1, 1u << 30}) { // the product wraps, to 0 and more
+        contract::CountingMemory memory;
+        ResponsesOptions options;
+        options.memory = &memory;
+        options.form = ResponseForm::dense;
+        Responses<Impulse> responses(options);
+        EXPECT_THROW(responses.start(objects, beyond), std::bad_alloc) << objects;
+        EXPECT_EQ(memory.blocks, 0u) << "nobody was asked for memory";
+        EXPECT_THROW(responses.add({0, 0}, 0, Impulse{}), jostle::Error);
+        responses.start(3, fitting);
+        responses.add({0, 0}, 2, {1, 2, 3, 4});
+        EXPECT_EQ(responses.merge()[2].turn, 4);
     }
 }
 
