@@ -645,6 +645,18 @@ void add_bench_command(CLI::App& app)
     add_bench_questions_command(*command);
     add_bench_contacts_command(*command);
     add_bench_responses_command(*command);
+    // Each part has options of its own: what stands before its name would be lost.
+    command->require_subcommand(0, 1);
+    for (CLI::App* part : command->get_subcommands([](const CLI::App*) { return true; }))
+        part->preparse_callback([command, part](std::size_t) {
+            for (const CLI::Option* option : command->get_options())
+                if (option->count() > 0 && option != command->get_help_ptr())
+                    throw UsageError(
+                        (option->get_positional() ? option->results().front() : option->get_name()) +
+                        " has no effect before " + part->get_name() +
+                        "; what that takes stands after it: see jostle bench " + part->get_name() +
+                        " --help");
+        });
     command->callback([command, options] {
         if (command->get_subcommands().empty()) run(*options); // else that one was asked for
     });

@@ -80,5 +80,26 @@ TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
     EXPECT_NE(questions.err.find("nowhere"), std::string::npos) << questions.err;
 }
 
+TEST_F(ToolTest, BenchPartsRefuseWhatStandsBeforeThem)
+{
+    for (const std::string part : {"world", "questions", "contacts", "responses"})
+        for (const std::vector<std::string>& before : {std::vector<std::string>{"-n", "100"},
+                                                       {"uniform"},
+                                                       {"--threads", "1"},
+                                                       {"--double"},
+                                                       {"--peers"}}) {
+            std::vector<std::string> arguments = before;
+            arguments.insert(arguments.begin(), "bench");
+            arguments.push_back(part);
+            const Result result = run(arguments);
+            EXPECT_EQ(result.exit_code, 2) << before.front() << " " << part;
+            EXPECT_EQ(result.out, "");
+            EXPECT_EQ(result.err, "jostle: " + before.front() + " has no effect before " + part +
+                                      "; what that takes stands after it: see jostle bench " + part +
+                                      " --help\n");
+        }
+    EXPECT_EQ(run({"bench", "--help", "world"}).exit_code, 0);
+}
+
 } // namespace
 } // namespace tool_test
