@@ -22,6 +22,7 @@
 #include "engines.hpp"
 #include "jostle/chapter.hpp"
 #include "jostle/find_pairs.hpp"
+#include "numbers.hpp"
 #include "progress.hpp"
 #include "scenes/scenes.hpp"
 #include "threads.hpp"
@@ -241,27 +242,6 @@ std::vector<double> of_all(const std::vector<Sample>& samples, Value value)
     for (const Sample& sample : samples)
         values.push_back(value(sample));
     return values;
-}
-
-std::string hex(std::uint64_t number)
-{
-    char text[17];
-    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(number));
-    return text;
-}
-
-std::string grouped(std::uint64_t number)
-{
-    std::string text = std::to_string(number);
-    for (std::size_t i = text.size(); i > 3;)
-        text.insert(i -= 3, ",");
-    return text;
-}
-
-/// To the microsecond, as JSON and tables show them.
-double rounded(double ms)
-{
-    return static_cast<double>(static_cast<std::int64_t>(ms * 1e4 + 0.5)) / 1e4;
 }
 
 /// The biggest box's longest edge over the smallest one's; 0 if that has no size.

@@ -15,6 +15,7 @@
 
 #include "commands.hpp"
 #include "jostle/find_pairs.hpp"
+#include "numbers.hpp"
 #include "progress.hpp"
 #include "scenes/random.hpp"
 #include "scenes/recording.hpp"
@@ -36,14 +37,6 @@ struct Options
     std::uint32_t frames = 10;
     std::uint32_t threads = 0;
 };
-
-std::string grouped(std::uint64_t number)
-{
-    std::string text = std::to_string(number);
-    for (std::size_t i = text.size(); i > 3;)
-        text.insert(i -= 3, ",");
-    return text;
-}
 
 double median(std::vector<double> values)
 {

@@ -17,6 +17,7 @@
 #include "io/write_pairs.hpp"
 #include "jostle/chapter.hpp"
 #include "jostle/find_pairs.hpp"
+#include "numbers.hpp"
 #include "progress.hpp"
 #include "threads.hpp"
 
@@ -39,7 +40,7 @@ struct Options
 class Stopwatch
 {
   public:
-    /// Milliseconds since construction or the last lap, to the microsecond.
+    /// Milliseconds since construction or the last lap.
     double lap()
     {
         const auto now = std::chrono::steady_clock::now();
@@ -47,7 +48,6 @@ class Stopwatch
         start_ = now;
         return rounded(ms);
     }
-    static double rounded(double ms) { return std::round(ms * 1000) / 1000; }
 
   private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -122,15 +122,6 @@ template <int Dim, class T>
         place += ":" + std::to_string(error.index()) + ":" + std::to_string(column);
     }
     throw UsageError(place + ": " + error.what());
-}
-
-std::string hex(std::uint64_t number)
-{
-    constexpr char digits[] = "0123456789abcdef";
-    std::string text(16, '0');
-    for (std::size_t i = 16; i-- > 0; number >>= 4)
-        text[i] = digits[number & 15];
-    return text;
 }
 
 void run(const Options& options)

@@ -17,6 +17,7 @@
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/box_index.hpp"
+#include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
 #include "scenes/scenes.hpp"
@@ -124,7 +125,7 @@ class Table
                          {"threads", threads},
                          {"question", row.name},
                          {"questions", row.batch.questions},
-                         {"us_each", each},
+                         {"us_each", rounded(each)},
                          {"results", answers.results},
                          {"checksum", std::to_string(answers.checksum)}});
     }
@@ -138,7 +139,7 @@ class Table
                          {"n", n},
                          {"threads", threads},
                          {"question", "build"},
-                         {"ms", ms}});
+                         {"ms", rounded(ms)}});
     }
     [[nodiscard]] const nlohmann::ordered_json& json() const { return rows_; }
     [[nodiscard]] const std::string& difference() const { return difference_; }

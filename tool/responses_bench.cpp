@@ -18,6 +18,7 @@
 #include "commands.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/responses.hpp"
+#include "numbers.hpp"
 #include "options.hpp"
 #include "pinned_threads.hpp"
 #include "scenes/scenes.hpp"
@@ -295,9 +296,9 @@ void run(const Options& options)
         all.push_back({{"part", row.part},
                        {"system", row.system},
                        {"threads", row.threads},
-                       {"median_ms", row.ms},
+                       {"median_ms", rounded(row.ms)},
                        {"bytes", if_known(row.bytes)},
-                       {"efficiency", if_known(row.efficiency)}});
+                       {"efficiency", if_known(rounded(row.efficiency))}});
     file.write(all);
 }
 

@@ -13,6 +13,7 @@
 
 #include "commands.hpp"
 #include "io/output_file.hpp"
+#include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
 #include "scenes/recording.hpp"
@@ -145,19 +146,18 @@ void run(const Options& options)
     StageTimes typical;
     for (std::size_t k = 0; k < StageTimes::count; ++k)
         typical.ms[k] = median(all.stage[k]);
-    char hash[17];
-    std::snprintf(hash, sizeof hash, "%016" PRIx64, simulation.hash());
+    const std::string hash = hex(simulation.hash());
     if (table) {
         print_row("median", simulation, of_first(energy_last), typical);
         std::printf(
             "\nA frame takes %.3f ms (median); real time leaves it 16.7. The last frame's hash is %s.\n",
-            median(all.total), hash);
+            median(all.total), hash.c_str());
     }
     if (json) {
         nlohmann::ordered_json ms;
         for (std::size_t k = 0; k < StageTimes::count; ++k)
-            ms[StageTimes::names[k]] = typical.ms[k];
-        ms["frame"] = median(all.total);
+            ms[StageTimes::names[k]] = rounded(typical.ms[k]);
+        ms["frame"] = rounded(median(all.total));
         const nlohmann::ordered_json line = {{"hash", hash},
                                              {"frames", options.frames},
                                              {"bodies", options.bodies},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // jostle bench contacts, questions and responses.
 #include <map>
+#include <regex>
 #include <set>
 
 #include <nlohmann/json.hpp>
@@ -10,11 +11,19 @@
 namespace tool_test {
 namespace {
 
+/// 0.0356, not 0.035563000000000004.
+void expect_rounded(const std::string& json)
+{
+    std::smatch match;
+    EXPECT_FALSE(std::regex_search(json, match, std::regex(R"([0-9]\.[0-9]{6,})"))) << match.str();
+}
+
 TEST_F(ToolTest, BenchContactsFindsTheSameOnAnyThreads)
 {
     const Result result =
         run({"bench", "contacts", "-n", "80", "--threads", "1,2", "--frames", "2", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
+    expect_rounded(result.out);
     const nlohmann::json rows = nlohmann::json::parse(result.out);
     EXPECT_EQ(rows.size(), 10u) << "five kinds of pairs on one thread and on two";
     std::map<std::string, std::set<std::pair<int, int>>> found;
@@ -38,6 +47,7 @@ TEST_F(ToolTest, BenchQuestionsAnswersTheSameOnAnyThreads)
     const Result result =
         run({"bench", "questions", "-n", "500", "--threads", "1,2", "--repetitions", "1", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
+    expect_rounded(result.out);
     std::map<std::string, std::set<std::string>> answers;
     for (const auto& row : nlohmann::json::parse(result.out)) {
         if (row["question"] == "build") continue;
@@ -54,6 +64,7 @@ TEST_F(ToolTest, BenchResponsesMeasuresBothParts)
     const Result result =
         run({"bench", "responses", "-n", "300", "--threads", "2", "--frames", "1", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
+    expect_rounded(result.out);
     std::set<std::string> systems;
     for (const auto& row : nlohmann::json::parse(result.out)) {
         EXPECT_GT(row["median_ms"], 0) << row;
