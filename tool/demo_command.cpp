@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -32,11 +33,21 @@ using jostle::Pair;
 
 struct Options
 {
-    std::string recording = JOSTLE_DATA_DIR "/tumble.jrec";
+    std::optional<std::filesystem::path> recording; // none: our own
     std::size_t boxes = 1'000'000;
     std::uint32_t frames = 10;
     std::uint32_t threads = 0;
 };
+
+/// The recording that was installed with this command; empty if there is none.
+std::filesystem::path installed_recording()
+{
+    std::error_code unknown; // where there is no /proc
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
+    if (unknown) return {};
+    const auto file = (program.parent_path() / JOSTLE_RECORDINGS_FROM_BIN / "tumble.jrec").lexically_normal();
+    return std::filesystem::exists(file, unknown) ? file : std::filesystem::path();
+}
 
 double median(std::vector<double> values)
 {
@@ -209,9 +220,12 @@ void play_scene(const Options& options, jostle::PairFinder& finder)
 
 void run(const Options& options)
 {
+    const std::filesystem::path installed = installed_recording();
+    const std::filesystem::path own = installed.empty() ? JOSTLE_DATA_DIR "/tumble.jrec" : installed;
+    const std::filesystem::path file = options.recording.value_or(own);
     std::unique_ptr<jostle_scenes::RecordingReader> recording;
     try {
-        recording = std::make_unique<jostle_scenes::RecordingReader>(options.recording);
+        recording = std::make_unique<jostle_scenes::RecordingReader>(file);
     } catch (const std::runtime_error& error) {
         throw UsageError(std::string(error.what()) + " (--recording FILE plays another)");
     }
@@ -221,9 +235,11 @@ void run(const Options& options)
     jostle::PairFinder finder(finder_options);
 
     const jostle_scenes::RecordingInfo& info = recording->info();
-    std::error_code error;
-    const std::filesystem::path shown = std::filesystem::proximate(options.recording, error);
-    std::printf("%s: %s boxes, %s frames\n  %s\n", error ? options.recording.c_str() : shown.c_str(),
+    // Our own is shown from here if that is shorter.
+    std::error_code unknown;
+    const std::filesystem::path near = std::filesystem::proximate(file, unknown);
+    const bool shorter = !unknown && near.native().size() < file.native().size();
+    std::printf("%s: %s boxes, %s frames\n  %s\n", shorter ? near.c_str() : file.c_str(),
                 grouped(info.objects).c_str(), grouped(info.frames).c_str(), info.description.c_str());
     std::printf("  on %u %s, %s; ms a frame and its stages\n\n", threads.count(),
                 threads.count() == 1 ? "thread" : "threads", jostle::name(finder_options.instruction_set));
@@ -241,11 +257,12 @@ void run(const Options& options)
     std::fflush(stdout);
     play_scene(options, finder);
 
-    std::printf(
-        "Next:\n"
-        "  ./run pairs FILE.csv -o pairs.csv    your own boxes: CSV, NPY, a mesh, a recording\n"
-        "  ./run bench                          seven kinds of scenes; --help says what else\n"
-        "  ./run --help                         every command (./run hands its arguments to jostle)\n");
+    const char* const command = installed.empty() ? "./run" : "jostle"; // the one calls the other
+    std::printf("Next:\n"
+                "  %s pairs FILE.csv -o pairs.csv    your own boxes: CSV, NPY, a mesh, a recording\n"
+                "  %s bench                          seven kinds of scenes; --help says what else\n"
+                "  %s --help                         every command\n",
+                command, command, command);
 }
 
 constexpr const char* help =

@@ -1,7 +1,8 @@
-# cmake -D source= -D scratch= -D how=find_package|pkg_config|subdirectory [-D install=BUILD_FOLDER] [-D flags=]
+# cmake -D source= -D scratch= -D how=find_package|pkg_config|subdirectory|tool [-D install=BUILD_FOLDER] [-D flags=]
 #   -P consume.cmake
 #
-# Installs Jostle from its build folder and builds and runs the project beside this file with it.
+# Installs Jostle from its build folder and builds and runs the project beside this file with it, or runs the
+# installed command.
 set(project ${CMAKE_CURRENT_LIST_DIR}/project)
 set(prefix ${scratch}/moved)
 file(REMOVE_RECURSE ${scratch})
@@ -19,6 +20,16 @@ if(install)
   # Moved afterwards: nothing installed may know where it was put.
   step(${CMAKE_COMMAND} --install ${install} --prefix ${scratch}/installed)
   file(RENAME ${scratch}/installed ${prefix})
+endif()
+
+if(how STREQUAL "tool")
+  # What it plays must have moved with it: the source may be gone.
+  execute_process(COMMAND ${prefix}/bin/jostle demo -n 1000 --frames 1 WORKING_DIRECTORY ${scratch}
+    OUTPUT_VARIABLE output RESULT_VARIABLE result)
+  if(NOT result EQUAL 0 OR NOT output MATCHES "^moved/share/jostle/tumble.jrec: 1,500 boxes.*\n  jostle pairs ")
+    message(FATAL_ERROR "jostle demo (${result}) doesn't play the recording installed with it: ${output}")
+  endif()
+  return()
 endif()
 
 if(how STREQUAL "pkg_config")
