@@ -34,10 +34,11 @@ std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const V
     return pairs;
 }
 
+// JOSTLE_API again: g++ hides a function with a template argument that has none, as BoxView.
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>&, const Filter&);                \
-    template std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>&, const BoxView<Dim, T>&,        \
-                                                      const CrossFilter&);
+    template JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>&, const Filter&);     \
+    template JOSTLE_API std::vector<Pair> find_pairs_brute_force(                                            \
+        const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

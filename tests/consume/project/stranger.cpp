@@ -48,6 +48,13 @@ int main()
             return 1;
         }
     }
+    // Two sets: each box of the one touches itself and its two neighbours in the other.
+    const jostle::BoxView<3, float> view(boxes);
+    jostle::PairFinder finder;
+    if (jostle::find_pairs_brute_force(view, view).size() != 2998 || finder.find(view, view).size() != 2998) {
+        std::fprintf(stderr, "wrong pairs of two sets: 2998 expected\n");
+        return 1;
+    }
     if (!error_arrives()) {
         std::fprintf(stderr, "no jostle::Error for a NaN\n");
         return 1;
