@@ -1,66 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The hot loops, written once and compiled once per instruction set: kernels.cpp includes this file inside a
-// namespace and target region of each. The plain loops are for the compiler to vectorise; the sweep comes in
-// three forms, by what the instruction set is good at. No include guard, on purpose.
+// namespace and target region of each. The plain loops are for the compiler to vectorise; the rest is written in
+// Highway, with a form in plain C++ for builds without it. Where intrinsics stand instead, it says what that
+// brings (docs/decisions/005). The sweep comes in three forms, by what the instruction set is good at. No include
+// guard, on purpose.
 
 // --- From boxes to records ---
 
-#if JOSTLE_KERNEL_WIDE
-
-/// For each column of a transposition of boxes: where its lanes lie in each couple of registers.
-template <int Columns, int Lanes, class Index>
-struct Transposition
-{
-    static constexpr int couples = Columns / 2;
-    alignas(64) Index from[Columns][couples][Lanes] = {};
-    std::uint16_t lanes[Columns][couples] = {}; // which lanes are found there
-    constexpr Transposition()
-    {
-        for (int column = 0; column < Columns; ++column)
-            for (int lane = 0; lane < Lanes; ++lane) {
-                const int place = column + Columns * lane, couple = place / (2 * Lanes);
-                from[column][couple][lane] = static_cast<Index>(place % (2 * Lanes));
-                lanes[column][couple] = static_cast<std::uint16_t>(lanes[column][couple] | (1u << lane));
-            }
-    }
-};
-
-/// Boxes that lie one behind the other without gaps, as many as a register has lanes, as columns: lo of each
-/// axis, then hi.
-template <int Dim>
-inline void transpose(const float* boxes, float* const (&columns)[2 * Dim])
-{
-    static constexpr Transposition<2 * Dim, 16, std::int32_t> at;
-    __m512 in[2 * Dim];
-    for (int r = 0; r < 2 * Dim; ++r)
-        in[r] = _mm512_loadu_ps(boxes + 16 * r);
-    for (int c = 0; c < 2 * Dim; ++c) {
-        __m512 out = _mm512_permutex2var_ps(in[0], _mm512_load_si512(at.from[c][0]), in[1]);
-        for (int k = 1; k < Dim; ++k)
-            out = _mm512_mask_mov_ps(
-                out, at.lanes[c][k],
-                _mm512_permutex2var_ps(in[2 * k], _mm512_load_si512(at.from[c][k]), in[2 * k + 1]));
-        _mm512_storeu_ps(columns[c], out);
-    }
-}
-template <int Dim>
-inline void transpose(const double* boxes, double* const (&columns)[2 * Dim])
-{
-    static constexpr Transposition<2 * Dim, 8, std::int64_t> at;
-    __m512d in[2 * Dim];
-    for (int r = 0; r < 2 * Dim; ++r)
-        in[r] = _mm512_loadu_pd(boxes + 8 * r);
-    for (int c = 0; c < 2 * Dim; ++c) {
-        __m512d out = _mm512_permutex2var_pd(in[0], _mm512_load_si512(at.from[c][0]), in[1]);
-        for (int k = 1; k < Dim; ++k)
-            out = _mm512_mask_mov_pd(
-                out, static_cast<__mmask8>(at.lanes[c][k]),
-                _mm512_permutex2var_pd(in[2 * k], _mm512_load_si512(at.from[c][k]), in[2 * k + 1]));
-        _mm512_storeu_pd(columns[c], out);
-    }
-}
-
-#elif !JOSTLE_KERNEL_SCALAR
+#if !JOSTLE_KERNEL_SCALAR
 
 /// Four boxes of floats that lie one behind the other, as columns: lo of each axis, then hi.
 template <int Dim>
@@ -103,17 +50,16 @@ void load(const BoxView<Dim, T>& boxes, std::size_t begin, Unit<T>& unit)
     for (int d = 0; d < Dim; ++d)
         packed &= lo[d] == lo[0] + static_cast<std::size_t>(d) * sizeof(T) &&
                   hi[d] == lo[0] + static_cast<std::size_t>(Dim + d) * sizeof(T);
-    constexpr std::uint32_t lanes = JOSTLE_KERNEL_WIDE ? 64 / sizeof(T) : 4;
-    if constexpr (JOSTLE_KERNEL_WIDE || sizeof(T) == 4)
+    if constexpr (sizeof(T) == 4)
         if (packed) {
             const T* from = reinterpret_cast<const T*>(lo[0]);
-            for (; i + lanes <= unit.count; i += lanes) {
+            for (; i + 4 <= unit.count; i += 4) {
                 T* columns[2 * Dim];
                 for (int d = 0; d < Dim; ++d) {
                     columns[d] = unit.lo[d] + i;
                     columns[Dim + d] = unit.hi[d] + i;
                 }
-                for (std::uint32_t offset = 0; offset < 2 * Dim * lanes; offset += 64 / sizeof(T))
+                for (std::uint32_t offset = 0; offset < 8 * Dim; offset += 64 / sizeof(T))
                     __builtin_prefetch(from + 2 * Dim * (i + unit_size) + offset);
                 transpose<Dim>(from + 2 * Dim * i, columns);
             }
@@ -142,27 +88,7 @@ struct CopyLists
 HWY_ATTR inline void list_copies(const std::uint16_t* kind, std::uint32_t count, CopyLists& lists,
                                  std::uint16_t* wide)
 {
-#if JOSTLE_KERNEL_WIDE
-    __m512i box = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    const auto list = [](std::uint16_t* to, std::uint32_t& size, __m512i boxes, __mmask16 listed) HWY_ATTR {
-        _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + size),
-                            _mm512_cvtepi32_epi16(_mm512_maskz_compress_epi32(listed, boxes)));
-        size += static_cast<std::uint32_t>(std::popcount(static_cast<unsigned>(listed)));
-    };
-    for (std::uint32_t i = 0; i < count; i += 16) {
-        const __mmask16 valid = static_cast<__mmask16>(count - i >= 16 ? 0xffffu : (1u << (count - i)) - 1);
-        const __m512i kinds =
-            _mm512_cvtepu16_epi32(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(kind + i)));
-        const __mmask16 y = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(1));
-        const __mmask16 z = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(2));
-        const __mmask16 more = _mm512_mask_test_epi32_mask(valid, kinds, _mm512_set1_epi32(4));
-        list(lists.y, lists.ys, box, y);
-        list(lists.z, lists.zs, box, z);
-        list(lists.yz, lists.yzs, box, static_cast<__mmask16>(y & z));
-        if (more != 0) list(wide, lists.wides, box, more);
-        box = _mm512_add_epi32(box, _mm512_set1_epi32(16));
-    }
-#elif !JOSTLE_KERNEL_SCALAR
+#if !JOSTLE_KERNEL_SCALAR
     const hn::CappedTag<std::uint16_t, 8> d;
     const hn::Rebind<std::uint8_t, decltype(d)> bytes;
     const auto list = [d, bytes](std::uint16_t* to, std::uint32_t& size, unsigned listed,
@@ -323,7 +249,9 @@ inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* cand
 
 #if JOSTLE_KERNEL_WIDE
 
-// AVX-512: one 32-bit word per axis, both differences of a candidate in one lane; compress in registers.
+// AVX-512: one 32-bit word per axis, both differences of a candidate in one lane; compress in registers. In
+// intrinsics, since Highway's types would ask for a cast at every step. The form in Highway below, compiled for
+// AVX-512, takes 1.35 to 1.55 times as long.
 
 struct Columns
 {
@@ -455,8 +383,8 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
 #else
 #if JOSTLE_KERNEL_SCALAR
 
-// Plain C++: four 16-bit lanes in a 64-bit word. With bit 15 of each lane of the minuend set, no borrow
-// leaves a lane, and the bit survives where the minuend's lane is not the smaller one.
+// Plain C++, for builds without Highway: four 16-bit lanes in a 64-bit word. With bit 15 of each lane of the
+// minuend set, no borrow leaves a lane, and the bit survives where the minuend's lane is not the smaller one.
 
 struct Columns
 {
@@ -693,7 +621,8 @@ struct Rows
         V gap0, gap1;
         gaps(column, j, gap0, gap1);
 #if HWY_TARGET == HWY_AVX2
-        // Saturation keeps signs and zeros, so both rows' gaps fit one register of bytes.
+        // Saturation keeps signs and zeros, so both rows' gaps fit one register of bytes. Highway's
+        // StoreMaskBits packs each mask by itself, and on SSE4 the sweep takes 6 to 11 % longer with it.
         const __m256i bytes = _mm256_permute4x64_epi64(_mm256_packs_epi16(gap0.raw, gap1.raw), 0xd8);
         const auto negative = static_cast<unsigned>(_mm256_movemask_epi8(bytes));
         const auto zero =
