@@ -57,8 +57,17 @@ OutputFile::OutputFile(const std::string& path) : name_(path == "-" ? "stdout" :
     if (std::filesystem::exists(status) && access(target.c_str(), W_OK) != 0) fail(errno);
     const std::string temporary = target.string() + "." + std::to_string(getpid()) + ".part";
     if (temporary.size() >= sizeof unfinished) fail(ENAMETOOLONG);
+    std::memcpy(unfinished, temporary.c_str(), temporary.size() + 1);
+    has_unfinished = true; // before there is a file: a signal may come at any time
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        std::signal(signal, remove_unfinished_and_die);
+    std::signal(SIGXFSZ, SIG_IGN); // a limit on file sizes is then an error like a full disk
     fd_ = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (fd_ < 0) fail(errno);
+    if (fd_ < 0) {
+        const int error_of_open = errno;
+        has_unfinished = false;
+        fail(error_of_open);
+    }
     if (std::filesystem::exists(status)) { // keep the permissions of the file it replaces
         struct stat before;
         if (stat(target.c_str(), &before) == 0 && fchmod(fd_, before.st_mode & 07777) != 0) {
@@ -66,11 +75,6 @@ OutputFile::OutputFile(const std::string& path) : name_(path == "-" ? "stdout" :
         }
     }
     target_ = target.string();
-    std::memcpy(unfinished, temporary.c_str(), temporary.size() + 1);
-    has_unfinished = true;
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-        std::signal(signal, remove_unfinished_and_die);
-    std::signal(SIGXFSZ, SIG_IGN); // a limit on file sizes is then an error like a full disk
 }
 
 OutputFile::~OutputFile()
