@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <span>
 #include <vector>
 
 int main()
@@ -39,7 +38,6 @@ int main()
             1);
     const auto awake = [](const Body& body) { return body.inverse_mass != 0 && body.still < 30; };
 
-    std::vector<jostle::Pair> pairs;
     std::size_t touching = 0, asleep = 0, frame = 0;
     for (; frame < 3000 && asleep < 60; ++frame) {
         for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -52,12 +50,7 @@ int main()
         world.update();
 
         // Pairs of boxes of which one has moved, and where their shapes touch.
-        pairs.clear();
-        for (const jostle::ObjectPair& pair : world.began())
-            pairs.push_back({pair.a.index, pair.b.index});
-        for (const jostle::Pair& pair : world.persisted())
-            pairs.push_back(pair);
-        for (const auto& contact : finder.find(shapes, poses, std::span<const jostle::Pair>(pairs))) {
+        for (const auto& contact : finder.find(shapes, poses, world.changed_pairs())) {
             Body &a = bodies[contact.pair.a], &b = bodies[contact.pair.b];
             float closing = 0;
             for (std::size_t d = 0; d < 3; ++d)

@@ -229,6 +229,10 @@ class JOSTLE_API World
     /// Those that touched before and still do, and of which one object at least changed; ascending by (a, b),
     /// by index, a < b. Valid until the next update.
     [[nodiscard]] const PairBuffer& persisted() const noexcept;
+    /// All that touch and of which one object at least changed: began() and persisted() as one list, ascending
+    /// by index; what `ContactFinder::find` wants. Put together by the first call after an update: a copy,
+    /// unless none began. Valid until the next update.
+    [[nodiscard]] const PairBuffer& changed_pairs() const;
     /// All that touch, changed or not, ascending by (a, b), by index. Searched for in this call: costs as
     /// much as `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;

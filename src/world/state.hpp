@@ -228,6 +228,12 @@ struct World<Dim, T>::Implementation
     std::pmr::vector<std::uint32_t> waking, settling;
     std::pmr::vector<Box> settling_boxes;
 
+    // --- Began and persisted together, once somebody asks ---
+    const PairBuffer& changed_pairs() const;
+    mutable std::mutex changed_pairs_mutex;
+    mutable std::atomic<bool> changed_pairs_are_fresh{false};
+    mutable PairBuffer changed_pairs_list;
+
     // --- For questions: the active objects, indexed when the first question is asked ---
     const BoxIndex<Dim, T>* index_of_active() const; // null if there are none
     void follow_active() const;

@@ -130,6 +130,7 @@ void World<Dim, T>::Implementation::commit() noexcept
     }
     queues.forget();
     shown = 1 - shown;
+    changed_pairs_are_fresh.store(false, std::memory_order_relaxed);
 }
 
 template <int Dim, Coordinate T>

@@ -75,6 +75,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& world_options)
       waking(options.memory),
       settling(options.memory),
       settling_boxes(options.memory),
+      changed_pairs_list(options.memory),
       active_index({options.executor, options.memory, options.instruction_set})
 {
 }
@@ -101,8 +102,9 @@ std::uint64_t World<Dim, T>::Implementation::bytes() const
         sizeof *this + ids.bytes() + queues.bytes() + objects.bytes() + shapes.bytes() +
         finder.stats().bytes_reserved + sorter.bytes() + resting.stats().bytes + active_index.stats().bytes +
         hoods.bytes() + near_pairs.bytes() + among_active.bytes_reserved() + with_idle.bytes_reserved() +
-        scratch_pairs.bytes_reserved() + found_began.bytes() + found_asked.bytes() + found_ended.bytes() +
-        found_others.bytes() + refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
+        scratch_pairs.bytes_reserved() + changed_pairs_list.bytes_reserved() + found_began.bytes() +
+        found_asked.bytes() + found_ended.bytes() + found_others.bytes() +
+        refused.bucket_count() * sizeof(void*) + refused.size() * 4 * sizeof(void*) +
         of(class_of, active, changed, old_filters, old_filter_scratch, old_shapes, contested, writer,
            entry_boxes, entry_index, entry_class, entry_moves_on, joined, kept_of_run, pair_sorting,
            pair_scratch, woken_boxes, old_of_woken, rested_at, lookups, unlisted, entry_created, newcomers,
@@ -327,6 +329,43 @@ template <int Dim, Coordinate T>
 const PairBuffer& World<Dim, T>::persisted() const noexcept
 {
     return implementation_->results[implementation_->shown].persisted;
+}
+
+template <int Dim, Coordinate T>
+const PairBuffer& World<Dim, T>::Implementation::changed_pairs() const
+{
+    const Results& last = results[shown];
+    if (last.began.empty()) return last.persisted;
+    if (changed_pairs_are_fresh.load(std::memory_order_acquire)) return changed_pairs_list;
+    const std::lock_guard lock(changed_pairs_mutex);
+    if (changed_pairs_are_fresh.load(std::memory_order_relaxed)) return changed_pairs_list;
+    const std::size_t count = last.began.size() + last.persisted.size();
+    const bool fits = count * sizeof(Pair) <= changed_pairs_list.bytes_reserved();
+    changed_pairs_list.clear();
+    PairBufferAccess access(changed_pairs_list);
+    Pair* const first = access.chunk(0, fits ? count : count + count / 4).data();
+    Pair* to = first;
+    auto began = last.began.begin();
+    const auto take_began = [&] {
+        *to++ = {began->a.index, began->b.index};
+        ++began;
+    };
+    for (const Pair& pair : last.persisted) {
+        while (began != last.began.end() && Pair{began->a.index, began->b.index} < pair)
+            take_began();
+        *to++ = pair;
+    }
+    while (began != last.began.end())
+        take_began();
+    access.append({first, count});
+    changed_pairs_are_fresh.store(true, std::memory_order_release);
+    return changed_pairs_list;
+}
+
+template <int Dim, Coordinate T>
+const PairBuffer& World<Dim, T>::changed_pairs() const
+{
+    return implementation_->changed_pairs();
 }
 
 template <int Dim, Coordinate T>

@@ -107,6 +107,11 @@ TEST(Memory, AFailedQuestionOrSnapshotChangesNothing)
     EXPECT_GT(starve([&] { (void)churn.world->all(ray, hits); }, unchanged), 0u);
     EXPECT_FALSE(hits.empty());
     EXPECT_GT(starve([&] { (void)churn.world->pairs(); }, unchanged), 0u);
+    jostle::World3f pair; // whose list nobody has asked for yet
+    pair.add({{0, 0, 0}, {1, 1, 1}}), pair.add({{0, 0, 0}, {1, 1, 1}});
+    pair.update();
+    EXPECT_GT(starve([&] { (void)pair.changed_pairs(); }, unchanged), 0u);
+    EXPECT_EQ(pair.changed_pairs().to_vector(), (std::vector<Pair>{{0, 1}}));
     EXPECT_GT(starve([&] { (void)churn.world->save(); }, unchanged), 0u);
     EXPECT_GT(starve([&] { churn.world->restore(saved); }, unchanged), 0u);
     EXPECT_GT(starve([&] { (void)churn.world->fork(); }, unchanged), 0u);
@@ -129,19 +134,22 @@ TEST(Memory, SteadyUpdatesAllocateNothing)
                 frames.emplace_back(scene.boxes().begin(), scene.boxes().end());
                 scene.step();
             }
-            std::uint64_t allocated = 0, persisted = 0;
+            std::uint64_t allocated = 0, persisted = 0, began = 0;
             for (int frame = 0; frame < 84; ++frame) {
                 const int phase = frame % 14;
                 const auto& boxes = frames[static_cast<std::size_t>(phase < 8 ? phase : 14 - phase)];
                 const std::uint64_t before = global_new::calls;
                 world.move(ids, boxes);
                 world.update();
+                EXPECT_EQ(world.changed_pairs().size(), world.began().size() + world.persisted().size());
                 if (frame < 56) continue;
                 allocated += global_new::calls - before;
                 persisted += world.persisted().size();
+                began += world.began().size();
             }
             EXPECT_EQ(allocated, 0u) << name << ", " << executor->concurrency() << " threads";
             EXPECT_GT(persisted, 1000u);
+            EXPECT_GT(began, 10u);
         }
 }
 

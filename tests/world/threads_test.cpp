@@ -184,6 +184,29 @@ TEST(Threads, CommandsWhileUpdatesRun)
     EXPECT_GT(pairs.size(), 100u);
 }
 
+TEST(Threads, TheFirstWhoAsksForTheChangedPairsMakesTheList)
+{
+    jostle::World3f world;
+    Random random(5);
+    for (int update = 0; update < 30; ++update) {
+        for (int k = 0; k < 40; ++k)
+            (void)world.add(random_box<3, float>(random, 12));
+        world.update();
+        const std::uint64_t expected = world.began().size() + world.persisted().size();
+        std::vector<std::thread> threads;
+        for (int t = 0; t < 4; ++t)
+            threads.emplace_back([&] {
+                std::uint64_t count = 0;
+                for (const Pair& pair : world.changed_pairs())
+                    count += pair.a < pair.b ? 1 : 0;
+                EXPECT_EQ(count, expected);
+            });
+        for (std::thread& thread : threads)
+            thread.join();
+    }
+    EXPECT_GT(world.began().size(), 10u);
+}
+
 TEST(Threads, LanesOfThreadsThatAreGoneServeOthers)
 {
     jostle::World3f world;

@@ -169,6 +169,13 @@ testing::AssertionResult agree(const jostle::World<Dim, T>& world, const Twin<Di
     if (world.persisted().to_vector() != twin.persisted) // ascending
         return testing::AssertionFailure() << "persisted: " << world.persisted().size()
                                            << " pairs, the twin has " << twin.persisted.size();
+    std::vector<Pair> changed = twin.persisted;
+    for (const ObjectPair& pair : began)
+        changed.push_back({pair.a.index, pair.b.index});
+    std::sort(changed.begin(), changed.end());
+    if (world.changed_pairs().to_vector() != changed || world.changed_pairs().size() != changed.size())
+        return testing::AssertionFailure()
+               << "changed: " << world.changed_pairs().size() << " pairs, the twin has " << changed.size();
     if (with_pairs && world.pairs().to_vector() != twin.all)
         return testing::AssertionFailure()
                << "pairs: " << world.pairs().size() << ", the twin has " << twin.all.size();
