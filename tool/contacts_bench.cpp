@@ -271,7 +271,7 @@ Measured measure_jostle(const PairScene& scene, std::uint32_t frames, jostle::Ex
     const jostle::ContactBuffer<3, float>* found = nullptr;
     Measured result = measure(
         scene, frames, [&](const std::vector<Pose3f>& given) { poses = &given; },
-        [&] { found = &finder.find(scene.shapes, *poses, std::span<const Pair>(scene.pairs)); });
+        [&] { found = &finder.find(scene.shapes, *poses, scene.pairs); });
     Pair last{~0u, ~0u};
     for (const auto& contact : *found) {
         result.counts.points += contact.count;

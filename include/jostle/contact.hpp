@@ -7,8 +7,10 @@
 #include <iterator>
 #include <memory>
 #include <memory_resource>
+#include <new>
 #include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -78,7 +80,14 @@ class ContactBuffer
         other.blocks_.clear();
         other.chunks_.clear();
     }
-    ContactBuffer& operator=(ContactBuffer&&) = delete;
+    ContactBuffer& operator=(ContactBuffer&& other) noexcept
+    {
+        if (this != &other) {
+            this->~ContactBuffer(); // pmr containers don't take over a memory resource by assignment
+            new (this) ContactBuffer(std::move(other));
+        }
+        return *this;
+    }
     ~ContactBuffer() { release(); }
 
     [[nodiscard]] std::uint64_t size() const noexcept { return size_; }
@@ -197,17 +206,10 @@ struct ContactOptions
     InstructionSet instruction_set = supported_instruction_sets().front();
 };
 
-namespace narrow {
-template <class Value, class Container>
-StridedView<Value> view_of(const Container& values)
-{
-    return StridedView<Value>(std::span<const Value>(values));
-}
-} // namespace narrow
-
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
 ///
-/// Shapes and poses have one element per object; pairs name objects by position, in any order, also b < a.
+/// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Pairs name objects
+/// by position, in any order, also b < a. With two sets, a is of the first and b of the second.
 ///
 /// Touching  closed shapes: depth >= 0 up to rounding. Computed in double, relative to one of the two objects.
 /// Order     that of the pairs. The same bits for any number of threads, instruction set and compiler, and
@@ -241,33 +243,28 @@ class JOSTLE_API ContactFinder
 
     /// All contacts of the pairs whose shapes touch or have a gap of up to `margin`. The result lies in the
     /// finder and is valid until its next call.
-    const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
-                                      T margin = 0);
-    const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, const PairBuffer& pairs,
-                                      T margin = 0);
-    /// Pairs of an object of the first set and one of the second.
+    const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, PairView pairs, T margin = 0);
     const ContactBuffer<Dim, T>& find(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
-                                      const Poses& poses_b, const PairBuffer& pairs, T margin = 0);
+                                      const Poses& poses_b, PairView pairs, T margin = 0);
+    /// Exchanges the result of the last find() for `buffer`: `buffer` has the contacts, and the finder its memory, to
+    /// fill it the next time. Who keeps the contacts of the frame before allocates nothing. The buffer's memory resource
+    /// goes with it: it must suit the finder.
+    void take(ContactBuffer<Dim, T>& buffer);
 
-    /// out[i] says whether the shapes of pairs[i] touch: 1 or 0. `out` has one element per pair.
-    void touching(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
-                  std::span<std::uint8_t> out);
-    /// out[i] is the distance of pairs[i], or, further apart than `max_distance`, one with distance infinity.
-    void distances(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs, T max_distance,
+    /// out[i] says whether the shapes of pair i touch: 1 or 0. `out` has one element per pair.
+    void touching(const Shapes& shapes, const Poses& poses, PairView pairs, std::span<std::uint8_t> out);
+    void touching(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
+                  PairView pairs, std::span<std::uint8_t> out);
+    /// out[i] is the distance of pair i, or, further apart than `max_distance`, one with distance infinity.
+    void distances(const Shapes& shapes, const Poses& poses, PairView pairs, T max_distance,
                    std::span<Distance<Dim, T>> out);
-    /// out[i] is the first impact of pairs[i], or one with time infinity. See time_of_impact.
-    void impacts(const Shapes& shapes, const Motions& motions, std::span<const Pair> pairs, T tolerance,
+    void distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
+                   PairView pairs, T max_distance, std::span<Distance<Dim, T>> out);
+    /// out[i] is the first impact of pair i, or one with time infinity. See time_of_impact.
+    void impacts(const Shapes& shapes, const Motions& motions, PairView pairs, T tolerance,
                  std::span<Impact<Dim, T>> out);
-
-    /// With contiguous containers.
-    template <class ShapeContainer, class PoseContainer, class Pairs>
-        requires std::convertible_to<const ShapeContainer&, std::span<const Shape<Dim>>> &&
-                 std::convertible_to<const PoseContainer&, std::span<const Pose<Dim, T>>>
-    const ContactBuffer<Dim, T>& find(const ShapeContainer& shapes, const PoseContainer& poses,
-                                      const Pairs& pairs, T margin = 0)
-    {
-        return find(narrow::view_of<Shape<Dim>>(shapes), narrow::view_of<Pose<Dim, T>>(poses), pairs, margin);
-    }
+    void impacts(const Shapes& shapes_a, const Motions& motions_a, const Shapes& shapes_b,
+                 const Motions& motions_b, PairView pairs, T tolerance, std::span<Impact<Dim, T>> out);
 
   private:
     struct Implementation;
@@ -292,7 +289,7 @@ template <int Dim, Coordinate T>
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::vector<Contact<Dim, T>>
 contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b,
-         T margin = 0);
+         std::type_identity_t<T> margin = 0);
 
 /// The signed distance, or nothing if it is more than `max_distance` (which may be infinite).
 ///
@@ -300,7 +297,7 @@ contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Distance<Dim, T>>
 distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b,
-         T max_distance);
+         std::type_identity_t<T> max_distance);
 
 /// The first time in [0, 1] at which the distance is at most `tolerance` (> 0, a length), or nothing. Never
 /// later than the true first touch, so no tunnelling, and at the time given the shapes are no further apart.
@@ -309,6 +306,6 @@ distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Impact<Dim, T>>
 time_of_impact(const Shape<Dim>& a, const Motion<Dim, T>& motion_a, const Shape<Dim>& b,
-               const Motion<Dim, T>& motion_b, T tolerance);
+               const Motion<Dim, T>& motion_b, std::type_identity_t<T> tolerance);
 
 JOSTLE_NAMESPACE_END

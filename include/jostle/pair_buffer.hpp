@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
@@ -124,6 +125,28 @@ class JOSTLE_API PairBuffer
     std::pmr::vector<Chunk> chunks_;
     std::uint64_t size_ = 0;
     std::uint64_t bytes_reserved_ = 0;
+};
+
+/// Pairs to be read where they lie: a PairBuffer, or an array, vector or span.
+class PairView
+{
+  public:
+    PairView(const PairBuffer& pairs) noexcept : blocks_(pairs.blocks()), size_(pairs.size()) {}
+    template <class Container>
+        requires std::convertible_to<const Container&, std::span<const Pair>>
+    PairView(const Container& pairs) noexcept : array_(pairs), size_(array_.size())
+    {
+    }
+    [[nodiscard]] std::uint64_t size() const noexcept { return size_; }
+    [[nodiscard]] std::span<const std::span<const Pair>> blocks() const noexcept
+    {
+        return array_.empty() ? blocks_ : std::span(&array_, 1);
+    }
+
+  private:
+    std::span<const Pair> array_;
+    std::span<const std::span<const Pair>> blocks_;
+    std::uint64_t size_;
 };
 
 /// An order-independent fingerprint of a set of pairs: the sum modulo 2^64 over its pairs of the splitmix64

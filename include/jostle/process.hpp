@@ -110,14 +110,9 @@ void process_each(std::span<const std::span<const Item>> runs, std::uint64_t ite
 /// Order    the pairs of a block in the buffer's order; blocks at the same time. A block whose pairs lie in
 ///          several pieces of memory comes as several batches, one after another.
 template <ItemProcess<Pair> F>
-void process_pairs(const PairBuffer& pairs, F&& process, const ProcessOptions& options = {})
+void process_pairs(PairView pairs, F&& process, const ProcessOptions& options = {})
 {
     detail::process_each<Pair>(pairs.blocks(), pairs.size(), process, options);
-}
-template <ItemProcess<Pair> F>
-void process_pairs(std::span<const Pair> pairs, F&& process, const ProcessOptions& options = {})
-{
-    detail::process_each<Pair>({&pairs, 1}, pairs.size(), process, options);
 }
 
 /// The same for contacts (contact.hpp), or whatever lies in a buffer with blocks() and size().

@@ -4,9 +4,11 @@
 #include <array>
 #include <concepts>
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "jostle/box.hpp"
@@ -276,22 +278,25 @@ using Shape3 = Shape<3>;
 /// Errors   `Error` for a negative margin. The box of an invalid pose has NaN bounds, which every search reports.
 /// Source   Ericson, Real-Time Collision Detection (2005), sec. 4.2.6.
 template <int Dim, Coordinate T>
-[[nodiscard]] JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, T margin = 0);
+[[nodiscard]] JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose,
+                                             std::type_identity_t<T> margin = 0);
 
 /// The same for all objects: out[i] from shapes[i] and poses[i], spread over the executor.
 /// Errors   `Error` where the three sizes differ, or for a negative margin.
 template <int Dim, Coordinate T>
 JOSTLE_API void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses,
-                       std::span<Aabb<Dim, T>> out, T margin = 0, Executor& executor = serial_executor());
-/// With contiguous containers, or views, of shapes and poses.
-template <class Shapes, class Poses, int Dim, Coordinate T>
-    requires std::convertible_to<const Shapes&, StridedView<Shape<Dim>>> &&
-             std::convertible_to<const Poses&, StridedView<Pose<Dim, T>>>
-void bounds(const Shapes& shapes, const Poses& poses, std::vector<Aabb<Dim, T>>& out,
-            std::type_identity_t<T> margin = 0, Executor& executor = serial_executor())
+                       std::span<Aabb<Dim, T>> out, std::type_identity_t<T> margin = 0,
+                       Executor& executor = serial_executor());
+/// With contiguous containers, or views, of shapes and poses, and any contiguous boxes.
+template <class Shapes, class Poses, class Boxes,
+          class Box = std::remove_pointer_t<decltype(std::data(std::declval<Boxes&>()))>,
+          Coordinate T = std::remove_extent_t<decltype(Box::lo)>>
+void bounds(const Shapes& shapes, const Poses& poses, Boxes&& out, std::type_identity_t<T> margin = 0,
+            Executor& executor = serial_executor())
 {
-    bounds(StridedView<Shape<Dim>>(shapes), StridedView<Pose<Dim, T>>(poses), std::span<Aabb<Dim, T>>(out),
-           margin, executor);
+    constexpr int dim = static_cast<int>(std::extent_v<decltype(Box::lo)>);
+    bounds<dim, T>(StridedView<Shape<dim>>(shapes), StridedView<Pose<dim, T>>(poses),
+                   std::span<Aabb<dim, T>>(out), margin, executor);
 }
 
 JOSTLE_NAMESPACE_END

@@ -61,6 +61,14 @@ void check_length(const char* what, T value, bool zero_allowed)
                         (zero_allowed ? "a length from 0 to 1e60" : "a length above 0"));
 }
 
+template <class T>
+void check_max_distance(T max_distance)
+{
+    if (!(max_distance >= 0))
+        throw Error(ErrorCode::invalid_argument, "the greatest distance is " + text(double{max_distance}) +
+                                                     "; give a length of 0 or more, or infinity");
+}
+
 template <int Dim, class T>
 bool valid(const Motion<Dim, T>& motion)
 {

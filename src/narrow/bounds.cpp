@@ -193,7 +193,7 @@ Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double ma
 } // namespace narrow
 
 template <int Dim, Coordinate T>
-Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, T margin)
+Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, std::type_identity_t<T> margin)
 {
     narrow::check_margin(double{margin});
     return narrow::box_of(shape, pose, double{margin});
@@ -201,7 +201,7 @@ Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose, T margin)
 
 template <int Dim, Coordinate T>
 void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses, std::span<Aabb<Dim, T>> out,
-            T margin, Executor& executor)
+            std::type_identity_t<T> margin, Executor& executor)
 {
     if (shapes.size() != poses.size() || shapes.size() != out.size())
         throw Error(ErrorCode::size_mismatch, "bounds was given " + std::to_string(shapes.size()) +

@@ -24,12 +24,14 @@ struct Side
     StridedView<Where> poses;
 };
 
-void check_sizes(std::size_t shapes, std::size_t poses, const char* of)
+template <int Dim, class Where>
+void check_sizes(const Side<Dim, Where>& a, const Side<Dim, Where>& b, const char* of)
 {
-    if (shapes != poses)
-        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(shapes) + " shapes and " +
-                                                  std::to_string(poses) + " " + of +
-                                                  "; give one of each per object");
+    for (const Side<Dim, Where>* side : {&a, &b})
+        if (side->shapes.size() != side->poses.size())
+            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(side->shapes.size()) +
+                                                      " shapes and " + std::to_string(side->poses.size()) +
+                                                      " " + of + "; give one of each per object");
 }
 void check_out(std::size_t pairs, std::size_t out)
 {
@@ -59,7 +61,8 @@ void check_object(const Shape<Dim>& shape, const Motion<Dim, T>& motion, std::ui
 }
 /// Objects that no pair names are nobody's business.
 template <int Dim, class Where>
-inline void check_pair(const Side<Dim, Where>& a, const Side<Dim, Where>& b, const Pair& pair, std::uint64_t number)
+inline void check_pair(const Side<Dim, Where>& a, const Side<Dim, Where>& b, const Pair& pair,
+                       std::uint64_t number)
 {
     if (pair.a >= a.shapes.size() || pair.b >= b.shapes.size())
         refuse_pair(pair, number, a.shapes.size(), b.shapes.size());
@@ -74,6 +77,7 @@ template <int Dim, Coordinate T>
 struct ContactFinder<Dim, T>::Implementation
 {
     using Sides = narrow::Side<Dim, Pose<Dim, T>>;
+    using MovingSides = narrow::Side<Dim, Motion<Dim, T>>;
     explicit Implementation(const ContactOptions& given)
         : options(given), kernels(&narrow::kernels_for(checked(given.instruction_set))), result(given.memory)
     {
@@ -100,6 +104,14 @@ struct ContactFinder<Dim, T>::Implementation
 
     const ContactBuffer<Dim, T>& find(const Sides& side_a, const Sides& side_b,
                                       std::span<const std::span<const Pair>> blocks, T margin);
+    void touching(const Sides& side_a, const Sides& side_b, PairView pairs, std::span<std::uint8_t> out);
+    void distances(const Sides& side_a, const Sides& side_b, PairView pairs, T max_distance,
+                   std::span<Distance<Dim, T>> out);
+    void impacts(const MovingSides& side_a, const MovingSides& side_b, PairView pairs, T tolerance,
+                 std::span<Impact<Dim, T>> out);
+    template <class Where, class Out, class Answer>
+    void ask(const narrow::Side<Dim, Where>& side_a, const narrow::Side<Dim, Where>& side_b, PairView pairs,
+             std::span<Out> out, std::uint64_t block, const Answer& answer);
 
     struct alignas(64) Worker
     {
@@ -225,8 +237,7 @@ ContactFinder<Dim, T>::Implementation::find(const Sides& side_a, const Sides& si
     const InUse call(in_use, "ContactFinder");
     result.clear();
     narrow::check_length("margin", margin, true);
-    for (const Sides* side : {&side_a, &side_b})
-        narrow::check_sizes(side->shapes.size(), side->poses.size(), "poses");
+    narrow::check_sizes(side_a, side_b, "poses");
 
     pair_blocks.clear();
     std::uint64_t before = 0;
@@ -292,26 +303,6 @@ template <int Dim, Coordinate T>
 ContactFinder<Dim, T>::~ContactFinder() = default;
 
 template <int Dim, Coordinate T>
-const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes, const Poses& poses,
-                                                         std::span<const Pair> pairs, T margin)
-{
-    return implementation_->find({shapes, poses}, {shapes, poses}, {&pairs, 1}, margin);
-}
-template <int Dim, Coordinate T>
-const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes, const Poses& poses,
-                                                         const PairBuffer& pairs, T margin)
-{
-    return implementation_->find({shapes, poses}, {shapes, poses}, pairs.blocks(), margin);
-}
-template <int Dim, Coordinate T>
-const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes_a, const Poses& poses_a,
-                                                         const Shapes& shapes_b, const Poses& poses_b,
-                                                         const PairBuffer& pairs, T margin)
-{
-    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, pairs.blocks(), margin);
-}
-
-template <int Dim, Coordinate T>
 void ContactFinder<Dim, T>::add_test(const PairTest<Dim>& test)
 {
     if (test.test == nullptr)
@@ -330,93 +321,149 @@ void ContactFinder<Dim, T>::add_test(const PairTest<Dim>& test)
 }
 
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
-                                     std::span<std::uint8_t> out)
+void ContactFinder<Dim, T>::take(ContactBuffer<Dim, T>& buffer)
 {
-    Implementation& self = *implementation_;
-    const InUse call(self.in_use, "ContactFinder");
-    const typename Implementation::Sides side{shapes, poses};
+    const InUse call(implementation_->in_use, "ContactFinder");
+    std::swap(implementation_->result, buffer);
+    implementation_->result.clear();
+}
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::Implementation::touching(const Sides& side_a, const Sides& side_b, PairView pairs,
+                                                     std::span<std::uint8_t> out)
+{
+    const InUse call(in_use, "ContactFinder");
+    narrow::check_sizes(side_a, side_b, "poses");
     narrow::check_out(pairs.size(), out.size());
-    narrow::check_sizes(shapes.size(), poses.size(), "poses");
-    const ProcessOptions in_blocks{&self.executor(), narrow::block_pairs};
-    self.ready_workers(plan_work(pairs.size(), in_blocks).slots);
-    const auto test_block = [&](std::uint64_t first, std::uint64_t last, Work work) {
-        const std::span<const Pair> some = pairs.subspan(first, last - first);
-        auto& worker = self.workers[work.slot];
-        self.run_groups(side, side, some, first, 0, worker);
-        for (std::size_t i = 0; i < some.size(); ++i)
-            out[first + i] = worker.slot[i].count != 0 ? 1 : 0;
+    const ProcessOptions in_blocks{&executor(), narrow::block_pairs};
+    ready_workers(plan_work(pairs.size(), in_blocks).slots);
+    const auto test_some = [&](const PairBatch& some) {
+        Worker& worker = workers[some.work.slot];
+        const std::span<std::uint8_t> touch = out.subspan(some.first, some.items.size());
+        run_groups(side_a, side_b, some.items, some.first, 0, worker);
+        for (std::size_t i = 0; i < touch.size(); ++i)
+            touch[i] = worker.slot[i].count != 0 ? 1 : 0;
         for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
-            const Pair& pair = some[i];
+            const Pair& pair = some.items[i];
+            const Shape<Dim>&a = side_a.shapes[pair.a], &b = side_b.shapes[pair.b];
             bool turned;
-            bool touch = false;
-            if (self.tests.empty() ||
-                self.own_test(shapes[pair.a].type(), shapes[pair.b].type(), turned) == nullptr) {
-                narrow::Placed<Dim> placed =
-                    narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]);
-                placed.kernels = self.kernels;
+            if (tests.empty() || own_test(a.type(), b.type(), turned) == nullptr) {
+                narrow::Placed<Dim> placed = narrow::place(a, side_a.poses[pair.a], b, side_b.poses[pair.b]);
+                placed.kernels = kernels;
                 narrow::arrange(placed);
-                touch = narrow::find_touch(placed);
+                touch[i] = narrow::find_touch(placed) ? 1 : 0;
             } else {
-                self.find_one(side, side, pair, 0, worker.one);
+                find_one(side_a, side_b, pair, 0, worker.one);
                 for (const narrow::Found<Dim>& one : worker.one)
                     for (std::uint32_t p = 0; p < one.manifold.count; ++p)
-                        touch = touch || one.manifold.point[p].depth >= 0;
+                        if (one.manifold.point[p].depth >= 0) touch[i] = 1;
             }
-            out[first + i] = touch ? 1 : 0;
         }
     };
-    process_items(pairs.size(), test_block, in_blocks);
+    process_pairs(pairs, test_some, in_blocks);
+}
+
+/// out[i] = answer(a, its pose or motion, b, its), in blocks of that many pairs.
+template <int Dim, Coordinate T>
+template <class Where, class Out, class Answer>
+void ContactFinder<Dim, T>::Implementation::ask(const narrow::Side<Dim, Where>& side_a,
+                                                const narrow::Side<Dim, Where>& side_b, PairView pairs,
+                                                std::span<Out> out, std::uint64_t block, const Answer& answer)
+{
+    narrow::check_out(pairs.size(), out.size());
+    const auto ask_some = [&](const PairBatch& some) {
+        for (std::size_t i = 0; i < some.items.size(); ++i) {
+            const Pair& pair = some.items[i];
+            narrow::check_pair(side_a, side_b, pair, some.first + i);
+            out[some.first + i] = answer(side_a.shapes[pair.a], side_a.poses[pair.a], side_b.shapes[pair.b],
+                                         side_b.poses[pair.b]);
+        }
+    };
+    process_pairs(pairs, ask_some, {&executor(), block});
 }
 
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
+void ContactFinder<Dim, T>::Implementation::distances(const Sides& side_a, const Sides& side_b,
+                                                      PairView pairs, T max_distance,
+                                                      std::span<Distance<Dim, T>> out)
+{
+    const InUse call(in_use, "ContactFinder");
+    narrow::check_sizes(side_a, side_b, "poses");
+    narrow::check_max_distance(max_distance);
+    ask(side_a, side_b, pairs, out, narrow::block_pairs,
+        [&](const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+            const Pose<Dim, T>& pose_b) {
+            return narrow::distance_of(narrow::place(a, pose_a, b, pose_b), max_distance);
+        });
+}
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::Implementation::impacts(const MovingSides& side_a, const MovingSides& side_b,
+                                                    PairView pairs, T tolerance,
+                                                    std::span<Impact<Dim, T>> out)
+{
+    const InUse call(in_use, "ContactFinder");
+    narrow::check_sizes(side_a, side_b, "motions");
+    narrow::check_length("tolerance", tolerance, false);
+    constexpr std::uint64_t block = 32; // they differ in cost
+    ask(side_a, side_b, pairs, out, block,
+        [&](const Shape<Dim>& a, const Motion<Dim, T>& motion_a, const Shape<Dim>& b,
+            const Motion<Dim, T>& motion_b) {
+            return narrow::impact_of(a, motion_a, b, motion_b, tolerance);
+        });
+}
+
+// With one set of objects, and with two.
+template <int Dim, Coordinate T>
+const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes, const Poses& poses,
+                                                         PairView pairs, T margin)
+{
+    return find(shapes, poses, shapes, poses, pairs, margin);
+}
+template <int Dim, Coordinate T>
+const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes_a, const Poses& poses_a,
+                                                         const Shapes& shapes_b, const Poses& poses_b,
+                                                         PairView pairs, T margin)
+{
+    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, pairs.blocks(), margin);
+}
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, PairView pairs,
+                                     std::span<std::uint8_t> out)
+{
+    touching(shapes, poses, shapes, poses, pairs, out);
+}
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::touching(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
+                                     const Poses& poses_b, PairView pairs, std::span<std::uint8_t> out)
+{
+    implementation_->touching({shapes_a, poses_a}, {shapes_b, poses_b}, pairs, out);
+}
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::distances(const Shapes& shapes, const Poses& poses, PairView pairs,
                                       T max_distance, std::span<Distance<Dim, T>> out)
 {
-    Implementation& self = *implementation_;
-    const InUse call(self.in_use, "ContactFinder");
-    narrow::check_out(pairs.size(), out.size());
-    if (!(max_distance >= 0))
-        throw Error(ErrorCode::invalid_argument, "the greatest distance is " +
-                                                     narrow::text(double{max_distance}) +
-                                                     "; give a length of 0 or more, or infinity");
-    narrow::check_sizes(shapes.size(), poses.size(), "poses");
-    const typename Implementation::Sides side{shapes, poses};
-    process_items(pairs.size(),
-                  [&](std::uint64_t first, std::uint64_t last, Work) {
-                      for (std::uint64_t i = first; i < last; ++i) {
-                          const Pair& pair = pairs[i];
-                          narrow::check_pair(side, side, pair, i);
-                          out[i] = narrow::distance_of(
-                              narrow::place(shapes[pair.a], poses[pair.a], shapes[pair.b], poses[pair.b]),
-                              max_distance);
-                      }
-                  },
-                  {&self.executor(), narrow::block_pairs});
+    distances(shapes, poses, shapes, poses, pairs, max_distance, out);
 }
-
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions, std::span<const Pair> pairs,
-                                    T tolerance, std::span<Impact<Dim, T>> out)
+void ContactFinder<Dim, T>::distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
+                                      const Poses& poses_b, PairView pairs, T max_distance,
+                                      std::span<Distance<Dim, T>> out)
 {
-    Implementation& self = *implementation_;
-    const InUse call(self.in_use, "ContactFinder");
-    narrow::check_out(pairs.size(), out.size());
-    narrow::check_length("tolerance", tolerance, false);
-    narrow::check_sizes(shapes.size(), motions.size(), "motions");
-    const narrow::Side<Dim, Motion<Dim, T>> side{shapes, motions};
-    // Impacts differ in cost: small blocks.
-    constexpr std::size_t block = 32;
-    process_items(pairs.size(),
-                  [&](std::uint64_t first, std::uint64_t last, Work) {
-                      for (std::uint64_t i = first; i < last; ++i) {
-                          const Pair& pair = pairs[i];
-                          narrow::check_pair(side, side, pair, i);
-                          out[i] = narrow::impact_of(shapes[pair.a], motions[pair.a], shapes[pair.b],
-                                                     motions[pair.b], tolerance);
-                      }
-                  },
-                  {&self.executor(), block});
+    implementation_->distances({shapes_a, poses_a}, {shapes_b, poses_b}, pairs, max_distance, out);
+}
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::impacts(const Shapes& shapes, const Motions& motions, PairView pairs, T tolerance,
+                                    std::span<Impact<Dim, T>> out)
+{
+    impacts(shapes, motions, shapes, motions, pairs, tolerance, out);
+}
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::impacts(const Shapes& shapes_a, const Motions& motions_a, const Shapes& shapes_b,
+                                    const Motions& motions_b, PairView pairs, T tolerance,
+                                    std::span<Impact<Dim, T>> out)
+{
+    implementation_->impacts({shapes_a, motions_a}, {shapes_b, motions_b}, pairs, tolerance, out);
 }
 
 template class ContactFinder<2, float>;

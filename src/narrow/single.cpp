@@ -30,7 +30,7 @@ bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>&
 
 template <int Dim, Coordinate T>
 std::vector<Contact<Dim, T>> contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
-                                      const Pose<Dim, T>& pose_b, T margin)
+                                      const Pose<Dim, T>& pose_b, std::type_identity_t<T> margin)
 {
     narrow::check_length("margin", margin, true);
     narrow::Placed<Dim> pair = narrow::checked(a, pose_a, b, pose_b);
@@ -49,12 +49,9 @@ std::vector<Contact<Dim, T>> contacts(const Shape<Dim>& a, const Pose<Dim, T>& p
 
 template <int Dim, Coordinate T>
 std::optional<Distance<Dim, T>> distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
-                                         const Pose<Dim, T>& pose_b, T max_distance)
+                                         const Pose<Dim, T>& pose_b, std::type_identity_t<T> max_distance)
 {
-    if (!(max_distance >= 0))
-        throw Error(ErrorCode::invalid_argument, "the greatest distance is " +
-                                                     narrow::text(double{max_distance}) +
-                                                     "; give a length of 0 or more, or infinity");
+    narrow::check_max_distance(max_distance);
     const auto answer = narrow::distance_of(narrow::checked(a, pose_a, b, pose_b), max_distance);
     if (answer.distance == std::numeric_limits<T>::infinity()) return {};
     return answer;
@@ -62,7 +59,8 @@ std::optional<Distance<Dim, T>> distance(const Shape<Dim>& a, const Pose<Dim, T>
 
 template <int Dim, Coordinate T>
 std::optional<Impact<Dim, T>> time_of_impact(const Shape<Dim>& a, const Motion<Dim, T>& motion_a,
-                                             const Shape<Dim>& b, const Motion<Dim, T>& motion_b, T tolerance)
+                                             const Shape<Dim>& b, const Motion<Dim, T>& motion_b,
+                                             std::type_identity_t<T> tolerance)
 {
     narrow::check_length("tolerance", tolerance, false);
     if (!narrow::valid(motion_a) || !narrow::valid(motion_b) || narrow::turns_without_end(a, motion_a) ||

@@ -6,7 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "jostle/contact.hpp"
+#include <array>
+
+#include "jostle/jostle.hpp"
 #include "random_pairs.hpp"
 
 using namespace jostle;
@@ -142,6 +144,173 @@ TEST(ContactFinder, AsksAUsersTestForItsTypesOnly)
             std::string(error_of([&] { own.add_test(bad); }).what()).find("type " + std::to_string(type)),
             std::string::npos);
     }
+}
+
+/// Bits of everything but which pair it is.
+template <class ContactType>
+bool same(const ContactType& x, const ContactType& y)
+{
+    bool equal = x.normal == y.normal && x.count == y.count && x.part_a == y.part_a && x.part_b == y.part_b;
+    for (std::uint32_t i = 0; i < x.count; ++i)
+        equal = equal && x.point[i].from_a == y.point[i].from_a && x.point[i].from_b == y.point[i].from_b &&
+                x.point[i].depth == y.point[i].depth && x.point[i].feature == y.point[i].feature;
+    return equal;
+}
+
+/// Every call with one set of objects, and with a split of it in two; with pairs in all kinds of memory.
+TEST(ContactFinder, TwoSetsAnswerAsOneDoes)
+{
+    Random random(4);
+    const Zoo<3> zoo(random, 12);
+    std::vector<Pose3f> poses;
+    std::vector<Motion<3, float>> motions;
+    std::vector<Aabb3f> boxes;
+    for (const Shape3& shape : zoo.shapes) {
+        poses.push_back(random.pose<float>(2));
+        motions.push_back({poses.back(), {1, 2, 3}, {}});
+        boxes.push_back(bounds(shape, poses.back(), 0.5));
+    }
+    const std::size_t half = boxes.size() / 2;
+    const auto first = [half](const auto& all) { return std::span(all).first(half); };
+    const auto second = [half](const auto& all) { return std::span(all).subspan(half); };
+    const PairBuffer pairs = find_pairs(first(boxes), second(boxes));
+    ASSERT_GT(pairs.size(), 700u); // more than one block of work
+    std::vector<Pair> joined;
+    for (const Pair& pair : pairs)
+        joined.push_back({pair.a, pair.b + static_cast<std::uint32_t>(half)});
+    const std::pmr::vector<Pair> other(pairs.begin(), pairs.end());
+
+    ContactFinder3f finder;
+    const auto expected = finder.find(zoo.shapes, poses, joined, 0.1f).to_vector();
+    ASSERT_GT(expected.size(), 200u);
+    for (const PairView view : {PairView(pairs), PairView(other)}) {
+        const auto found =
+            finder.find(first(zoo.shapes), first(poses), second(zoo.shapes), second(poses), view, 0.1f)
+                .to_vector();
+        ASSERT_EQ(found.size(), expected.size());
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            ASSERT_TRUE(same(found[i], expected[i])) << i;
+            ASSERT_EQ(found[i].pair.b + half, expected[i].pair.b);
+        }
+    }
+    std::vector<std::uint8_t> touch(pairs.size(), 2), touch2(pairs.size(), 3);
+    finder.touching(zoo.shapes, poses, joined, touch);
+    finder.touching(first(zoo.shapes), first(poses), second(zoo.shapes), second(poses), pairs, touch2);
+    EXPECT_EQ(touch, touch2);
+    std::vector<Distance<3, float>> distance(pairs.size()), distance2(pairs.size());
+    finder.distances(zoo.shapes, poses, joined, 9, distance);
+    finder.distances(first(zoo.shapes), first(poses), second(zoo.shapes), second(poses), pairs, 9, distance2);
+    for (auto& motion : motions) // half-spaces turn nothing, and nothing turns
+        motion.linear[0] += random.chance(0.5) ? 1.0f : -1.0f;
+    std::vector<Impact<3, float>> impact(pairs.size()), impact2(pairs.size());
+    finder.impacts(zoo.shapes, motions, joined, 0.01f, impact);
+    finder.impacts(first(zoo.shapes), first(motions), second(zoo.shapes), second(motions), other, 0.01f,
+                   impact2);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        ASSERT_EQ(distance[i].distance, distance2[i].distance);
+        ASSERT_EQ(impact[i].time, impact2[i].time);
+        ASSERT_EQ(impact[i].from_b, impact2[i].from_b);
+    }
+    EXPECT_EQ(finder.find(zoo.shapes, poses, std::vector<Pair>{}).size(), 0u);
+    EXPECT_EQ(finder.find(zoo.shapes, poses, PairBuffer()).size(), 0u);
+    const Error error = error_of([&] {
+        finder.find(first(zoo.shapes), first(poses), second(zoo.shapes), first(poses).first(3), pairs);
+    });
+    EXPECT_EQ(error.code(), ErrorCode::size_mismatch);
+}
+
+/// Lengths of whatever type beside poses of any: they compile.
+TEST(OnePair, TakesLengthsOfAnyType)
+{
+    const Shape3 ball = Shape3::sphere(1);
+    const Pose3f here{}, there{{2.01f, 0, 0}};
+    EXPECT_EQ(contacts(ball, here, ball, there, 0.25).size(), 1u);
+    EXPECT_TRUE(distance(ball, Pose3d{}, ball, Pose3d{{9, 0, 0}}, INFINITY));
+    EXPECT_TRUE(time_of_impact(ball, Motion<3, float>{here, {1, 0, 0}, {}}, ball,
+                               Motion<3, float>{there, {}, {}}, 0.0078125));
+    EXPECT_NEAR(bounds(ball, here, 0.5).lo[0], -1.5f, 1e-6);
+    const std::array<Shape3, 2> shapes = {ball, ball};
+    const Pose3f poses[] = {here, there};
+    Aabb3f boxes[2], others[2];
+    std::array<Aabb3f, 2> more;
+    bounds(shapes, poses, boxes, 1);
+    bounds(shapes, poses, more, 1.0);
+    bounds(shapes, poses, std::span(others), 1);
+    for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_NEAR(boxes[i].hi[1], 2, 1e-6);
+        EXPECT_NEAR(more[i].hi[1], 2, 1e-6);
+        EXPECT_NEAR(others[i].hi[1], 2, 1e-6);
+    }
+}
+
+/// Contacts of this frame and the last, as warm starting wants them.
+TEST(ContactFinder, GivesItsResultAwayForTheOneBefore)
+{
+    class Counting final : public std::pmr::memory_resource
+    {
+      public:
+        std::uint64_t allocations = 0;
+
+      private:
+        void* do_allocate(std::size_t bytes, std::size_t alignment) override
+        {
+            ++allocations;
+            return std::pmr::new_delete_resource()->allocate(bytes, alignment);
+        }
+        void do_deallocate(void* p, std::size_t bytes, std::size_t alignment) override
+        {
+            std::pmr::new_delete_resource()->deallocate(p, bytes, alignment);
+        }
+        bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+    } memory;
+    Random random(6);
+    const std::vector<Shape3> shapes(300, Shape3::box({0.4, 0.5, 0.6}));
+    std::vector<Pose3f> poses;
+    std::vector<Pair> pairs;
+    for (std::uint32_t i = 0; i < 300; ++i) {
+        poses.push_back(random.pose<float>(1.5));
+        for (std::uint32_t k = 0; k < i; k += 5)
+            pairs.push_back({k, i});
+    }
+    const auto executor = make_thread_executor(1);
+    ContactOptions options;
+    options.executor = executor.get(), options.memory = &memory;
+    ContactFinder3f finder(options);
+    ContactBuffer<3, float> now(&memory), last(&memory);
+    std::uint64_t before = 0, matched = 0, points = 0;
+    for (int frame = 0; frame < 12; ++frame) {
+        if (frame == 6) before = memory.allocations;
+        for (Pose3f& pose : poses)
+            pose.position[0] += frame % 2 == 0 ? 0.001f : -0.001f;
+        const auto expected = finder.find(shapes, poses, pairs).to_vector();
+        finder.take(now);
+        ASSERT_EQ(now.size(), expected.size());
+        // Both ascend by pair: one walk through both finds last frame's point of every point.
+        auto old = last.begin();
+        std::size_t next = 0;
+        for (const Contact<3, float>& contact : now) {
+            ASSERT_TRUE(same(contact, expected[next++]));
+            const auto order = [](const Pair& pair) { return Pair{pair.b, pair.a}; };
+            while (old != last.end() && order(old->pair) < order(contact.pair))
+                ++old;
+            points += contact.count;
+            if (old == last.end() || old->pair != contact.pair) continue;
+            for (std::uint32_t i = 0; i < contact.count; ++i)
+                for (std::uint32_t k = 0; k < old->count; ++k)
+                    matched += contact.point[i].feature == old->point[k].feature ? 1 : 0;
+        }
+        std::swap(now, last);
+    }
+    EXPECT_EQ(memory.allocations, before);
+    EXPECT_GT(matched * 10, points * 8);
+    EXPECT_GT(points, 10'000u);
+    last.release();
+    EXPECT_TRUE(finder.find(shapes, poses, std::vector<Pair>{}).empty());
+    finder.take(last);
+    EXPECT_TRUE(last.empty());
+    ContactBuffer<3, float>& self = now;
+    now = std::move(self);
+    EXPECT_FALSE(now.empty());
 }
 
 } // namespace
