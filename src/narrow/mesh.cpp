@@ -78,139 +78,25 @@ void build_tree(MeshData<Dim>& data)
     if (!items.empty()) build_node(items, 0, static_cast<Index>(items.size()), data.nodes, data.order);
 }
 
-Vec3 normal_of(const MeshData<3>& data, Index e)
+/// Which elements have which vertex; once each, also those that name it twice.
+template <int Dim>
+void list_elements(MeshData<Dim>& data)
 {
-    const auto& v = data.elements[e];
-    const Vec3 p = data.vertices[v[0]];
-    const Vec3 n = cross(data.vertices[v[1]] - p, data.vertices[v[2]] - p);
-    const double size = length(n);
-    return size > 0 ? n * (1 / size) : Vec3{};
-}
-
-// A degree either way is level.
-constexpr double level = 0.0175;
-
-/// How a surface bends at a side of two faces with these unit normals, which runs along `along` in the first
-/// one: above 0 at a ridge seen from the front, below 0 in a valley.
-double bend_of(const Vec3& normal, const Vec3& other_normal, const Vec3& along)
-{
-    return dot(cross(normal, other_normal), along) * (1 / length(along));
-}
-
-void find_sharp_sides(MeshData<3>& data)
-{
-    constexpr std::uint8_t all = 0x3f;
-    data.sharp.assign(data.elements.size(), all);
-    // Sides that exactly two triangles share, in opposite directions.
-    struct Side
-    {
-        Index low, high, element, side;
-    };
-    std::vector<Side> sides;
-    for (Index e = 0; e < data.elements.size(); ++e)
-        for (Index i = 0; i < 3; ++i) {
-            const Index v = data.elements[e][i], w = data.elements[e][(i + 1) % 3];
-            sides.push_back({std::min(v, w), std::max(v, w), e, i});
+    const auto for_each_corner = [&](auto&& visit) {
+        for (Index e = 0; e < data.elements.size(); ++e) {
+            const auto& corner = data.elements[e];
+            for (std::size_t i = 0; i < corner.size(); ++i)
+                if (std::find(corner.begin(), corner.begin() + i, corner[i]) == corner.begin() + i)
+                    visit(corner[i], e);
         }
-    std::sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) {
-        return p.low != q.low           ? p.low < q.low
-               : p.high != q.high       ? p.high < q.high
-               : p.element != q.element ? p.element < q.element
-                                        : p.side < q.side;
-    });
-    const auto same = [&](std::size_t i, std::size_t j) {
-        return i < sides.size() && j < sides.size() && sides[i].low == sides[j].low &&
-               sides[i].high == sides[j].high;
     };
-    for (std::size_t i = 0; i < sides.size(); ++i) {
-        if ((i > 0 && same(i - 1, i)) || !same(i, i + 1) || same(i + 1, i + 2)) continue;
-        const Side p = sides[i], q = sides[i + 1];
-        const auto& ep = data.elements[p.element];
-        const auto& eq = data.elements[q.element];
-        if (p.element == q.element || ep[p.side] == eq[q.side]) continue;
-        const Vec3 np = normal_of(data, p.element), nq = normal_of(data, q.element);
-        const Vec3 along = data.vertices[ep[(p.side + 1) % 3]] - data.vertices[ep[p.side]];
-        if (length2(along) == 0 || length2(np) == 0 || length2(nq) == 0) continue;
-        const double bend = bend_of(np, nq, along);
-        const bool folded = dot(np, nq) < 0;
-        for (const Side& side : {p, q}) {
-            if (bend <= (folded ? 0 : level))
-                data.sharp[side.element] =
-                    static_cast<std::uint8_t>(data.sharp[side.element] & ~(1u << side.side));
-            if (bend >= (folded ? 0 : -level))
-                data.sharp[side.element] =
-                    static_cast<std::uint8_t>(data.sharp[side.element] & ~(8u << side.side));
-        }
-    }
-}
-/// The same for the ends of a chain's segments: bits 0 and 1 as seen from the right, 3 and 4 from the left.
-void find_sharp_sides(MeshData<2>& data)
-{
-    data.sharp.assign(data.elements.size(), 0x3f);
-    // Vertices where one segment ends and one begins, and nothing else is.
-    constexpr Index none = ~Index{0};
-    std::vector<Index> in(data.vertices.size(), none), out(data.vertices.size(), none),
-        ends(data.vertices.size());
-    for (Index e = 0; e < data.elements.size(); ++e) {
-        out[data.elements[e][0]] = e;
-        in[data.elements[e][1]] = e;
-        ++ends[data.elements[e][0]];
-        ++ends[data.elements[e][1]];
-    }
-    for (Index v = 0; v < data.vertices.size(); ++v) {
-        if (ends[v] != 2 || in[v] == none || out[v] == none || in[v] == out[v]) continue;
-        const Vec2 before = data.vertices[v] - data.vertices[data.elements[in[v]][0]];
-        const Vec2 after = data.vertices[data.elements[out[v]][1]] - data.vertices[v];
-        const double size = length(before) * length(after);
-        if (!(size > 0)) continue;
-        // Above 0 it bends to the left, away from who is on the right.
-        const double bend = cross(before, after) / size;
-        const bool folded = dot(before, after) < 0;
-        const auto blunt = [&](Index e, unsigned bit) {
-            data.sharp[e] = static_cast<std::uint8_t>(data.sharp[e] & ~bit);
-        };
-        if (bend <= (folded ? 0 : level)) blunt(in[v], 2), blunt(out[v], 1);
-        if (bend >= (folded ? 0 : -level)) blunt(in[v], 2 << 3), blunt(out[v], 1 << 3);
-    }
-}
-
-/// Inner sides of a height field are edges only where they are ridges.
-void find_sharp_sides(HeightData& field)
-{
-    const std::uint32_t cells_x = field.columns - 1, cells_z = field.rows - 1;
-    const auto corner = [&](std::uint32_t x, std::uint32_t z) {
-        return Vec3{x * field.spacing_x, field.heights[std::size_t{z} * field.columns + x],
-                    z * field.spacing_z};
-    };
-    // The corners of a cell's two triangles, as for_each_triangle has them.
-    constexpr std::uint32_t dx[2][3] = {{0, 1, 1}, {0, 0, 1}}, dz[2][3] = {{0, 1, 0}, {0, 1, 1}};
-    const auto vertex = [&](std::uint32_t x, std::uint32_t z, int half, int i) {
-        return corner(x + dx[half][i], z + dz[half][i]);
-    };
-    const auto normal = [&](std::uint32_t x, std::uint32_t z, int half) {
-        const Vec3 p = vertex(x, z, half, 0);
-        const Vec3 n = cross(vertex(x, z, half, 1) - p, vertex(x, z, half, 2) - p);
-        return n * (1 / length(n));
-    };
-    field.sharp.assign(std::size_t{2} * cells_x * cells_z, 7);
-    const auto compare = [&](std::uint32_t x, std::uint32_t z, int half, int side, std::uint32_t other_x,
-                             std::uint32_t other_z, int other_half, int other_side) {
-        const Vec3 along = vertex(x, z, half, (side + 1) % 3) - vertex(x, z, half, side);
-        if (bend_of(normal(x, z, half), normal(other_x, other_z, other_half), along) > level) return;
-        const auto blunt = [&](std::uint32_t cell_x, std::uint32_t cell_z, int triangle, int bit) {
-            auto& bits =
-                field.sharp[2 * (std::size_t{cell_z} * cells_x + cell_x) + static_cast<unsigned>(triangle)];
-            bits = static_cast<std::uint8_t>(bits & ~(1u << bit));
-        };
-        blunt(x, z, half, side);
-        blunt(other_x, other_z, other_half, other_side);
-    };
-    for (std::uint32_t z = 0; z < cells_z; ++z)
-        for (std::uint32_t x = 0; x < cells_x; ++x) {
-            compare(x, z, 0, 0, x, z, 1, 2);
-            if (x + 1 < cells_x) compare(x, z, 0, 1, x + 1, z, 1, 0);
-            if (z + 1 < cells_z) compare(x, z, 1, 1, x, z + 1, 0, 2);
-        }
+    data.first_at.assign(data.vertices.size() + 1, 0);
+    for_each_corner([&](Index v, Index) { ++data.first_at[v + 1]; });
+    for (std::size_t v = 0; v < data.vertices.size(); ++v)
+        data.first_at[v + 1] += data.first_at[v];
+    data.at.resize(data.first_at.back());
+    std::vector<Index> next(data.first_at);
+    for_each_corner([&](Index v, Index e) { data.at[next[v]++] = e; });
 }
 
 template <class T>
@@ -249,7 +135,6 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
         data->highest = std::max(data->highest, h);
     }
     data->floor = lowest - std::max(double{grid.thickness}, std::max(data->spacing_x, data->spacing_z));
-    find_sharp_sides(*data);
     const double y = std::max(std::abs(data->floor), std::abs(data->highest));
     data->reach = length(Vec3{(grid.columns - 1) * data->spacing_x, y, (grid.rows - 1) * data->spacing_z});
     return data;
@@ -284,7 +169,7 @@ Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> 
         }
     data->elements.assign(elements.begin(), elements.end());
     narrow::build_tree(*data);
-    narrow::find_sharp_sides(*data);
+    narrow::list_elements(*data);
     data_ = std::move(data);
 }
 

@@ -8,6 +8,7 @@
 
 #include "narrow/convex3.hpp"
 #include "narrow/shape_data.hpp"
+#include "narrow/small_vector.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -38,12 +39,29 @@ struct Found
 template <int Dim>
 using FoundList = std::pmr::vector<Found<Dim>>;
 
-/// What two parts say of their contact.
-enum class Answer
+/// What a surface does beyond the side or corner of its element that lies highest along some direction.
+enum class Beyond : std::uint8_t
+{
+    nothing, ///< it ends there or falls: nothing of it lies higher, and a contact there is the surface's own
+    onwards, ///< it goes on higher, or rises like the floor at the foot of a wall
+    steeply  ///< it goes on higher, but not along this element: around an edge of more than 30 degrees
+};
+
+/// Whether `d` leads along unit vector `n` by more than rounding.
+template <class Vector>
+bool leads_along(const Vector& d, const Vector& n)
+{
+    const double along = dot(d, n);
+    return along > 0 && along * along > 1e-12 * length2(d);
+}
+
+/// What two parts say of their contact. One part of a surface can't always know which of them has it.
+enum class Answer : std::uint8_t
 {
     none,
     contact,
-    spare ///< they touch where a surface goes on: the neighbour should have the contact; one in case it hasn't
+    spare, ///< the body has come through, its end isn't over this part: one unless others push it out that way
+    last   ///< a neighbour is nearer and should have it: one if the body has none at all
 };
 
 inline Answer answer_if(bool contact)
@@ -51,32 +69,71 @@ inline Answer answer_if(bool contact)
     return contact ? Answer::contact : Answer::none;
 }
 
-/// Takes the contacts of a pair's parts. If all that touch left it to their neighbours, the spare of those that
-/// reach deepest into each other counts: what touches has a contact.
+/// Takes the contacts of a pair's parts, and of those that aren't sure what each body needs: a body is the whole
+/// of a shape or one child.
 template <int Dim>
 class Collector
 {
   public:
-    explicit Collector(FoundList<Dim>& found) : found_(found), before_(found.size()) {}
+    Collector(const Placed<Dim>& pair, FoundList<Dim>& found)
+        : found_(found),
+          before_(found.size()),
+          a_is_body_(pair.b->type() == ShapeTypes::mesh || pair.b->type() == ShapeTypes::height_field)
+    {
+    }
+    /// `gap` is how far apart the parts are.
     void add(Answer answer, const Found<Dim>& one, double gap)
     {
-        if (answer == Answer::contact) found_.push_back(one);
-        if (answer != Answer::spare || (has_spare_ && !(gap < gap_))) return;
-        has_spare_ = true;
-        spare_ = one;
-        gap_ = gap;
+        if (answer == Answer::none) return;
+        if (answer == Answer::contact) return found_.push_back(one);
+        for (std::size_t i = 0; i < unsure_.size(); ++i) {
+            Unsure& other = unsure_[i];
+            if (other.answer != answer || body(other.one) != body(one)) continue;
+            if (answer == Answer::spare && !same_way(other.one, one)) continue;
+            if (gap < other.gap) other.one = one, other.gap = gap;
+            return;
+        }
+        unsure_.push_back({one, gap, answer});
     }
     void finish()
     {
-        if (has_spare_ && found_.size() == before_) found_.push_back(spare_);
+        for (const Answer answer : {Answer::spare, Answer::last})
+            for (std::size_t i = 0; i < unsure_.size(); ++i)
+                if (unsure_[i].answer == answer && is_needed(unsure_[i])) found_.push_back(unsure_[i].one);
     }
 
   private:
+    struct Unsure
+    {
+        Found<Dim> one;
+        double gap;
+        Answer answer;
+    };
+    [[nodiscard]] std::uint32_t body(const Found<Dim>& one) const
+    {
+        return a_is_body_ ? one.part_a : one.part_b;
+    }
+    /// Within 25 degrees: what pushes one way pushes the other.
+    [[nodiscard]] static bool same_way(const Found<Dim>& one, const Found<Dim>& other)
+    {
+        return dot(one.manifold.normal, other.manifold.normal) > 0.9;
+    }
+    [[nodiscard]] bool is_needed(const Unsure& unsure) const
+    {
+        for (std::size_t i = before_; i < found_.size(); ++i) {
+            const Found<Dim>& other = found_[i];
+            if (body(other) != body(unsure.one)) continue;
+            if (unsure.answer == Answer::last) return false;
+            if (same_way(other, unsure.one) && other.manifold.point[0].depth >= -0.99 * unsure.gap)
+                return false;
+        }
+        return true;
+    }
+
     FoundList<Dim>& found_;
     std::size_t before_;
-    Found<Dim> spare_;
-    double gap_ = 0;
-    bool has_spare_ = false;
+    bool a_is_body_;
+    SmallVector<Unsure, 4> unsure_;
 };
 
 /// Appends the contacts of an arranged pair, by ascending (part_a, part_b).

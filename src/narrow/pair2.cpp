@@ -331,9 +331,11 @@ struct Part
         offset = shape.offset() + dot(normal, where.p);
     }
     /// A segment of a chain, or where it has no length a point.
-    Part(const Vec2& p, const Vec2& q, const Frame<2>& where, std::uint8_t sharp_ends)
-        : core(0, std::sqrt(std::max(length2(p), length2(q))), where), sharp(sharp_ends)
+    Part(const MeshData<2>& data, const Mesh<2>::Element& ends, const Frame<2>& where)
+        : core(0, 0, where), mesh(&data), number(ends)
     {
+        const Vec2 p = data.vertices[ends[0]], q = data.vertices[ends[1]];
+        core.reach = std::sqrt(std::max(length2(p), length2(q)));
         core.add(where * p, 0);
         const double size = length(q - p);
         if (!(size > 0)) return;
@@ -347,7 +349,8 @@ struct Part
     Vec2 normal; ///< of a half-space; of a segment's front: its right side
     double offset = 0;
     Surface surface = Surface::none;
-    std::uint8_t sharp = 0x3f; ///< MeshData::sharp
+    const MeshData<2>* mesh = nullptr;
+    Mesh<2>::Element number{}; ///< of a segment's ends
 };
 
 struct Region
@@ -407,7 +410,7 @@ void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region& r
                 const Vec2 p = mesh.vertices[mesh.elements[e][0]], q = mesh.vertices[mesh.elements[e][1]];
                 const Vec2 lo{std::min(p.x, q.x), std::min(p.y, q.y)},
                     hi{std::max(p.x, q.x), std::max(p.y, q.y)};
-                if (region.meets(lo, hi, reach)) visit(e, Part(p, q, frame, mesh.sharp[e]));
+                if (region.meets(lo, hi, reach)) visit(e, Part(mesh, mesh.elements[e], frame));
             }
             ++k;
         }
@@ -489,8 +492,31 @@ bool convex_contact(const Core2& a, const Core2& b, double margin, Manifold<2>& 
     return true;
 }
 
-/// b is a segment of a chain. Where the chain goes on level or bends towards a, its end can't be hit from the
-/// side: then only what lies over the segment counts, along its normal.
+/// As in 3D, for an end of a segment.
+Beyond beyond(const Part& segment, const Vec2& n, double side)
+{
+    const Core2& core = segment.core;
+    const Vec2 along = core.corner[1] - core.corner[0];
+    if (std::abs(dot(n, along)) <= 1e-6 * length(along)) return Beyond::nothing; // all of it: the side
+    const std::size_t at = dot(n, along) > 0 ? 1 : 0;
+    const Vec2 front = segment.normal * side;
+    bool higher = false, rising = false, steep = false;
+    segment.mesh->for_each_at(segment.number[at], [&](const Mesh<2>::Element& other) {
+        const std::uint32_t v = other[other[0] == segment.number[at] ? 1 : 0];
+        if (v == segment.number[1 - at]) return;
+        const Vec2 away = core.frame * segment.mesh->vertices[v] - core.corner[at];
+        rising = rising || leads_along(away, front);
+        if (!leads_along(away, n)) return;
+        higher = true;
+        const double down = -dot(away, front);
+        steep = steep || (down > 0 && down * down > 0.25 * length2(away));
+    });
+    if (steep) return Beyond::steeply;
+    return higher || rising ? Beyond::onwards : Beyond::nothing;
+}
+
+/// b is a segment of a chain. Where the chain goes on towards a, its end can't be hit from the side: then only
+/// what lies over the segment counts, along its normal.
 Answer sheet_contact(const Core2& a, const Part& b, double margin, Manifold<2>& manifold, double& gap)
 {
     Gap<2> cores;
@@ -498,17 +524,18 @@ Answer sheet_contact(const Core2& a, const Part& b, double margin, Manifold<2>& 
     if (!(cores.distance <= a.radius + margin)) return Answer::none;
     gap = cores.distance - a.radius;
     const double along = -dot(cores.normal, b.normal);
-    const unsigned bits = along >= 0 ? b.sharp & 3u : (b.sharp >> 3) & 3u;
-    const Vec2 n = -cores.normal;
-    const Vec2 segment = b.core.corner[1] - b.core.corner[0];
-    const double lean = dot(n, segment);
-    const unsigned hit = lean > 0 ? 2 : 1;
-    if (std::abs(lean) < 1e-9 * length(segment) || (bits & hit) != 0) {
+    const Beyond goes = beyond(b, -cores.normal, along >= 0 ? 1 : -1);
+    if (goes != Beyond::onwards) {
         make_manifold(a, b.core, cores, margin, manifold);
-        return Answer::contact;
+        return goes == Beyond::nothing ? Answer::contact : Answer::last;
     }
+    // To which side of its line it pushes a body: where it met it nearly edgewise, the shorter way out.
+    const double line = dot(b.normal, b.core.corner[0]);
+    const double above = dot(b.normal, a.corner[furthest(a, b.normal)]) - line;
+    const double below = line - dot(b.normal, a.corner[furthest(a, -b.normal)]);
+    const bool front = std::abs(along) >= 0.5 ? along > 0 : above >= below;
     Clip clip;
-    clip.n = along >= 0 ? -b.normal : b.normal;
+    clip.n = front ? -b.normal : b.normal;
     clip.t = right(clip.n);
     clip.radius_a = a.radius, clip.radius_b = 0, clip.margin = margin;
     const Side side_a = best_side(a, clip.n), side_b = best_side(b.core, -clip.n);
@@ -523,8 +550,10 @@ Answer sheet_contact(const Core2& a, const Part& b, double margin, Manifold<2>& 
         clip_sides(clip, side_a, side_b);
     else if (at >= std::min(s0, s1) && at <= std::max(s0, s1))
         add_corner();
-    const Answer answer = clip.count != 0 ? Answer::contact : Answer::spare;
-    if (answer == Answer::spare) add_corner(); // where it reaches furthest through the line of the segment
+    const Answer answer = clip.count != 0      ? Answer::contact
+                          : cores.distance > 0 ? Answer::last
+                                               : Answer::spare;
+    if (answer != Answer::contact) add_corner(); // where it reaches furthest through the line of the segment
     if (clip.count == 0) return Answer::none;
     keep_two(clip, manifold);
     return answer;
@@ -555,7 +584,7 @@ Core2 lowest_point(const Part& part, const Vec2& normal)
     return core;
 }
 
-/// `gap` is set with Answer::spare: how far apart the parts are.
+/// `gap` is set where the answer isn't sure: how far apart the parts are.
 Answer part_contact(const Part& a, const Part& b, double margin, Manifold<2>& manifold, double& gap)
 {
     if (a.half_space && b.half_space) return Answer::none;
@@ -616,7 +645,7 @@ template <>
 void find_contacts(const Placed<2>& pair, double margin, FoundList<2>& found)
 {
     if (!within_reach(pair, margin)) return;
-    Collector<2> collector(found);
+    Collector<2> collector(pair, found);
     for_each_part_pair(pair, margin,
                        [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
                            Found<2> one;

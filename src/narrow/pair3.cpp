@@ -27,13 +27,14 @@ struct Part
         offset = shape.offset() + dot(normal, frame.p);
     }
     /// A triangle of a surface, or where it has no area the segment or point that it is.
-    Part(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& frame, const Kernels& kernels,
-         Surface of, std::uint8_t sharp_sides)
-        : core(a, b, c, frame, kernels), sharp(sharp_sides)
+    template <class Data>
+    Part(const Data& data, const Mesh<3>::Element& corners, const Frame<3>& frame, const Kernels& kernels)
+        : core(data.vertex(corners[0]), data.vertex(corners[1]), data.vertex(corners[2]), frame, kernels),
+          number(corners)
     {
         if (core.polytope.faces == 0) return;
-        surface = of;
         normal = frame.r * core.polytope.normal(0);
+        of(data);
     }
 
     Core3 core;
@@ -41,8 +42,13 @@ struct Part
     Vec3 normal; ///< of a half-space; of a triangle's front
     double offset = 0;
     Surface surface = Surface::none;
-    std::uint8_t sharp = 0x3f; ///< MeshData::sharp
-    double floor = 0;          ///< of a height field: where the ground ends below, in local axes
+    Mesh<3>::Element number{}; ///< of a triangle's corners
+    const MeshData<3>* mesh = nullptr;
+    const HeightData* field = nullptr;
+
+  private:
+    void of(const MeshData<3>& data) { mesh = &data, surface = Surface::sheet; }
+    void of(const HeightData& data) { field = &data, surface = Surface::ground; }
 };
 
 /// A box in a shape's local axes: where the other shape is.
@@ -78,7 +84,7 @@ Region region_of(const Part& part, const Frame<3>& frame)
         if (part.surface != Surface::ground) continue;
         for (std::uint32_t i = 0; i < 3; ++i) {
             const Vec3 top = core.polytope.vertex(i);
-            const double at = dot(axes[d], core.frame * Vec3{top.x, part.floor, top.z}) - shift;
+            const double at = dot(axes[d], core.frame * Vec3{top.x, part.field->floor, top.z}) - shift;
             region.lo[d] = std::min(region.lo[d], at - rounding);
             region.hi[d] = std::max(region.hi[d], at + rounding);
         }
@@ -115,7 +121,7 @@ void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Fr
                 hi[d] = std::max(p[d], std::max(q[d], r[d]));
             }
             if (!region.meets(lo, hi, reach)) continue;
-            visit(e, Part(p, q, r, frame, kernels, Surface::sheet, mesh.sharp[e]));
+            visit(e, Part(mesh, corner, frame, kernels));
         }
         ++k;
     }
@@ -141,21 +147,15 @@ void for_each_triangle(const HeightData& field, const Kernels& kernels, const Fr
     const std::uint32_t z1 = cell(region.hi[2] + reach, field.spacing_z, field.rows - 2);
     for (std::uint32_t z = z0; z <= z1; ++z)
         for (std::uint32_t x = x0; x <= x1; ++x) {
-            const auto corner = [&](std::uint32_t dx, std::uint32_t dz) {
-                return Vec3{(x + dx) * field.spacing_x,
-                            field.heights[std::size_t{z + dz} * field.columns + x + dx],
-                            (z + dz) * field.spacing_z};
-            };
-            const Vec3 p = corner(0, 0), q = corner(1, 0), r = corner(0, 1), s = corner(1, 1);
             const std::uint32_t number = 2 * (z * (field.columns - 1) + x);
-            const auto triangle = [&](std::uint32_t i, const Vec3& a, const Vec3& b, const Vec3& c) {
-                if (region.lo[1] > std::max(a.y, std::max(b.y, c.y)) + reach) return;
-                Part part(a, b, c, frame, kernels, Surface::ground, field.sharp[i]);
-                part.floor = field.floor;
-                visit(i, part);
-            };
-            triangle(number, p, s, q);
-            triangle(number + 1, p, r, s);
+            for (const bool second : {false, true}) {
+                const auto corners = field.triangle(x, z, second);
+                double high = -HUGE_VAL;
+                for (const std::uint32_t v : corners)
+                    high = std::max(high, field.heights[v]);
+                if (region.lo[1] <= high + reach)
+                    visit(number + (second ? 1 : 0), Part(field, corners, frame, kernels));
+            }
         }
 }
 
@@ -209,24 +209,64 @@ void flip(Gap<3>& gap)
     std::swap(gap.on_a, gap.on_b);
 }
 
-/// Whether the surface really ends, or bends away, where a core that lies in direction n touches it.
-bool touches_sharp_side(const Part& triangle, const Vec3& n, double side)
+/// Everything that meets the triangle's highest side or corner is asked, so that of a surface which touches a
+/// body the part that is nearest always has the contact, however gently it bends, and no other has.
+template <class Data>
+Beyond beyond(const Data& surface, const Part& triangle, const Vec3& n, double side)
 {
     const Core3& core = triangle.core;
-    double height[3];
-    for (std::uint32_t i = 0; i < 3; ++i)
-        height[i] = dot(n, core.frame.r * core.polytope.vertex(i));
-    const double top = std::max(height[0], std::max(height[1], height[2])) - 1e-6 * core.reach;
-    const unsigned bits = side > 0 ? triangle.sharp & 7u : (triangle.sharp >> 3) & 7u;
-    unsigned touched = 0, corners = 0;
-    for (unsigned i = 0; i < 3; ++i)
-        if (height[i] >= top) corners |= 1u << i;
+    const Vec3 up = core.frame.r.back(n), front = core.polytope.normal(0) * side;
+    const auto& number = triangle.number;
+    Vec3 corner[3];
+    double height[3], size = 0;
     for (unsigned i = 0; i < 3; ++i) {
-        const unsigned ends = 1u << i | 1u << (i + 1) % 3;
-        const bool one_corner = (corners & (corners - 1)) == 0;
-        if (one_corner ? (ends & corners) != 0 : (ends & corners) == ends) touched |= 1u << i;
+        corner[i] = core.polytope.vertex(i);
+        height[i] = dot(up, corner[i]);
+        size = std::max(size, length2(corner[i] - corner[0]));
     }
-    return corners == 7 || (touched & bits) != 0;
+    const double top = std::max(height[0], std::max(height[1], height[2])) - 1e-6 * std::sqrt(size);
+    unsigned highest = 0, sides = 0; // bits of corners, and of the sides that end in one or are between two
+    for (unsigned i = 0; i < 3; ++i)
+        if (height[i] >= top) highest |= 1u << i;
+    if (highest == 7) return Beyond::nothing; // all of it: the face
+    const bool one = (highest & (highest - 1)) == 0;
+    const auto ends = [](unsigned i) { return 1u << i | 1u << (i + 1) % 3; };
+    for (unsigned i = 0; i < 3; ++i)
+        if (one ? (ends(i) & highest) != 0 : ends(i) == highest) sides |= 1u << i;
+    const unsigned at = (highest & 1u) != 0 ? 0 : (highest & 2u) != 0 ? 1 : 2;
+
+    unsigned rising = 0;
+    bool higher = false, steep = false;
+    surface.for_each_at(number[at], [&](const Mesh<3>::Element& other) {
+        unsigned shared = 0, own = 0; // bits of the triangle's corners, and of the other's that are the same
+        for (unsigned i = 0; i < 3; ++i)
+            for (unsigned k = 0; k < 3; ++k)
+                if (other[k] == number[i]) shared |= 1u << i, own |= 1u << k;
+        if ((shared & highest) != highest) return;
+        bool is_higher = false, falls = false;
+        for (unsigned k = 0; k < 3; ++k) {
+            if ((own >> k & 1) != 0) continue;
+            const Vec3 away = surface.vertex(other[k]) - corner[at];
+            if (leads_along(away, up)) is_higher = true, falls = falls || dot(away, front) < 0;
+            if (!higher && leads_along(away, front))
+                for (unsigned i = 0; i < 3; ++i)
+                    if ((shared & ends(i)) == ends(i)) rising |= 1u << i;
+        }
+        if (!is_higher) return;
+        higher = true;
+        if (!falls) return;
+        const Vec3 p = surface.vertex(other[0]);
+        const Vec3 normal = cross(surface.vertex(other[1]) - p, surface.vertex(other[2]) - p);
+        const double along = dot(normal, front);
+        steep = steep || along * along < 0.75 * length2(normal);
+    });
+    if (steep) return Beyond::steeply;
+    return higher || (rising & sides) == sides ? Beyond::onwards : Beyond::nothing;
+}
+Beyond beyond(const Part& triangle, const Vec3& n, double side)
+{
+    return triangle.mesh != nullptr ? beyond(*triangle.mesh, triangle, n, side)
+                                    : beyond(*triangle.field, triangle, n, side);
 }
 
 /// Over or under the triangle as the height field's y runs.
@@ -259,7 +299,7 @@ Vec3 centre_of(const Core3& core)
 bool is_below(const Part& ground, const Core3& core)
 {
     const Frame<3>& frame = ground.core.frame;
-    if (dot(frame.r.y, furthest(core, frame.r.y) - frame.p) + core.radius < ground.floor) return false;
+    if (dot(frame.r.y, furthest(core, frame.r.y) - frame.p) + core.radius < ground.field->floor) return false;
     const Vec3 centre = centre_of(core);
     return dot(ground.normal, centre - ground.core.frame * ground.core.polytope.vertex(0)) < 0 &&
            in_column(ground, centre);
@@ -292,11 +332,30 @@ bool plane_contact(const Core3& a, const Part& b, double side, double margin, Ma
     return true;
 }
 
-/// A contact on the face, where the triangle's sides are no edges.
-Answer inner_contact(const Core3& a, const Part& b, double side, double margin, Manifold<3>& manifold)
+/// The side of its plane to which a triangle's surface pushes a body: `side` unless the body met it nearly
+/// edgewise, where the shorter way out says more.
+double out_of(const Core3& a, const Part& b, const Vec3& normal, double side)
 {
-    if (face_contact(a, b.core, side, margin, manifold)) return Answer::contact;
-    return plane_contact(a, b, side, margin, manifold) ? Answer::spare : Answer::none;
+    if (b.surface == Surface::ground || std::abs(dot(normal, b.normal)) >= 0.5) return side;
+    const double plane = dot(b.normal, b.core.frame * b.core.polytope.vertex(0));
+    const double above = dot(b.normal, furthest(a, b.normal)) - plane;
+    const double below = plane - dot(b.normal, furthest(a, -b.normal));
+    return above >= below ? 1 : -1;
+}
+
+/// Of cores within reach of each other: the contact that the triangle has as a piece of its surface.
+Answer piece_contact(const Core3& a, const Part& b, const Gap<3>& cores, double side, double margin,
+                     Manifold<3>& manifold)
+{
+    const Beyond goes = beyond(b, -cores.normal, side);
+    if (goes == Beyond::onwards) {
+        side = out_of(a, b, cores.normal, side);
+        if (face_contact(a, b.core, side, margin, manifold)) return Answer::contact;
+        if (!plane_contact(a, b, side, margin, manifold)) return Answer::none;
+        return cores.distance > 0 ? Answer::last : Answer::spare;
+    }
+    make_manifold(a, b.core, cores, margin, manifold);
+    return goes == Beyond::nothing ? Answer::contact : Answer::last;
 }
 
 Answer ground_contact(const Core3& a, const Part& b, double margin, Manifold<3>& manifold, double& gap)
@@ -308,9 +367,7 @@ Answer ground_contact(const Core3& a, const Part& b, double margin, Manifold<3>&
     if (!below && !(cores.distance <= a.radius + margin)) return Answer::none;
     if (cores.distance > 0 && !below) {
         if (!comes_from_above(b, -cores.normal)) return Answer::none; // the column it is in pushes it up
-        if (!touches_sharp_side(b, -cores.normal, 1)) return inner_contact(a, b, 1, margin, manifold);
-        make_manifold(a, b.core, cores, margin, manifold);
-        return Answer::contact;
+        return piece_contact(a, b, cores, 1, margin, manifold);
     }
     return answer_if(face_contact(a, b.core, 1, margin, manifold) ||
                      plane_contact(a, b, 1, margin, manifold));
@@ -337,12 +394,10 @@ Answer surface_contact(const Core3& a, const Part& b, double margin, Manifold<3>
     gap = cores.distance - a.radius;
     const double side =
         dot(cores.normal, b.normal) <= 0 ? 1 : -1; // the front where the normal comes down on it
-    if (!touches_sharp_side(b, -cores.normal, side)) return inner_contact(a, b, side, margin, manifold);
-    make_manifold(a, b.core, cores, margin, manifold);
-    return Answer::contact;
+    return piece_contact(a, b, cores, side, margin, manifold);
 }
 
-/// `gap` is set with Answer::spare: how far apart the parts are.
+/// `gap` is set where the answer isn't sure: how far apart the parts are.
 Answer part_contact(const Part& a, const Part& b, double margin, Manifold<3>& manifold, double& gap)
 {
     if (a.half_space && b.half_space) return Answer::none;
@@ -436,7 +491,7 @@ void find_contacts(const Placed<3>& pair, double margin, FoundList<3>& found)
 
 void find_contacts_generally(const Placed<3>& pair, double margin, FoundList<3>& found)
 {
-    Collector<3> collector(found);
+    Collector<3> collector(pair, found);
     for_each_part_pair(pair, margin,
                        [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
                            Found<3> one;

@@ -90,11 +90,17 @@ struct MeshData
     std::vector<typename Mesh<Dim>::Element> elements;
     std::vector<TreeNode> nodes;
     std::vector<std::uint32_t> order; ///< elements, leaf by leaf
-    /// For each element, bit i: side i (from corner i) sticks out on the front, bit 3 + i: on the back.
-    /// Across the others the surface goes on level or bends towards the viewer: nothing can hit them from
-    /// there.
-    std::vector<std::uint8_t> sharp;
+    /// at[first_at[v]] to at[first_at[v + 1]]: the elements that have vertex v.
+    std::vector<std::uint32_t> first_at, at;
     double reach = 0;
+
+    [[nodiscard]] const V<Dim>& vertex(std::uint32_t v) const { return vertices[v]; }
+    template <class Visit>
+    void for_each_at(std::uint32_t v, Visit&& visit) const
+    {
+        for (std::uint32_t k = first_at[v]; k < first_at[v + 1]; ++k)
+            visit(elements[at[k]]);
+    }
 };
 
 struct HeightData
@@ -105,7 +111,27 @@ struct HeightData
     double floor = 0; ///< where the ground ends below
     double highest = 0;
     double reach = 0;
-    std::vector<std::uint8_t> sharp; ///< by triangle: bit i says that side i is an edge, seen from above
+
+    /// Vertices are numbered row by row.
+    [[nodiscard]] Vec3 vertex(std::uint32_t v) const
+    {
+        return {v % columns * spacing_x, heights[v], v / columns * spacing_z};
+    }
+    /// One of a cell's two triangles.
+    [[nodiscard]] Mesh<3>::Element triangle(std::uint32_t x, std::uint32_t z, bool second) const
+    {
+        const std::uint32_t v = z * columns + x, w = v + columns + 1;
+        return {v, second ? v + columns : w, second ? w : v + 1};
+    }
+    template <class Visit>
+    void for_each_at(std::uint32_t v, Visit&& visit) const
+    {
+        const std::uint32_t x = v % columns, z = v / columns;
+        if (x > 0 && z > 0) visit(triangle(x - 1, z - 1, false)), visit(triangle(x - 1, z - 1, true));
+        if (x + 1 < columns && z > 0) visit(triangle(x, z - 1, true));
+        if (x > 0 && z + 1 < rows) visit(triangle(x - 1, z, false));
+        if (x + 1 < columns && z + 1 < rows) visit(triangle(x, z, false)), visit(triangle(x, z, true));
+    }
 };
 
 template <int Dim>
