@@ -24,7 +24,7 @@ using Contact = jostle::Contact<3, float>;
 constexpr int fewest_iterations = 4, most_iterations = 24;
 constexpr double settled = 0.02;     ///< metres a second; see iterate
 constexpr float slop = 0.005f;       ///< overlap that is left alone, in metres
-constexpr float pushed_out = 0.2f;   ///< of the rest, per frame
+constexpr float pushed_out = 0.8f;   ///< of the rest, per frame, by all points of a body together
 constexpr float near_enough = 0.01f; ///< a gap that will be this small is kept in mind
 constexpr std::uint64_t bodies_per_block = 1024;
 
