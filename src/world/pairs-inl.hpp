@@ -298,7 +298,8 @@ std::span<Pair> World<Dim, T>::Implementation::find_pairs(PairBuffer& to)
     }
     // The counting sort goes through all objects, if in parallel; the other through the pairs several times.
     const std::uint64_t count = found.size();
-    if (count >= ids.end() || (count >= ids.end() / 8 && count >= 16 * world::run_length)) {
+    if (count >= ids.end() ||
+        (count >= ids.end() / 8 && count >= 16 * world::run_length && executor->concurrency() > 1)) {
         sorter.sort(found, ids.end(), *executor, to);
         return PairBufferAccess(to).chunk(0, 0).first(to.size());
     }
