@@ -35,7 +35,8 @@ struct ContactPoint
     /// How far the surfaces overlap along the normal; below 0 is a gap, no wider than the margin asked for.
     T depth;
     /// Which features meet: a's in the low 16 bits, b's in the high 16. The same from frame to frame while
-    /// the same vertices, edges and faces meet; a solver matches points by (pair, parts, feature).
+    /// the same vertices, edges and faces meet; a solver matches points by (pair, parts, feature). Of a hull of
+    /// more than about 5000 corners two features may have the same number.
     std::uint32_t feature;
 };
 
@@ -209,7 +210,7 @@ struct ContactOptions
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
 ///
 /// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Pairs name objects
-/// by position, in any order, also b < a. With two sets, a is of the first and b of the second.
+/// by position, in any order, also b < a, but none with itself. With two sets, a is of the first and b of the second.
 ///
 /// Touching  closed shapes: depth >= 0 up to rounding. Computed in double, relative to one of the two objects.
 /// Order     that of the pairs. The same bits for any number of threads, instruction set and compiler, and
@@ -218,7 +219,7 @@ struct ContactOptions
 /// Threads   one call at a time per finder, or an `Error`, also out of its own callbacks.
 /// Cost      that of the pairs, however many objects there are; see docs/guide/contacts.md. Working memory is
 ///           kept; steady frames allocate nothing.
-/// Errors    `Error` for the first pair that names no object, or one whose pose has a number that is not
+/// Errors    `Error` for the first pair that names no object, one object twice, or one whose pose has a number that is not
 ///           finite or a rotation of zero, which the error names: objects in no pair aren't looked at.
 ///           size_mismatch where shapes and poses differ in number; invalid_argument for a negative or infinite
 ///           margin. `std::bad_alloc`. The result is empty then; of `out` some elements may have been set.

@@ -62,7 +62,8 @@ struct ShapeAccess;
 ///
 /// Valid    at least one point, all finite. Flat, straight and one-point hulls are valid.
 /// Order    vertices() are those of the given points that are corners, in the order they were given;
-///          features of contacts number them.
+///          features of contacts number them, as they number edges and faces, modulo 16384: from about 5000
+///          corners on (three edges each) two features of a hull can have the same number.
 /// Value    copies share the same read-only memory.
 /// Threads  const members from any number of threads.
 /// Cost     O(n * faces) to build. A contact with a hull costs one pass over its vertices per step of the
@@ -82,6 +83,11 @@ class JOSTLE_API ConvexHull
         : ConvexHull(std::span<const Vec<Dim, double>>(points))
     {
     }
+    template <Coordinate T, std::size_t N>
+    explicit ConvexHull(const std::array<Vec<Dim, T>, N>& points)
+        : ConvexHull(std::span<const Vec<Dim, T>>(points))
+    {
+    }
     [[nodiscard]] std::span<const Vec<Dim, double>> vertices() const noexcept;
     /// Faces in 3D, edges in 2D; coplanar ones are one.
     [[nodiscard]] std::size_t face_count() const noexcept;
@@ -97,12 +103,12 @@ class JOSTLE_API ConvexHull
 /// A surface that doesn't deform: triangles in 3D; in 2D a chain or any set of segments. It has no inside: an
 /// object is pushed out the shortest way.
 ///
-/// Valid    finite vertices, indices below their count. Triangles without area are valid: they are segments
+/// Valid    finite vertices, at least one element, indices below their count. Triangles without area are valid: they are segments
 ///          or points.
 /// Order    part numbers in contacts are positions in `elements`.
 /// Value    copies share the same read-only memory.
 /// Cost     O(n log n) to build; 200 bytes an element.
-/// Errors   `Error` naming the lowest bad vertex, or the lowest element with an index out of range.
+/// Errors   `Error` naming the lowest bad vertex, or the lowest element with an index out of range; or for none.
 template <int Dim>
 class JOSTLE_API Mesh
 {
@@ -210,7 +216,7 @@ class JOSTLE_API CustomShape
     [[nodiscard]] virtual bool has_support() const noexcept { return true; }
 };
 
-/// One collision shape in its local frame, 48 bytes: the numbers of a simple one, a pointer to a big one.
+/// One collision shape in its local frame, 56 bytes (48 in 2D): the numbers of a simple one, a pointer to a big one.
 /// Angles and rotations belong to the pose.
 ///
 /// Units     the same length unit as the poses.
@@ -273,7 +279,8 @@ using Shape2 = Shape<2>;
 using Shape3 = Shape<3>;
 
 /// The tightest box around a posed shape, rounded outwards, with `margin` (>= 0) added on every side: what
-/// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's is infinite.
+/// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's is
+/// infinite, but for the side of its plane where that stands across an axis.
 ///
 /// Errors   `Error` for a negative margin. The box of an invalid pose has NaN bounds, which every search reports.
 /// Source   Ericson, Real-Time Collision Detection (2005), sec. 4.2.6.

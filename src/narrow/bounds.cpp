@@ -4,7 +4,7 @@
 #include <string>
 
 #include "jostle/process.hpp"
-#include "narrow/shape_data.hpp"
+#include "narrow/answers.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -156,12 +156,6 @@ T rounded_up(double value)
     return -rounded_down<T>(-value);
 }
 
-} // namespace
-} // namespace narrow
-
-namespace narrow {
-namespace {
-
 void check_margin(double margin)
 {
     if (!(margin >= 0))
@@ -172,13 +166,18 @@ void check_margin(double margin)
 template <int Dim, class T>
 Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double margin)
 {
+    Aabb<Dim, T> box;
+    if (!valid(pose)) {
+        for (int d = 0; d < Dim; ++d)
+            box.lo[d] = box.hi[d] = std::numeric_limits<T>::quiet_NaN();
+        return box;
+    }
     Extent<Dim> e;
     for (int d = 0; d < Dim; ++d)
         e.lo[d] = HUGE_VAL, e.hi[d] = -HUGE_VAL;
     const M<Dim> turned = shape.type() == ShapeTypes::sphere ? M<Dim>{} : rotation(pose);
     add_shape(shape, turned, V<Dim>{}, e);
     const V<Dim> p = load(pose.position);
-    Aabb<Dim, T> box;
     // What rotations, sums and the tests themselves round: some 8 units in the last place of a double.
     const double reach = ShapeAccess::reach(shape) < HUGE_VAL ? ShapeAccess::reach(shape) : 0;
     for (int d = 0; d < Dim; ++d) {

@@ -49,6 +49,13 @@ void check_out(std::size_t pairs, std::size_t out)
                     ", numbered from 0",
                 pair.a < objects_a ? pair.b : pair.a);
 }
+[[noreturn]] void refuse_itself(const Pair& pair, std::uint64_t number)
+{
+    throw Error(ErrorCode::invalid_argument,
+                "pair " + std::to_string(number) + " is of object " + std::to_string(pair.a) +
+                    " and itself; give pairs of two objects",
+                pair.a);
+}
 template <int Dim, class T>
 void check_object(const Shape<Dim>&, const Pose<Dim, T>& pose, std::uint32_t object)
 {
@@ -66,6 +73,8 @@ inline void check_pair(const Side<Dim, Where>& a, const Side<Dim, Where>& b, con
 {
     if (pair.a >= a.shapes.size() || pair.b >= b.shapes.size())
         refuse_pair(pair, number, a.shapes.size(), b.shapes.size());
+    if (pair.a == pair.b && &a.poses[pair.a] == &b.poses[pair.b] && &a.shapes[pair.a] == &b.shapes[pair.b])
+        refuse_itself(pair, number);
     check_object(a.shapes[pair.a], a.poses[pair.a], pair.a);
     check_object(b.shapes[pair.b], b.poses[pair.b], pair.b);
 }

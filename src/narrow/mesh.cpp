@@ -75,7 +75,7 @@ void build_tree(MeshData<Dim>& data)
             item.middle[d] = 0.5 * item.lo[d] + 0.5 * item.hi[d];
         }
     }
-    if (!items.empty()) build_node(items, 0, static_cast<Index>(items.size()), data.nodes, data.order);
+    build_node(items, 0, static_cast<Index>(items.size()), data.nodes, data.order);
 }
 
 /// Which elements have which vertex; once each, also those that name it twice.
@@ -147,6 +147,8 @@ template <int Dim>
 template <Coordinate T>
 Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements)
 {
+    if (elements.empty())
+        throw Error(ErrorCode::invalid_argument, "a mesh of no elements; give at least one");
     auto data = std::make_shared<narrow::MeshData<Dim>>();
     data->vertices.reserve(vertices.size());
     for (std::size_t i = 0; i < vertices.size(); ++i) {

@@ -40,6 +40,14 @@ Contact<3, double> only(const Shape3& a, const Pose3d& pose_a, const Shape3& b, 
     return found.empty() ? Contact<3, double>{} : *found.begin();
 }
 
+TEST(Hull, OfAnArray)
+{
+    const std::array<Vec<3, double>, 4> points{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    EXPECT_EQ(ConvexHull<3>(points).face_count(), 4u);
+    const std::array<Vec<2, float>, 3> corners{{{0, 0}, {1, 0}, {0, 1}}};
+    EXPECT_EQ(ConvexHull<2>(corners).face_count(), 3u);
+}
+
 TEST(Manifold, TwoSpheres)
 {
     const auto c = only(Shape3::sphere(1), {{0, 0, 0}}, Shape3::sphere(2), {{0, 2.5, 0}});

@@ -485,6 +485,42 @@ TEST(Bounds, OfContainers)
     EXPECT_THROW(bounds(shapes, poses, boxes), Error);
 }
 
+TEST(Bounds, OfAnInvalidPoseAreNaN)
+{
+    Random random(12);
+    const Zoo<3> zoo(random, 1);
+    const Zoo<2> zoo2(random, 1);
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinite = HUGE_VAL;
+    const auto is_nan = [](const auto& box) {
+        for (const double x : box.lo)
+            if (!std::isnan(x)) return false;
+        for (const double x : box.hi)
+            if (!std::isnan(x)) return false;
+        return true;
+    };
+    for (const double bad : {nan, infinite, 0.0}) {
+        for (const Shape3& shape : zoo.shapes) {
+            EXPECT_TRUE(is_nan(bounds(shape, Pose3d{{1, 2, 3}, {bad, 0, 0, bad}}))) << shape.type();
+            if (bad != 0) {
+                EXPECT_TRUE(is_nan(bounds(shape, Pose3d{{1, bad, 3}}))) << shape.type();
+            }
+        }
+        for (const Shape2& shape : zoo2.shapes)
+            EXPECT_TRUE(is_nan(bounds(shape, Pose2d{{1, 2}, {bad, bad}}))) << shape.type();
+    }
+    EXPECT_FALSE(is_nan(bounds(zoo.shapes[0], Pose3d{{1, 2, 3}, {0, 0, 0, 9}})));
+}
+
+TEST(Bounds, OfAHalfSpaceEndAtAPlaneAcrossAnAxis)
+{
+    const Aabb3d level = bounds(Shape3::half_space({0, 2, 0}, 3), Pose3d{{0, 1, 0}});
+    EXPECT_NEAR(level.hi[1], 4, 1e-12);
+    EXPECT_GE(level.hi[1], 4);
+    EXPECT_EQ(level.lo[1], -HUGE_VAL);
+    EXPECT_EQ(level.hi[0], HUGE_VAL);
+    EXPECT_EQ(bounds(Shape3::half_space({0, 1, 0.1}, 3), Pose3d{}).hi[1], HUGE_VAL);
+}
+
 TEST(Bounds, AreTightAndHoldEveryPoint)
 {
     Random random(8);
@@ -532,6 +568,22 @@ TEST(Errors, NameTheObjectAndTheValue)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     EXPECT_NE(message_of([] { (void)Shape3::sphere(-1); }).find("-1"), std::string::npos);
+    EXPECT_NE(
+        message_of([] { (void)Mesh<3>(std::vector<Vec<3, double>>{{}}, {}); }).find("mesh of no elements"),
+        std::string::npos);
+    for (const bool two_sets : {false, true}) {
+        const std::string itself = message_of([two_sets] {
+            const std::vector<Shape3> shapes(2);
+            const std::vector<Pose3d> poses(2), other(2);
+            const std::vector<Pair> pairs{{0, 1}, {1, 1}};
+            ContactFinder3d finder;
+            if (two_sets) {
+                EXPECT_EQ(finder.find(shapes, poses, shapes, other, pairs).size(), 2u);
+            }
+            finder.find(shapes, poses, pairs);
+        });
+        EXPECT_NE(itself.find("pair 1 is of object 1 and itself"), std::string::npos) << itself;
+    }
     EXPECT_NE(message_of([] { (void)Shape3::sphere(-1e-9); }).find("is -1e-09;"), std::string::npos);
     EXPECT_NE(message_of([] { (void)Shape3::box({1, 1e61, 1}); }).find("is 1e+61;"), std::string::npos);
     EXPECT_NE(message_of([] { (void)bounds(Shape3(), Pose3f{}, -5.0f); }).find("margin of bounds is -5;"),
