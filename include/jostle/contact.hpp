@@ -302,7 +302,14 @@ distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 
 /// The first time in [0, 1] at which the distance is at most `tolerance` (> 0, a length), or nothing. Never
 /// later than the true first touch, so no tunnelling, and at the time given the shapes are no further apart.
+/// Who passes by at more than half the tolerance may go unnoticed.
 ///
+/// Ground   a height field counts as the solid that it is, with sides and an underside, which contacts() and
+///          distance() leave out.
+/// Numbers  the time is rounded down to T, which is up to speed * time * epsilon of the way short of it.
+/// Limit    1000 steps, each a look at what is near. Gentle motions take 3 to 15; what turns hundreds of times
+///          within reach of another edge may need more, and gets the time reached until then: an early impact,
+///          with the shapes further apart than the tolerance.
 /// Source   conservative advancement: Mirtich, Impulse-based Dynamic Simulation (1996), sec. 2.3.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Impact<Dim, T>>

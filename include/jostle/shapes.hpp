@@ -136,7 +136,7 @@ class JOSTLE_API Mesh
 ///          from its corner of lowest x and z to its opposite.
 /// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface is pushed up, down to
 ///          `thickness`, at least a cell's width, below the lowest height. Beside the rim and further down there
-///          is nothing: distance() finds none there.
+///          is nothing: distance() finds none there. time_of_impact alone knows the sides and the underside.
 /// Contacts one for each triangle. Inner edges catch nothing that rolls over them; a ridge touches what is nearest to it.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one
 ///          towards z.

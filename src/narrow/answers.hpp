@@ -144,6 +144,7 @@ Impact<Dim, T> impact_of(const Shape<Dim>& a, const Motion<Dim, T>& motion_a, co
     Impact<Dim, T> answer{};
     answer.time = static_cast<T>(hit.time);
     if (hit.time == HUGE_VAL) return answer;
+    if (double{answer.time} > hit.time) answer.time = std::nextafter(answer.time, T{0}); // never later
     store(swapped ? -hit.gap.normal : hit.gap.normal, answer.normal);
     const V<Dim> middle = (hit.gap.on_a + hit.gap.on_b) * 0.5;
     store(middle, swapped ? answer.from_b : answer.from_a);

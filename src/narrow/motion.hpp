@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "narrow/math.hpp"
+#include "narrow/pair.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -37,6 +37,144 @@ inline Mat2 turned(const Mat2& start, double angle)
     double s, c;
     sine_cosine(angle, s, c);
     return rotation(c, s) * start;
+}
+
+/// How an object turns: by `speed` radians about `axis` (unit; in the plane there is but one) through `centre`.
+struct Turning3
+{
+    Vec3 centre, axis;
+    double speed = 0;
+    Turning3(const Vec3& at, const Vec3& angular) : centre(at), speed(length(angular))
+    {
+        if (speed > 0) axis = angular * (1 / speed);
+    }
+};
+struct Turning2
+{
+    Vec2 centre;
+    double speed = 0;
+    Turning2(const Vec2& at, double angular) : centre(at), speed(std::abs(angular)) {}
+};
+template <int Dim>
+using Turning = std::conditional_t<Dim == 3, Turning3, Turning2>;
+
+/// How far points reach along a direction n: now, and wherever turning takes them.
+template <int Dim>
+class Spread
+{
+  public:
+    double top = -HUGE_VAL, swept = -HUGE_VAL;
+    double spin = 0; ///< the most that they come further per radian
+
+    Spread(const Turning<Dim>& turning, const V<Dim>& n) : turning_(turning), n_(n)
+    {
+        if constexpr (Dim == 3) lever_ = length(cross(n, turning.axis));
+    }
+    /// All within `radius` of a point. A ball turns into itself.
+    void add(const V<Dim>& p, double radius = 0)
+    {
+        if (turning_.speed == 0) return add_height(dot(n_, p) + radius);
+        top = std::max(top, dot(n_, p) + radius);
+        const V<Dim> q = p - turning_.centre;
+        double arm, level = dot(n_, turning_.centre);
+        if constexpr (Dim == 3) {
+            arm = length(cross(q, turning_.axis)) * lever_;
+            level += dot(q, turning_.axis) * dot(n_, turning_.axis);
+        } else {
+            arm = length(q);
+        }
+        spin = std::max(spin, arm);
+        swept = std::max(swept, level + arm + radius);
+    }
+    /// What lies no higher, and doesn't turn.
+    void add_height(double height)
+    {
+        top = std::max(top, height);
+        swept = std::max(swept, height);
+    }
+    /// What lies no higher, and within `reach` of a point.
+    void add_somewhere(double height, const V<Dim>& p, double reach)
+    {
+        add(p, reach);
+        top = height;
+        spin += reach;
+    }
+
+  private:
+    const Turning<Dim>& turning_;
+    V<Dim> n_;
+    double lever_ = 1;
+};
+
+/// Two objects on their way, from a moment on.
+template <int Dim>
+struct Flight
+{
+    V<Dim> linear; ///< of b, seen from a
+    Turning<Dim> a, b;
+    double reach_a, reach_b; ///< how far from its centre anything is that turning moves
+    double tolerance;
+
+    Flight(const Moving<Dim>& pair, const Placed<Dim>& now, double near)
+        : linear(pair.linear),
+          a({}, pair.angular_a),
+          b(now.d, pair.angular_b),
+          reach_a(turned_reach(*now.a, a)),
+          reach_b(turned_reach(*now.b, b)),
+          tolerance(near)
+    {
+    }
+    /// How much turning can bring them nearer within that time.
+    [[nodiscard]] double turn(double time) const
+    {
+        return std::min(a.speed * time, 2.0) * reach_a + std::min(b.speed * time, 2.0) * reach_b;
+    }
+    /// For how long two convex parts that n parts (from a to b) surely stay further apart than half the
+    /// tolerance.
+    [[nodiscard]] double safe_time(const Spread<Dim>& part_a, const Spread<Dim>& part_b,
+                                   const V<Dim>& n) const
+    {
+        const double closing = std::max(0.0, -dot(linear, n));
+        const auto time = [](double room, double speed) { return room > 0 ? room / speed : 0; };
+        return std::max(time(-part_a.top - part_b.top - 0.5 * tolerance,
+                             closing + a.speed * part_a.spin + b.speed * part_b.spin),
+                        time(-part_a.swept - part_b.swept - 0.5 * tolerance, closing));
+    }
+
+  private:
+    static double turned_reach(const Shape<Dim>& shape, const Turning<Dim>& turning)
+    {
+        // A ball turns into itself; a half-space, which has no end, doesn't turn.
+        return shape.type() == ShapeTypes::sphere || turning.speed == 0 ? 0 : ShapeAccess::reach(shape);
+    }
+};
+
+/// Of all pairs of parts that for_each_pair(now, range, visit) visits. gap_of(a, b, gap) is where they are,
+/// safe_time(flight, a, b, gap) for how long they stay apart.
+template <int Dim, class ForEachPair, class GapOf, class SafeTime>
+Outlook<Dim> look_at_parts(const Flight<Dim>& flight, const Placed<Dim>& now, double time,
+                           const ForEachPair& for_each_pair, const GapOf& gap_of, const SafeTime& safe_time)
+{
+    Outlook<Dim> outlook;
+    outlook.gap.distance = HUGE_VAL;
+    const double sliding = length(flight.linear), rounding = 1e-14 * length(now.d);
+    Range<Dim> range{0, flight.linear, 0};
+    const auto shorten = [&](double to) {
+        range.time = to;
+        range.reach = flight.tolerance + flight.turn(to) + rounding;
+    };
+    shorten(time);
+    for_each_pair(now, range, [&](std::uint32_t, const auto& a, std::uint32_t, const auto& b) {
+        const double enough = range.reach + sliding * range.time;
+        Gap<Dim> gap;
+        gap_of(a, b, enough, gap);
+        if (!(gap.distance <= enough)) return; // not within that time
+        if (gap.distance < outlook.gap.distance) outlook.gap = gap;
+        const double safe = gap.distance <= flight.tolerance ? 0 : safe_time(a, b, gap);
+        outlook.safe = std::min(outlook.safe, safe);
+        if (outlook.safe < range.time) shorten(outlook.safe);
+    });
+    return outlook;
 }
 
 } // namespace narrow

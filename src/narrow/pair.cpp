@@ -61,60 +61,32 @@ bool arrange(Placed<Dim>& pair)
 template bool arrange(Placed<2>&);
 template bool arrange(Placed<3>&);
 
-namespace {
-
-double size_of(const Vec3& angular)
-{
-    return length(angular);
-}
-double size_of(double angular)
-{
-    return std::abs(angular);
-}
-template <int Dim>
-bool one_piece(const Shape<Dim>& shape)
-{
-    return shape.type() < ShapeTypes::mesh || shape.type() > ShapeTypes::compound;
-}
-/// How fast turning can move a shape's surface. A half-space can't turn: its far points would be infinitely
-/// fast.
-template <int Dim>
-double rim_speed(const Shape<Dim>& shape, double turning)
-{
-    // A ball turns without moving its surface.
-    return shape.type() == ShapeTypes::sphere || turning == 0 ? 0 : turning * ShapeAccess::reach(shape);
-}
-
-} // namespace
-
 template <int Dim>
 Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance)
 {
-    const double turning =
-        rim_speed(*pair.start.a, size_of(pair.angular_a)) + rim_speed(*pair.start.b, size_of(pair.angular_b));
-    const double sliding = length(pair.linear);
-    const bool one = one_piece(*pair.start.a) && one_piece(*pair.start.b);
     Hit<Dim> hit;
-    double time = 0;
-    for (;;) {
+    double time = 0, look = 1;
+    for (int step = 0;; ++step) {
         Placed<Dim> now = pair.start;
         now.d = pair.start.d + pair.linear * time;
         now.ra = turned(pair.start.ra, pair.angular_a * time);
         now.rb = turned(pair.start.rb, pair.angular_b * time);
-        const double fastest = sliding + turning;
-        find_gap(now, fastest * (1 - time) + tolerance, hit.gap);
-        if (hit.gap.distance <= tolerance) {
+        const bool last = step == impact_steps;
+        look = last ? 1 - time : std::min(look, 1 - time);
+        const Outlook<Dim> outlook = look_ahead(pair, now, tolerance, look);
+        // Where rounding leaves nothing that parts them for certain, they can't be taken any further.
+        const bool near = outlook.gap.distance <= tolerance || outlook.safe <= 0;
+        if (near || (last && outlook.safe < 1 - time)) {
             hit.time = time;
             hit.d = now.d;
+            hit.gap = outlook.gap;
             return hit;
         }
-        // Along the normal of two convex shapes nothing comes nearer faster than this.
-        const double closing = one ? std::max(0.0, -dot(pair.linear, hit.gap.normal)) + turning : fastest;
-        const double step = (hit.gap.distance - 0.5 * tolerance) / closing;
-        if (hit.gap.distance == HUGE_VAL || time >= 1 || !(step <= 1e300)) break;
-        // The last look is at the end itself. A step that is lost in rounding is as small as time can be.
-        const double next = time + step;
-        time = next > 1 ? 1 : next > time ? next : std::nextafter(time, 2.0);
+        if (last || time >= 1 || (outlook.safe == HUGE_VAL && look >= 1 - time)) break;
+        // Who is far from everything looks far ahead, who is near only at what is near.
+        const double safe = std::min(outlook.safe, look), next = time + safe;
+        look = 2 * safe;
+        time = next >= 1 ? 1 : next > time ? next : std::nextafter(time, 2.0);
     }
     hit.time = HUGE_VAL;
     return hit;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "narrow/convex3.hpp"
+#include "narrow/motion.hpp"
 #include "narrow/pair.hpp"
 #include "narrow/small_vector.hpp"
 
@@ -353,28 +354,10 @@ struct Part
     Mesh<2>::Element number{}; ///< of a segment's ends
 };
 
-struct Region
+Region<2> region_of(const Part& part, const Frame<2>& frame)
 {
-    double lo[2], hi[2];
-    template <class Numbers>
-    [[nodiscard]] bool meets(const Numbers& lo2, const Numbers& hi2, double reach) const
-    {
-        bool apart = false;
-        for (int d = 0; d < 2; ++d)
-            apart = apart || lo2[d] > hi[d] + reach || lo[d] > hi2[d] + reach;
-        return !apart;
-    }
-};
-
-Region everywhere()
-{
-    return {{-HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL}};
-}
-
-Region region_of(const Part& part, const Frame<2>& frame)
-{
-    if (part.half_space) return everywhere();
-    Region region{{HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL}};
+    if (part.half_space) return everywhere<2>();
+    Region<2> region{{HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL}};
     const Core2& core = part.core;
     const double grow = core.radius + 1e-14 * (core.reach + core.radius + length(frame.p));
     for (std::size_t i = 0; i < core.corner.size(); ++i) {
@@ -386,7 +369,7 @@ Region region_of(const Part& part, const Frame<2>& frame)
     }
     return region;
 }
-Region region_of(const Shape<2>& shape, const Vec2& at, const Frame<2>& frame)
+Region<2> region_of(const Shape<2>& shape, const Vec2& at, const Frame<2>& frame)
 {
     const double reach = ShapeAccess::reach(shape) * (1 + 1e-14);
     const Vec2 p = frame.r.back(at - frame.p);
@@ -394,14 +377,14 @@ Region region_of(const Shape<2>& shape, const Vec2& at, const Frame<2>& frame)
 }
 
 template <class Visit>
-void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region& region, const double& reach,
-                   Visit&& visit)
+void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region<2>& region,
+                   const Range<2>& range, Visit&& visit)
 {
     if (shape.type() == ShapeTypes::mesh) {
         const auto& mesh = ShapeAccess::data<MeshData<2>>(shape);
         for (std::uint32_t k = 0; k < mesh.nodes.size();) {
             const TreeNode& node = mesh.nodes[k];
-            if (!region.meets(node.lo, node.hi, reach)) {
+            if (!region.meets(node.lo, node.hi, range)) {
                 k = node.skip;
                 continue;
             }
@@ -410,7 +393,7 @@ void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region& r
                 const Vec2 p = mesh.vertices[mesh.elements[e][0]], q = mesh.vertices[mesh.elements[e][1]];
                 const Vec2 lo{std::min(p.x, q.x), std::min(p.y, q.y)},
                     hi{std::max(p.x, q.x), std::max(p.y, q.y)};
-                if (region.meets(lo, hi, reach)) visit(e, Part(mesh, mesh.elements[e], frame));
+                if (region.meets(lo, hi, range)) visit(e, Part(mesh, mesh.elements[e], frame));
             }
             ++k;
         }
@@ -420,7 +403,7 @@ void for_each_part(const Shape<2>& shape, const Frame<2>& frame, const Region& r
             const double ball = ShapeAccess::reach(child.shape) * (1 + 1e-14);
             const Vec2 grow{ball, ball};
             const bool has_part = child.shape.custom() == nullptr || child.shape.custom()->has_support();
-            if (has_part && region.meets(child.frame.p - grow, child.frame.p + grow, reach))
+            if (has_part && region.meets(child.frame.p - grow, child.frame.p + grow, range))
                 visit(number, Part(child.shape, {frame.r * child.frame.r, frame * child.frame.p}));
             ++number;
         }
@@ -627,16 +610,45 @@ void part_gap(const Part& a, const Part& b, Gap<2>& gap)
 }
 
 template <class Visit>
-void for_each_part_pair(const Placed<2>& pair, const double& reach, Visit&& visit)
+void for_each_part_pair(const Placed<2>& pair, const Range<2>& range, Visit&& visit)
 {
     const Frame<2> frame_a{pair.ra, {}}, frame_b{pair.rb, pair.d};
-    const bool many_b = has_parts(*pair.b);
-    const Region around = has_parts(*pair.a) ? region_of(*pair.b, pair.d, frame_a) : everywhere();
-    for_each_part(*pair.a, frame_a, around, reach, [&](std::uint32_t number_a, const Part& a) {
-        const Region region = many_b ? region_of(a, frame_b) : everywhere();
-        for_each_part(*pair.b, frame_b, region, reach,
+    const bool many_a = has_parts(*pair.a), many_b = has_parts(*pair.b);
+    Region<2> around = many_a ? region_of(*pair.b, pair.d, frame_a) : everywhere<2>();
+    if (many_a) around.way = frame_a.r.back(range.linear);
+    for_each_part(*pair.a, frame_a, around, range, [&](std::uint32_t number_a, const Part& a) {
+        Region<2> region = many_b ? region_of(a, frame_b) : everywhere<2>();
+        if (many_b) region.way = frame_b.r.back(-range.linear);
+        for_each_part(*pair.b, frame_b, region, range,
                       [&](std::uint32_t number_b, const Part& b) { visit(number_a, a, number_b, b); });
     });
+}
+
+Spread<2> spread_of(const Part& part, const Turning<2>& turning, const Vec2& n)
+{
+    Spread<2> spread(turning, n);
+    const Core2& core = part.core;
+    if (part.half_space) // n is its normal
+        spread.add_height(part.offset);
+    else if (is_custom(part))
+        spread.add_somewhere(dot(n, lowest_point(part, -n).corner[0]), core.frame.p, core.reach);
+    else
+        for (std::size_t i = 0; i < core.corner.size(); ++i)
+            spread.add(core.corner[i], core.radius);
+    return spread;
+}
+
+double safe_time(const Flight<2>& flight, const Part& a, const Part& b, const Gap<2>& gap)
+{
+    const auto along = [&](const Vec2& n) {
+        return flight.safe_time(spread_of(a, flight.a, n), spread_of(b, flight.b, -n), n);
+    };
+    double time = along(gap.normal);
+    // What slides along a segment may come nearer to its end, but not to its line.
+    for (const Part* part : {&a, &b})
+        if (part->surface != Surface::none && !a.half_space && !b.half_space && time < 1)
+            time = std::max(time, along(part->normal * (dot(part->normal, gap.normal) > 0 ? 1.0 : -1.0)));
+    return time;
 }
 
 } // namespace
@@ -646,7 +658,7 @@ void find_contacts(const Placed<2>& pair, double margin, FoundList<2>& found)
 {
     if (!within_reach(pair, margin)) return;
     Collector<2> collector(pair, found);
-    for_each_part_pair(pair, margin,
+    for_each_part_pair(pair, Range<2>{margin},
                        [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
                            Found<2> one;
                            double gap = 0;
@@ -664,13 +676,13 @@ void find_gap(const Placed<2>& pair, double enough, Gap<2>& best)
     best.distance = HUGE_VAL;
     for (int d = 0; d < 2; ++d)
         if (!(std::abs(pair.d[d]) <= 1e61)) return; // nothing is that big
-    double reach = enough;
-    for_each_part_pair(pair, reach, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
+    Range<2> range{enough};
+    for_each_part_pair(pair, range, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
         Gap<2> gap;
         part_gap(a, b, gap);
-        if (!(gap.distance <= reach) || !(gap.distance < best.distance)) return;
+        if (!(gap.distance <= range.reach) || !(gap.distance < best.distance)) return;
         best = gap;
-        reach = std::max(0.0, std::min(reach, gap.distance));
+        range.reach = std::max(0.0, std::min(range.reach, gap.distance));
     });
 }
 
@@ -680,13 +692,26 @@ bool find_touch(const Placed<2>& pair)
     if (!within_reach(pair, 0)) return false;
     bool touch = false;
     // Below this nothing is within reach: the search ends.
-    double reach = 0;
-    for_each_part_pair(pair, reach, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
+    Range<2> range{0};
+    for_each_part_pair(pair, range, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
         Gap<2> gap;
         part_gap(a, b, gap);
-        if (gap.distance <= 0) touch = true, reach = -HUGE_VAL;
+        if (gap.distance <= 0) touch = true, range.reach = -HUGE_VAL;
     });
     return touch;
+}
+
+template <>
+Outlook<2> look_ahead(const Moving<2>& pair, const Placed<2>& now, double tolerance, double time)
+{
+    const Flight<2> flight(pair, now, tolerance);
+    return look_at_parts(
+        flight, now, time,
+        [](const Placed<2>& placed, const Range<2>& range, const auto& visit) {
+            for_each_part_pair(placed, range, visit);
+        },
+        [](const Part& a, const Part& b, double, Gap<2>& gap) { part_gap(a, b, gap); },
+        [&](const Part& a, const Part& b, const Gap<2>& gap) { return safe_time(flight, a, b, gap); });
 }
 
 } // namespace narrow

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <utility>
 
+#include "narrow/motion.hpp"
 #include "narrow/pair.hpp"
 #include "narrow/simple3.hpp"
 
@@ -51,29 +52,11 @@ struct Part
     void of(const HeightData& data) { field = &data, surface = Surface::ground; }
 };
 
-/// A box in a shape's local axes: where the other shape is.
-struct Region
-{
-    double lo[3], hi[3];
-    [[nodiscard]] bool meets(const double (&lo2)[3], const double (&hi2)[3], double reach) const
-    {
-        bool apart = false;
-        for (int d = 0; d < 3; ++d)
-            apart = apart || lo2[d] > hi[d] + reach || lo[d] > hi2[d] + reach;
-        return !apart;
-    }
-};
-
-Region everywhere()
-{
-    return {{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
-}
-
 /// Where `part` is, and the ground below it, in the local axes of `frame`.
-Region region_of(const Part& part, const Frame<3>& frame)
+Region<3> region_of(const Part& part, const Frame<3>& frame)
 {
-    if (part.half_space) return everywhere();
-    Region region;
+    if (part.half_space) return everywhere<3>();
+    Region<3> region;
     const Core3& core = part.core;
     const Vec3 axes[3] = {frame.r.x, frame.r.y, frame.r.z};
     for (int d = 0; d < 3; ++d) {
@@ -93,7 +76,7 @@ Region region_of(const Part& part, const Frame<3>& frame)
 }
 
 /// Where any shape is: the box of its ball.
-Region region_of(const Shape<3>& shape, const Vec3& at, const Frame<3>& frame)
+Region<3> region_of(const Shape<3>& shape, const Vec3& at, const Frame<3>& frame)
 {
     const double reach = ShapeAccess::reach(shape) * (1 + 1e-14);
     const Vec3 p = frame.r.back(at - frame.p);
@@ -102,11 +85,11 @@ Region region_of(const Shape<3>& shape, const Vec3& at, const Frame<3>& frame)
 
 template <class Visit>
 void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Frame<3>& frame,
-                       const Region& region, const double& reach, Visit&& visit)
+                       const Region<3>& region, const Range<3>& range, Visit&& visit)
 {
     for (std::uint32_t k = 0; k < mesh.nodes.size();) {
         const TreeNode& node = mesh.nodes[k];
-        if (!region.meets(node.lo, node.hi, reach)) {
+        if (!region.meets(node.lo, node.hi, range)) {
             k = node.skip;
             continue;
         }
@@ -120,7 +103,7 @@ void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Fr
                 lo[d] = std::min(p[d], std::min(q[d], r[d]));
                 hi[d] = std::max(p[d], std::max(q[d], r[d]));
             }
-            if (!region.meets(lo, hi, reach)) continue;
+            if (!region.meets(lo, hi, range)) continue;
             visit(e, Part(mesh, corner, frame, kernels));
         }
         ++k;
@@ -129,23 +112,32 @@ void for_each_triangle(const MeshData<3>& mesh, const Kernels& kernels, const Fr
 
 template <class Visit>
 void for_each_triangle(const HeightData& field, const Kernels& kernels, const Frame<3>& frame,
-                       const Region& region, const double& reach, Visit&& visit)
+                       const Region<3>& region, const Range<3>& range, Visit&& visit)
 {
-    if (region.lo[1] > field.highest + reach) return;
+    const Region<3> all = region.swept(range.time);
+    if (all.lo[1] > field.highest + range.reach) return;
     // Cells under the region; numbers that no grid has are cut off before they become integers.
     const auto cell = [](double x, double spacing, std::uint32_t count) {
         const double c = std::floor(x / spacing);
         return static_cast<std::uint32_t>(std::clamp(c, 0.0, static_cast<double>(count)));
     };
     const double width = (field.columns - 1) * field.spacing_x, depth = (field.rows - 1) * field.spacing_z;
-    if (region.hi[0] + reach < 0 || region.lo[0] - reach > width || region.hi[2] + reach < 0 ||
-        region.lo[2] - reach > depth)
+    if (all.hi[0] + range.reach < 0 || all.lo[0] - range.reach > width || all.hi[2] + range.reach < 0 ||
+        all.lo[2] - range.reach > depth)
         return;
-    const std::uint32_t x0 = cell(region.lo[0] - reach, field.spacing_x, field.columns - 2);
-    const std::uint32_t x1 = cell(region.hi[0] + reach, field.spacing_x, field.columns - 2);
-    const std::uint32_t z0 = cell(region.lo[2] - reach, field.spacing_z, field.rows - 2);
-    const std::uint32_t z1 = cell(region.hi[2] + reach, field.spacing_z, field.rows - 2);
-    for (std::uint32_t z = z0; z <= z1; ++z)
+    const std::uint32_t z0 = cell(all.lo[2] - range.reach, field.spacing_z, field.rows - 2);
+    const std::uint32_t z1 = cell(all.hi[2] + range.reach, field.spacing_z, field.rows - 2);
+    for (std::uint32_t z = z0; z <= z1; ++z) {
+        double lo = region.lo[0], hi = region.hi[0];
+        if (range.time > 0) { // where the region is while it passes this row
+            double enter = 0, leave = range.time;
+            region.clip(2, z * field.spacing_z, (z + 1) * field.spacing_z, range.reach, enter, leave);
+            if (enter > leave + 1e-12 * range.time) continue;
+            lo += std::min(region.way.x * enter, region.way.x * leave) - 1e-12 * (all.hi[0] - all.lo[0]);
+            hi += std::max(region.way.x * enter, region.way.x * leave) + 1e-12 * (all.hi[0] - all.lo[0]);
+        }
+        const std::uint32_t x0 = cell(lo - range.reach, field.spacing_x, field.columns - 2);
+        const std::uint32_t x1 = cell(hi + range.reach, field.spacing_x, field.columns - 2);
         for (std::uint32_t x = x0; x <= x1; ++x) {
             const std::uint32_t number = 2 * (z * (field.columns - 1) + x);
             for (const bool second : {false, true}) {
@@ -153,24 +145,29 @@ void for_each_triangle(const HeightData& field, const Kernels& kernels, const Fr
                 double high = -HUGE_VAL;
                 for (const std::uint32_t v : corners)
                     high = std::max(high, field.heights[v]);
-                if (region.lo[1] <= high + reach)
+                const Vec3 low{x * field.spacing_x, field.floor, z * field.spacing_z};
+                if (range.time > 0
+                        ? region.meets(low, Vec3{low.x + field.spacing_x, high, low.z + field.spacing_z},
+                                       range)
+                        : region.lo[1] <= high + range.reach)
                     visit(number + (second ? 1 : 0), Part(field, corners, frame, kernels));
             }
         }
+    }
 }
 
-/// Calls visit(number, part) for each part that may be within `reach` of the region. `reach` may shrink
+/// Calls visit(number, part) for each part that may be within range of the region. The range may shrink
 /// meanwhile.
 template <class Visit>
-void for_each_part(const Shape<3>& shape, const Kernels& kernels, const Frame<3>& frame, const Region& region,
-                   const double& reach, Visit&& visit)
+void for_each_part(const Shape<3>& shape, const Kernels& kernels, const Frame<3>& frame,
+                   const Region<3>& region, const Range<3>& range, Visit&& visit)
 {
     switch (shape.type()) {
     case ShapeTypes::mesh:
-        for_each_triangle(ShapeAccess::data<MeshData<3>>(shape), kernels, frame, region, reach, visit);
+        for_each_triangle(ShapeAccess::data<MeshData<3>>(shape), kernels, frame, region, range, visit);
         return;
     case ShapeTypes::height_field:
-        for_each_triangle(ShapeAccess::data<HeightData>(shape), kernels, frame, region, reach, visit);
+        for_each_triangle(ShapeAccess::data<HeightData>(shape), kernels, frame, region, range, visit);
         return;
     case ShapeTypes::compound: {
         std::uint32_t number = 0;
@@ -181,7 +178,7 @@ void for_each_part(const Shape<3>& shape, const Kernels& kernels, const Frame<3>
                 lo[d] = child.frame.p[d] - ball, hi[d] = child.frame.p[d] + ball;
             const bool has_part = child.shape.custom() == nullptr || child.shape.custom()->has_support();
             const Frame<3> there{frame.r * child.frame.r, frame * child.frame.p};
-            if (has_part && region.meets(lo, hi, reach)) visit(number, Part(child.shape, there, kernels));
+            if (has_part && region.meets(lo, hi, range)) visit(number, Part(child.shape, there, kernels));
             ++number;
         }
         return;
@@ -287,12 +284,49 @@ bool in_column(const Part& triangle, const Vec3& p)
 
 Vec3 centre_of(const Core3& core)
 {
-    if (core.custom != nullptr) return core.frame.p;
     Vec3 sum;
+    if (core.custom != nullptr) { // which needn't hold its own origin
+        for (const Vec3& axis : {core.frame.r.x, core.frame.r.y, core.frame.r.z})
+            sum += furthest(core, axis) + furthest(core, -axis);
+        return sum * (1.0 / 6);
+    }
     for (std::uint32_t i = 0; i < core.polytope.vertices; ++i)
         sum += core.polytope.vertex(i);
     return core.frame * (sum * (1.0 / core.polytope.vertices));
 }
+
+/// Where the ground ends below a corner of its triangle.
+Vec3 foot(const Part& ground, std::uint32_t corner)
+{
+    const Vec3 top = ground.core.polytope.vertex(corner);
+    return ground.core.frame * Vec3{top.x, ground.field->floor, top.z};
+}
+/// A triangle of a height field with the ground below it, seen from a's position.
+class Solid final : public CustomShape<3>
+{
+  public:
+    explicit Solid(const Part& ground)
+    {
+        for (std::uint32_t i = 0; i < 3; ++i) {
+            corner_[i] = ground.core.frame * ground.core.polytope.vertex(i);
+            corner_[3 + i] = foot(ground, i);
+        }
+        for (const Vec3& p : corner_)
+            radius_ = std::max(radius_, length(p));
+    }
+    [[nodiscard]] double radius() const noexcept override { return radius_; }
+    [[nodiscard]] Vec<3, double> support(const Vec<3, double>& direction) const noexcept override
+    {
+        const Vec3 d = load(direction), *best = corner_;
+        for (const Vec3& p : corner_)
+            if (dot(d, p) > dot(d, *best)) best = &p;
+        return {best->x, best->y, best->z};
+    }
+
+  private:
+    Vec3 corner_[6];
+    double radius_ = 0;
+};
 
 /// Under a height field's triangle: its centre is below the triangle, and nothing else says where up is. The
 /// ground ends at its floor.
@@ -301,8 +335,13 @@ bool is_below(const Part& ground, const Core3& core)
     const Frame<3>& frame = ground.core.frame;
     if (dot(frame.r.y, furthest(core, frame.r.y) - frame.p) + core.radius < ground.field->floor) return false;
     const Vec3 centre = centre_of(core);
-    return dot(ground.normal, centre - ground.core.frame * ground.core.polytope.vertex(0)) < 0 &&
-           in_column(ground, centre);
+    if (!(dot(ground.normal, centre - ground.core.frame * ground.core.polytope.vertex(0)) < 0 &&
+          in_column(ground, centre)))
+        return false;
+    if (dot(frame.r.y, centre - frame.p) >= ground.field->floor) return true;
+    // What rises from further down may reach up beside the column.
+    const Solid solid(ground);
+    return convex_touch(Core3(Shape<3>(solid, ShapeTypes::first_custom), {}, *ground.core.kernels), core);
 }
 /// How high a core's lowest point is over a triangle's plane.
 double height_over(const Part& ground, const Core3& core, Vec3& lowest)
@@ -443,16 +482,18 @@ void part_gap(const Part& a, const Part& b, double enough, Gap<3>& gap)
     }
 }
 
-/// All pairs of parts within `reach` of each other.
+/// All pairs of parts within range of each other.
 template <class Visit>
-void for_each_part_pair(const Placed<3>& pair, const double& reach, Visit&& visit)
+void for_each_part_pair(const Placed<3>& pair, const Range<3>& range, Visit&& visit)
 {
     const Frame<3> frame_a{pair.ra, {}}, frame_b{pair.rb, pair.d};
-    const bool many_b = has_parts(*pair.b);
-    const Region around = has_parts(*pair.a) ? region_of(*pair.b, pair.d, frame_a) : everywhere();
-    for_each_part(*pair.a, *pair.kernels, frame_a, around, reach, [&](std::uint32_t number_a, const Part& a) {
-        const Region region = many_b ? region_of(a, frame_b) : everywhere();
-        for_each_part(*pair.b, *pair.kernels, frame_b, region, reach,
+    const bool many_a = has_parts(*pair.a), many_b = has_parts(*pair.b);
+    Region<3> around = many_a ? region_of(*pair.b, pair.d, frame_a) : everywhere<3>();
+    if (many_a) around.way = frame_a.r.back(range.linear);
+    for_each_part(*pair.a, *pair.kernels, frame_a, around, range, [&](std::uint32_t number_a, const Part& a) {
+        Region<3> region = many_b ? region_of(a, frame_b) : everywhere<3>();
+        if (many_b) region.way = frame_b.r.back(-range.linear);
+        for_each_part(*pair.b, *pair.kernels, frame_b, region, range,
                       [&](std::uint32_t number_b, const Part& b) { visit(number_a, a, number_b, b); });
     });
 }
@@ -474,6 +515,64 @@ Outcome simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifo
                        capsule_box_gap(pair.ra.y, half_length, pair.rb, half, pair.d), margin, manifold);
 }
 
+/// Whether a part meets the other as the ground that it is, not as a bare triangle.
+bool is_ground(const Part& part, const Part& other)
+{
+    return part.surface == Surface::ground && other.surface != Surface::ground && !other.half_space;
+}
+
+Spread<3> spread_of(const Part& part, bool ground, const Turning<3>& turning, const Vec3& n)
+{
+    Spread<3> spread(turning, n);
+    const Core3& core = part.core;
+    const auto top = [&] { return dot(n, furthest(core, n)) + core.radius; };
+    if (part.half_space) { // n is its normal
+        spread.add_height(part.offset);
+    } else if (core.custom != nullptr) {
+        spread.add_somewhere(top(), core.frame.p, core.reach);
+    } else if (turning.speed == 0) {
+        spread.add_height(top());
+    } else {
+        for (std::uint32_t i = 0; i < core.polytope.vertices; ++i)
+            spread.add(core.frame * core.polytope.vertex(i), core.radius);
+    }
+    for (std::uint32_t i = 0; i < 3 && ground; ++i)
+        spread.add(foot(part, i));
+    return spread;
+}
+
+/// How far parts are from each other, whichever side they come from: the ground has sides and an underside.
+void moving_gap(const Part& a, const Part& b, double enough, Gap<3>& gap)
+{
+    const bool ground_a = is_ground(a, b);
+    if (!ground_a && !is_ground(b, a)) return part_gap(a, b, enough, gap);
+    const Part& ground = ground_a ? a : b;
+    const Core3& other = ground_a ? b.core : a.core;
+    if (is_below(ground, other)) return part_gap(a, b, enough, gap);
+    convex_gap(other, ground.core, HUGE_VAL, gap);
+    // From above the triangle is nearest, else one of the sides below it may be.
+    if (gap.distance > 0 && dot(gap.normal, ground.core.frame.r.y) > 0) {
+        const Solid solid(ground);
+        const Core3 core(Shape<3>(solid, ShapeTypes::first_custom), {}, *ground.core.kernels);
+        convex_gap(other, core, enough, gap);
+    }
+    if (ground_a) flip(gap);
+}
+
+double safe_time(const Flight<3>& flight, const Part& a, const Part& b, const Gap<3>& gap)
+{
+    const bool ground_a = is_ground(a, b), ground_b = is_ground(b, a);
+    const auto along = [&](const Vec3& n) {
+        return flight.safe_time(spread_of(a, ground_a, flight.a, n), spread_of(b, ground_b, flight.b, -n), n);
+    };
+    double time = along(gap.normal);
+    // What slides along a triangle may come nearer to its side, but not to its plane.
+    for (const Part* part : {&a, &b})
+        if (part->surface != Surface::none && !a.half_space && !b.half_space && time < 1)
+            time = std::max(time, along(part->normal * (dot(part->normal, gap.normal) > 0 ? 1.0 : -1.0)));
+    return time;
+}
+
 } // namespace
 
 template <>
@@ -492,7 +591,7 @@ void find_contacts(const Placed<3>& pair, double margin, FoundList<3>& found)
 void find_contacts_generally(const Placed<3>& pair, double margin, FoundList<3>& found)
 {
     Collector<3> collector(pair, found);
-    for_each_part_pair(pair, margin,
+    for_each_part_pair(pair, Range<3>{margin},
                        [&](std::uint32_t number_a, const Part& a, std::uint32_t number_b, const Part& b) {
                            Found<3> one;
                            double gap = 0;
@@ -515,8 +614,8 @@ bool find_touch(const Placed<3>& pair)
     }
     bool touch = false;
     // Below this nothing is within reach: the search ends.
-    double reach = 0;
-    for_each_part_pair(pair, reach, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
+    Range<3> range{0};
+    for_each_part_pair(pair, range, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
         if (touch) return;
         Gap<3> gap;
         if (a.surface == Surface::none && b.surface == Surface::none && !a.half_space && !b.half_space)
@@ -525,7 +624,7 @@ bool find_touch(const Placed<3>& pair)
             part_gap(a, b, 0, gap);
             touch = gap.distance <= 0;
         }
-        if (touch) reach = -HUGE_VAL;
+        if (touch) range.reach = -HUGE_VAL;
     });
     return touch;
 }
@@ -536,14 +635,27 @@ void find_gap(const Placed<3>& pair, double enough, Gap<3>& best)
     best.distance = HUGE_VAL;
     for (int d = 0; d < 3; ++d)
         if (!(std::abs(pair.d[d]) <= 1e61)) return; // nothing is that big
-    double reach = enough;
-    for_each_part_pair(pair, reach, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
+    Range<3> range{enough};
+    for_each_part_pair(pair, range, [&](std::uint32_t, const Part& a, std::uint32_t, const Part& b) {
         Gap<3> gap;
-        part_gap(a, b, reach, gap);
-        if (!(gap.distance <= reach) || !(gap.distance < best.distance)) return;
+        part_gap(a, b, range.reach, gap);
+        if (!(gap.distance <= range.reach) || !(gap.distance < best.distance)) return;
         best = gap;
-        reach = std::max(0.0, std::min(reach, gap.distance));
+        range.reach = std::max(0.0, std::min(range.reach, gap.distance));
     });
+}
+
+template <>
+Outlook<3> look_ahead(const Moving<3>& pair, const Placed<3>& now, double tolerance, double time)
+{
+    const Flight<3> flight(pair, now, tolerance);
+    return look_at_parts(
+        flight, now, time,
+        [](const Placed<3>& placed, const Range<3>& range, const auto& visit) {
+            for_each_part_pair(placed, range, visit);
+        },
+        moving_gap,
+        [&](const Part& a, const Part& b, const Gap<3>& gap) { return safe_time(flight, a, b, gap); });
 }
 
 } // namespace narrow

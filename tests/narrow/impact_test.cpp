@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: MIT
+// Moving shapes, and their slow twin: looking at very many moments of the motion.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "jostle/contact.hpp"
+#include "random_pairs.hpp"
+
+using namespace jostle;
+
+namespace {
+
+/// The pose at a time, by the definition.
+template <class T>
+Pose3d at(const Motion<3, T>& motion, double t)
+{
+    Pose3d pose;
+    double angle = 0;
+    for (std::size_t d = 0; d < 3; ++d) {
+        pose.position[d] = double{motion.pose.position[d]} + t * double{motion.linear[d]};
+        angle += double{motion.angular[d]} * double{motion.angular[d]};
+    }
+    angle = std::sqrt(angle) * t;
+    double q[4];
+    for (std::size_t d = 0; d < 4; ++d)
+        q[d] = double{motion.pose.rotation[d]};
+    if (angle == 0) {
+        pose.rotation = {q[0], q[1], q[2], q[3]};
+        return pose;
+    }
+    const double s = std::sin(angle / 2) * t / angle, c = std::cos(angle / 2);
+    const double x = double{motion.angular[0]} * s, y = double{motion.angular[1]} * s,
+                 z = double{motion.angular[2]} * s;
+    pose.rotation = {c * q[0] + x * q[3] + y * q[2] - z * q[1], c * q[1] - x * q[2] + y * q[3] + z * q[0],
+                     c * q[2] + x * q[1] - y * q[0] + z * q[3], c * q[3] - x * q[0] - y * q[1] - z * q[2]};
+    return pose;
+}
+template <class T>
+Pose2d at(const Motion<2, T>& motion, double t)
+{
+    const double angle = double{motion.angular[0]} * t, c = std::cos(angle), s = std::sin(angle);
+    const double x = double{motion.pose.rotation[0]}, y = double{motion.pose.rotation[1]};
+    Pose2d pose{{}, {c * x - s * y, s * x + c * y}};
+    for (std::size_t d = 0; d < 2; ++d)
+        pose.position[d] = double{motion.pose.position[d]} + t * double{motion.linear[d]};
+    return pose;
+}
+
+template <int Dim, class T>
+double gap_at(const Shape<Dim>& a, const Motion<Dim, T>& moving_a, const Shape<Dim>& b,
+              const Motion<Dim, T>& moving_b, double t)
+{
+    const auto found = distance(a, at(moving_a, t), b, at(moving_b, t), INFINITY);
+    return found ? found->distance : HUGE_VAL;
+}
+
+/// The first of `looks` moments at which they overlap, for certain.
+template <int Dim, class T>
+std::optional<double> first_overlap(const Shape<Dim>& a, const Motion<Dim, T>& moving_a, const Shape<Dim>& b,
+                                    const Motion<Dim, T>& moving_b, int looks, double slack = 1e-9)
+{
+    for (int i = 0; i <= looks; ++i) {
+        const double t = static_cast<double>(i) / looks;
+        if (gap_at(a, moving_a, b, moving_b, t) < -slack) return t;
+    }
+    return {};
+}
+
+/// A height field as what it says it is: prisms from its triangles down to its floor.
+struct Ground
+{
+    std::vector<double> heights;
+    std::uint32_t columns, rows;
+    double spacing_x, spacing_z, thickness;
+    HeightField field;
+    std::vector<std::unique_ptr<ConvexHull<3>>> prisms;
+    std::unique_ptr<Compound<3>> solid;
+
+    Ground(std::vector<double> given, std::uint32_t nx, std::uint32_t nz, double sx, double sz, double thick)
+        : heights(std::move(given)),
+          columns(nx),
+          rows(nz),
+          spacing_x(sx),
+          spacing_z(sz),
+          thickness(thick),
+          field(HeightGrid<double>{heights, nx, nz, sx, sz, thick})
+    {
+        double floor = heights[0];
+        for (const double h : heights)
+            floor = std::min(floor, h);
+        floor -= std::max(thick, std::max(sx, sz));
+        std::vector<Compound<3>::Child> children;
+        const auto corner = [&](std::uint32_t x, std::uint32_t z) {
+            return Vec<3, double>{x * sx, heights[z * nx + x], z * sz};
+        };
+        for (std::uint32_t z = 0; z + 1 < nz; ++z)
+            for (std::uint32_t x = 0; x + 1 < nx; ++x)
+                for (const bool upper : {false, true}) {
+                    std::vector<Vec<3, double>> points = {corner(x, z), corner(x + 1, z + 1),
+                                                          upper ? corner(x, z + 1) : corner(x + 1, z)};
+                    for (std::size_t i = 0; i < 3; ++i)
+                        points.push_back({points[i][0], floor, points[i][2]});
+                    prisms.push_back(std::make_unique<ConvexHull<3>>(points));
+                    children.push_back({Shape3(*prisms.back()), {}});
+                }
+        solid = std::make_unique<Compound<3>>(children);
+    }
+};
+
+TEST(Impact, BesideAHeightFieldsRimIsNeverLate)
+{
+    Random random(11);
+    const Ground flat({0, 0, 0, 0}, 2, 2, 1.5, 1.5, 0);
+    const auto ball = time_of_impact(Shape3(flat.field), Motion<3, double>{}, Shape3::sphere(0.2),
+                                     Motion<3, double>{{{-0.6, -0.047, 0.73}}, {1.8, 0.008, 0}, {}}, 1e-4);
+    ASSERT_TRUE(ball);
+    EXPECT_LE(ball->time, 0.335);
+
+    std::vector<double> heights(16);
+    for (double& h : heights)
+        h = random.uniform(-0.3, 0.3);
+    const Ground rough(heights, 4, 4, 0.5, 0.5, 0.4);
+    const std::vector<Vec<3, double>> points = {
+        {-0.2, 0, -0.1}, {0.2, 0.1, 0}, {0, 0.3, 0.2}, {0, -0.1, 0.3}};
+    const ConvexHull<3> hull(points);
+    const Shape3 bodies[] = {Shape3::sphere(0.2), Shape3::capsule(0.3, 0.1), Shape3::box({0.1, 0.2, 0.15}),
+                             hull};
+    int hits = 0, from_outside = 0;
+    for (int round = 0; round < 900; ++round) {
+        const Ground& ground = round % 3 == 0 ? flat : rough;
+        const Shape3 field(ground.field), solid(*ground.solid), body = bodies[random.below(4)];
+        Motion<3, double> still{random.pose<double>(3), {}, {}}, moving{random.pose<double>(2), {}, {}};
+        if (round % 2 == 0) still = {};
+        // From around the field to somewhere in it, often level.
+        const double angle = random.uniform(0, 6.3);
+        moving.pose.position = {0.75 + 1.6 * std::cos(angle), random.uniform(-1.6, 1),
+                                0.75 + 1.6 * std::sin(angle)};
+        for (std::size_t d = 0; d < 3; ++d)
+            moving.linear[d] = random.uniform(0, 1.5) - moving.pose.position[d];
+        if (random.chance(0.5)) moving.linear[1] = random.uniform(-0.05, 0.05);
+        if (random.chance(0.5))
+            for (double& w : moving.angular)
+                w = random.uniform(-4, 4);
+        if (round % 2 == 1)
+            for (std::size_t d = 0; d < 3; ++d)
+                moving.pose.position[d] += still.pose.position[d];
+        constexpr double tolerance = 1e-4;
+        const auto impact = time_of_impact(field, still, body, moving, tolerance);
+        const auto touch = first_overlap(field, still, body, moving, 200);
+        if (touch) {
+            ASSERT_TRUE(impact) << round << ": touches at " << *touch;
+            ASSERT_LE(impact->time, *touch) << round;
+        }
+        if (!impact) continue;
+        ++hits;
+        // Where it stops it is at the ground, and wasn't before.
+        if (impact->time == 0) continue;
+        ++from_outside;
+        ASSERT_LE(gap_at(solid, still, body, moving, impact->time), 1.01 * tolerance) << round;
+        for (int i = 0; i < 20; ++i)
+            ASSERT_GT(gap_at(solid, still, body, moving, impact->time * i / 20), 0) << round;
+    }
+    EXPECT_GT(from_outside, 300);
+    EXPECT_GT(hits, from_outside);
+}
+
+/// Every two shapes there are, moved gently and wildly.
+template <int Dim>
+void compare_with_twin(int rounds, std::uint64_t seed)
+{
+    Random random(seed);
+    const Zoo<Dim> zoo(random, 3);
+    int hits = 0, misses = 0, late = 0;
+    for (int round = 0; round < rounds; ++round) {
+        const auto& a = zoo.shapes[random.below(static_cast<std::uint32_t>(zoo.shapes.size()))];
+        const auto& b = zoo.shapes[random.below(static_cast<std::uint32_t>(zoo.shapes.size()))];
+        const auto turns = [](const Shape<Dim>& shape) { return shape.type() != ShapeTypes::half_space; };
+        Motion<Dim, double> motion[2];
+        const double wild = round % 4 == 0 ? 200 : 3;
+        for (auto& one : motion) {
+            if constexpr (Dim == 3)
+                one.pose = random.pose<double>(4);
+            else
+                one.pose = random.pose2<double>(4);
+            for (double& x : one.linear)
+                x = random.uniform(-4, 4);
+            if (turns(&one == motion ? a : b) && random.chance(0.7))
+                for (double& w : one.angular)
+                    w = random.uniform(-wild, wild);
+        }
+        const double tolerance = 1e-3;
+        const auto impact = time_of_impact(a, motion[0], b, motion[1], tolerance);
+        const auto touch = first_overlap(a, motion[0], b, motion[1], 200);
+        if (touch) {
+            ASSERT_TRUE(impact) << round << ": types " << a.type() << ", " << b.type() << " touch at "
+                                << *touch;
+            late += impact->time > *touch ? 1 : 0;
+            ASSERT_LE(impact->time, *touch) << round << ": types " << a.type() << ", " << b.type();
+        }
+        (impact ? hits : misses) += 1;
+        if (!impact || a.type() == ShapeTypes::height_field || b.type() == ShapeTypes::height_field) continue;
+        ASSERT_LE(gap_at(a, motion[0], b, motion[1], impact->time), 1.01 * tolerance)
+            << round << ": types " << a.type() << ", " << b.type() << " at " << impact->time;
+    }
+    EXPECT_GT(hits, rounds / 10);
+    EXPECT_GT(misses, rounds / 10);
+}
+TEST(Impact, IsNeverLaterThanItsTwinInSpace)
+{
+    compare_with_twin<3>(1000, 21);
+}
+TEST(Impact, IsNeverLaterThanItsTwinInThePlane)
+{
+    compare_with_twin<2>(3000, 22);
+}
+
+double seconds(const std::chrono::steady_clock::time_point& since)
+{
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
+}
+
+/// Motions that took seconds, for what never comes nearer.
+TEST(Impact, WhatMovesAlongASurfaceIsDoneAtOnce)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    // Spinning about its own axis, at any speed.
+    for (const double spin : {1e4, 1e6, 1e9})
+        EXPECT_FALSE(time_of_impact(Shape3::box({5, 1, 5}), Motion<3, double>{}, Shape3::capsule(1, 0.5),
+                                    Motion<3, double>{{{0, 2.5 + 1e-3, 0}}, {}, {0, spin, 0}}, 1e-4));
+    // A propeller beside a wall that it doesn't reach, and beside one that it does.
+    for (const double spin : {1e4, 1e6, 1e9}) {
+        const Shape3 wall = Shape3::box({0.1, 5, 5}), propeller = Shape3::box({1, 0.05, 0.1});
+        const Motion<3, double> there{{{1.2, 0, 0}}, {}, {}};
+        EXPECT_FALSE(time_of_impact(wall, there, propeller, Motion<3, double>{{}, {}, {0, 0, spin}}, 1e-4));
+        const auto hit = time_of_impact(wall, {{{1.05, 0, 0}}, {}, {}}, propeller,
+                                        Motion<3, double>{{{}, {0, 0, 1, 1}}, {}, {0, 0, spin}}, 1e-4);
+        ASSERT_TRUE(hit);
+        EXPECT_LE(hit->time, 1.5707963 / spin);
+    }
+    // Sliding over a mesh and a height field.
+    const double far = 100;
+    const Mesh<3> triangle(std::vector<Vec<3, double>>{{-far, 0, -far}, {far, 0, -far}, {0, 0, far}},
+                           std::vector<Mesh<3>::Element>{{0, 2, 1}});
+    std::vector<Vec<3, double>> vertices;
+    std::vector<Mesh<3>::Element> elements;
+    constexpr std::uint32_t n = 60;
+    for (std::uint32_t z = 0; z < n; ++z)
+        for (std::uint32_t x = 0; x < n; ++x) {
+            vertices.push_back({x * 1.0, 0, z * 1.0});
+            if (x + 1 == n || z + 1 == n) continue;
+            const std::uint32_t p = z * n + x;
+            elements.push_back({p, p + n, p + 1});
+            elements.push_back({p + 1, p + n, p + n + 1});
+        }
+    const Mesh<3> floor(vertices, elements);
+    const std::vector<double> level(std::size_t{n} * n, 0.0);
+    const HeightField field(HeightGrid<double>{level, n, n, 1, 1});
+    for (const double gap : {1e-3, 1e-4, 2e-6})
+        for (const Shape3& ground : {Shape3(triangle), Shape3(floor), Shape3(field)})
+            for (const Shape3& body : {Shape3::sphere(0.5), Shape3::box({0.5, 0.5, 0.5})}) {
+                const Motion<3, double> sliding{{{5, 0.5 + gap, 6}}, {40, 0, 31}, {}};
+                EXPECT_FALSE(time_of_impact(ground, Motion<3, double>{}, body, sliding, 1e-6));
+                const Motion<3, double> sinking{{{5, 0.5 + gap, 6}}, {40, -2 * gap, 31}, {}};
+                const auto hit = time_of_impact(ground, Motion<3, double>{}, body, sinking, 1e-6);
+                ASSERT_TRUE(hit);
+                EXPECT_LE(hit->time, 0.5);
+                EXPECT_GE(hit->time, 0.5 - 1e-6 / (2 * gap) - 1e-6);
+            }
+    EXPECT_LT(seconds(begin), 2.0) << "was minutes; takes milliseconds";
+}
+
+/// Nothing takes more than so many steps, and what is cut short comes early.
+TEST(Impact, HasAnEndAndThenIsEarly)
+{
+    Random random(31);
+    const Zoo<3> zoo(random, 2, false);
+    double most = 0;
+    int hits = 0;
+    for (int round = 0; round < 300; ++round) {
+        const Shape3 &a = zoo.shapes[random.below(16)], &b = zoo.shapes[random.below(16)];
+        const auto turns = [](const Shape3& shape) { return shape.type() != ShapeTypes::half_space; };
+        Motion<3, double> one{random.pose<double>(3), {}, {}}, other{random.pose<double>(3), {}, {}};
+        const double spin = std::pow(10, random.uniform(2, 9));
+        for (std::size_t d = 0; d < 3; ++d) {
+            one.linear[d] = random.uniform(-1, 1);
+            if (turns(a)) one.angular[d] = random.uniform(-spin, spin);
+            if (turns(b)) other.angular[d] = random.uniform(-spin, spin);
+        }
+        const auto begin = std::chrono::steady_clock::now();
+        const auto impact = time_of_impact(a, one, b, other, 1e-6);
+        most = std::max(most, seconds(begin));
+        hits += impact ? 1 : 0;
+        const auto touch = first_overlap(a, one, b, other, 60);
+        if (touch) {
+            ASSERT_TRUE(impact) << round;
+            // Where 1e9 radians have been turned, a time says where to within 1e-7.
+            ASSERT_LE(impact->time, *touch * (1 + 1e-12)) << round;
+        }
+    }
+    EXPECT_GT(hits, 50);
+    EXPECT_LT(most, 5.0) << "was hours; takes milliseconds";
+}
+
+TEST(Impact, AFloatsTimeIsRoundedDown)
+{
+    Random random(41);
+    const Shape3 ball = Shape3::sphere(0.5);
+    for (int round = 0; round < 3000; ++round) {
+        Motion<3, float> still{}, fast{};
+        fast.pose = random.pose<float>(2000);
+        for (std::size_t d = 0; d < 3; ++d)
+            fast.linear[d] = -2 * fast.pose.position[d];
+        const auto impact = time_of_impact(ball, still, ball, fast, 1e-4f);
+        if (!impact) continue;
+        const auto widen = [](const Motion<3, float>& m) {
+            Motion<3, double> wide;
+            for (std::size_t d = 0; d < 3; ++d) {
+                wide.pose.position[d] = double{m.pose.position[d]};
+                wide.linear[d] = double{m.linear[d]};
+            }
+            return wide;
+        };
+        const auto exact = time_of_impact(ball, widen(still), ball, widen(fast), double{1e-4f});
+        ASSERT_TRUE(exact);
+        ASSERT_LE(double{impact->time}, exact->time);
+        ASSERT_GE(double{std::nextafter(impact->time, 2.0f)}, exact->time);
+    }
+}
+
+} // namespace
