@@ -2,6 +2,7 @@
 #pragma once
 
 #include "narrow/pair.hpp"
+#include "narrow/region.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -58,7 +59,8 @@ struct Turning2
 template <int Dim>
 using Turning = std::conditional_t<Dim == 3, Turning3, Turning2>;
 
-/// How far points reach along a direction n: now, and wherever turning takes them.
+/// How far points reach along a direction n: now, and wherever turning takes them. A turn by t moves a point that is
+/// `arm` from the axis by at most t * arm, at right angles to the axis.
 template <int Dim>
 class Spread
 {
@@ -149,8 +151,8 @@ struct Flight
     }
 };
 
-/// Of all pairs of parts that for_each_pair(now, range, visit) visits. gap_of(a, b, gap) is where they are,
-/// safe_time(flight, a, b, gap) for how long they stay apart.
+/// Of all pairs of parts that for_each_pair(now, range, visit) visits. gap_of(a, b, enough, gap) says how far apart they
+/// are, safe_time(a, b, gap) for how long they stay so.
 template <int Dim, class ForEachPair, class GapOf, class SafeTime>
 Outlook<Dim> look_at_parts(const Flight<Dim>& flight, const Placed<Dim>& now, double time,
                            const ForEachPair& for_each_pair, const GapOf& gap_of, const SafeTime& safe_time)

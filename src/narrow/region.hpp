@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// Which parts of a shape come near enough to another shape to be looked at.
+#pragma once
+
+#include "narrow/math.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// How near parts must be to count: within `reach` of each other, also after part of the way b goes in `time`.
+template <int Dim>
+struct Range
+{
+    double reach;
+    V<Dim> linear = {};
+    double time = 0;
+};
+/// A box in a shape's local axes: where the other shape is, and how it moves.
+template <int Dim>
+struct Region
+{
+    double lo[Dim], hi[Dim];
+    V<Dim> way = {};
+
+    /// The box around its whole way.
+    [[nodiscard]] Region swept(double time) const
+    {
+        Region all = *this;
+        for (int d = 0; d < Dim; ++d) {
+            all.lo[d] += std::min(0.0, way[d] * time);
+            all.hi[d] += std::max(0.0, way[d] * time);
+        }
+        return all;
+    }
+    template <class Numbers>
+    [[nodiscard]] bool meets(const Numbers& lo2, const Numbers& hi2, const Range<Dim>& range) const
+    {
+        if (range.time > 0) return meets_on_its_way(lo2, hi2, range);
+        bool apart = false;
+        for (int d = 0; d < Dim; ++d)
+            apart = apart || lo2[d] > hi[d] + range.reach || lo[d] > hi2[d] + range.reach;
+        return !apart;
+    }
+    /// Narrows [enter, leave] to the time for which it meets lo2 to hi2 along an axis.
+    void clip(int d, double lo2, double hi2, double reach, double& enter, double& leave) const
+    {
+        const double w = way[d];
+        if (w == 0) {
+            if (lo2 > hi[d] + reach || lo[d] > hi2 + reach) leave = -HUGE_VAL;
+            return;
+        }
+        const double first = (lo2 - reach - hi[d]) / w, last = (hi2 + reach - lo[d]) / w;
+        enter = std::max(enter, w > 0 ? first : last);
+        leave = std::min(leave, w > 0 ? last : first);
+    }
+
+  private:
+    template <class Numbers>
+    [[nodiscard]] bool meets_on_its_way(const Numbers& lo2, const Numbers& hi2, const Range<Dim>& range) const
+    {
+        double enter = 0, leave = range.time;
+        for (int d = 0; d < Dim; ++d)
+            clip(d, lo2[d], hi2[d], range.reach, enter, leave);
+        return enter <= leave + 1e-12 * range.time; // rounding
+    }
+};
+template <int Dim>
+Region<Dim> everywhere()
+{
+    Region<Dim> region;
+    for (int d = 0; d < Dim; ++d)
+        region.lo[d] = -HUGE_VAL, region.hi[d] = HUGE_VAL;
+    return region;
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END
