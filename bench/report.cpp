@@ -364,6 +364,7 @@ std::string contents(const fs::path& path)
 /// All plots, drawn by one gnuplot, as SVG.
 std::vector<std::string> draw(const std::vector<Plot>& plots)
 {
+    check_gnuplot();
     const TemporaryFolder folder;
     const fs::path script = folder.path() / "plots.gp", errors = folder.path() / "errors";
     {
@@ -378,12 +379,8 @@ std::vector<std::string> draw(const std::vector<Plot>& plots)
     const std::string command =
         "gnuplot '" + script.string() + "' >'" + errors.string() + "' 2>&1"; // own path: no quotes in it
     const int status = std::system(command.c_str());
-    if (status == -1 || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-        if (status != -1 && WIFEXITED(status) && WEXITSTATUS(status) == 127)
-            throw std::runtime_error("the report's plots need gnuplot, which isn't here: "
-                                     "apt-get install gnuplot-nox");
+    if (status == -1 || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
         throw std::runtime_error("gnuplot failed: " + contents(errors));
-    }
     std::vector<std::string> images;
     for (std::size_t i = 0; i < plots.size(); ++i) {
         images.push_back(contents(folder.path() / std::to_string(i)));
@@ -467,6 +464,13 @@ figure img { width: 100% } figcaption { font-size: 13px; color: #555 }
 )";
 
 } // namespace
+
+void check_gnuplot()
+{
+    if (std::system("command -v gnuplot >/dev/null 2>&1") != 0)
+        throw std::runtime_error("the report's plots need gnuplot, which isn't here: apt-get install "
+                                 "gnuplot-nox");
+}
 
 void write_report(std::span<const ReportRow> rows, const std::string& about,
                   const std::filesystem::path& path)

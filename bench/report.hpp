@@ -25,6 +25,9 @@ struct ReportRow
     double size_ratio = 0;
 };
 
+/// Throws the std::runtime_error of write_report where gnuplot is missing.
+void check_gnuplot();
+
 /// Writes one self-contained HTML file: tables of all rows against the system "jostle", and gnuplot's plots
 /// of time against n, size ratio and threads, and of Jostle's stages beside the floor. A plot whose rows
 /// aren't there (one n only, one thread count only) is left out.

@@ -294,7 +294,7 @@ class Results
                                     rounded(median(of_all(samples, [k](const Sample& sample) {
                                         return sample.stages[k].second;
                                     }))));
-        row.size_ratio = size_ratio(boxes);
+        row.size_ratio = rounded(size_ratio(boxes));
 
         nlohmann::ordered_json json;
         json["system"] = row.system;
@@ -526,6 +526,12 @@ void run(Options options)
         const auto folder = std::filesystem::absolute(options.report).parent_path();
         if (!std::filesystem::is_directory(folder))
             throw UsageError("--report: " + folder.string() + " is no folder; make it first");
+        if (options.report == options.json) throw UsageError("--report and --json name one file; give two");
+        try {
+            jostle_bench::check_gnuplot(); // before minutes of work
+        } catch (const std::runtime_error& error) {
+            throw UsageError(std::string("--report: ") + error.what());
+        }
     }
 
     RowsFile file(options.json);
@@ -589,13 +595,10 @@ void add_bench_command(CLI::App& app)
         ->type_name("");
     add_sizes_option(*command, options->sizes, "100000");
     add_thread_counts_option(*command, options->threads);
-    command->add_option("--frames", options->frames, "How many frames are counted (20)")
-        ->check(CLI::Range(1u, 100'000u).description(""))
+    add_number_option(*command, "--frames", options->frames, 1u, 100'000u, "How many frames are counted (20)")
         ->type_name("F");
     add_engine_option(*command, options->engine);
-    command->add_option("--dim", options->dim, "2 or 3 dimensions (3)")
-        ->check(CLI::IsMember({2, 3}).description(""))
-        ->type_name("D");
+    add_number_option(*command, "--dim", options->dim, 2, 3, "2 or 3 dimensions (3)")->type_name("D");
     command->add_flag("--double", options->with_double, "Coordinates in double rather than float");
     add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
                       "Other boxes of the same kind (1)")

@@ -283,11 +283,11 @@ void add_demo_command(CLI::App& app)
     command->footer(help);
     const auto options = std::make_shared<Options>();
     command->add_option("--recording", options->recording, "Play this recording (.jrec)")->type_name("FILE");
-    command->add_option("-n", options->boxes, "How many boxes in the second part (1,000,000)")
-        ->check(CLI::Range(1u, 10'000'000u).description(""))
+    add_number_option(*command, "-n", options->boxes, 1u, 10'000'000u,
+                      "How many boxes in the second part (1,000,000)")
         ->type_name("N");
-    command->add_option("--frames", options->frames, "How many of its frames are counted (10)")
-        ->check(CLI::Range(1u, 100'000u).description(""))
+    add_number_option(*command, "--frames", options->frames, 1u, 100'000u,
+                      "How many of its frames are counted (10)")
         ->type_name("F");
     add_threads_option(*command, options->threads);
     command->callback([options] { run(*options); });

@@ -61,11 +61,25 @@ int main(int argc, char** argv)
   jostle simulate                   bodies that fall, collide and come to rest
 Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fault.)");
 
+    // An empty name is most likely that of a shell's variable that isn't set.
+    for (int i = 1; i < argc; ++i)
+        if (const std::string argument = argv[i];
+            argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
+            return fail(exit_usage, "argument " + std::to_string(i) + " (" + argument +
+                                        ") is empty; give it a value, or leave it out");
+    // What went to stdout may still find the disk full.
+    const auto all_written = [] {
+        if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+        return fail(exit_usage, "stdout: can't be written; make room, or write elsewhere");
+    };
     try {
         app.parse(argc, argv);
-        return 0;
+        return all_written();
     } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) return app.exit(error); // --help, --version
+        if (error.get_exit_code() == 0) { // --help, --version
+            app.exit(error);
+            return all_written();
+        }
         if (app.get_subcommands().empty()) {
             std::string what = argc < 2 ? "say what to do" : std::string(argv[1]) + " is not a command";
             const char* before = "; choose ";

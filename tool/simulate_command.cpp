@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -85,6 +86,13 @@ void print_row(const std::string& frame, const Simulation& simulation, double of
 
 void run(const Options& options)
 {
+    if (!options.record.empty() && std::filesystem::path(options.record).extension() != ".jrec")
+        throw UsageError("--record: " + options.record + ": give a name that ends in .jrec");
+    std::error_code unknown; // opening it will say
+    if (std::filesystem::is_directory(options.record, unknown))
+        throw UsageError("--record: " + options.record + " is a directory; give another name");
+    if (!options.json.empty() && options.record == options.json)
+        throw UsageError("--record and --json name one file; give two");
     std::optional<OutputFile> json; // opened first: a bad name is said before any work is done
     if (!options.json.empty()) json.emplace(options.json);
     const bool table = options.json != "-";

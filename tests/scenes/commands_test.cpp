@@ -165,6 +165,16 @@ TEST_F(Commands, BenchSaysWhatIsWrongInOneLine)
     expect_usage_error(run("bench uniform -n 100 --json no/such.json"), "no/such.json");
     expect_usage_error(run("bench uniform -n 100 --report no/such.html"), "no is no folder");
     expect_usage_error(run("bench --peers --double"), "--peers");
+    expect_usage_error(run("bench --dim 2.0"), "--dim: 2.0 is not a whole number from 2 to 3");
+    expect_usage_error(run("bench --frames 0"), "--frames: 0 is not a whole number from 1 to 100000");
+    expect_usage_error(run("bench uniform -n 100 --json x --report x"), "--report and --json name one file");
+    const char* const path = std::getenv("PATH");
+    ASSERT_NE(path, nullptr);
+    const std::string usual = path;
+    ASSERT_EQ(setenv("PATH", "/nowhere", 1), 0);
+    const Result no_gnuplot = run("bench uniform -n 100 --report r.html");
+    ASSERT_EQ(setenv("PATH", usual.c_str(), 1), 0);
+    expect_usage_error(no_gnuplot, "apt-get install gnuplot-nox"); // and nothing was measured
     EXPECT_TRUE(fs::is_empty(folder));
 }
 

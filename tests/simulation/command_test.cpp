@@ -87,6 +87,9 @@ TEST_F(Simulate, WrongOptionsAreSaidInOneLine)
           {"--threads", "0"},
           {"--json", "no/such/folder/x.json"},
           {"-n", "5", "--frames", "2", "--record", "no/such/folder/x.jrec"},
+          {"-n", "5", "--frames", "2", "--record", "boxes.csv"},
+          {"-n", "5", "--frames", "2", "--record", "-"},
+          {"-n", "5", "--frames", "2", "--record", "x.jrec", "--json", "x.jrec"},
           {"stray"}}) {
         std::vector<std::string> all = {"simulate"};
         all.insert(all.end(), arguments.begin(), arguments.end());
@@ -96,6 +99,10 @@ TEST_F(Simulate, WrongOptionsAreSaidInOneLine)
         EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
     }
     EXPECT_TRUE(files().empty());
+    std::filesystem::create_directory(folder / "d.jrec");
+    const Result result = run({"simulate", "-n", "5", "--frames", "2", "--record", "d.jrec"});
+    EXPECT_EQ(result.err, "jostle: --record: d.jrec is a directory; give another name\n");
+    EXPECT_EQ(result.out, ""); // before any work
 }
 
 } // namespace

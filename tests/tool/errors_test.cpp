@@ -260,6 +260,9 @@ TEST_F(Errors, Options)
         expect_error({"pairs", "b.csv", "--frame", bad},
                      "--frame: " + bad + " is not a whole number from 0 to 4294967295" + see);
     }
+    expect_error({"pairs", ""}, "argument 2 () is empty; give it a value, or leave it out");
+    expect_error({"bench", "--json=", "uniform"},
+                 "argument 2 (--json=) is empty; give it a value, or leave it out");
     EXPECT_EQ(run({}).exit_code, 2);
     EXPECT_TRUE(run({}).err.starts_with("jostle: say what to do; choose pairs"));
     EXPECT_TRUE(run({"pears"}).err.starts_with("jostle: pears is not a command; choose pairs"));
@@ -287,6 +290,12 @@ TEST_F(Errors, Output)
     expect_error({"pairs", "b.csv", "-o", "full.csv"},
                  "full.csv: No space left on device; make room, or write elsewhere");
     EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
+    for (const char* const arguments :
+         {"bench uniform -n 10 --frames 1", "simulate -n 5 --frames 1", "--help"})
+        EXPECT_EQ(
+            std::system((std::string("'" JOSTLE_TOOL_PATH "' ") + arguments + " >/dev/full 2>&1").c_str()),
+            2 << 8)
+            << arguments;
 }
 
 class BigOutput : public Errors
