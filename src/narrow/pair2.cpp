@@ -484,15 +484,16 @@ Beyond beyond(const Part& segment, const Vec2& n, double side)
     const std::size_t at = dot(n, along) > 0 ? 1 : 0;
     const Vec2 front = segment.normal * side;
     bool higher = false, rising = false, steep = false;
-    segment.mesh->for_each_at(segment.number[at], [&](const Mesh<2>::Element& other) {
+    segment.mesh->find_at(segment.number[at], [&](const Mesh<2>::Element& other) {
         const std::uint32_t v = other[other[0] == segment.number[at] ? 1 : 0];
-        if (v == segment.number[1 - at]) return;
+        if (v == segment.number[1 - at]) return false;
         const Vec2 away = core.frame * segment.mesh->vertices[v] - core.corner[at];
         rising = rising || leads_along(away, front);
-        if (!leads_along(away, n)) return;
+        if (!leads_along(away, n)) return false;
         higher = true;
         const double down = -dot(away, front);
-        steep = steep || (down > 0 && down * down > 0.25 * length2(away));
+        steep = down > 0 && down * down > 0.25 * length2(away);
+        return steep;
     });
     if (steep) return Beyond::steeply;
     return higher || rising ? Beyond::onwards : Beyond::nothing;

@@ -234,12 +234,14 @@ Beyond beyond(const Data& surface, const Part& triangle, const Vec3& n, double s
 
     unsigned rising = 0;
     bool higher = false, steep = false;
-    surface.for_each_at(number[at], [&](const Mesh<3>::Element& other) {
+    // Where the body pushes within 30 degrees of the face no higher triangle is steep.
+    const bool facing = dot(up, front) > 0.87;
+    surface.find_at(number[at], [&](const Mesh<3>::Element& other) {
         unsigned shared = 0, own = 0; // bits of the triangle's corners, and of the other's that are the same
         for (unsigned i = 0; i < 3; ++i)
             for (unsigned k = 0; k < 3; ++k)
                 if (other[k] == number[i]) shared |= 1u << i, own |= 1u << k;
-        if ((shared & highest) != highest) return;
+        if ((shared & highest) != highest) return false;
         bool is_higher = false, falls = false;
         for (unsigned k = 0; k < 3; ++k) {
             if ((own >> k & 1) != 0) continue;
@@ -249,13 +251,14 @@ Beyond beyond(const Data& surface, const Part& triangle, const Vec3& n, double s
                 for (unsigned i = 0; i < 3; ++i)
                     if ((shared & ends(i)) == ends(i)) rising |= 1u << i;
         }
-        if (!is_higher) return;
+        if (!is_higher) return false;
         higher = true;
-        if (!falls) return;
+        if (facing || !falls) return facing;
         const Vec3 p = surface.vertex(other[0]);
         const Vec3 normal = cross(surface.vertex(other[1]) - p, surface.vertex(other[2]) - p);
         const double along = dot(normal, front);
-        steep = steep || along * along < 0.75 * length2(normal);
+        steep = along * along < 0.75 * length2(normal);
+        return steep;
     });
     if (steep) return Beyond::steeply;
     return higher || (rising & sides) == sides ? Beyond::onwards : Beyond::nothing;

@@ -95,11 +95,12 @@ struct MeshData
     double reach = 0;
 
     [[nodiscard]] const V<Dim>& vertex(std::uint32_t v) const { return vertices[v]; }
+    /// Visits the elements that have vertex v until visit() returns true.
     template <class Visit>
-    void for_each_at(std::uint32_t v, Visit&& visit) const
+    void find_at(std::uint32_t v, Visit&& visit) const
     {
         for (std::uint32_t k = first_at[v]; k < first_at[v + 1]; ++k)
-            visit(elements[at[k]]);
+            if (visit(elements[at[k]])) return;
     }
 };
 
@@ -123,14 +124,17 @@ struct HeightData
         const std::uint32_t v = z * columns + x, w = v + columns + 1;
         return {v, second ? v + columns : w, second ? w : v + 1};
     }
+    /// Visits the triangles that have vertex v until visit() returns true.
     template <class Visit>
-    void for_each_at(std::uint32_t v, Visit&& visit) const
+    void find_at(std::uint32_t v, Visit&& visit) const
     {
         const std::uint32_t x = v % columns, z = v / columns;
-        if (x > 0 && z > 0) visit(triangle(x - 1, z - 1, false)), visit(triangle(x - 1, z - 1, true));
-        if (x + 1 < columns && z > 0) visit(triangle(x, z - 1, true));
-        if (x > 0 && z + 1 < rows) visit(triangle(x - 1, z, false));
-        if (x + 1 < columns && z + 1 < rows) visit(triangle(x, z, false)), visit(triangle(x, z, true));
+        const bool left = x > 0, right = x + 1 < columns, above = z > 0, below = z + 1 < rows;
+        (void)((left && above &&
+                (visit(triangle(x - 1, z - 1, false)) || visit(triangle(x - 1, z - 1, true)))) ||
+               (right && above && visit(triangle(x, z - 1, true))) ||
+               (left && below && visit(triangle(x - 1, z, false))) ||
+               (right && below && (visit(triangle(x, z, false)) || visit(triangle(x, z, true)))));
     }
 };
 
