@@ -49,6 +49,8 @@ TEST_F(Errors, CsvHeader)
     const std::string advice = header_advice;
     expect_file_error("b.csv", "", "b.csv:1:1: the file is empty; " + advice);
     expect_file_error("b.csv", "\n \n", "b.csv:2:1: the file is empty; " + advice);
+    expect_file_error("b.csv", std::string("\xff\xfel\0o\0", 6),
+                      "b.csv:1:1: the file is UTF-16 text; save it as UTF-8");
     expect_file_error("b.csv", "0,0,1,1\n", "b.csv:1:1: column \"0\" is not known; " + advice);
     expect_file_error("b.csv", "lo_x,lo_y,hi_x,hi_y,mass\n",
                       "b.csv:1:5: column \"mass\" is not known; " + advice);

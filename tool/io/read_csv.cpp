@@ -33,6 +33,8 @@ class CsvReader
             throw UsageError(name_ + ": " + std::strerror(errno) + "; check the name and its permissions");
         for (const char expected : {'\xef', '\xbb', '\xbf'}) // UTF-8's byte order mark
             if (peek() == static_cast<unsigned char>(expected)) ++next_;
+        // UTF-16's, which spreadsheets and PowerShell write. UTF-8 has no such bytes.
+        if (peek() == 0xff || peek() == 0xfe) fail(0, "the file is UTF-16 text; save it as UTF-8");
     }
     ~CsvReader()
     {
