@@ -262,8 +262,8 @@ Vec3 position(const Simplex& s)
     return v;
 }
 
-/// Returns true if the origin is inside.
-bool closest_on_tetrahedron(Simplex& s)
+/// Returns true if the origin is inside, unless the caller knows that it isn't.
+bool closest_on_tetrahedron(Simplex& s, bool surely_outside = false)
 {
     static constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}};
     Simplex best;
@@ -274,7 +274,8 @@ bool closest_on_tetrahedron(Simplex& s)
         const Vec3 n = cross(s.point[face[1]].w - a, s.point[face[2]].w - a);
         const double origin = -dot(a, n), other = dot(s.point[face[3]].w - a, n);
         // On the inner side; but a flat tetrahedron has no inside, whatever rounding says.
-        if (origin * other > 0 && other * other > 1e-24 * length2(n) * length2(s.point[face[3]].w - a))
+        if (!surely_outside && origin * other > 0 &&
+            other * other > 1e-24 * length2(n) * length2(s.point[face[3]].w - a))
             continue;
         outside = true;
         Simplex candidate;
@@ -338,8 +339,11 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, in
             closest_on_segment(s);
         else if (s.count == 3)
             closest_on_triangle(s);
-        else if (s.count == 4 && closest_on_tetrahedron(s))
-            return Verdict::overlap;
+        else if (s.count == 4 && closest_on_tetrahedron(s)) {
+            // A smooth shape's points lie so close that rounding can say so of shapes that a plane parts.
+            if (!(widest > 0 && widest * widest > 1e-24 * extent)) return Verdict::overlap;
+            closest_on_tetrahedron(s, true);
+        }
         const Vec3 next = position(s);
         const double next_size = length2(next);
         if (next_size <= 1e-26 * extent) return Verdict::overlap;

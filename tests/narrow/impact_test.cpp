@@ -306,6 +306,66 @@ TEST(Impact, HasAnEndAndThenIsEarly)
     EXPECT_LT(most, 5.0) << "was hours; takes milliseconds";
 }
 
+/// A ball that is known by its support points, and lies beside its own origin.
+template <int Dim>
+class OwnBall final : public CustomShape<Dim>
+{
+  public:
+    [[nodiscard]] double radius() const noexcept override { return 0.9; }
+    [[nodiscard]] Vec<Dim, double> support(const Vec<Dim, double>& direction) const noexcept override
+    {
+        double size = 0;
+        for (const double x : direction)
+            size += x * x;
+        Vec<Dim, double> point{0.4};
+        for (std::size_t d = 0; d < point.size(); ++d)
+            point[d] += 0.5 * direction[d] / std::sqrt(size);
+        return point;
+    }
+};
+
+template <int Dim>
+void compare_own_shape(std::uint64_t seed)
+{
+    Random random(seed);
+    const Zoo<Dim> zoo(random, 2, false);
+    const OwnBall<Dim> ball;
+    const Shape<Dim> own(ball, ShapeTypes::first_custom);
+    const std::vector<typename Compound<Dim>::Child> children = {{Shape<Dim>::sphere(0.5), {{0.4}}}};
+    const Compound<Dim> same(children);
+    int hits = 0;
+    for (int round = 0; round < 400; ++round) {
+        const auto& other = zoo.shapes[random.below(static_cast<std::uint32_t>(zoo.shapes.size()))];
+        Motion<Dim, double> still{}, moving{};
+        if constexpr (Dim == 3)
+            moving.pose = random.pose<double>(4);
+        else
+            moving.pose = random.pose2<double>(4);
+        for (std::size_t d = 0; d < moving.linear.size(); ++d)
+            moving.linear[d] = -2 * moving.pose.position[d] + random.uniform(-1, 1);
+        for (double& w : moving.angular)
+            w = random.uniform(-5, 5);
+        const auto mine = time_of_impact(own, moving, other, still, 1e-3);
+        const auto theirs = time_of_impact(Shape<Dim>(same), moving, other, still, 1e-3);
+        const auto touch = first_overlap(own, moving, other, still, 100, 0.01);
+        if (touch) {
+            ASSERT_TRUE(mine && theirs) << round << " type " << other.type();
+            ASSERT_LE(mine->time, *touch) << round << " type " << other.type();
+        }
+        hits += mine ? 1 : 0;
+        if (!mine) continue;
+        ASSERT_LE(gap_at(Shape<Dim>(same), moving, other, still, mine->time),
+                  other.type() == ShapeTypes::height_field ? HUGE_VAL : 1.1e-3)
+            << round << " type " << other.type();
+    }
+    EXPECT_GT(hits, 100);
+}
+TEST(Impact, OfAUsersShapeGoesByItsSupportPoints)
+{
+    compare_own_shape<3>(51);
+    compare_own_shape<2>(52);
+}
+
 TEST(Impact, AFloatsTimeIsRoundedDown)
 {
     Random random(41);

@@ -398,6 +398,24 @@ TEST(AUsersShape, IsMetByItsSupportPoints)
     }
 }
 
+/// Points of a smooth shape lie so close to each other that rounding once took some that were apart for overlapping.
+TEST(AUsersShape, TouchesNothingThatIsApart)
+{
+    Random random(7);
+    const Ball ball(0.5);
+    const Shape3 own(ball, ShapeTypes::first_custom), built_in = Shape3::sphere(0.5);
+    const Zoo<3> zoo(random, 10, false);
+    for (int round = 0; round < 60'000; ++round) {
+        const Shape3& other = zoo.shapes[8 * random.below(10) + 2 + random.below(2)]; // a box or a hull
+        const Pose3d pose = random.pose<double>(4);
+        const double gap = distance(built_in, Pose3d{}, other, pose, INFINITY)->distance;
+        if (gap < 1e-3) continue;
+        ASSERT_FALSE(touching(own, Pose3d{}, other, pose))
+            << round << " type " << other.type() << ": " << gap;
+        ASSERT_NEAR(distance(own, Pose3d{}, other, pose, INFINITY)->distance, gap, 1e-5) << round;
+    }
+}
+
 TEST(AUsersTest, ReplacesTheLibrarys)
 {
     const Ball ball(0.5);
