@@ -90,9 +90,11 @@ struct Reference
     bool positive;
 };
 
-/// The face of box y that looks at the reference face of box x, cut to that.
+/// The face of box y that looks at the reference face of box x, cut to that, both seen along a normal:
+/// `along`, which points out of x, or the reference face's own if that is null.
 void meet_faces(const Axes& x, const Vec3& place_x, const Axes& y, const Vec3& place_y, Reference ref,
-                bool x_is_a, double margin, double size, ManifoldPoint<3>* found, std::uint32_t& count)
+                const Vec3* along, bool x_is_a, double margin, double size, ManifoldPoint<3>* found,
+                std::uint32_t& count)
 {
     const int i = ref.i, iu = (i + 1) % 3, iv = (i + 2) % 3;
     const Vec3 out = x.axis[i] * (ref.positive ? 1.0 : -1.0), xu = x.axis[iu], xv = x.axis[iv];
@@ -111,20 +113,24 @@ void meet_faces(const Axes& x, const Vec3& place_x, const Axes& y, const Vec3& p
 
     const std::uint16_t face_x = feature_id(face_feature, face_number(i, ref.positive));
     const std::uint16_t face_y = feature_id(face_feature, face_number(j, positive_y));
+    // Where the normal is not the face's own, corners are shifted along it into the face's plane.
+    const double steep = along != nullptr ? dot(*along, out) : 1;
+    const double shift_u = along != nullptr ? dot(*along, xu) / steep : 0;
+    const double shift_v = along != nullptr ? dot(*along, xv) / steep : 0;
+    const double hu = x.half[iu], hv = x.half[iv], top = x.half[i];
     FaceCut polygon;
     constexpr bool sign1[4] = {false, true, true, false}, sign2[4] = {false, false, true, true};
     for (int k = 0; k < 4; ++k) {
         const double s1 = sign1[k] ? 1 : -1, s2 = sign2[k] ? 1 : -1;
         Corner& corner = polygon.corner[k];
-        corner.u = cu + s1 * u1 + s2 * u2;
-        corner.v = cv + s1 * v1 + s2 * v2;
         corner.w = cw + s1 * w1 + s2 * w2;
+        corner.u = cu + s1 * u1 + s2 * u2 + shift_u * (top - corner.w);
+        corner.v = cv + s1 * v1 + s2 * v2 + shift_v * (top - corner.w);
         corner.feature_x = face_x;
         corner.feature_y =
             feature_id(vertex_feature, vertex_number(j, positive_y, j1, sign1[k], j2, sign2[k]));
         corner.side = static_cast<std::uint8_t>(k);
     }
-    const double hu = x.half[iu], hv = x.half[iv], top = x.half[i];
     // Mostly a corner or two dip below the reference face well within its sides: what these would cut is too
     // high to count.
     bool within = true;
@@ -161,9 +167,11 @@ void meet_faces(const Axes& x, const Vec3& place_x, const Axes& y, const Vec3& p
     count = 0;
     for (int k = 0; k < polygon.count; ++k) {
         const Corner& corner = polygon.corner[k];
-        double depth = top - corner.w;
+        double depth = (top - corner.w) / steep;
         if (!keeps(depth, margin, size)) continue;
-        const Vec3 p = place_x + xu * corner.u + xv * corner.v + out * (corner.w + 0.5 * depth);
+        const Vec3 inner =
+            along != nullptr ? out * top - *along * (0.5 * depth) : out * (corner.w + 0.5 * depth);
+        const Vec3 p = place_x + xu * corner.u + xv * corner.v + inner;
         found[count++] = x_is_a ? ManifoldPoint<3>{p, depth, corner.feature_x, corner.feature_y}
                                 : ManifoldPoint<3>{p, depth, corner.feature_y, corner.feature_x};
     }
@@ -192,23 +200,49 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
     const Vec3& n = axis.normal;
     const Axes box_a(a, half_a), box_b(b, half_b);
     const double size = half_a.x + half_a.y + half_a.z + half_b.x + half_b.y + half_b.z, slack = 1e-9 * size;
+    // Face k of a, or k - 3 of b, and what it meets.
+    const auto faces = [&](int k, const Vec3* along) {
+        ManifoldPoint<3> found[8];
+        std::uint32_t count = 0;
+        const Vec3 back = -n;
+        if (k < 3)
+            meet_faces(box_a, {}, box_b, d, {k, dot(n, box_a.axis[k]) > 0}, along, true, margin, size, found,
+                       count);
+        else
+            meet_faces(box_b, d, box_a, {}, {k - 3, dot(n, box_b.axis[k - 3]) < 0},
+                       along != nullptr ? &back : nullptr, false, margin, size, found, count);
+        double deepest = -HUGE_VAL;
+        for (std::uint32_t at = 0; at < count; ++at)
+            deepest = std::max(deepest, found[at].depth);
+        if (!(std::abs(deepest + axis.separation) <= slack)) return Outcome::unclear;
+        reduce(n, found, count, manifold);
+        return Outcome::touch;
+    };
     if (axis.axis >= 6) {
         const int i = (axis.axis - 6) / 3, j = (axis.axis - 6) % 3;
         // The edges that look at each other, and where they come nearest.
         bool sign_a[3], sign_b[3];
         Vec3 pa, pb = d;
+        // Faces that look at each other, but for a few degrees, are often told apart best across two of their
+        // edges. They meet over an area all the same.
+        constexpr double nearly_face = 0.996; // about 5 degrees, as for any convex shapes
+        double squarest = nearly_face;
+        int facing = -1;
         for (int k = 0; k < 3; ++k) {
             const double up_a = dot(n, box_a.axis[k]), up_b = -dot(n, box_b.axis[k]);
             sign_a[k] = up_a > 0;
             sign_b[k] = up_b > 0;
             pa += box_a.axis[k] * (k != i ? std::copysign(box_a.half[k], up_a) : 0);
             pb += box_b.axis[k] * (k != j ? std::copysign(box_b.half[k], up_b) : 0);
+            if (std::abs(up_a) > squarest) squarest = std::abs(up_a), facing = k;
+            if (std::abs(up_b) > squarest) squarest = std::abs(up_b), facing = 3 + k;
         }
         const Vec3 da = box_a.axis[i], db = box_b.axis[j], r = pb - pa;
         const double c = dot(da, db), ra = dot(da, r), rb = dot(db, r), denominator = 1 - c * c;
         const double s = (ra - c * rb) / denominator, t = (c * ra - rb) / denominator;
         if (std::abs(s) > box_a.half[i] + slack || std::abs(t) > box_b.half[j] + slack)
             return Outcome::unclear;
+        if (facing >= 0) return faces(facing, &n);
         const Vec3 middle = (pa + da * s + pb + db * t) * 0.5;
         manifold.normal = n;
         manifold.count = 1;
@@ -218,20 +252,7 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
             feature_id(edge_feature, edge_number(j, sign_b[(j + 1) % 3], sign_b[(j + 2) % 3]))};
         return Outcome::touch;
     }
-    ManifoldPoint<3> found[8];
-    std::uint32_t count = 0;
-    if (axis.axis < 3)
-        meet_faces(box_a, {}, box_b, d, {axis.axis, dot(n, box_a.axis[axis.axis]) > 0}, true, margin, size,
-                   found, count);
-    else
-        meet_faces(box_b, d, box_a, {}, {axis.axis - 3, dot(n, box_b.axis[axis.axis - 3]) < 0}, false, margin,
-                   size, found, count);
-    double deepest = -HUGE_VAL;
-    for (std::uint32_t k = 0; k < count; ++k)
-        deepest = std::max(deepest, found[k].depth);
-    if (!(std::abs(deepest + axis.separation) <= slack)) return Outcome::unclear;
-    reduce(n, found, count, manifold);
-    return Outcome::touch;
+    return faces(axis.axis, nullptr);
 }
 
 Outcome capsule_box(const Vec3& axis, double half_length, double radius, const Mat3& b, const Vec3& half,

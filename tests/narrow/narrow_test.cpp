@@ -136,6 +136,28 @@ TEST(Manifold, HasNoPointTwice)
     EXPECT_EQ(only(Shape3::box({0, 0, 0}), {}, Shape3::box({0, 0, 0}), {}).count, 1u);
 }
 
+TEST(Manifold, BoxesMeetOverAnAreaHoweverTheyAreTurned)
+{
+    // Faces look at each other but for 3 degrees: the axis of least depth is often that of two edges.
+    std::uint64_t state = 1;
+    const auto uniform = [&](double lo, double hi) {
+        state = state * 6364136223846793005u + 1442695040888963407u;
+        return lo + (hi - lo) * static_cast<double>(state >> 11) * 0x1p-53;
+    };
+    for (int trial = 0; trial < 500; ++trial) {
+        const double yaw = uniform(-3, 3), tilt = uniform(0, 0.05), way = uniform(-3, 3);
+        Pose3d upper{{uniform(-0.1, 0.1), uniform(0.6, 0.9), uniform(-0.1, 0.1)}};
+        // First about y by yaw, then by tilt about an axis in the plane.
+        const double s = std::sin(tilt / 2), c = std::cos(tilt / 2), sy = std::sin(yaw / 2),
+                     cy = std::cos(yaw / 2), x = s * std::cos(way), z = s * std::sin(way);
+        upper.rotation = {x * cy - z * sy, c * sy, x * sy + z * cy, c * cy};
+        const auto found =
+            only(Shape3::box({0.5, 0.5, 0.5}), {{0, 0, 0}}, Shape3::box({0.6, 0.5, 0.55}), upper);
+        EXPECT_EQ(found.count, 4u) << trial;
+        EXPECT_GT(found.normal[1], 0.99) << trial;
+    }
+}
+
 TEST(Manifold, SphereInBox)
 {
     const auto c = only(Shape3::box({1, 1, 1}), {}, Shape3::sphere(0.25), {{0.9, 0, 0}});
