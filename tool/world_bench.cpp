@@ -16,6 +16,7 @@
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/world.hpp"
+#include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
 #include "scenes/random.hpp"
@@ -401,11 +402,6 @@ struct Measurement
     Answer answer; // of the last warm-up frame
 };
 
-double rounded(double ms)
-{
-    return static_cast<double>(static_cast<std::int64_t>(ms * 1e5 + 0.5)) / 1e5;
-}
-
 Measurement measure(System& system, Motion motion, std::uint32_t frames, Progress& progress)
 {
     Measurement result;
@@ -440,14 +436,6 @@ Measurement measure(System& system, Motion motion, std::uint32_t frames, Progres
     return result;
 }
 
-std::string grouped(std::uint64_t number)
-{
-    std::string text = std::to_string(number);
-    for (std::size_t i = text.size(); i > 3;)
-        text.insert(i -= 3, ",");
-    return text;
-}
-
 class Table
 {
   public:
@@ -476,9 +464,7 @@ class Table
         row["max_ms"] = at(1);
         if (scene.asked) row["questions"] = scene.asked->questions;
         row[scene.asked ? "results" : "pairs"] = m.answer.found;
-        char sum[17];
-        std::snprintf(sum, sizeof sum, "%016llx", static_cast<unsigned long long>(m.answer.checksum));
-        row["checksum"] = sum;
+        row["checksum"] = hex(m.answer.checksum);
         row["stages"] = nlohmann::ordered_json::object();
         for (const auto& [name, ms] : m.stages)
             row["stages"][name] = rounded(ms);

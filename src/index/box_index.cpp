@@ -147,8 +147,7 @@ struct BoxIndex<Dim, T>::Implementation
     template <class Question>
     void check(std::span<const Question> questions, const QueryFilter& filter) const
     {
-        for (std::size_t i = 0; i < questions.size(); ++i)
-            index::check(questions[i], i);
+        index::check_all(questions);
         index::check(filter, tree.id_end());
     }
 
@@ -402,24 +401,12 @@ std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilte
 
 /// ---- Batches -------------------------------------------------------------------------------------------
 
-namespace {
-
-void check_out(std::size_t questions, std::size_t results)
-{
-    if (questions != results)
-        throw Error(ErrorCode::size_mismatch, "room for " + std::to_string(results) + " results of " +
-                                                  std::to_string(questions) +
-                                                  " questions; give one for each");
-}
-
-} // namespace
-
 template <int Dim, Coordinate T>
 template <class Line>
 void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out,
                              const QueryFilter& filter) const
 {
-    check_out(lines.size(), out.size());
+    index::check_room(lines.size(), out.size());
     implementation_->check(lines, filter);
     const auto answers = implementation_->answers();
     implementation_->each(lines.size(), filter,
@@ -467,7 +454,7 @@ template <class Question>
 void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> out,
                            const QueryFilter& filter) const
 {
-    check_out(questions.size(), out.size());
+    index::check_room(questions.size(), out.size());
     implementation_->check(questions, filter);
     const auto answers = implementation_->answers();
     implementation_->each(questions.size(), filter,
@@ -479,7 +466,7 @@ template <class Question>
 void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,
                              const QueryFilter& filter) const
 {
-    check_out(questions.size(), out.size());
+    index::check_room(questions.size(), out.size());
     implementation_->check(questions, filter);
     const auto answers = implementation_->answers();
     implementation_->each(questions.size(), filter, [&](std::size_t i, Wanted wanted) {

@@ -222,5 +222,13 @@ JOSTLE_INSTANTIATE(3, float)
 JOSTLE_INSTANTIATE(3, double)
 #undef JOSTLE_INSTANTIATE
 
+void check_room(std::size_t questions, std::size_t results)
+{
+    if (questions != results)
+        throw Error(ErrorCode::size_mismatch, "room for " + std::to_string(results) + " results of " +
+                                                  std::to_string(questions) +
+                                                  " questions; give one for each");
+}
+
 } // namespace index
 JOSTLE_NAMESPACE_END

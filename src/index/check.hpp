@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "jostle/query.hpp"
 
@@ -22,6 +24,17 @@ template <int Dim, class T>
 void check(const Frustum<Dim, T>& frustum, std::uint64_t number);
 template <int Dim, class T>
 void check(const Nearest<Dim, T>& nearest, std::uint64_t number);
+
+/// Of a batch.
+template <class Question>
+void check_all(std::span<const Question> questions)
+{
+    for (std::size_t i = 0; i < questions.size(); ++i)
+        check(questions[i], i);
+}
+
+/// Throws unless there is room for a result of each question.
+void check_room(std::size_t questions, std::size_t results);
 
 /// Throws unless the arrays cover all ids below `ids` and belong together.
 void check(const QueryFilter& filter, std::uint64_t ids);

@@ -100,7 +100,8 @@ Tree<Dim, T>::Tree(const IndexOptions& options)
       forks_(memory_),
       wides_(memory_),
       brick_of_(memory_),
-      listed_(memory_)
+      listed_(memory_),
+      leaving_(memory_)
 {
     show_root();
 }
@@ -898,7 +899,7 @@ bool Tree<Dim, T>::follow(const Where& where)
         };
         each_brick([&](std::uint32_t, Brick& brick) { follow_brick(brick, where); });
 
-        std::pmr::vector<Record> leaving(memory_);
+        leaving_.clear();
         const std::size_t size_before = size_;
         for (const std::uint32_t number : listed_) {
             Brick& brick = bricks_[number];
@@ -907,7 +908,7 @@ bool Tree<Dim, T>::follow(const Where& where)
                 for (unsigned left = brick.leaving[b]; left != 0; left &= left - 1) {
                     const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
                     const Record record{block.bounds.get(lane), block.id[lane]};
-                    if (record.box.lo[0] == record.box.lo[0]) leaving.push_back(record);
+                    if (record.box.lo[0] == record.box.lo[0]) leaving_.push_back(record);
                     block.bounds.clear(lane);
                     block.id[lane] = no_id;
                     brick_of_[record.id] = none;
@@ -928,7 +929,7 @@ bool Tree<Dim, T>::follow(const Where& where)
             const std::uint32_t count = gather(number, records);
             arrange(number, records, count);
         });
-        for (const Record& record : leaving)
+        for (const Record& record : leaving_)
             put(make_room(key_of(frame_, record.box, record.id)), record.id, record.box);
         for (const std::uint32_t number : listed_) {
             // Who came in was put where it makes the blocks grow least; the next call sees whether that will do.
@@ -965,6 +966,8 @@ void Tree<Dim, T>::release_memory() noexcept
     brick_of_.shrink_to_fit();
     if (size_ != 0) return;
     listed_.shrink_to_fit();
+    leaving_.clear();
+    leaving_.shrink_to_fit();
     blocks_.release();
     bricks_.release();
     forks_.release();
@@ -1205,7 +1208,8 @@ IndexStats Tree<Dim, T>::stats() const noexcept
     stats.sorts = sorts_;
     stats.splits = splits_;
     stats.bytes = blocks_.bytes() + bricks_.bytes() + forks_.bytes() + wides_.bytes() +
-                  (brick_of_.capacity() + listed_.capacity()) * sizeof(std::uint32_t);
+                  (brick_of_.capacity() + listed_.capacity()) * sizeof(std::uint32_t) +
+                  leaving_.capacity() * sizeof(Record);
     return stats;
 }
 

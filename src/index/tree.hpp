@@ -167,6 +167,7 @@ class Tree
     Pool<Wide> wides_;
     std::pmr::vector<std::uint32_t> brick_of_; // by id
     std::pmr::vector<std::uint32_t> listed_;   // bricks to be finished
+    std::pmr::vector<Record> leaving_;         // working memory of follow
     Ref root_ = none;
     Child<Dim, T> root_child_;
     Box hull_;

@@ -656,9 +656,7 @@ std::uint32_t best_face(const Polytope& hull, const Kernels& kernels, const Vec3
 // tilts by a few tenths of a degree from step to step.
 // A face's own normal, and those that GJK finds for a gap of a thousandth of the face's size: about 1 degree.
 constexpr double exactly_face = 0.9998;
-// Two faces, or a face and an edge, that will lie flat in a step or two share points already: about 5 degrees,
-// at which a face of length 1 stands off by 0.09.
-constexpr double nearly_face = 0.996, nearly_level = 0.087; // cosine, and the same as a sine
+constexpr double nearly_level = 0.087; // `nearly_face` as a sine
 // What meets a face squarely may itself be a face at up to 60 degrees: beyond it an edge or vertex meets it.
 constexpr double other_face = 0.5;
 // Two edges cross in a point, but in one that runs off along them as they get parallel: at 1 degree it moves by

@@ -40,6 +40,10 @@ struct Gap
     V<Dim> normal, on_a, on_b;
 };
 
+/// Two faces, or a face and an edge, that will lie flat in a step or two share points already: the cosine of about 5
+/// degrees, at which a face of length 1 stands off by 0.09.
+inline constexpr double nearly_face = 0.996;
+
 /// A core with its place. It is made once and stays what it is: nothing is left of another shape.
 /// `polytope` points into the object itself for small shapes: it doesn't move.
 struct Core3

@@ -225,7 +225,6 @@ Outcome boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
         Vec3 pa, pb = d;
         // Faces that look at each other, but for a few degrees, are often told apart best across two of their
         // edges. They meet over an area all the same.
-        constexpr double nearly_face = 0.996; // about 5 degrees, as for any convex shapes
         double squarest = nearly_face;
         int facing = -1;
         for (int k = 0; k < 3; ++k) {

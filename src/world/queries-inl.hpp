@@ -171,20 +171,6 @@ class Asking
     index::Answers<Dim, T> answers_;
 };
 
-template <class Question>
-void check_all(std::span<const Question> questions)
-{
-    for (std::size_t i = 0; i < questions.size(); ++i)
-        index::check(questions[i], i);
-}
-inline void check_room(std::size_t questions, std::size_t results)
-{
-    if (questions != results)
-        throw Error(ErrorCode::size_mismatch, "room for " + std::to_string(results) + " results of " +
-                                                  std::to_string(questions) +
-                                                  " questions; give one for each");
-}
-
 } // namespace world
 
 template <int Dim, Coordinate T>
@@ -253,8 +239,8 @@ template <class Line>
 void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
                           const ObjectQueryFilter& filter) const
 {
-    world::check_room(lines.size(), out.size());
-    world::check_all(lines);
+    index::check_room(lines.size(), out.size());
+    index::check_all(lines);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     asking.each(lines.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.given(asking.answers().first(lines[i], wanted));
@@ -266,7 +252,7 @@ template <class Line>
 void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    world::check_all(lines);
+    index::check_all(lines);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     asking.template lists<Hit<T>>(lines.size(), out.first_, out.items_, out.more_, out.found_,
                                   [&](std::size_t i, index::Wanted wanted, auto& items) {
@@ -279,7 +265,7 @@ template <class Region>
 void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    world::check_all(regions);
+    index::check_all(regions);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     asking.template lists<std::uint32_t>(regions.size(), out.first_, out.items_, out.more_, out.found_,
                                          [&](std::size_t i, index::Wanted wanted, auto& items) {
@@ -292,7 +278,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                             const ObjectQueryFilter& filter) const
 {
-    world::check_all(questions);
+    index::check_all(questions);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     asking.template lists<Hit<T>>(questions.size(), out.first_, out.items_, out.more_, out.found_,
                                   [&](std::size_t i, index::Wanted wanted, auto& items) {
@@ -306,8 +292,8 @@ template <class Question>
 void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out,
                         const ObjectQueryFilter& filter) const
 {
-    world::check_room(questions.size(), out.size());
-    world::check_all(questions);
+    index::check_room(questions.size(), out.size());
+    index::check_all(questions);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.answers().any(questions[i], wanted);
@@ -319,8 +305,8 @@ template <class Question>
 void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,
                           const ObjectQueryFilter& filter) const
 {
-    world::check_room(questions.size(), out.size());
-    world::check_all(questions);
+    index::check_room(questions.size(), out.size());
+    index::check_all(questions);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.answers().count(questions[i], wanted);
