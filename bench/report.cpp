@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kOurs = "jostle";
-constexpr std::string_view kFloor = "floor";
+constexpr std::string_view ours_name = "jostle";
+constexpr std::string_view floor_name = "floor";
 
 // ------------------------------------------------------------------------------------------ text
 
@@ -159,13 +159,13 @@ std::string line_plot(const std::string& title, const std::string& x_label, cons
     }
     out << "plot ";
     for (std::size_t s = 0; s < series.size(); ++s) {
-        const bool ours = series[s].system == kOurs;
+        const bool ours = series[s].system == ours_name;
         out << (s == 0 ? "" : ", ") << "$data" << s << " using 1:2 with linespoints title "
             << quoted(series[s].title) << " lc rgb " << quoted(colour(series[s].system)) << " lw "
             << (ours ? 3 : 1.5) << " pt 7 ps " << (ours ? 0.6 : 0.4) << " dt "
-            << (series[s].system == kFloor ? 3
-                : series[s].dashed         ? 2
-                                           : 1);
+            << (series[s].system == floor_name ? 3
+                : series[s].dashed             ? 2
+                                               : 1);
     }
     out << '\n';
     return out.str();
@@ -284,7 +284,7 @@ void plots_of_stages(std::span<const ReportRow> rows, std::vector<Plot>& plots)
 {
     for (const std::uint32_t threads : ascending(rows, &ReportRow::threads)) {
         const auto staged = select(rows, [&](const ReportRow& row) {
-            return row.system == kOurs && row.threads == threads && !row.stages.empty();
+            return row.system == ours_name && row.threads == threads && !row.stages.empty();
         });
         if (staged.empty()) continue;
         const std::uint64_t n = ascending(staged, &ReportRow::n).back();
@@ -292,7 +292,7 @@ void plots_of_stages(std::span<const ReportRow> rows, std::vector<Plot>& plots)
         for (const ReportRow& row : staged)
             for (const auto& [name, ms] : row.stages)
                 if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-        names.emplace_back(kFloor);
+        names.emplace_back(floor_name);
 
         std::ostringstream out;
         out.precision(9);
@@ -306,7 +306,7 @@ void plots_of_stages(std::span<const ReportRow> rows, std::vector<Plot>& plots)
                 out << ' ' << (stage == row.stages.end() ? 0.0 : stage->second);
             }
             out << '\n';
-            if (const ReportRow* floor = find(rows, kFloor, row.scene, n, threads)) {
+            if (const ReportRow* floor = find(rows, floor_name, row.scene, n, threads)) {
                 out << quoted("floor");
                 for (std::size_t i = 0; i + 1 < names.size(); ++i)
                     out << " 0";
@@ -314,8 +314,8 @@ void plots_of_stages(std::span<const ReportRow> rows, std::vector<Plot>& plots)
             }
         }
         out << "END_OF_DATA\n";
-        static constexpr std::array<const char*, 6> kShades = {"#fdd0a2", "#fdae6b", "#d55e00",
-                                                               "#8c2d04", "#6baed6", "#2171b5"};
+        static constexpr std::array<const char*, 6> shades = {"#fdd0a2", "#fdae6b", "#d55e00",
+                                                              "#8c2d04", "#6baed6", "#2171b5"};
         out << "set title " << quoted(count(n) + " objects, threads: " + std::to_string(threads))
             << "\nset ylabel 'ms per frame'\nset style data histograms\nset style histogram rowstacked\n"
                "set style fill solid 1 noborder\nset boxwidth 0.8\nset yrange [0:*]\nset xtics rotate by "
@@ -323,7 +323,7 @@ void plots_of_stages(std::span<const ReportRow> rows, std::vector<Plot>& plots)
         for (std::size_t i = 0; i < names.size(); ++i)
             out << (i == 0 ? "" : ", ") << "$data using " << i + 2 << (i == 0 ? ":xtic(1)" : "") << " title "
                 << quoted(names[i]) << " lc rgb "
-                << quoted(names[i] == kFloor ? "#999999" : kShades[i % kShades.size()]);
+                << quoted(names[i] == floor_name ? "#999999" : shades[i % shades.size()]);
         out << '\n';
         plots.push_back(
             {"Jostle's stages, each scene beside the floor where it was measured: reading the boxes "
@@ -421,7 +421,7 @@ void write_table(std::span<const ReportRow> rows, std::uint32_t threads, std::os
             const auto cell = [&](std::string_view system) {
                 return find(of_threads, system, scene, n, threads);
             };
-            const ReportRow* ours = cell(kOurs);
+            const ReportRow* ours = cell(ours_name);
             const ReportRow* any = ours;
             for (const std::string& system : systems)
                 if (any == nullptr) any = cell(system);
@@ -434,12 +434,12 @@ void write_table(std::span<const ReportRow> rows, std::uint32_t threads, std::os
                     out << "<td class=none>-</td>";
                     continue;
                 }
-                const bool differs = ours != nullptr && system != kFloor &&
+                const bool differs = ours != nullptr && system != floor_name &&
                                      (row->pairs != ours->pairs || row->checksum != ours->checksum);
                 out << "<td"
-                    << (differs           ? " class=wrong"
-                        : system == kOurs ? " class=ours"
-                                          : "")
+                    << (differs               ? " class=wrong"
+                        : system == ours_name ? " class=ours"
+                                              : "")
                     << " title=\"" << milliseconds(row->min_ms) << " to " << milliseconds(row->max_ms)
                     << " ms\">" << milliseconds(row->median_ms);
                 if (ours != nullptr && row != ours && ours->median_ms > 0)
@@ -452,7 +452,7 @@ void write_table(std::span<const ReportRow> rows, std::uint32_t threads, std::os
     out << "</table>\n";
 }
 
-constexpr const char* kStyle = R"(<style>
+constexpr const char* style_sheet = R"(<style>
 body { font: 15px/1.45 system-ui, sans-serif; color: #222; background: #fff; max-width: 1320px; margin: 2em auto; padding: 0 1em }
 table { border-collapse: collapse; margin: 1em 0; display: block; overflow-x: auto }
 th, td { padding: .2em .7em; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap }
@@ -494,7 +494,7 @@ void write_report(std::span<const ReportRow> rows, const std::string& about,
     std::ostringstream out;
     out << "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Jostle: "
            "measurements</title>\n"
-        << kStyle << "<h1>Jostle: measurements</h1>\n<p>" << html(about) << "</p>\n"
+        << style_sheet << "<h1>Jostle: measurements</h1>\n<p>" << html(about) << "</p>\n"
         << "<p>Median milliseconds per frame; point at a figure to see the fastest and the slowest frame. "
            "Small: "
            "how many times Jostle's time. Red: the system found other pairs than Jostle.</p>\n";

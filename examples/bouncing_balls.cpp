@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// World and ContactFinder together: balls fall on each other and come to rest. The world knows which pairs began, go on
-// and ended; the finder where those that move touch. Who sleeps is neither moved nor asked about.
+// World and ContactFinder together: balls fall on each other and come to rest. The world knows which pairs
+// began, go on and ended; the finder where those that move touch. Who sleeps is neither moved nor asked
+// about.
 #include <jostle/jostle.hpp>
 
 #include <algorithm>

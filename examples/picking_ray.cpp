@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Which object is under the mouse pointer? A ray from the eye through the pointer, first by boxes, then by shape.
+// Which object is under the mouse pointer? A ray from the eye through the pointer, first by boxes, then by
+// shape.
 #include <cmath>
 #include <cstdio>
 #include <jostle/jostle.hpp>

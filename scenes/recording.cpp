@@ -3,6 +3,7 @@
 
 #include <zstd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
 #include <cmath>
@@ -128,31 +129,28 @@ std::string system_message()
 template <int Dim, Coordinate T>
 RecordingWriter<Dim, T>::RecordingWriter(std::filesystem::path path, std::uint32_t objects,
                                          double frames_per_second, std::string description)
-    : path_(std::move(path)),
-      part_(path_.string() + ".part"),
-      info_{Dim, sizeof(T), objects, 0, frames_per_second, std::move(description)}
+    : path_(std::move(path)), info_{Dim, sizeof(T), objects, 0, frames_per_second, std::move(description)}
 {
     if (info_.description.size() > longest_description)
         throw std::invalid_argument("the description of a recording has at most 65536 bytes");
-    file_.open(part_, std::ios::binary | std::ios::trunc);
-    if (!file_) throw std::runtime_error(path_.string() + ": can't be written: " + system_message());
-    write(header_of(info_)); // once more at the end, with the number of frames
+    attempt([&] {
+        file_.emplace(path_);
+        file_->write(header_of(info_)); // once more at the end, with the number of frames
+    });
 }
 
 template <int Dim, Coordinate T>
-RecordingWriter<Dim, T>::~RecordingWriter()
-{
-    if (part_.empty()) return;
-    file_.close();
-    std::error_code ignored;
-    std::filesystem::remove(part_, ignored);
-}
+RecordingWriter<Dim, T>::~RecordingWriter() = default;
 
 template <int Dim, Coordinate T>
-void RecordingWriter<Dim, T>::write(const std::string& bytes)
+template <class Work>
+void RecordingWriter<Dim, T>::attempt(const Work& work) const
 {
-    if (!file_.write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush())
-        throw std::runtime_error(path_.string() + ": can't be written: " + system_message());
+    try {
+        work();
+    } catch (const std::system_error& error) {
+        throw std::runtime_error(path_.string() + ": can't be written: " + error.code().message());
+    }
 }
 
 template <int Dim, Coordinate T>
@@ -193,34 +191,29 @@ void RecordingWriter<Dim, T>::add_frame(std::span<const Aabb<Dim, T>> boxes)
     std::string block;
     append(block, static_cast<std::uint32_t>(size));
     block.append(reinterpret_cast<const char*>(packed_.data()), size);
-    write(block);
+    attempt([&] { file_->write(block); });
     ++info_.frames;
 }
 
 template <int Dim, Coordinate T>
 void RecordingWriter<Dim, T>::finish()
 {
-    file_.seekp(0);
-    write(header_of(info_));
-    file_.close();
-    std::error_code error;
-    std::filesystem::rename(part_, path_, error);
-    if (error) throw std::runtime_error(path_.string() + ": can't be written: " + error.message());
-    part_.clear();
+    attempt([&] {
+        file_->write_over_start(header_of(info_));
+        file_->commit();
+    });
 }
 
 RecordingReader::RecordingReader(std::filesystem::path path) : path_(std::move(path))
 {
     file_.open(path_, std::ios::binary);
-    if (!file_) throw std::runtime_error(path_.string() + ": can't be read: " + system_message());
-    std::error_code error;
-    size_ = std::filesystem::file_size(path_, error);
-    if (error) throw std::runtime_error(path_.string() + ": can't be read: " + error.message());
+    if (!file_) fail("can't be read: " + system_message() + "; check the name and its permissions");
 
     std::string header(fixed_header, '\0');
-    if (size_ < header.size()) fail("is no recording of moving boxes (.jrec); give one");
-    read(header.data(), header.size(), "the header");
-    if (std::memcmp(header.data(), magic, 7) != 0) fail("is no recording of moving boxes (.jrec); give one");
+    file_.read(header.data(), static_cast<std::streamsize>(header.size()));
+    if (file_.bad()) fail("can't be read: " + system_message());
+    if (!file_ || std::memcmp(header.data(), magic, 7) != 0)
+        fail("is no recording of moving boxes (.jrec); give one");
     if (header[7] != magic[7])
         fail("is a recording of version " + std::to_string(static_cast<unsigned char>(header[7])) +
              " and this program reads version 1; use a newer one");
@@ -261,6 +254,49 @@ void RecordingReader::fail_truncated(const char* where) const
          "; copy or record it again");
 }
 
+void RecordingReader::fail_altered() const
+{
+    fail("was altered in frame " + std::to_string(next_ + 1) + " of " + std::to_string(info_.frames) +
+         "; copy or record it again");
+}
+
+/// The packed bytes of a frame, in steps: the size may be a lie.
+void RecordingReader::read_block(std::size_t size)
+{
+    constexpr std::size_t step = std::size_t{1} << 20;
+    for (std::size_t done = 0; done < size;) {
+        const std::size_t count = std::min(step, size - done);
+        packed_.resize(done + count);
+        read(packed_.data() + done, count, "frame");
+        done += count;
+    }
+    packed_.resize(size);
+}
+
+/// The planes of a frame, which are to have this many bytes. Memory is asked for as they come out, at most
+/// twice as much as did: a few bytes can claim to hold gigabytes. All frames have the same size, so that the
+/// second one finds its memory there.
+void RecordingReader::unpack(std::size_t unpacked_size)
+{
+    if (ZSTD_getFrameContentSize(packed_.data(), packed_.size()) != unpacked_size) fail_altered();
+    const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
+    if (!context) throw std::bad_alloc();
+    ZSTD_inBuffer in{packed_.data(), packed_.size(), 0};
+    ZSTD_outBuffer out{nullptr, 0, 0};
+    constexpr std::size_t first_step = std::size_t{1} << 16;
+    for (std::size_t left = 1; left != 0;) { // 0 says that the frame is complete, its checksum right
+        if (planes_.size() < unpacked_size && out.pos == planes_.size())
+            planes_.resize(std::min(unpacked_size, std::max(first_step, 2 * planes_.size())));
+        out.dst = planes_.data();
+        out.size = std::min(unpacked_size, planes_.size());
+        const std::size_t in_before = in.pos, out_before = out.pos;
+        left = ZSTD_decompressStream(context.get(), &out, &in);
+        const bool stuck = left != 0 && in.pos == in_before && out.pos == out_before;
+        if (ZSTD_isError(left) != 0 || stuck) fail_altered();
+    }
+    if (out.pos != unpacked_size || in.pos != in.size) fail_altered();
+}
+
 template <int Dim, Coordinate T>
 bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
 {
@@ -272,24 +308,17 @@ bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
             fail("was altered: something follows its last frame; copy or record it again");
         return false;
     }
-    const std::string altered = "was altered in frame " + std::to_string(next_ + 1) + " of " +
-                                std::to_string(info_.frames) + "; copy or record it again";
     std::string size_bytes(4, '\0');
     read(size_bytes.data(), 4, "frame");
     const auto size = number_at<std::uint32_t>(size_bytes, 0);
     const std::size_t unpacked_size = planes_size(Dim, sizeof(T), info_.objects);
-    // Before any memory is asked for: an altered size must not ask for gigabytes.
-    if (size > ZSTD_compressBound(unpacked_size)) fail(altered);
-    if (size > size_ - static_cast<std::uint64_t>(file_.tellg())) fail_truncated("frame");
-    packed_.resize(size);
-    read(packed_.data(), size, "frame");
-    if (ZSTD_getFrameContentSize(packed_.data(), size) != unpacked_size) fail(altered);
-    planes_.resize(unpacked_size);
-    if (ZSTD_decompress(planes_.data(), planes_.size(), packed_.data(), size) != unpacked_size) fail(altered);
+    if (size > ZSTD_compressBound(unpacked_size)) fail_altered();
+    read_block(size);
+    unpack(unpacked_size);
     std::uint32_t number = 0;
     for (std::size_t i = 0; i < 4; ++i)
         number |= static_cast<std::uint32_t>(planes_[i]) << (8 * i);
-    if (number != static_cast<std::uint32_t>(next_)) fail(altered);
+    if (number != static_cast<std::uint32_t>(next_)) fail_altered();
 
     using Box = Aabb<Dim, T>;
     boxes.resize(info_.objects);
@@ -302,7 +331,7 @@ bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
                 folded |= static_cast<Bits<T>>(Bits<T>{planes_[plane + b * info_.objects + i]} << (8 * b));
             const Bits<T> difference = (folded >> 1) ^ (Bits<T>{0} - (folded & 1));
             const T value = from_ordered<T>(to_ordered(expected) + difference);
-            T* const side = coordinate % 2 == 0 ? boxes[i].lo : boxes[i].hi;
+            jostle::Vec<Dim, T>& side = coordinate % 2 == 0 ? boxes[i].lo : boxes[i].hi;
             side[coordinate / 2] = value;
             return value;
         });
@@ -316,7 +345,8 @@ bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
 void RecordingReader::rewind()
 {
     file_.clear();
-    file_.seekg(static_cast<std::streamoff>(frames_));
+    if (!file_.seekg(static_cast<std::streamoff>(frames_)))
+        fail("is a pipe, which can't be read again; give a file");
     next_ = 0;
 }
 

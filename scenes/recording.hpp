@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "jostle/box.hpp"
+#include "scenes/unfinished_file.hpp"
 
 /// Recordings of moving boxes: files `.jrec`, exact to the last bit, compact, the same on every platform.
 ///
@@ -28,8 +30,8 @@ struct RecordingInfo
     std::string description;      ///< UTF-8, where the boxes come from
 };
 
-/// Writes a recording, frame by frame. Nothing lies at `path` before `finish` has returned: a writer that is
-/// destroyed without leaves a file that was there as it was.
+/// Writes a recording, frame by frame, to an UnfinishedFile: nothing lies at `path` before `finish` has
+/// returned, and a writer that is destroyed without leaves a file that was there as it was.
 ///
 /// Errors   std::runtime_error naming the file and the reason.
 /// Threads  one call at a time.
@@ -48,16 +50,18 @@ class RecordingWriter
     void finish();
 
   private:
-    void write(const std::string& bytes);
+    template <class Work>
+    void attempt(const Work& work) const;
 
-    std::filesystem::path path_, part_;
-    std::ofstream file_;
+    std::filesystem::path path_;
     RecordingInfo info_;
+    std::optional<UnfinishedFile> file_;
     std::vector<jostle::Aabb<Dim, T>> last_, before_last_;
     std::vector<unsigned char> planes_, packed_;
 };
 
-/// Reads a recording, frame by frame. The constructor reads the header only.
+/// Reads a recording, frame by frame, from a file or a pipe. The constructor reads the header only. Memory
+/// grows with what a file holds, whatever sizes it claims.
 ///
 /// Errors   std::runtime_error naming the file, what is wrong with it and what to do: it can't be read, is no
 ///          recording, is of a newer version, is truncated or was altered.
@@ -73,18 +77,20 @@ class RecordingReader
     /// Dim and T must be those of `info`, else std::logic_error.
     template <int Dim, jostle::Coordinate T>
     bool next(std::vector<jostle::Aabb<Dim, T>>& boxes);
-    /// Back to before the first frame.
+    /// Back to before the first frame; not of a pipe.
     void rewind();
 
   private:
     void read(void* bytes, std::size_t size, const char* where);
     [[noreturn]] void fail_truncated(const char* where) const;
     [[noreturn]] void fail(const std::string& problem) const;
+    [[noreturn]] void fail_altered() const;
+    void read_block(std::size_t size);
+    void unpack(std::size_t unpacked_size);
 
     std::filesystem::path path_;
     std::ifstream file_;
     RecordingInfo info_;
-    std::uint64_t size_ = 0;                        // of the file
     std::uint64_t frames_ = 0;                      // where they begin
     std::uint64_t next_ = 0;                        // frame
     std::vector<unsigned char> last_, before_last_; // of whatever type

@@ -814,10 +814,10 @@ double Simulation::energy() const
     return sum;
 }
 
-std::array<double, 3> Simulation::momentum() const
+jostle::Vec3d Simulation::momentum() const
 {
     const World& world = implementation_->world;
-    std::array<double, 3> sum = {};
+    jostle::Vec3d sum = {};
     for (std::uint32_t i = 0; i < world.moving; ++i) {
         const Body& body = world.bodies[i];
         sum[0] += double{body.linear.x} / body.inverse_mass;
@@ -827,12 +827,12 @@ std::array<double, 3> Simulation::momentum() const
     return sum;
 }
 
-std::array<float, 3> Simulation::position(std::uint32_t body) const noexcept
+jostle::Vec3f Simulation::position(std::uint32_t body) const noexcept
 {
     return implementation_->world.poses[body].position;
 }
 
-std::array<float, 3> Simulation::velocity(std::uint32_t body) const noexcept
+jostle::Vec3f Simulation::velocity(std::uint32_t body) const noexcept
 {
     const Vec3 v = implementation_->world.bodies[body].linear;
     return {v.x, v.y, v.z};

@@ -65,10 +65,10 @@ class Simulation
 
     /// Of all bodies: motion, rotation and height above the floor, in joule.
     [[nodiscard]] double energy() const;
-    [[nodiscard]] std::array<double, 3> momentum() const;
+    [[nodiscard]] jostle::Vec3d momentum() const;
     /// Of the body: position and velocity.
-    [[nodiscard]] std::array<float, 3> position(std::uint32_t body) const noexcept;
-    [[nodiscard]] std::array<float, 3> velocity(std::uint32_t body) const noexcept;
+    [[nodiscard]] jostle::Vec3f position(std::uint32_t body) const noexcept;
+    [[nodiscard]] jostle::Vec3f velocity(std::uint32_t body) const noexcept;
     /// The deepest contact of the last step, in metres.
     [[nodiscard]] double deepest() const noexcept;
     /// Of the poses and velocities of all bodies, bit by bit.

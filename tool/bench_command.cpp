@@ -18,6 +18,7 @@
 
 #include "bench/report.hpp"
 #include "bench_options.hpp"
+#include "bench_systems.hpp"
 #include "commands.hpp"
 #include "engines.hpp"
 #include "jostle/chapter.hpp"
@@ -26,10 +27,6 @@
 #include "progress.hpp"
 #include "scenes/scenes.hpp"
 #include "threads.hpp"
-
-#ifdef JOSTLE_WITH_PEERS
-#include "bench/peers.hpp"
-#endif
 
 namespace jostle_tool {
 
@@ -61,65 +58,13 @@ constexpr std::uint32_t warm_up = 3;
 constexpr double patience_seconds = 60;
 constexpr std::uint32_t fewest = 5;
 
-using Stages = std::vector<std::pair<std::string, double>>;
-
-struct Answer
-{
-    std::uint64_t pairs = 0, checksum = 0;
-    friend bool operator==(const Answer&, const Answer&) = default;
-};
-
-/// Whatever finds pairs frame by frame.
-template <int Dim, class T>
-class System
-{
-  public:
-    using Boxes = std::span<const Aabb<Dim, T>>;
-    virtual ~System() = default;
-    virtual void start(Boxes) {}
-    /// What needn't be timed before a frame.
-    virtual void prepare(Boxes) {}
-    virtual void frame(Boxes boxes) = 0;
-    [[nodiscard]] virtual Answer answer() const = 0;
-    [[nodiscard]] virtual Stages stages() const { return {}; }
-    virtual void stop() {}
-};
-
-template <int Dim, class T>
-class Fast final : public System<Dim, T>
-{
-  public:
-    Fast(jostle::Executor& executor, InstructionSet set) : finder_(options(executor, set)) {}
-    void frame(std::span<const Aabb<Dim, T>> boxes) override { pairs_ = &finder_.find(BoxView(boxes)); }
-    Answer answer() const override { return {pairs_->size(), jostle::pair_checksum(*pairs_)}; }
-    Stages stages() const override
-    {
-        const jostle::Stats& stats = finder_.stats();
-        return {{"tune", stats.ms_tune},
-                {"scatter", stats.ms_scatter},
-                {"sweep", stats.ms_sweep},
-                {"finish", stats.ms_finish}};
-    }
-
-  private:
-    static jostle::FinderOptions options(jostle::Executor& executor, InstructionSet set)
-    {
-        jostle::FinderOptions options;
-        options.executor = &executor;
-        options.instruction_set = set;
-        return options;
-    }
-    jostle::PairFinder finder_;
-    const jostle::PairBuffer* pairs_ = nullptr;
-};
-
 /// Those that give a vector of pairs.
 template <int Dim, class T>
 class Slow final : public System<Dim, T>
 {
   public:
     Slow(jostle::Executor& executor, Engine engine) : executor_(executor), engine_(engine) {}
-    void frame(std::span<const Aabb<Dim, T>> boxes) override
+    void frame(std::span<const Aabb<Dim, T>> boxes, std::span<const std::uint32_t>) override
     {
         pairs_.clear();
         if (engine_ == Engine::brute)
@@ -127,42 +72,13 @@ class Slow final : public System<Dim, T>
         else
             pairs_ = jostle::chapter::find_pairs(BoxView(boxes), executor_);
     }
-    Answer answer() const override { return {pairs_.size(), jostle::pair_checksum(pairs_)}; }
+    Answer answer() override { return {pairs_.size(), jostle::pair_checksum(pairs_)}; }
 
   private:
     jostle::Executor& executor_;
     Engine engine_;
     std::vector<jostle::Pair> pairs_;
 };
-
-#ifdef JOSTLE_WITH_PEERS
-template <int Dim>
-class PeerSystem final : public System<Dim, float>
-{
-  public:
-    using Boxes = std::span<const Aabb<Dim, float>>;
-    PeerSystem(jostle_bench::Peer<Dim>& peer, std::uint32_t threads) : peer_(peer), threads_(threads) {}
-    void start(Boxes boxes) override
-    {
-        changed_ = std::make_unique<jostle_bench::ChangedBoxes<Dim>>(boxes);
-        peer_.start(boxes, threads_);
-    }
-    void prepare(Boxes boxes) override { moved_ = changed_->since_last(boxes); }
-    void frame(Boxes boxes) override { peer_.frame(boxes, moved_); }
-    Answer answer() const override
-    {
-        const jostle_bench::PeerResult result = peer_.result();
-        return {result.pairs, result.checksum};
-    }
-    void stop() override { peer_.stop(); }
-
-  private:
-    jostle_bench::Peer<Dim>& peer_;
-    std::uint32_t threads_;
-    std::unique_ptr<jostle_bench::ChangedBoxes<Dim>> changed_;
-    std::span<const std::uint32_t> moved_;
-};
-#endif
 
 struct Sample
 {
@@ -203,11 +119,11 @@ Measurement measure(System<Dim, T>& system, Scene<Dim, T> scene, std::uint32_t f
     const Clock::time_point begin = Clock::now();
     for (std::uint32_t frame = 0; frame < warm_up + 2 * frames && clean.size() < frames; ++frame) {
         if (frame > 0) scene.step();
-        system.prepare(scene.boxes());
+        system.before(scene.boxes(), {});
         const long preemptions_before = preemptions();
         const double cpu_before = cpu_ms();
         const Clock::time_point before = Clock::now();
-        system.frame(scene.boxes());
+        system.frame(scene.boxes(), {});
         const Clock::time_point after = Clock::now();
         const double cpu_after = cpu_ms();
         const bool was_preempted = preemptions() != preemptions_before;
@@ -226,13 +142,6 @@ Measurement measure(System<Dim, T>& system, Scene<Dim, T> scene, std::uint32_t f
     for (std::size_t i = 0; i < preempted.size() && result.samples.size() < frames; ++i)
         result.samples.push_back(std::move(preempted[i]));
     return result;
-}
-
-double median(std::vector<double> values)
-{
-    std::sort(values.begin(), values.end());
-    const std::size_t middle = values.size() / 2;
-    return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
 }
 
 template <class Value>
@@ -287,7 +196,7 @@ class Results
         row.max_ms = rounded(*std::max_element(ms.begin(), ms.end()));
         // Of a frame that every system has got to, however early it stopped.
         const Answer& answer = measurement.answers[warm_up];
-        row.pairs = answer.pairs;
+        row.pairs = answer.found;
         row.checksum = hex(answer.checksum);
         for (std::size_t k = 0; k < samples.front().stages.size(); ++k)
             row.stages.emplace_back(samples.front().stages[k].first,
@@ -351,9 +260,9 @@ class Results
                 if (difference_.empty())
                     difference_ = "scene " + scene + ", n = " + std::to_string(n) + ", seed " +
                                   std::to_string(options_.seed) + ", frame " + std::to_string(frame) + ": " +
-                                  first_system_ + " finds " + std::to_string(answers_[frame].pairs) +
+                                  first_system_ + " finds " + std::to_string(answers_[frame].found) +
                                   " pairs (checksum " + hex(answers_[frame].checksum) + "), " + system + " " +
-                                  std::to_string(answers[frame].pairs) + " (checksum " +
+                                  std::to_string(answers[frame].found) + " (checksum " +
                                   hex(answers[frame].checksum) + ")";
                 return false;
             }
@@ -430,7 +339,8 @@ void measure_scene(const Options& options, const std::string& name, std::uint64_
         const Threads threads(count);
         std::unique_ptr<System<Dim, T>> ours;
         if (options.engine == Engine::fast)
-            ours = std::make_unique<Fast<Dim, T>>(threads.executor(), options.instruction_set);
+            ours = std::make_unique<FinderSystem<Dim, T>>(jostle::FinderOptions{
+                .executor = &threads.executor(), .instruction_set = options.instruction_set});
         else
             ours = std::make_unique<Slow<Dim, T>>(threads.executor(), options.engine);
         {

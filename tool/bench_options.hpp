@@ -28,8 +28,8 @@ void add_rows_file_option(CLI::App& command, std::string& file);
 /// Throws a UsageError if --peers was given to a build that has none.
 void check_for_peers(bool wanted);
 
-/// The entries that are named, in the order of the names; all of them if no name is given. Throws a UsageError
-/// for a name that no entry has; `what` says what an entry is.
+/// The entries that are named, in the order of the names; all of them if no name is given. Throws a
+/// UsageError for a name that no entry has; `what` says what an entry is.
 template <class Entry, std::size_t Count>
 std::vector<const Entry*> choose(const std::vector<std::string>& names, const Entry (&entries)[Count],
                                  const std::string& what)

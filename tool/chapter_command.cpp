@@ -22,6 +22,7 @@
 #include "jostle/chapter.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/responses.hpp"
+#include "numbers.hpp"
 #include "pinned_threads.hpp"
 #include "progress.hpp"
 #include "scenes/scenes.hpp"
@@ -284,10 +285,8 @@ Measured measure(PinnedThreads& threads, Work work)
         tests = found;
         (threads.preemptions() == 0 ? undisturbed : disturbed).push_back(threads.ms());
     }
-    std::vector<double>& times = undisturbed.empty() ? disturbed : undisturbed;
-    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
-    std::nth_element(times.begin(), middle, times.end());
-    return {*tests, std::round(*middle * 1000) / 1000, undisturbed.empty()};
+    const double ms = median(undisturbed.empty() ? disturbed : undisturbed);
+    return {*tests, std::round(ms * 1000) / 1000, undisturbed.empty()};
 }
 
 // ---- What is shown -------------------------------------------------------------------------------------

@@ -15,6 +15,7 @@
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/contact.hpp"
+#include "numbers.hpp"
 #include "scenes/random.hpp"
 #include "threads.hpp"
 
@@ -264,9 +265,7 @@ Measured measure(const PairScene& scene, std::uint32_t frames, const Move& move,
 
 Measured measure_jostle(const PairScene& scene, std::uint32_t frames, jostle::Executor& executor)
 {
-    jostle::ContactOptions options;
-    options.executor = &executor;
-    jostle::ContactFinder3f finder(options);
+    jostle::ContactFinder3f finder({.executor = &executor});
     const std::vector<Pose3f>* poses = nullptr;
     const jostle::ContactBuffer<3, float>* found = nullptr;
     Measured result = measure(
@@ -294,13 +293,13 @@ class Table
              std::uint32_t threads, const Measured& measured, double reference_ns)
     {
         const double to_ns = 1e6 / static_cast<double>(scene.pairs.size());
-        const double median = measured.ms[measured.ms.size() / 2] * to_ns;
+        const double median_ns = median(measured.ms) * to_ns;
         nlohmann::ordered_json json;
         json["system"] = system;
         json["pair"] = combination.name;
         json["pairs"] = scene.pairs.size();
         json["threads"] = threads;
-        json["median_ns"] = std::round(median * 10) / 10;
+        json["median_ns"] = std::round(median_ns * 10) / 10;
         json["min_ns"] = std::round(measured.ms.front() * to_ns * 10) / 10;
         json["max_ns"] = std::round(measured.ms.back() * to_ns * 10) / 10;
         json["touching"] = measured.counts.touching;
@@ -308,10 +307,10 @@ class Table
         rows.push_back(json);
         if (!shown_) return;
         std::printf("%-14s %8zu %7u  %-8s %10.1f %9.1f %9.1f %9llu %9llu", combination.name,
-                    scene.pairs.size(), threads, system, median, measured.ms.front() * to_ns,
+                    scene.pairs.size(), threads, system, median_ns, measured.ms.front() * to_ns,
                     measured.ms.back() * to_ns, static_cast<unsigned long long>(measured.counts.touching),
                     static_cast<unsigned long long>(measured.counts.points));
-        if (reference_ns > 0) std::printf("   %.1fx", median / reference_ns);
+        if (reference_ns > 0) std::printf("   %.1fx", median_ns / reference_ns);
         std::printf("\n");
         std::fflush(stdout);
     }
@@ -337,7 +336,7 @@ void run(const Options& options)
             table.add("jostle", *combination, *scene, threads.count(), own, 0);
 #ifdef JOSTLE_WITH_PEERS
             if (!options.peers) continue;
-            const double own_ns = own.ms[own.ms.size() / 2] * 1e6 / static_cast<double>(scene->pairs.size());
+            const double own_ns = median(own.ms) * 1e6 / static_cast<double>(scene->pairs.size());
             for (const auto& make : {jostle_bench::make_bullet_contacts, jostle_bench::make_fcl_contacts}) {
                 const auto peer = make();
                 peer->start(scene->bodies, scene->pairs, threads.executor());

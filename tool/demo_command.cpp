@@ -21,6 +21,7 @@
 #include "scenes/random.hpp"
 #include "scenes/recording.hpp"
 #include "scenes/scenes.hpp"
+#include "text.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -47,12 +48,6 @@ std::filesystem::path installed_recording()
     if (unknown) return {};
     const auto file = (program.parent_path() / JOSTLE_RECORDINGS_FROM_BIN / "tumble.jrec").lexically_normal();
     return std::filesystem::exists(file, unknown) ? file : std::filesystem::path();
-}
-
-double median(std::vector<double> values)
-{
-    std::sort(values.begin(), values.end());
-    return values.empty() ? 0 : values[values.size() / 2];
 }
 
 /// The times of some frames.
@@ -230,8 +225,7 @@ void run(const Options& options)
         throw UsageError(std::string(error.what()) + " (--recording FILE plays another)");
     }
     const Threads threads(options.threads);
-    jostle::FinderOptions finder_options;
-    finder_options.executor = &threads.executor();
+    const jostle::FinderOptions finder_options{.executor = &threads.executor()};
     jostle::PairFinder finder(finder_options);
 
     const jostle_scenes::RecordingInfo& info = recording->info();
@@ -239,8 +233,9 @@ void run(const Options& options)
     std::error_code unknown;
     const std::filesystem::path near = std::filesystem::proximate(file, unknown);
     const bool shorter = !unknown && near.native().size() < file.native().size();
-    std::printf("%s: %s boxes, %s frames\n  %s\n", shorter ? near.c_str() : file.c_str(),
-                grouped(info.objects).c_str(), grouped(info.frames).c_str(), info.description.c_str());
+    std::printf("%s: %s boxes, %s frames\n  %s\n", printable((shorter ? near : file).native()).c_str(),
+                grouped(info.objects).c_str(), grouped(info.frames).c_str(),
+                shortened(info.description, 500).c_str());
     std::printf("  on %u %s, %s; ms a frame and its stages\n\n", threads.count(),
                 threads.count() == 1 ? "thread" : "threads", jostle::name(finder_options.instruction_set));
     if (info.dim == 2 && info.coordinate_bytes == 8)

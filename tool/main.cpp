@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The command `jostle`: options and errors. Each subcommand lives in its own file.
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -10,18 +14,29 @@
 #include "commands.hpp"
 #include "jostle/error.hpp"
 #include "jostle/version.hpp"
+#include "text.hpp"
 
 namespace {
 
 constexpr int exit_internal = 1;
 constexpr int exit_usage = 2;
 
+/// One line of bearable length, whatever the message quotes.
 int fail(int code, std::string message)
 {
-    for (char& c : message)
-        if (c == '\n' || c == '\r') c = ' '; // one line, whatever the message quotes
-    std::fprintf(stderr, "jostle: %s\n", message.c_str());
+    constexpr std::size_t start = 2000, end = 500;
+    if (message.size() > start + end) message.replace(start, message.size() - start - end, " ... ");
+    std::fprintf(stderr, "jostle: %s\n", jostle_tool::printable(message).c_str());
     return code;
+}
+
+/// A program that was started without stdin, stdout or stderr would get their numbers for the first files
+/// that it opens, and then print into them. These take their place and can't be used: a read or write fails.
+void fill_standard_streams()
+{
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(stream, F_GETFD) < 0 && errno == EBADF)
+            (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest free number
 }
 
 #define JOSTLE_TEXT_OF(x) #x
@@ -43,6 +58,7 @@ std::string name_of_chosen(const CLI::App& app)
 
 int main(int argc, char** argv)
 {
+    fill_standard_streams();
     CLI::App app("Which boxes touch: finds all pairs of touching axis-aligned boxes, exactly, on all cores.",
                  "jostle");
     app.set_version_flag("--version", version, "Print the version and exit");

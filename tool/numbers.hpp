@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 /// Numbers as tables and JSON show them.
 
@@ -31,6 +33,15 @@ inline std::string hex(std::uint64_t number)
 inline double rounded(double time)
 {
     return std::round(time * 1e4) / 1e4;
+}
+
+/// Of an even number of values the mean of the two in the middle; 0 of none.
+inline double median(std::vector<double> values)
+{
+    if (values.empty()) return 0;
+    std::sort(values.begin(), values.end());
+    const std::size_t middle = values.size() / 2;
+    return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
 }
 
 } // namespace jostle_tool

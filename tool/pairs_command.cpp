@@ -71,9 +71,7 @@ Found find(const std::vector<jostle::Aabb<Dim, T>>& boxes, const Options& option
     Found found;
     if (options.engine == Engine::fast) {
         const Progress progress("finding pairs", 0);
-        jostle::FinderOptions finder_options;
-        finder_options.executor = &executor;
-        found.finder = std::make_unique<jostle::PairFinder>(finder_options);
+        found.finder = std::make_unique<jostle::PairFinder>(jostle::FinderOptions{.executor = &executor});
         if (!keep) { // nothing to store, so that any number of pairs fits into memory
             std::atomic<std::uint64_t> count{0}, checksum{0};
             found.finder->stream(view, [&](const jostle::PairChunk& chunk) {

@@ -9,9 +9,11 @@
 #include <cstdio>
 #include <mutex>
 
+#include "text.hpp"
+
 namespace jostle_tool {
 
-Progress::Progress(std::string label, std::uint64_t total) : label_(std::move(label)), total_(total)
+Progress::Progress(const std::string& label, std::uint64_t total) : label_(printable(label)), total_(total)
 {
     if (isatty(STDERR_FILENO) != 0)
         drawer_ = std::jthread([this](std::stop_token stop) { draw_until(stop); });

@@ -16,7 +16,7 @@ class Progress
 {
   public:
     /// `total` in any unit, that of step(); 0 if it isn't known: then the time that has passed is shown.
-    Progress(std::string label, std::uint64_t total);
+    Progress(const std::string& label, std::uint64_t total);
     ~Progress();
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;

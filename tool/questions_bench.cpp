@@ -86,8 +86,7 @@ double median_of(std::uint32_t repetitions, const Run& run)
         run();
         times.push_back(microseconds_since(start));
     }
-    std::sort(times.begin(), times.end());
-    return times[times.size() / 2];
+    return median(std::move(times));
 }
 
 class Table
@@ -238,9 +237,7 @@ void measure(const Options& options, const std::string& scene_name, std::uint64_
 #endif
     for (const std::uint32_t count : options.threads) {
         const Threads threads(count);
-        jostle::IndexOptions index_options;
-        index_options.executor = &threads.executor();
-        BoxIndex3f index(index_options);
+        BoxIndex3f index({.executor = &threads.executor()});
         table.add_build(scene_name, n, threads.count(),
                         median_of(std::min(options.repetitions, 3u), [&] { index.build(boxes); }) / 1000);
         Asker asker(boxes, options.seed);

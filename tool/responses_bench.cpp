@@ -78,11 +78,8 @@ std::vector<double> medians(std::uint32_t frames, const std::vector<std::functio
             if (frame > 0) ms[k].push_back(std::chrono::duration<double, std::milli>(after - before).count());
         }
     std::vector<double> result;
-    for (std::vector<double>& of_one : ms) {
-        const auto middle = of_one.begin() + static_cast<std::ptrdiff_t>(of_one.size() / 2);
-        std::nth_element(of_one.begin(), middle, of_one.end());
-        result.push_back(*middle);
-    }
+    for (std::vector<double>& of_one : ms)
+        result.push_back(median(std::move(of_one)));
     return result;
 }
 
@@ -100,11 +97,8 @@ std::vector<Row> measure_responses(const Options& options, jostle::Executor& exe
 {
     const jostle_scenes::Scene<3, float> scene("uniform", options.objects);
     const jostle::PairBuffer pairs = jostle::find_pairs(scene.boxes());
-    jostle::ProcessOptions process;
-    process.executor = &executor;
-    jostle::ResponsesOptions responses_options;
-    responses_options.executor = &executor;
-    jostle::Responses<Impulse> responses(responses_options);
+    const jostle::ProcessOptions process{.executor = &executor};
+    jostle::Responses<Impulse> responses(jostle::ResponsesOptions{.executor = &executor});
     std::span<const Impulse> sums;
 
     struct Locked
@@ -182,8 +176,8 @@ std::vector<Row> measure_responses(const Options& options, jostle::Executor& exe
             {"responses", "atomics", threads, ms[2], atomics.size() * sizeof(Atomic), 0}};
 }
 
-/// Undisturbed runs' median, each thread on a core of its own; runs in which the system took a core away count
-/// only if there are no others.
+/// Undisturbed runs' median, each thread on a core of its own; runs in which the system took a core away
+/// count only if there are no others.
 double pinned_ms(PinnedThreads& threads, std::uint32_t frames,
                  const std::function<void(jostle::Executor&)>& work)
 {
@@ -196,10 +190,7 @@ double pinned_ms(PinnedThreads& threads, std::uint32_t frames,
             work(threads);
         (threads.preemptions() == 0 ? undisturbed : disturbed).push_back(threads.ms());
     }
-    std::vector<double>& ms = undisturbed.empty() ? disturbed : undisturbed;
-    const auto middle = ms.begin() + static_cast<std::ptrdiff_t>(ms.size() / 2);
-    std::nth_element(ms.begin(), middle, ms.end());
-    return *middle;
+    return median(undisturbed.empty() ? disturbed : undisturbed);
 }
 
 /// The same work on one thread and on all.
@@ -212,8 +203,7 @@ std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
     std::atomic<std::uint64_t> sink{0};
     const auto on_pairs = [&](auto cost) {
         return [&, cost](jostle::Executor& executor) {
-            jostle::ProcessOptions process;
-            process.executor = &executor;
+            const jostle::ProcessOptions process{.executor = &executor};
             jostle::process_pairs(
                 pairs,
                 [&](const jostle::PairBatch& batch) {
@@ -227,8 +217,7 @@ std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
     };
     const auto on_all_pairs = [&](jostle::Schedule schedule) {
         return [&, schedule](jostle::Executor& executor) {
-            jostle::ProcessOptions process;
-            process.executor = &executor;
+            const jostle::ProcessOptions process{.executor = &executor};
             jostle::process_all_pairs(
                 1'000,
                 [&](const jostle::PairRow& row) {

@@ -37,14 +37,6 @@ struct Options
     std::string record, json; // empty: not wanted
 };
 
-double median(std::vector<double> values)
-{
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 /// Milliseconds of all frames.
 struct Times
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// jostle bench world: what an update of a world costs in which some objects move, and questions right after one;
-// ours and other systems'.
+// jostle bench world: what an update of a world costs in which some objects move, and questions right after
+// one; ours and other systems'.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -14,6 +14,7 @@
 
 #include "asker.hpp"
 #include "bench_options.hpp"
+#include "bench_systems.hpp"
 #include "commands.hpp"
 #include "jostle/world.hpp"
 #include "numbers.hpp"
@@ -22,10 +23,6 @@
 #include "scenes/random.hpp"
 #include "scenes/scenes.hpp"
 #include "threads.hpp"
-
-#ifdef JOSTLE_WITH_PEERS
-#include "bench/peers.hpp"
-#endif
 
 namespace jostle_tool {
 
@@ -130,7 +127,7 @@ class Motion
             moved_.clear();
             for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
                 const Aabb3f &from = boxes_[i], &to = scene_.boxes()[i];
-                if (!std::equal(from.lo, from.lo + 3, to.lo) || !std::equal(from.hi, from.hi + 3, to.hi)) {
+                if (from.lo != to.lo || from.hi != to.hi) {
                     moved_.push_back(i);
                     boxes_[i] = to;
                 }
@@ -154,33 +151,13 @@ class Motion
     std::uint32_t frame_ = 0;
 };
 
-/// Pairs, or what was asked for.
-struct Answer
-{
-    std::uint64_t found = 0, checksum = 0;
-    friend bool operator==(const Answer&, const Answer&) = default;
-};
-
-class System
-{
-  public:
-    virtual ~System() = default;
-    virtual void start(std::span<const Aabb3f> boxes) = 0;
-    /// What isn't timed.
-    virtual void before(std::span<const Aabb3f>, std::span<const std::uint32_t>) {}
-    virtual void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) = 0;
-    /// What is to be said, before the frame, about boxes that leap.
-    virtual void leap(std::span<const Aabb3f>, std::span<const std::uint32_t>) {}
-    [[nodiscard]] virtual Answer answer() = 0;
-    virtual void stop() {}
-    [[nodiscard]] virtual std::vector<std::pair<std::string, double>> stages() const { return {}; }
-};
+using WorldSystem = System<3, float>;
 
 /// Identities, events and filters on, as they always are.
-class Ours final : public System
+class Ours final : public WorldSystem
 {
   public:
-    explicit Ours(jostle::Executor& executor) : world_(options(executor)) {}
+    explicit Ours(jostle::Executor& executor) : world_({.executor = &executor}) {}
     void start(std::span<const Aabb3f> boxes) override
     {
         ids_.resize(boxes.size());
@@ -228,7 +205,7 @@ class Ours final : public System
             pair = {std::min(number[pair.a], number[pair.b]), std::max(number[pair.a], number[pair.b])};
         return {pairs.size(), jostle::pair_checksum(pairs)};
     }
-    std::vector<std::pair<std::string, double>> stages() const override
+    Stages stages() const override
     {
         const jostle::WorldStats& s = world_.stats();
         return {{"apply", s.us_apply / 1e3},
@@ -239,23 +216,18 @@ class Ours final : public System
     }
 
     [[nodiscard]] const jostle::World3f& world() const { return world_; }
-    /// Of the box that is this object's: as nobody is replaced but in churn, its place in the order of adding.
+    /// Of the box that is this object's: as nobody is replaced but in churn, its place in the order of
+    /// adding.
     [[nodiscard]] std::uint32_t number(ObjectId id) const { return id.index; }
 
   private:
-    static jostle::WorldOptions options(jostle::Executor& executor)
-    {
-        jostle::WorldOptions options;
-        options.executor = &executor;
-        return options;
-    }
     jostle::World3f world_;
     std::vector<ObjectId> ids_, moved_ids_;
     std::vector<Aabb3f> moved_boxes_;
 };
 
 /// Questions to a world that has just been updated.
-class OursAsked final : public System
+class OursAsked final : public WorldSystem
 {
   public:
     OursAsked(jostle::Executor& executor, const QuestionBatch& batch,
@@ -301,7 +273,7 @@ class OursAsked final : public System
         }
         return {answers.results, answers.checksum};
     }
-    std::vector<std::pair<std::string, double>> stages() const override
+    Stages stages() const override
     {
         return {{"update", world_.world().stats().us_total / 1e3}, {"index", index_ms_}};
     }
@@ -316,53 +288,10 @@ class OursAsked final : public System
     double index_ms_ = 0;
 };
 
-/// The engine without identities, anew in each frame.
-class Stateless final : public System
-{
-  public:
-    explicit Stateless(jostle::Executor& executor) : finder_(options(executor)) {}
-    void start(std::span<const Aabb3f>) override {}
-    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t>) override
-    {
-        pairs_ = &finder_.find(boxes);
-    }
-    Answer answer() override { return {pairs_->size(), jostle::pair_checksum(*pairs_)}; }
-
-  private:
-    static jostle::FinderOptions options(jostle::Executor& executor)
-    {
-        jostle::FinderOptions options;
-        options.executor = &executor;
-        return options;
-    }
-    jostle::PairFinder finder_;
-    const jostle::PairBuffer* pairs_ = nullptr;
-};
-
 #ifdef JOSTLE_WITH_PEERS
-class PeerSystem final : public System
-{
-  public:
-    PeerSystem(jostle_bench::Peer<3>& peer, std::uint32_t threads) : peer_(peer), threads_(threads) {}
-    void start(std::span<const Aabb3f> boxes) override { peer_.start(boxes, threads_); }
-    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) override
-    {
-        peer_.frame(boxes, moved);
-    }
-    Answer answer() override
-    {
-        const jostle_bench::PeerResult result = peer_.result();
-        return {result.pairs, result.checksum};
-    }
-    void stop() override { peer_.stop(); }
-
-  private:
-    jostle_bench::Peer<3>& peer_;
-    std::uint32_t threads_;
-};
-
-/// The k-th of them, made anew each time that boxes have moved: its structure is built once. That isn't timed.
-class PeerAsked final : public System
+/// The k-th of them, made anew each time that boxes have moved: its structure is built once. That isn't
+/// timed.
+class PeerAsked final : public WorldSystem
 {
   public:
     PeerAsked(std::size_t k, const QuestionBatch& batch, const jostle_bench::Questions& questions,
@@ -370,7 +299,6 @@ class PeerAsked final : public System
         : k_(k), batch_(batch), questions_(questions), threads_(threads)
     {
     }
-    void start(std::span<const Aabb3f>) override {}
     void before(std::span<const Aabb3f> boxes, std::span<const std::uint32_t>) override
     {
         asked_.reset();
@@ -398,11 +326,11 @@ class PeerAsked final : public System
 struct Measurement
 {
     std::vector<double> ms; // sorted
-    std::vector<std::pair<std::string, double>> stages;
+    Stages stages;
     Answer answer; // of the last warm-up frame
 };
 
-Measurement measure(System& system, Motion motion, std::uint32_t frames, Progress& progress)
+Measurement measure(WorldSystem& system, Motion motion, std::uint32_t frames, Progress& progress)
 {
     Measurement result;
     std::vector<std::vector<double>> stages;
@@ -429,10 +357,8 @@ Measurement measure(System& system, Motion motion, std::uint32_t frames, Progres
     const auto names = system.stages();
     system.stop();
     std::sort(result.ms.begin(), result.ms.end());
-    for (std::size_t k = 0; k < stages.size(); ++k) {
-        std::sort(stages[k].begin(), stages[k].end());
-        result.stages.emplace_back(names[k].first, stages[k][stages[k].size() / 2]);
-    }
+    for (std::size_t k = 0; k < stages.size(); ++k)
+        result.stages.emplace_back(names[k].first, median(std::move(stages[k])));
     return result;
 }
 
@@ -458,7 +384,7 @@ class Table
         row["scene"] = scene.name;
         row["n"] = n;
         row["threads"] = threads;
-        row["median_ms"] = at(0.5);
+        row["median_ms"] = rounded(median(m.ms));
         row["min_ms"] = at(0);
         row["p99_ms"] = at(0.99);
         row["max_ms"] = at(1);
@@ -488,7 +414,7 @@ class Table
                 remark += text;
             }
             std::printf("%-10s %10s %7u  %-10s %10.4f %9.4f %9.4f %9.4f %11s %s\n", scene.name,
-                        grouped(n).c_str(), threads, system.c_str(), at(0.5), at(0), at(0.99), at(1),
+                        grouped(n).c_str(), threads, system.c_str(), median(m.ms), at(0), at(0.99), at(1),
                         grouped(m.answer.found).c_str(), remark.c_str());
             std::fflush(stdout);
         }
@@ -515,7 +441,7 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
     const bool all_move = std::string(info.name) == "moving";
     for (const std::uint32_t count : options.threads) {
         const Threads threads(count);
-        const auto one = [&](System& system, const std::string& name, std::uint32_t used) {
+        const auto one = [&](WorldSystem& system, const std::string& name, std::uint32_t used) {
             Measurement measurement;
             {
                 Progress progress(std::string(info.name) + ", " + grouped(n) + " boxes, " + name,
@@ -546,7 +472,7 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
             one(ours, "jostle", threads.count());
         }
         if (all_move) {
-            Stateless stateless(threads.executor());
+            FinderSystem<3, float> stateless({.executor = &threads.executor()});
             one(stateless, "stateless", threads.count());
         }
 #ifdef JOSTLE_WITH_PEERS
@@ -559,7 +485,7 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
             if (!peer_info.uses_threads && count != options.threads.front()) continue;
             if (n > std::max(peer_info.max_objects, name == "bullet" ? 2'000'000u : 0u)) continue;
             const std::uint32_t used = peer_info.uses_threads ? threads.count() : 1;
-            PeerSystem system(*peer, used);
+            PeerSystem<3> system(*peer, used);
             one(system, name, used);
         }
 #endif

@@ -13,7 +13,7 @@ namespace {
 namespace bg = boost::geometry;
 namespace bgi = boost::geometry::index;
 
-constexpr PeerInfo kInfo{
+constexpr PeerInfo peer_info{
     "boost", "Boost.Geometry R-tree, 16 per node, packed anew each frame, one intersects query per box",
     10'000'000, false, true};
 
@@ -21,7 +21,7 @@ template <int Dim>
 class Boost final : public Peer<Dim>
 {
   public:
-    const PeerInfo& info() const noexcept override { return kInfo; }
+    const PeerInfo& info() const noexcept override { return peer_info; }
 
     void start(Boxes<Dim> boxes, std::uint32_t) override
     {

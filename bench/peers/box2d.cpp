@@ -6,16 +6,17 @@
 namespace jostle_bench {
 namespace {
 
-constexpr PeerInfo kInfo{"box2d",
-                         "Box2D 2.4 b2BroadPhase with a contact list as in b2ContactManager: MoveProxy for "
-                         "what moved, UpdatePairs, "
-                         "contacts dropped when the fat boxes part",
-                         1'000'000, false, true};
+constexpr PeerInfo peer_info{
+    "box2d",
+    "Box2D 2.4 b2BroadPhase with a contact list as in b2ContactManager: MoveProxy for "
+    "what moved, UpdatePairs, "
+    "contacts dropped when the fat boxes part",
+    1'000'000, false, true};
 
 class Box2d final : public Peer<2>
 {
   public:
-    const PeerInfo& info() const noexcept override { return kInfo; }
+    const PeerInfo& info() const noexcept override { return peer_info; }
 
     void start(Boxes<2> boxes, std::uint32_t) override
     {

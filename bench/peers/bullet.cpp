@@ -7,15 +7,15 @@
 namespace jostle_bench {
 namespace {
 
-constexpr PeerInfo kDbvt{
+constexpr PeerInfo dbvt_info{
     "bullet",
     "Bullet btDbvtBroadphase, deferred collide: setAabb for what moved, calculateOverlappingPairs; its pair "
     "cache keeps pairs within the tree's margin",
     1'000'000, false, true};
-constexpr PeerInfo kSweep{"bullet-sap",
-                          "Bullet bt32BitAxisSweep3 without its ray accelerator: setAabb for what moved, "
-                          "calculateOverlappingPairs; inserting n objects costs O(n^2)",
-                          10'000, false, true};
+constexpr PeerInfo sweep_info{"bullet-sap",
+                              "Bullet bt32BitAxisSweep3 without its ray accelerator: setAabb for what moved, "
+                              "calculateOverlappingPairs; inserting n objects costs O(n^2)",
+                              10'000, false, true};
 
 btVector3 low(const jostle::Aabb3f& box)
 {
@@ -80,7 +80,7 @@ class BulletTree final : public Bullet
 {
   public:
     ~BulletTree() override { BulletTree::stop(); }
-    const PeerInfo& info() const noexcept override { return kDbvt; }
+    const PeerInfo& info() const noexcept override { return dbvt_info; }
     void stop() override
     {
         broadphase_.reset();
@@ -102,7 +102,7 @@ class BulletTree final : public Bullet
 class BulletSweep final : public Bullet
 {
   public:
-    const PeerInfo& info() const noexcept override { return kSweep; }
+    const PeerInfo& info() const noexcept override { return sweep_info; }
     void stop() override
     {
         broadphase_.reset(); // owns its proxies

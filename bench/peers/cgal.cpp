@@ -8,7 +8,7 @@
 namespace jostle_bench {
 namespace {
 
-constexpr PeerInfo kInfo{
+constexpr PeerInfo peer_info{
     "cgal",
     "CGAL 5.5 box_self_intersection_d over pointers to boxes, closed topology, sequential; cutoff 5 sqrt(n), "
     "where it is about fastest (twice as fast as with its default)",
@@ -31,7 +31,7 @@ template <int Dim>
 class Cgal final : public Peer<Dim>
 {
   public:
-    const PeerInfo& info() const noexcept override { return kInfo; }
+    const PeerInfo& info() const noexcept override { return peer_info; }
 
     void start(Boxes<Dim> boxes, std::uint32_t) override
     {

@@ -12,7 +12,7 @@
 namespace jostle_bench {
 namespace {
 
-constexpr PeerInfo kInfo{
+constexpr PeerInfo peer_info{
     "embree",
     "Embree 3.13: one user geometry, rebuilt each frame at RTC_BUILD_QUALITY_LOW, rtcCollide with itself",
     20'000'000, true, true};
@@ -22,7 +22,7 @@ class Embree final : public Peer<Dim>
 {
   public:
     ~Embree() override { stop(); }
-    const PeerInfo& info() const noexcept override { return kInfo; }
+    const PeerInfo& info() const noexcept override { return peer_info; }
 
     void start(Boxes<Dim> boxes, std::uint32_t threads) override
     {

@@ -7,7 +7,7 @@
 namespace jostle_bench {
 namespace {
 
-constexpr PeerInfo kInfo{
+constexpr PeerInfo peer_info{
     "fcl",
     "FCL 0.7 DynamicAABBTreeCollisionManager<double> (double is what the packaged library holds): "
     "computeAABB for what moved, update, collide",
@@ -30,7 +30,7 @@ class BoxGeometry final : public fcl::CollisionGeometryd
 class Fcl final : public Peer<3>
 {
   public:
-    const PeerInfo& info() const noexcept override { return kInfo; }
+    const PeerInfo& info() const noexcept override { return peer_info; }
 
     void start(Boxes<3> boxes, std::uint32_t) override
     {

@@ -9,7 +9,7 @@
 namespace jostle_bench {
 namespace {
 
-constexpr PeerInfo kInfo{
+constexpr PeerInfo peer_info{
     "floor",
     "no system but what any would have to do at least: read the boxes once, sort n 32-bit keys with payloads "
     "by radix, write as many pairs as the scene has",
@@ -32,7 +32,7 @@ template <int Dim>
 class Floor final : public Peer<Dim>
 {
   public:
-    const PeerInfo& info() const noexcept override { return kInfo; }
+    const PeerInfo& info() const noexcept override { return peer_info; }
 
     void start(Boxes<Dim> boxes, std::uint32_t threads) override
     {
@@ -55,27 +55,27 @@ class Floor final : public Peer<Dim>
                     sum ^= std::bit_cast<std::uint32_t>(boxes[i].hi[d]) ^
                            std::bit_cast<std::uint32_t>(boxes[i].lo[d]);
                 items_[i] = {sortable(boxes[i].lo[0]), static_cast<std::uint32_t>(i)};
-                ++counts[items_[i].key % kDigits];
+                ++counts[items_[i].key % digits];
             }
             counts_[t] = counts;
             sums_[t].value = sum; // so that no compiler leaves out the reading
         });
-        for (unsigned shift = 0; shift < 32; shift += kDigitBits) {
+        for (unsigned shift = 0; shift < 32; shift += digit_bits) {
             if (shift != 0)
                 executor_->run(threads_, [&](std::uint32_t t) {
                     Counts counts{};
                     for (std::size_t i = begin(t, items_.size()); i < begin(t + 1, items_.size()); ++i)
-                        ++counts[(items_[i].key >> shift) % kDigits];
+                        ++counts[(items_[i].key >> shift) % digits];
                     counts_[t] = counts;
                 });
             std::uint32_t next = 0;
-            for (std::size_t digit = 0; digit < kDigits; ++digit)
+            for (std::size_t digit = 0; digit < digits; ++digit)
                 for (Counts& counts : counts_)
                     next += std::exchange(counts[digit], next);
             executor_->run(threads_, [&](std::uint32_t t) {
                 Counts place = counts_[t]; // own copy: no cache line shared while writing
                 for (std::size_t i = begin(t, items_.size()); i < begin(t + 1, items_.size()); ++i)
-                    sorted_[place[(items_[i].key >> shift) % kDigits]++] = items_[i];
+                    sorted_[place[(items_[i].key >> shift) % digits]++] = items_[i];
             });
             items_.swap(sorted_);
         }
@@ -96,9 +96,9 @@ class Floor final : public Peer<Dim>
     }
 
   private:
-    static constexpr unsigned kDigitBits = 8; // digits of 11 bits, three passes for four, take as long
-    static constexpr std::size_t kDigits = 1u << kDigitBits;
-    using Counts = std::array<std::uint32_t, kDigits>;
+    static constexpr unsigned digit_bits = 8; // digits of 11 bits, three passes for four, take as long
+    static constexpr std::size_t digits = 1u << digit_bits;
+    using Counts = std::array<std::uint32_t, digits>;
     struct alignas(64) Sum
     {
         std::uint32_t value;

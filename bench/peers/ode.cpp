@@ -7,10 +7,11 @@ namespace jostle_bench {
 namespace {
 
 // ODE's usual choice, dHashSpace, is no peer: it loses pairs silently. Its sweep-and-prune space finds all.
-constexpr PeerInfo kInfo{"ode",
-                         "ODE 0.16 dSweepAndPruneSpace (its hash space loses pairs): dGeomSetPosition for "
-                         "what moved, dSpaceCollide",
-                         100'000, false, true};
+constexpr PeerInfo peer_info{
+    "ode",
+    "ODE 0.16 dSweepAndPruneSpace (its hash space loses pairs): dGeomSetPosition for "
+    "what moved, dSpaceCollide",
+    100'000, false, true};
 
 /// What a geom of our class carries: where its box lies.
 struct GeomBox
@@ -45,7 +46,7 @@ class Ode final : public Peer<3>
 {
   public:
     ~Ode() override { Ode::stop(); }
-    const PeerInfo& info() const noexcept override { return kInfo; }
+    const PeerInfo& info() const noexcept override { return peer_info; }
 
     void start(Boxes<3> boxes, std::uint32_t) override
     {

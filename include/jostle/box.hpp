@@ -2,25 +2,15 @@
 #pragma once
 
 #include <array>
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <type_traits>
 
+#include "jostle/vec.hpp"
 #include "jostle/version.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
-
-/// A coordinate type Jostle is built for.
-template <class T>
-concept Coordinate = std::same_as<T, float> || std::same_as<T, double>;
-
-namespace detail {
-/// Dim as the bound of an array: compilers can warn of its sign otherwise.
-template <int Dim>
-inline constexpr auto axes = static_cast<std::size_t>(Dim);
-} // namespace detail
 
 /// A closed axis-aligned bounding box: the points p with lo[d] <= p[d] <= hi[d] on every axis d.
 ///
@@ -30,9 +20,8 @@ inline constexpr auto axes = static_cast<std::size_t>(Dim);
 template <int Dim, Coordinate T>
 struct Aabb
 {
-    static_assert(Dim == 2 || Dim == 3);
-    T lo[detail::axes<Dim>];
-    T hi[detail::axes<Dim>];
+    Vec<Dim, T> lo;
+    Vec<Dim, T> hi;
 };
 
 using Aabb2f = Aabb<2, float>;
@@ -108,8 +97,9 @@ class BoxView
     /// An array (or vector, or span) of `Aabb`.
     template <std::size_t Extent>
     BoxView(std::span<const Aabb<Dim, T>, Extent> boxes) noexcept
-        : BoxView(strided(boxes.empty() ? nullptr : boxes.front().lo,
-                          boxes.empty() ? nullptr : boxes.front().hi, boxes.size(), sizeof(Aabb<Dim, T>)))
+        : BoxView(strided(boxes.empty() ? nullptr : boxes.front().lo.data(),
+                          boxes.empty() ? nullptr : boxes.front().hi.data(), boxes.size(),
+                          sizeof(Aabb<Dim, T>)))
     {
     }
     template <class Container>

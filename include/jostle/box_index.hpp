@@ -26,35 +26,35 @@ using IndexOptions = FinderOptions;
 struct IndexStats
 {
     std::uint64_t objects = 0;
-    std::uint64_t bricks = 0; ///< groups of at most 256 objects
-    std::uint64_t blocks = 0; ///< groups of at most 16 objects, what is tested at once
-    std::uint64_t nodes = 0;  ///< groups of at most 16 bricks or nodes
-    std::uint64_t depth = 0;  ///< nodes on the longest way to a brick
+    std::uint64_t pages = 0;  ///< groups of at most 256 objects
+    std::uint64_t leaves = 0; ///< groups of at most 16 objects, what is tested at once
+    std::uint64_t nodes = 0;  ///< groups of at most 16 pages or nodes
+    std::uint64_t depth = 0;  ///< nodes on the longest way to a page
     std::uint64_t bytes = 0;  ///< memory held
-    std::uint64_t sorts = 0;  ///< bricks put in order since the index was made
-    std::uint64_t splits = 0; ///< bricks split since then
+    std::uint64_t sorts = 0;  ///< pages put in order since the index was made
+    std::uint64_t splits = 0; ///< pages split since then
 };
 
 /// Boxes that stay, and questions about them: which are touched by a ray, a moving box, a box, a sphere, a
 /// view volume; which are nearest; which touch any of a batch of others.
 ///
 /// Objects are known by ids that the caller chooses, any 32-bit numbers but the greatest; memory is four
-/// bytes (six while ids are added one by one) per id up to the greatest that was inserted, so keep them dense:
-/// see release_memory. The index keeps the exact boxes itself,
+/// bytes (six while ids are added one by one) per id up to the greatest that was inserted, so keep them
+/// dense: see release_memory. The index keeps the exact boxes itself,
 /// `box(id)` returns them: there is no need to keep them elsewhere.
 ///
 /// Exact     answers are what hit_fraction, squared_distance and overlaps say about each box. No result is
 ///           dropped or capped unless `max_results` asks for it.
-/// Same      the same boxes give the same answers in the same order, however they came into the index, for any
-///           executor, number of threads and instruction set.
+/// Same      the same boxes give the same answers in the same order, however they came into the index, for
+///           any executor, number of threads and instruction set.
 /// Nothing to configure or to call from time to time: no bounds, no cell size, no optimise(). Boxes may be of
 ///           any sizes, anywhere, infinite too, all in one place or all moving away.
 /// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps; a
 ///           question about the logarithm of the number of objects plus its results.
 /// Threads   questions (the const members) may be asked from any number of threads at a time while no other
 ///           member runs.
-/// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes denormal
-///           numbers to zero, bounds a denormal apart may touch.
+/// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes
+///           denormal numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` naming the bad box, id or question and what is wrong with it, std::bad_alloc, or what a
 ///           callback threw: the index is as before the call, a result buffer is empty or cut short.
 /// Source    docs/guide/queries.md

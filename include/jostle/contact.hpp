@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "jostle/block_buffer.hpp"
 #include "jostle/box.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
@@ -35,12 +36,13 @@ struct ContactPoint
     /// How far the surfaces overlap along the normal; below 0 is a gap, no wider than the margin asked for.
     T depth;
     /// Which features meet: a's in the low 16 bits, b's in the high 16. The same from frame to frame while
-    /// the same vertices, edges and faces meet; a solver matches points by (pair, parts, feature). Of a hull of
-    /// more than about 5000 corners two features may have the same number.
+    /// the same vertices, edges and faces meet; a solver matches points by (pair, parts, feature). Of a hull
+    /// of more than about 5000 corners two features may have the same number.
     std::uint32_t feature;
 };
 
-/// Where two objects touch: a normal and up to 4 points (2 in 2D) that span the region, none twice but by rounding.
+/// Where two objects touch: a normal and up to 4 points (2 in 2D) that span the region. No two points are the
+/// same, though rounding may bring two very close to each other.
 ///
 /// Convex shapes have one contact a pair; with a mesh, height field or compound a pair has one for each pair
 /// of parts that touch.
@@ -57,89 +59,10 @@ struct Contact
     std::array<ContactPoint<Dim, T>, max_points> point; ///< the first `count` are filled; deepest first
 };
 
-/// All contacts of one call, as blocks of contiguous memory.
-///
-/// Order     that of the pairs given; contacts of one pair by ascending (part_a, part_b).
-/// Lifetime  as PairBuffer: until refilled, cleared, moved or destroyed. Refilling reuses the memory.
+/// All contacts of one call, in the order of the pairs given; contacts of one pair by ascending
+/// (part_a, part_b).
 template <int Dim, Coordinate T>
-class ContactBuffer
-{
-  public:
-    using value_type = Contact<Dim, T>;
-    using Iterator = BlockIterator<value_type>;
-
-    explicit ContactBuffer(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
-        : memory_(memory), blocks_(memory), chunks_(memory)
-    {
-    }
-    ContactBuffer(ContactBuffer&& other) noexcept
-        : memory_(other.memory_),
-          blocks_(std::move(other.blocks_)),
-          chunks_(std::move(other.chunks_)),
-          size_(std::exchange(other.size_, 0))
-    {
-        other.blocks_.clear();
-        other.chunks_.clear();
-    }
-    ContactBuffer& operator=(ContactBuffer&& other) noexcept
-    {
-        if (this != &other) {
-            this->~ContactBuffer(); // pmr containers don't take over a memory resource by assignment
-            new (this) ContactBuffer(std::move(other));
-        }
-        return *this;
-    }
-    ~ContactBuffer() { release(); }
-
-    [[nodiscard]] std::uint64_t size() const noexcept { return size_; }
-    [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
-    /// The contacts, in order; no block is empty.
-    [[nodiscard]] std::span<const std::span<const value_type>> blocks() const noexcept { return blocks_; }
-    [[nodiscard]] Iterator begin() const noexcept
-    {
-        return {blocks_.data(), blocks_.data() + blocks_.size()};
-    }
-    [[nodiscard]] Iterator end() const noexcept
-    {
-        return {blocks_.data() + blocks_.size(), blocks_.data() + blocks_.size()};
-    }
-    [[nodiscard]] std::vector<value_type> to_vector() const
-    {
-        std::vector<value_type> all;
-        all.reserve(size_);
-        for (const auto& block : blocks_)
-            all.insert(all.end(), block.begin(), block.end());
-        return all;
-    }
-
-    /// Forgets the contacts, keeps the memory.
-    void clear() noexcept
-    {
-        blocks_.clear();
-        size_ = 0;
-    }
-    /// Gives the memory back.
-    void release() noexcept
-    {
-        clear();
-        for (const Chunk& chunk : chunks_)
-            if (chunk.capacity != 0)
-                memory_->deallocate(chunk.contacts, chunk.capacity * sizeof(value_type), alignof(value_type));
-        chunks_.clear();
-    }
-
-  private:
-    friend struct narrow::ShapeAccess;
-    struct Chunk
-    {
-        value_type* contacts = nullptr;
-        std::size_t capacity = 0, size = 0;
-    };
-    std::pmr::memory_resource* memory_;
-    std::pmr::vector<std::span<const value_type>> blocks_;
-    std::pmr::vector<Chunk> chunks_; // one for each block of work
-    std::uint64_t size_ = 0;
-};
+using ContactBuffer = BlockBuffer<Contact<Dim, T>>;
 
 /// The signed distance of two objects and the points that have it.
 template <int Dim, Coordinate T>
@@ -209,20 +132,23 @@ struct ContactOptions
 
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
 ///
-/// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Pairs name objects
-/// by position, in any order, also b < a, but none with itself. With two sets, a is of the first and b of the second.
+/// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Pairs name
+/// objects by position, in any order, also b < a, but none with itself. With two sets, a is of the first and
+/// b of the second.
 ///
-/// Touching  closed shapes: depth >= 0 up to rounding. Computed in double, relative to one of the two objects.
+/// Touching  closed shapes: depth >= 0 up to rounding. Computed in double, relative to one of the two
+///           objects.
 /// Order     that of the pairs. The same bits for any number of threads, instruction set and compiler, and
-///           whichever way round a pair is given: that swaps a and b and negates the normal. (Two objects of the
-///           same shape and pose can't be told apart: their normal is the same both ways.)
+///           whichever way round a pair is given: that swaps a and b and negates the normal. (Two objects of
+///           the same shape and pose can't be told apart: their normal is the same both ways.)
 /// Threads   one call at a time per finder, or an `Error`, also out of its own callbacks.
 /// Cost      that of the pairs, however many objects there are; see docs/guide/contacts.md. Working memory is
 ///           kept; steady frames allocate nothing.
-/// Errors    `Error` for the first pair that names no object, one object twice, or one whose pose has a number that is not
-///           finite or a rotation of zero, which the error names: objects in no pair aren't looked at.
-///           size_mismatch where shapes and poses differ in number; invalid_argument for a negative or infinite
-///           margin. `std::bad_alloc`. The result is empty then; of `out` some elements may have been set.
+/// Errors    `Error` for a pair that names no object, or one object twice; for an object of a pair whose pose
+///           has numbers that are not finite, beyond 1e60 or a rotation of zero (objects in no pair aren't
+///           looked at). Of several such pairs the error names the first. size_mismatch where shapes and
+///           poses differ in number; invalid_argument for a negative or infinite margin. `std::bad_alloc`.
+///           After an error the result is empty; of `out` some elements may have been set.
 /// Source    docs/guide/contacts.md.
 template <int Dim, Coordinate T>
 class JOSTLE_API ContactFinder
@@ -243,25 +169,25 @@ class JOSTLE_API ContactFinder
     void add_test(const PairTest<Dim>& test);
 
     /// All contacts of the pairs whose shapes touch or have a gap of up to `margin`. The result lies in the
-    /// finder and is valid until its next call.
+    /// finder and is valid until its next call. The second form takes pairs between two sets of objects.
     const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, PairView pairs, T margin = 0);
     const ContactBuffer<Dim, T>& find(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
                                       const Poses& poses_b, PairView pairs, T margin = 0);
-    /// Exchanges the result of the last find() for `buffer`: `buffer` has the contacts, and the finder its memory, to
-    /// fill it the next time. Who keeps the contacts of the frame before allocates nothing. The buffer's memory resource
-    /// goes with it: it must suit the finder.
+    /// Exchanges the result of the last find() for `buffer`: `buffer` has the contacts, and the finder its
+    /// memory, to fill it the next time. A program that keeps the contacts of the last frame in this way
+    /// allocates nothing. The buffer's memory resource goes with it: it must suit the finder.
     void take(ContactBuffer<Dim, T>& buffer);
 
     /// out[i] says whether the shapes of pair i touch: 1 or 0. `out` has one element per pair.
     void touching(const Shapes& shapes, const Poses& poses, PairView pairs, std::span<std::uint8_t> out);
     void touching(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
                   PairView pairs, std::span<std::uint8_t> out);
-    /// out[i] is the distance of pair i, or, further apart than `max_distance`, one with distance infinity.
+    /// out[i] is the distance of pair i; where that is more than `max_distance` it is one of infinite length.
     void distances(const Shapes& shapes, const Poses& poses, PairView pairs, T max_distance,
                    std::span<Distance<Dim, T>> out);
     void distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
                    PairView pairs, T max_distance, std::span<Distance<Dim, T>> out);
-    /// out[i] is the first impact of pair i, or one with time infinity. See time_of_impact.
+    /// out[i] is the first impact of pair i; where there is none its time is infinite. See time_of_impact.
     void impacts(const Shapes& shapes, const Motions& motions, PairView pairs, T tolerance,
                  std::span<Impact<Dim, T>> out);
     void impacts(const Shapes& shapes_a, const Motions& motions_a, const Shapes& shapes_b,
@@ -277,40 +203,56 @@ using ContactFinder3f = ContactFinder<3, float>;
 using ContactFinder2d = ContactFinder<2, double>;
 using ContactFinder3d = ContactFinder<3, double>;
 
-/// One pair. Answers are the same bits as ContactFinder's. Custom shapes are met by their support function.
-///
-/// Errors    `Error` for an invalid pose, margin or tolerance.
+// The same for one pair at a time. Each gives the same bits as the ContactFinder's call for many; none keeps
+// anything, so that any number of threads may call them. They throw an `Error` for a pose whose numbers are
+// not finite, beyond 1e60 or a rotation of zero, which they name. Custom shapes are met by their support
+// function.
 
-/// Do the shapes share a point? If so, contacts() finds at least one (but for what a height field's rim cuts).
+/// Whether two shapes share a point.
+///
+/// If so, contacts() finds at least one contact, unless it lies beyond the rim of a height field.
+/// Cost      that of one pair; see docs/guide/contacts.md.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                                        const Pose<Dim, T>& pose_b);
 
-/// The contacts, with pair {0, 1}.
+/// All contacts of two shapes that touch or have a gap of up to `margin`, with pair {0, 1}.
+///
+/// Order     by ascending (part_a, part_b).
+/// Cost      that of one pair, and a vector.
+/// Errors    also for a margin that is negative or not finite. `std::bad_alloc`.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::vector<Contact<Dim, T>>
 contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b,
          std::type_identity_t<T> margin = 0);
 
-/// The signed distance, or nothing if it is more than `max_distance` (which may be infinite).
+/// The signed distance of two shapes and the points that have it, or nothing if it is more than
+/// `max_distance`.
 ///
-/// Of several parts the nearest counts; of shapes that overlap the deepest.
+/// Of shapes with parts it is that of the nearest two parts; where some overlap, of the two that overlap
+/// deepest.
+/// Cost      that of one pair: the smaller `max_distance`, the fewer parts are looked at. It may be infinite.
+/// Errors    also for a `max_distance` that is negative or not a number.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Distance<Dim, T>>
 distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b,
          std::type_identity_t<T> max_distance);
 
-/// The first time in [0, 1] at which the distance is at most `tolerance` (> 0, a length), or nothing. Never
-/// later than the true first touch, so no tunnelling, and at the time given the shapes are no further apart.
-/// Who passes by at more than half the tolerance may go unnoticed.
+/// The first time in [0, 1] at which the distance is at most `tolerance` (> 0, a length), or nothing.
 ///
-/// Ground   a height field counts as the solid that it is, with sides and an underside, which contacts() and
-///          distance() leave out.
-/// Numbers  the time is rounded down to T, which is up to speed * time * epsilon of the way short of it.
-/// Limit    1000 steps, each a look at what is near. Gentle motions take 3 to 15; what turns hundreds of times
-///          within reach of another edge may need more, and gets the time reached until then: an early impact,
-///          with the shapes further apart than the tolerance.
-/// Source   conservative advancement: Mirtich, Impulse-based Dynamic Simulation (1996), sec. 2.3.
+/// It is never later than the true first touch, so that nothing tunnels, and at the time given the shapes are
+/// no further apart than the tolerance. Shapes that pass each other at more than half the tolerance and don't
+/// touch may count as an impact or not.
+/// Ground    a height field counts as the solid that it is, with sides and an underside, which contacts() and
+///           distance() leave out.
+/// Numbers   the time is rounded down to T, which is up to speed * time * epsilon of the way short of it.
+/// Limit     1000 steps, each a look at what is near. Gentle motions take 3 to 15. A shape that turns
+///           hundreds of times while something is within its reach may need more: then the answer is the time
+///           reached so far, an early impact at which the shapes are further apart than the tolerance.
+/// Cost      that of one look for each step.
+/// Errors    also for a motion with numbers that are not finite, beyond 1e60, or 1e9 radians; for a
+///           half-space that turns; for a tolerance that isn't above 0.
+/// Source    conservative advancement: Mirtich, Impulse-based Dynamic Simulation (1996), sec. 2.3.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Impact<Dim, T>>
 time_of_impact(const Shape<Dim>& a, const Motion<Dim, T>& motion_a, const Shape<Dim>& b,

@@ -15,9 +15,9 @@ JOSTLE_NAMESPACE_BEGIN
 /// `run(count, task)` calls task(i) exactly once for each i in [0, count), in any order, on any threads, even
 /// one after another on the calling thread, and returns after the last has returned. Jostle's tasks share
 /// work through atomic counters, never wait for one another, never throw, and never call `run` from within a
-/// task. Results don't depend on which thread runs what: scratch memory belongs to the task's index. A run that
-/// leaves tasks out is an `Error` of the call that asked for it; one that returns before they have can't be
-/// noticed, and is undefined behaviour.
+/// task. Results don't depend on which thread runs what: scratch memory belongs to the task's index. A run
+/// that leaves tasks out is an `Error` of the call that asked for it; one that returns before they have can't
+/// be noticed, and is undefined behaviour.
 ///
 /// Threads  one executor may serve several callers at a time if its implementation allows it; those below do.
 class JOSTLE_API Executor

@@ -18,10 +18,11 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Which of the touching pairs are wanted. Everything given must agree; what is left empty doesn't filter.
+/// Says which of the touching pairs are wanted. A pair is reported if every part that is given agrees to it.
+/// A part that is left empty filters nothing.
 struct Filter
 {
-    /// The owner value of objects that belong to nobody: they pair with each other like any two objects.
+    /// The owner of objects that belong to nobody. They pair with each other like any two objects.
     static constexpr std::uint32_t no_owner = ~std::uint32_t{0};
 
     /// Bit sets, one per object: a and b pair only if category[a] & mask[b] and category[b] & mask[a] are
@@ -30,12 +31,14 @@ struct Filter
     StridedView<std::uint32_t> mask = {};
     /// Objects of one owner never pair with each other: the parts of a robot, the colliders of a body.
     StridedView<std::uint32_t> owner = {};
-    /// Asked last, for the pairs that are left, with a and b as they would be reported. It is called from
-    /// several threads at a time. What it throws ends the search and leaves the call as it is.
+    /// Called last, for the pairs that the other parts let through, with a and b as they would be reported.
+    /// It is called from several threads at a time. An exception that it throws ends the search and leaves
+    /// the call.
     FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
 };
 
-/// The same for pairs between two sets: `a` filters objects of the first set, `b` those of the second.
+/// The same for pairs between two sets. Members that end in `_a` describe objects of the first set, those
+/// that end in `_b` objects of the second.
 struct CrossFilter
 {
     StridedView<std::uint32_t> category_a = {}, mask_a = {}, owner_a = {};
@@ -45,24 +48,26 @@ struct CrossFilter
 
 enum class Order
 {
-    /// Grouped by place in space, in an order that depends on the boxes alone: not on threads, executor,
-    /// instruction set, compiler, or anything found before. The fastest.
+    /// Pairs are grouped by their place in space. The order depends on the boxes alone, and not on threads,
+    /// executor, instruction set, compiler or earlier calls. This is the fastest.
     canonical,
-    /// Ascending by (a, b). Costs a sort of the result, on all threads: about as much as the search.
+    /// Pairs ascend by (a, b). The result is sorted on all threads, which takes about as long as the search.
     sorted,
 };
 
-/// A run of pairs on its way to a sink.
+/// A piece of the result, as a PairSink gets it.
 struct PairChunk
 {
-    std::span<const Pair> pairs; ///< never empty; valid during the call only
-    /// Chunks ordered by (block, part) are the canonical order. Both depend on the boxes alone.
+    std::span<const Pair> pairs; ///< never empty; valid only during the call of the sink
+    /// The chunks in ascending order of (block, part) give the canonical order. Both numbers depend on the
+    /// boxes alone.
     std::uint64_t block;
     std::uint64_t part;
 };
 
-/// Takes pairs as they are found; returns false to stop the search. Chunks of different blocks arrive from
-/// several threads at a time and in no particular order, those of one block in ascending part.
+/// Receives pairs as they are found. It returns false to stop the search. Chunks of different blocks arrive
+/// from several threads at a time, in no particular order. The chunks of one block arrive in ascending order
+/// of `part`.
 using PairSink = FunctionRef<bool(const PairChunk&)>;
 
 /// The instruction sets Jostle has kernels for. Results are the same on all of them.
@@ -76,7 +81,8 @@ enum class InstructionSet
     wasm_simd
 };
 
-/// Those compiled in that this machine can run, the best one first; `scalar` is always there.
+/// The sets that were compiled in and that this machine can run, fastest first. `scalar` is always among
+/// them.
 [[nodiscard]] JOSTLE_API std::span<const InstructionSet> supported_instruction_sets() noexcept;
 [[nodiscard]] JOSTLE_API const char* name(InstructionSet set) noexcept;
 
@@ -84,32 +90,37 @@ struct FinderOptions
 {
     /// Null means default_executor(). It must outlive the finder.
     Executor* executor = nullptr;
-    /// Where working memory comes from. Used from several threads at a time: give a synchronised resource.
+    /// Where working memory comes from. It is used from several threads at a time and must be synchronised.
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
-    /// One of supported_instruction_sets(), or the constructor refuses it; for tests and measurements.
+    /// For tests and measurements. The constructor throws `Error` if it is not one of
+    /// supported_instruction_sets().
     InstructionSet instruction_set = supported_instruction_sets().front();
 };
 
-/// Finds all pairs of touching boxes, exactly, in every frame anew.
+/// The broad phase: finds all pairs of touching boxes, anew in each call.
 ///
-/// It keeps nothing between calls but working memory, so that a steady scene allocates nothing; the answer
-/// depends on the boxes of the call alone. There is nothing to configure: no capacity, no world bounds, no
-/// cell size. Boxes may be of any sizes in one scene, anywhere, infinite too.
+///     jostle::PairFinder finder;
+///     for (jostle::Pair pair : finder.find(boxes)) ...            // within one set
+///     for (jostle::Pair pair : finder.find(bullets, targets)) ... // between two sets
+///
+/// It keeps nothing between calls but working memory, so a steady scene allocates nothing. The answer depends
+/// on the boxes of the call alone. There is nothing to configure: no capacity, no world bounds, no cell size.
+/// One scene may mix boxes of any size, at any place, infinite ones included.
 ///
 /// Touching  closed boxes, compared in the user's own numbers: no tolerance, no missed and no invented pair.
-/// Numbers   every bit of a bound counts, denormals too: where the host flushes those to zero, that is
-///           suspended inside a call, in the callbacks as well.
-/// Cost      expected linear in boxes + pairs, for worlds of any size from about 1e-33 to the end of the
-///           range (double: from 1e-300 to 1e300); beyond, exact but up to quadratic. Every box moving costs no
-///           more than none moving. A box costs memory and time for each cell it reaches into, which for
-///           boxes much longer than their neighbours are far apart can be many: sticks across the whole
-///           world have taken 60 to 80 of 16 bytes each.
+/// Numbers   every bit of a bound counts, also in denormal numbers. If the host flushes those to zero, the
+///           finder suspends that inside a call, callbacks included.
+/// Cost      expected linear in boxes + pairs, whether boxes move or not, in worlds from about 1e-33 across
+///           to the end of the range (double: from 1e-300 to 1e300). Smaller and larger worlds are exact too,
+///           but may take quadratic time. A box costs time and 16 bytes of memory for each cell that it
+///           reaches into. A box that is much longer than the distance between its neighbours can reach into
+///           many: sticks across the whole world have taken 60 to 80 cells each.
 /// Memory    stays as large as the largest call needed, until release_memory().
-/// Threads   one call at a time per finder, or an `Error`, also out of its own callbacks; use one finder per
-///           thread, or one with an executor of many.
-/// Errors    `Error` naming the lowest bad box, `std::bad_alloc`, or what a callback threw (of several throws
-///           one, the same for any number of threads). The finder can
-///           be used afterwards; a result buffer is empty then.
+/// Threads   one call at a time per finder. A second one, also from inside a callback, is an `Error`. Use one
+///           finder per thread, or one finder with an executor of many threads.
+/// Errors    `Error` that names the lowest bad box, `std::bad_alloc`, or what a callback threw. If several
+///           callbacks throw, one of the exceptions leaves the call, the same for any number of threads. The
+///           finder can be used afterwards, and its result buffer is empty.
 /// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule in place of a set
 ///           of seen pairs: docs/guide/engine.md.
 class JOSTLE_API PairFinder
@@ -120,25 +131,27 @@ class JOSTLE_API PairFinder
     PairFinder& operator=(PairFinder&&) noexcept;
     ~PairFinder();
 
-    /// All pairs among `boxes`. The result lies in the finder and is valid until its next call.
+    /// Returns all pairs among `boxes`. The result lies in the finder and is valid until its next call.
     template <int Dim, Coordinate T>
     const PairBuffer& find(const BoxView<Dim, T>& boxes, const Filter& filter = {},
                            Order order = Order::canonical);
-    /// All pairs of one box of `a` and one of `b`, which is a View so that find(boxes, {}) means no filter.
+    /// Returns all pairs of one box of `a` and one box of `b`. Pairs within `a` or within `b` are not
+    /// reported. (`View` is the type of `b`. It is a template parameter so that find(boxes, {}) means "no
+    /// filter".)
     template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
     const PairBuffer& find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
                            Order order = Order::canonical);
 
-    /// The same without storing: memory stays bounded however many pairs there are.
-    /// Returns false if the sink stopped the search; chunks that other threads hold may still arrive after it
-    /// did. What the sink throws ends the search and is thrown on.
+    /// Hands each pair to `sink` instead of storing it, so that memory stays bounded however many pairs there
+    /// are. Returns false if the sink stopped the search. Chunks that other threads are working on may still
+    /// arrive after that. An exception that the sink throws ends the search and leaves the call.
     template <int Dim, Coordinate T>
     bool stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter = {});
     template <int Dim, Coordinate T>
     bool stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
                 const CrossFilter& filter = {});
 
-    /// The four with containers of boxes.
+    /// The same four functions for containers of boxes.
     template <BoxContainer Boxes>
     const PairBuffer& find(const Boxes& boxes, const Filter& filter = {}, Order order = Order::canonical)
     {
@@ -161,7 +174,7 @@ class JOSTLE_API PairFinder
         return stream(box_view(a), box_view(b), sink, filter);
     }
 
-    /// Like find, but the result is the caller's and the finder starts a new one.
+    /// Like find, but the caller owns the result, and the finder's next call begins a new one.
     template <int Dim, Coordinate T>
     [[nodiscard]] PairBuffer take(const BoxView<Dim, T>& boxes, const Filter& filter = {},
                                   Order order = Order::canonical);

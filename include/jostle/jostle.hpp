@@ -16,5 +16,6 @@
 #include "jostle/responses.hpp"
 #include "jostle/shapes.hpp"
 #include "jostle/stats.hpp"
+#include "jostle/vec.hpp"
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"

@@ -17,18 +17,20 @@
 /// threads, so that what is kept per block is the same on every machine (see responses.hpp). Tasks claim one
 /// block after another, in ascending order; a claim costs one atomic addition.
 ///
-/// Errors   what a callback throws ends the work and leaves the call: the exception of the lowest block that
-///          throws, whatever the number of threads. Blocks above it may or may not have run.
-/// Threads  callbacks run on several threads at a time, those of one block on one thread, one after another.
-/// Memory   none is allocated.
+/// Errors   an exception of a callback ends the work and leaves the call. If several blocks throw, it is the
+///          exception of the lowest of them, whatever the number of threads. Blocks above it may or may not
+///          have run.
+/// Threads  callbacks run on several threads at a time. Those of one block run on one thread, one after
+///          another.
+/// Memory   nothing is allocated.
 
 JOSTLE_NAMESPACE_BEGIN
 
 /// Where a callback stands.
 struct Work
 {
-    /// Names scratch memory: no two tasks that run at the same time have the same. Below WorkPlan::slots.
-    /// Results must not depend on it.
+    /// Selects scratch memory: tasks that run at the same time have different slots. Always below
+    /// WorkPlan::slots. Results must not depend on it.
     std::uint32_t slot;
     /// The piece of work, numbered from 0 in the order of the items. Results may depend on it.
     std::uint32_t block;

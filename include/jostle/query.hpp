@@ -21,67 +21,73 @@ JOSTLE_NAMESPACE_BEGIN
 
 /// The points origin + f * direction for 0 <= f <= max_fraction.
 ///
-/// Units     a fraction counts in lengths of `direction`. A fraction too great for T is infinite.
-/// Valid     origin and direction finite, 1 / component finite for some component of direction (one of 3e-39
-///           will do in float, of 6e-309 in double), max_fraction >= 0 (may be infinite).
+/// Units     fractions count in lengths of `direction`. A fraction that is too great for T is infinite.
+/// Valid     origin and direction are finite. 1 / component is finite for at least one component of the
+///           direction (3e-39 is large enough in float, 6e-309 in double). max_fraction is at least 0 and may
+///           be infinite.
 template <int Dim, Coordinate T>
 struct Ray
 {
-    T origin[detail::axes<Dim>];
-    T direction[detail::axes<Dim>];
+    Vec<Dim, T> origin;
+    Vec<Dim, T> direction;
     T max_fraction = std::numeric_limits<T>::infinity();
 };
 
 /// A box that moves from where it is by f * motion for 0 <= f <= max_fraction, without turning.
 ///
-/// Valid     the box valid and finite, motion as the direction of a ray, max_fraction >= 0. For a box that
-///           doesn't move ask for the overlaps of the box.
+/// Valid     the box is valid and finite, `motion` is as the direction of a ray, max_fraction is at least 0.
+///           For a box that doesn't move, ask what overlaps the box instead.
 template <int Dim, Coordinate T>
 struct Sweep
 {
     Aabb<Dim, T> box;
-    T motion[detail::axes<Dim>];
+    Vec<Dim, T> motion;
     T max_fraction = 1;
 };
 
-/// The points no further than `radius` from `center`, as their squares in T say: see squared_distance.
+/// The points that are no further than `radius` from `center`. Distances are compared by their squares in T:
+/// see squared_distance.
 ///
-/// Valid     center finite; radius 0, infinite, or one whose square is a normal number: 1.1e-19 to 1.8e19 in
-///           float, 1.5e-154 to 1.3e154 in double.
+/// Valid     the center is finite. The radius is 0, or infinite, or its square is a normal number: 1.1e-19 to
+///           1.8e19 in float, 1.5e-154 to 1.3e154 in double.
 template <int Dim, Coordinate T>
 struct Sphere
 {
-    T center[detail::axes<Dim>];
+    Vec<Dim, T> center;
     T radius;
 };
 
-/// The points p with dot(normal, p) + offset >= 0. The normal may have any length. Valid: all finite, normal
-/// not all zero.
+/// The points p with dot(normal, p) + offset >= 0.
+///
+/// Valid     all numbers are finite. The normal may have any length but zero.
 template <int Dim, Coordinate T>
 struct Plane
 {
-    T normal[detail::axes<Dim>];
+    Vec<Dim, T> normal;
     T offset;
 };
 
-/// What lies inside all of its planes, of any number: a camera's view, a shadow volume, a slab. No plane: all
+/// The space inside any number of planes: a camera's view, a shadow volume, a slab. Without planes it is all
 /// space.
 ///
-/// Meaning   a box counts as inside unless it lies wholly outside of one of the planes. Near the edges of the
-///           volume that lets a box pass which touches no point of it, as view culling does everywhere.
-/// Lifetime  a view: the planes must outlive it.
+/// Meaning   a box counts as inside unless it lies wholly outside one of the planes. Near the edges of the
+///           volume a box may therefore count although it touches no point of the volume. View culling
+///           usually does this.
+/// Lifetime  it refers to the planes, which must outlive it.
 template <int Dim, Coordinate T>
 struct Frustum
 {
     std::span<const Plane<Dim, T>> planes;
 };
 
-/// The `count` boxes nearest to a point and no further than `max_distance`. A box that contains the point is
-/// at distance 0. Valid: point finite, max_distance as the radius of a sphere.
+/// Asks for the `count` boxes that are nearest to a point, and no further away than `max_distance`. A box
+/// that contains the point is at distance 0.
+///
+/// Valid     the point is finite, max_distance is as the radius of a sphere.
 template <int Dim, Coordinate T>
 struct Nearest
 {
-    T point[detail::axes<Dim>];
+    Vec<Dim, T> point;
     std::uint32_t count = 1;
     T max_distance = std::numeric_limits<T>::infinity();
 };
@@ -134,7 +140,8 @@ struct Hit
 using Hitf = Hit<float>;
 using Hitd = Hit<double>;
 
-/// Which objects a question is about. Everything given must agree; what is left empty doesn't filter.
+/// Says which objects a question is about. An object counts if every part that is given agrees. A part that
+/// is left empty filters nothing.
 struct QueryFilter
 {
     /// Bit sets of the objects, by id up to the greatest that the index has held, and those of the asker: an
@@ -149,13 +156,14 @@ struct QueryFilter
     std::uint32_t asker_owner = ~std::uint32_t{0};
     /// This object doesn't count: the asker itself.
     std::uint32_t exclude = ~std::uint32_t{0};
-    /// Asked last, with the number of the question (0 for a single one) and an object that would be a result,
-    /// or that might become one: how often and in which order depends on the index. A batch calls it from
-    /// several threads at a time. What it throws ends the call.
+    /// Called last, with the number of the question (0 if there is only one) and an object that is a result,
+    /// or may become one. How often and in which order it is called depends on the index. A batch calls it
+    /// from several threads at a time. An exception that it throws ends the call.
     FunctionRef<bool(std::uint32_t question, std::uint32_t id)> accept = {};
 };
 
-/// The answers of a batch: list i belongs to question i. Refilled by the next call; keeps its memory.
+/// The answers of a batch. List i belongs to question i. The next call refills the lists and uses their
+/// memory again.
 template <class Item>
 class ResultLists
 {
@@ -229,10 +237,10 @@ template <int Dim, Coordinate T>
     return hit_fraction(sweep, target);
 }
 
-/// The squared distance from a point to a box, summed from the first axis to the last. In T: distances whose
-/// square overflows are infinite, those whose square underflows are 0; which of them is less, it doesn't tell.
+/// The squared distance from a point to a box, summed from the first axis to the last in T. A distance whose
+/// square overflows is infinite, and one whose square underflows is 0: such distances cannot be told apart.
 template <int Dim, Coordinate T>
-[[nodiscard]] constexpr T squared_distance(const T (&point)[detail::axes<Dim>],
+[[nodiscard]] constexpr T squared_distance(const std::type_identity_t<Vec<Dim, T>>& point,
                                            const Aabb<Dim, T>& box) noexcept
 {
     T sum = 0;

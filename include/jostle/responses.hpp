@@ -102,6 +102,7 @@ class JOSTLE_API ResponseStore
         std::span<List> lists; ///< of the slots that added something
         bool ascending;        ///< in every list
         bool* dirty;           ///< whether their values are other than T{}
+        bool* merged;          ///< whether they are, since start()
         std::byte* partial;    ///< scratch: a T per object
         std::uint32_t* block;  ///< scratch: a number per object
     };
@@ -148,6 +149,7 @@ class JOSTLE_API ResponseStore
     std::byte* partial_ = nullptr;
     std::uint32_t* partial_block_ = nullptr;
     bool* dirty_ = nullptr;
+    bool* merged_ = nullptr;
     std::uint32_t merging_slots_ = 0;
     std::unique_ptr<Pool> pool_;
 };
@@ -199,8 +201,8 @@ class Responses
     }
 
     /// Adds a response of `object`, while working on work.block.
-    /// Errors   invalid_argument if the object, block or slot is none of those that start() was told, or after
-    ///          merge(); std::bad_alloc. The response isn't added then.
+    /// Errors   invalid_argument if the object, block or slot is none of those that start() was told, or
+    ///          after merge(); std::bad_alloc. The response isn't added then.
     /// Cost     a few nanoseconds; writes sizeof(T) + 8 bytes (dense: sizeof(T)).
     void add(Work work, std::uint32_t object, const T& value)
     {
@@ -223,7 +225,8 @@ class Responses
 
     /// The merged responses, by object; T{} where there were none. Uses up what was added. Valid until the
     /// next start(), and the same when called again before it.
-    /// Errors   std::bad_alloc, where blocks were worked on out of order; nothing is lost, call it again.
+    /// Errors   std::bad_alloc, where blocks were worked on out of order; an executor that throws, or leaves
+    ///          tasks out. Nothing is lost: call it again. Nothing can be added any more.
     /// Cost     one pass over the responses, and over the objects that have or had one; parallel.
     std::span<const T> merge()
     {
@@ -231,8 +234,8 @@ class Responses
         return {values(), store_->objects};
     }
 
-    /// The same, and calls apply(first, values) for runs of objects from `first` on, each as soon as it is merged and still
-    /// in the cache. Runs without a response may be left out.
+    /// The same, and calls apply(first, values) for runs of objects from `first` on, each as soon as it is
+    /// merged and still in the cache. Runs without a response may be left out.
     ///
     /// Threads  `apply` is called on several threads at a time. It must not throw.
     template <class F>
@@ -275,6 +278,7 @@ class Responses
     template <class F>
     void each_bin(F&& done)
     {
+        store_->open_slots = 0; // what is merged is used up, also if this fails later on
         ProcessOptions process;
         process.executor = store_->options.executor;
         process.block_items = 1;
@@ -282,17 +286,17 @@ class Responses
             store_->bin_count,
             [&](std::uint64_t number, std::uint64_t, Work work) {
                 const Bin bin = store_->open_bin(static_cast<std::uint32_t>(number), work.slot);
-                if (!merged_) {
+                if (!*bin.merged) {
                     if (store_->rows != nullptr)
                         merge_rows(bin);
                     else
                         merge_lists(bin);
+                    *bin.merged = true;
                 }
                 done(bin);
             },
             process);
         store_->rows_clean = true;
-        store_->open_slots = 0;
         merged_ = true;
     }
 

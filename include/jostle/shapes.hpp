@@ -18,14 +18,10 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// A point or direction, one number per axis.
-template <int Dim, Coordinate T>
-using Vec = std::array<T, static_cast<std::size_t>(Dim)>;
-
 /// Where an object is: world = rotate(local) + position.
 ///
-/// Valid    positions within 1e60, finite rotations other than zero. Rotations are normalised where they are read, so one
-///          that has drifted from length 1 is no error and doesn't scale the shape.
+/// Valid    positions within 1e60, finite rotations other than zero. Rotations are normalised where they are
+///          read, so one that has drifted from length 1 is no error and doesn't scale the shape.
 template <int Dim, Coordinate T>
 struct Pose;
 
@@ -60,7 +56,12 @@ struct ShapeAccess;
 
 /// The convex hull of points: in 3D a polyhedron, in 2D a polygon.
 ///
-/// Valid    at least one point, all finite. Flat, straight and one-point hulls are valid.
+/// Valid    at least one point, coordinates within 1e60. Flat, straight and one-point hulls are valid, of any
+///          size.
+/// Exact    what is outside of what is decided exactly. Then faces that are one but for 8 roundings of the
+///          points' own type (std::numeric_limits<T>::epsilon() times the largest coordinate) are made one,
+///          sides and flat or straight hulls likewise. So no given point is outside of the hull by more than
+///          40 such roundings; and far from the origin never by more than 1/1600 of the hull's extent.
 /// Order    vertices() are those of the given points that are corners, in the order they were given;
 ///          features of contacts number them, as they number edges and faces, modulo 16384: from about 5000
 ///          corners on (three edges each) two features of a hull can have the same number.
@@ -103,12 +104,13 @@ class JOSTLE_API ConvexHull
 /// A surface that doesn't deform: triangles in 3D; in 2D a chain or any set of segments. It has no inside: an
 /// object is pushed out the shortest way.
 ///
-/// Valid    finite vertices, at least one element, indices below their count. Triangles without area are valid: they are segments
-///          or points.
+/// Valid    finite vertices, at least one element, indices below their count. Triangles without area are
+///          valid: they are segments or points.
 /// Order    part numbers in contacts are positions in `elements`.
 /// Value    copies share the same read-only memory.
 /// Cost     O(n log n) to build; 200 bytes an element.
-/// Errors   `Error` naming the lowest bad vertex, or the lowest element with an index out of range; or for none.
+/// Errors   `Error` that names the first vertex that isn't finite, or the first element with an index out of
+///          range; also where there are no elements.
 template <int Dim>
 class JOSTLE_API Mesh
 {
@@ -135,9 +137,11 @@ class JOSTLE_API Mesh
 ///          x = column * spacing_x, z = row * spacing_z. Each cell is two triangles that share the diagonal
 ///          from its corner of lowest x and z to its opposite.
 /// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface is pushed up, down to
-///          `thickness`, at least a cell's width, below the lowest height. Beside the rim and further down there
-///          is nothing: distance() finds none there. time_of_impact alone knows the sides and the underside.
-/// Contacts one for each triangle. Inner edges catch nothing that rolls over them; a ridge touches what is nearest to it.
+///          `thickness`, at least a cell's width, below the lowest height. Beside the rim and further down
+///          there is nothing: distance() finds none there. time_of_impact alone knows the sides and the
+///          underside.
+/// Contacts one for each triangle. A body that rolls over the edge between two triangles isn't caught by it;
+///          on a ridge the contact is that of the nearest triangle.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one
 ///          towards z.
 template <Coordinate T>
@@ -216,14 +220,14 @@ class JOSTLE_API CustomShape
     [[nodiscard]] virtual bool has_support() const noexcept { return true; }
 };
 
-/// One collision shape in its local frame, 56 bytes (48 in 2D): the numbers of a simple one, a pointer to a big one.
-/// Angles and rotations belong to the pose.
+/// One collision shape in its local frame, 56 bytes (48 in 2D): the numbers of a simple one, a pointer to a
+/// big one. Angles and rotations belong to the pose.
 ///
 /// Units     the same length unit as the poses.
 /// Lifetime  hulls, meshes, height fields, compounds and custom shapes are pointed to: they must outlive it.
 ///           Temporaries don't compile.
-/// Errors    an `Error` that names the number: a length that is negative, NaN or above 1e60, a normal of zero.
-///           Zero-size shapes are valid: a sphere of radius 0 is a point.
+/// Errors    an `Error` that names the number: a length that is negative, NaN or above 1e60, a normal of
+///           zero. Zero-size shapes are valid: a sphere of radius 0 is a point.
 template <int Dim>
 class JOSTLE_API Shape
 {
@@ -282,7 +286,8 @@ using Shape3 = Shape<3>;
 /// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's is
 /// infinite, but for the side of its plane where that stands across an axis.
 ///
-/// Errors   `Error` for a negative margin. The box of an invalid pose has NaN bounds, which every search reports.
+/// Errors   `Error` for a negative margin. The box of an invalid pose has NaN bounds, which every search
+///          reports.
 /// Source   Ericson, Real-Time Collision Detection (2005), sec. 4.2.6.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose,
@@ -297,11 +302,11 @@ JOSTLE_API void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>>
 /// With contiguous containers, or views, of shapes and poses, and any contiguous boxes.
 template <class Shapes, class Poses, class Boxes,
           class Box = std::remove_pointer_t<decltype(std::data(std::declval<Boxes&>()))>,
-          Coordinate T = std::remove_extent_t<decltype(Box::lo)>>
+          Coordinate T = typename decltype(Box::lo)::value_type>
 void bounds(const Shapes& shapes, const Poses& poses, Boxes&& out, std::type_identity_t<T> margin = 0,
             Executor& executor = serial_executor())
 {
-    constexpr int dim = static_cast<int>(std::extent_v<decltype(Box::lo)>);
+    constexpr int dim = static_cast<int>(decltype(Box::lo)::size());
     bounds<dim, T>(StridedView<Shape<dim>>(shapes), StridedView<Pose<dim, T>>(poses),
                    std::span<Aabb<dim, T>>(out), margin, executor);
 }

@@ -24,8 +24,8 @@
 JOSTLE_NAMESPACE_BEGIN
 
 /// Names an object of a World for as long as it lives. `index` is small and dense, good for indexing the
-/// user's own arrays; it is used again for another object after this one's removal, `generation` isn't. Ids of
-/// two worlds may be equal and are not told apart: keep ids with their world.
+/// user's own arrays; it is used again for another object after this one's removal, `generation` isn't. Ids
+/// of two worlds may be equal and are not told apart: keep ids with their world.
 struct ObjectId
 {
     std::uint32_t index = ~std::uint32_t{0};
@@ -106,8 +106,8 @@ struct WorldOptions
     double margin = 0;
     /// Asked once about each pair that would begin, and again about the pairs of an object whose filter is
     /// set; its answer holds until the pair ends. It is called inside update(), on its thread, in ascending
-    /// order of the pairs. It may queue commands and read the world, not update or restore it. What it throws ends the update and
-    /// leaves the world as it was.
+    /// order of the pairs. It may queue commands and read the world, not update or restore it. What it throws
+    /// ends the update and leaves the world as it was.
     std::function<bool(ObjectId a, ObjectId b)> accept = {};
 };
 
@@ -161,15 +161,16 @@ enum class DrawKind : std::uint8_t
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
-///           update(), restore() and join(), one at a time, or an `Error`; not inside `accept` either.
+///           update(), restore() and join(), one at a time, or an `Error`; not inside `accept` either. Nor
+///           update() and restore() inside the `accept` of a question or a function given to draw().
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
 ///           greatest `sequence` wins, and of equals a fixed choice by the values. A removal beats
 ///           everything. Which ids add() hands out does depend on who asks first: where that matters, add
 ///           from one thread at a time.
-/// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes denormal
-///           numbers to zero, bounds a denormal apart may touch.
+/// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes
+///           denormal numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` that names the object and the value, from the call that was given it: stale ids, NaN
 ///           or inverted boxes. `std::bad_alloc`. Either leaves the world as it was before the call.
 template <int Dim, Coordinate T>
@@ -179,10 +180,10 @@ class JOSTLE_API World
     using Box = Aabb<Dim, T>;
     using Boxes = BoxView<Dim, T>;
     using Options = ObjectOptions<T>;
-    using Vector = const T (&)[detail::axes<Dim>];
+    using Vector = Vec<Dim, T>;
 
     explicit World(const WorldOptions& options = {});
-    /// What was moved from can be assigned to or destroyed, nothing else.
+    /// A moved-from World may only be assigned to or destroyed.
     World(World&&) noexcept;
     World& operator=(World&&) noexcept;
     ~World();
@@ -201,12 +202,12 @@ class JOSTLE_API World
     void move(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t sequence = 0);
     /// The object's box is now this one, and during the coming step moves by `displacement`: it touches what
     /// lies on its way, until it is moved again.
-    void move(ObjectId id, const Box& box, Vector displacement, std::uint32_t sequence = 0);
+    void move(ObjectId id, const Box& box, const Vector& displacement, std::uint32_t sequence = 0);
     /// The same as move; says that the places needn't be near each other.
     void teleport(ObjectId id, const Box& box, std::uint32_t sequence = 0);
-    /// New edge lengths, the same centre: of the box as it is when the command takes effect; infinite sides
-    /// stay. So does a displacement.
-    void resize(ObjectId id, Vector size, std::uint32_t sequence = 0);
+    /// New edge lengths, the same centre: of the box as it is when the command takes effect. A side with an
+    /// infinite bound stays as it is. So does a displacement.
+    void resize(ObjectId id, const Vector& size, std::uint32_t sequence = 0);
     /// With `accept`, this has it asked again about the object's pairs, also where the filter is the same.
     void set_filter(ObjectId id, const ObjectFilter& filter, std::uint32_t sequence = 0);
     /// The object's own, which comes on top of the world's.
@@ -222,19 +223,20 @@ class JOSTLE_API World
 
     // --- The pairs, as of the last update ---
 
-    /// Those that touch now and didn't before, and those that did and don't, ascending by (a.index,
-    /// b.index). Every pair that began ends, with a reason, however it ends. Valid until the next update.
+    /// The pairs that touch now and didn't before, and the pairs that touched before and don't now. Both
+    /// lists ascend by (a.index, b.index). Every pair that began ends at some time, with a reason. Valid
+    /// until the next update.
     [[nodiscard]] std::span<const ObjectPair> began() const noexcept;
     [[nodiscard]] std::span<const EndedPair> ended() const noexcept;
-    /// Those that touched before and still do, and of which one object at least changed; ascending by (a, b),
-    /// by index, a < b. Valid until the next update.
+    /// The pairs that touched before and still do, and of which at least one object changed. They are given
+    /// by index, a < b, and ascend by (a, b). Valid until the next update.
     [[nodiscard]] const PairBuffer& persisted() const noexcept;
-    /// All that touch and of which one object at least changed: began() and persisted() as one list, ascending
-    /// by index; what `ContactFinder::find` wants. Put together by the first call after an update: a copy,
-    /// unless none began. Valid until the next update.
+    /// began() and persisted() as one list, ascending by index: all pairs that touch and of which at least
+    /// one object changed. This is the list for `ContactFinder::find`. The first call after an update copies
+    /// it together, unless no pair began. Valid until the next update.
     [[nodiscard]] const PairBuffer& changed_pairs() const;
-    /// All that touch, changed or not, ascending by (a, b), by index. Searched for in this call: costs as
-    /// much as `PairFinder` takes for all objects.
+    /// All pairs that touch, changed or not, given by index and ascending by (a, b). The call searches for
+    /// them, which costs as much as a `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;
 
     // --- Questions, about the bounds (margins and displacements included) of the objects as of the last
@@ -309,7 +311,7 @@ class JOSTLE_API World
     // --- Snapshots, of the world as of the last update ---
 
     /// What the world is: objects, ids, filters, who rests, and what `accept` refused. Not what is queued,
-    /// nor the lists of the last update. Version, checksum and layout: the source's src/world/snapshot-inl.hpp;
+    /// nor the lists of the last update. Version, checksum and layout: the source's src/world/snapshot.cpp;
     /// the same bytes on every machine. About 44 bytes and 60 ns an object.
     [[nodiscard]] std::vector<std::byte> save() const;
     /// Becomes the world that was saved, with its margin; executor, memory and `accept` stay as they are
@@ -328,7 +330,7 @@ class JOSTLE_API World
     [[nodiscard]] std::string explain() const;
     /// Calls `box` for every object and `line` for every pair of the last update's lists.
     void draw(FunctionRef<void(const Box& box, DrawKind kind)> box,
-              FunctionRef<void(Vector from, Vector to, DrawKind kind)> line = {}) const;
+              FunctionRef<void(const Vector& from, const Vector& to, DrawKind kind)> line = {}) const;
 
     struct Implementation;
 

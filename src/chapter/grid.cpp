@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "base/checks.hpp"
 #include "jostle/chapter.hpp"
-#include "validate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace chapter {
@@ -143,17 +143,6 @@ void Grid<Dim, T>::unlink(std::uint32_t object) noexcept
     --level_size_[record.place.level];
 }
 
-namespace {
-
-template <int Dim, Coordinate T>
-void check_box(const Aabb<Dim, T>& box, std::uint32_t object)
-{
-    for (int d = 0; d < Dim; ++d)
-        if (!(box.lo[d] <= box.hi[d])) throw_bad_box(box, object, "");
-}
-
-} // namespace
-
 template <int Dim, Coordinate T>
 std::uint32_t Grid<Dim, T>::add(const Aabb<Dim, T>& box)
 {
@@ -161,7 +150,7 @@ std::uint32_t Grid<Dim, T>::add(const Aabb<Dim, T>& box)
     if (!reuse && records_.size() >= none)
         throw Error(ErrorCode::too_many_objects, "the grid holds 4294967295 objects; remove some first");
     const std::uint32_t object = reuse ? first_removed_ : static_cast<std::uint32_t>(records_.size());
-    check_box(box, object);
+    check_box(box, object, "");
 
     const auto position = static_cast<std::uint32_t>(objects_.size());
     objects_.push_back(object); // Alg. 6, line 14
@@ -199,7 +188,7 @@ template <int Dim, Coordinate T>
 void Grid<Dim, T>::move(std::uint32_t object, const Aabb<Dim, T>& box)
 {
     check_known(object);
-    check_box(box, object);
+    check_box(box, object, "");
     Object& record = records_[object];
     const Place place = place_of(box);
     record.box = box;

@@ -4,8 +4,8 @@
 #include <exception>
 #include <mutex>
 
+#include "base/run_tasks.hpp"
 #include "jostle/chapter.hpp"
-#include "run_tasks.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace chapter {

@@ -6,15 +6,20 @@
 #include <memory_resource>
 #include <vector>
 
-#include "engine/buffer.hpp"
+#include "base/buffer.hpp"
+#include "base/prefetch.hpp"
 #include "engine/record.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
 /// Records on their way into bricks: a list of chunks per brick, filled in the order of appending. No
-/// counting pass and no capacity: chunks are cut one after the other from big blocks of memory, which are
-/// kept for the next frame.
+/// counting pass and no capacity: chunks are cut one after the other from slabs of memory, which are kept
+/// for the next frame.
+///
+///     free_     one pointer per brick, to where its next record goes
+///     slabs_    |chunk|chunk|chunk|chunk|...    in the order in which bricks asked for them
+///     order_    the same chunks brick by brick, made by close()
 class BrickStore
 {
   public:
@@ -27,7 +32,7 @@ class BrickStore
     static_assert(sizeof(Chunk) == 512);
 
     explicit BrickStore(std::pmr::memory_resource* memory)
-        : blocks_(memory), free_(memory), brick_of_(memory), first_(memory), order_(memory), memory_(memory)
+        : slabs_(memory), free_(memory), brick_of_(memory), first_(memory), order_(memory), memory_(memory)
     {
     }
 
@@ -39,7 +44,7 @@ class BrickStore
         next_ = nullptr;
     }
 
-    void prefetch(std::uint32_t brick) const { __builtin_prefetch(free_.data()[brick], 1); }
+    void prefetch(std::uint32_t brick) const { prefetch_to_write(free_.data()[brick]); }
 
     void append(std::uint32_t brick, const Record& record)
     {
@@ -64,14 +69,14 @@ class BrickStore
         }
         Chunk** order = order_.reserve(chunks_ + 1);
         for (std::uint32_t c = chunks_; c-- > 0;)
-            order[--first[brick_of_[c]]] = blocks_[c / chunks_per_block].data() + c % chunks_per_block;
+            order[--first[brick_of_[c]]] = slabs_[c / chunks_per_slab].data() + c % chunks_per_slab;
     }
 
     /// Takes as much memory as `other` has, so that it could hold the same.
     void match(const BrickStore& other)
     {
-        while (blocks_.size() < other.blocks_.size())
-            add_block();
+        while (slabs_.size() < other.slabs_.size())
+            add_slab();
         free_.reserve_exactly(other.free_.capacity());
         brick_of_.reserve_exactly(other.brick_of_.capacity());
         first_.reserve_exactly(other.first_.capacity());
@@ -96,39 +101,39 @@ class BrickStore
     }
     [[nodiscard]] std::size_t bytes() const noexcept
     {
-        return blocks_.size() * sizeof(Chunk) * chunks_per_block + free_.bytes() + brick_of_.bytes() +
+        return slabs_.size() * sizeof(Chunk) * chunks_per_slab + free_.bytes() + brick_of_.bytes() +
                first_.bytes() + order_.bytes();
     }
 
   private:
-    static constexpr std::uint32_t chunks_per_block = 512;
+    static constexpr std::uint32_t chunks_per_slab = 512;
 
     Record* open_chunk(std::uint32_t brick)
     {
-        if (chunks_ == room_) open_block();
+        if (chunks_ == room_) open_slab();
         brick_of_[chunks_++] = brick;
         Chunk* chunk = next_++;
         // It is filled little by little between writes to thousands of others: have its lines on their way.
-        for (std::size_t offset = 0; offset < sizeof(Chunk); offset += 64)
-            __builtin_prefetch(reinterpret_cast<char*>(chunk) + offset, 1);
+        for (std::size_t offset = 0; offset < sizeof(Chunk); offset += cache_line)
+            prefetch_to_write(reinterpret_cast<char*>(chunk) + offset);
         return chunk->record;
     }
-    void add_block()
+    void add_slab()
     {
         Buffer<Chunk> memory(memory_);
-        memory.reserve_exactly(chunks_per_block);
-        blocks_.push_back(std::move(memory));
+        memory.reserve_exactly(chunks_per_slab);
+        slabs_.push_back(std::move(memory));
     }
-    void open_block()
+    void open_slab()
     {
-        const std::size_t block = chunks_ / chunks_per_block;
-        if (block == blocks_.size()) add_block();
-        brick_of_.grow(chunks_ + chunks_per_block, chunks_);
-        next_ = blocks_[block].data();
-        room_ = chunks_ + chunks_per_block;
+        const std::size_t slab = chunks_ / chunks_per_slab;
+        if (slab == slabs_.size()) add_slab();
+        brick_of_.grow(chunks_ + chunks_per_slab, chunks_);
+        next_ = slabs_[slab].data();
+        room_ = chunks_ + chunks_per_slab;
     }
 
-    std::pmr::vector<Buffer<Chunk>> blocks_;
+    std::pmr::vector<Buffer<Chunk>> slabs_;
     Buffer<Record*> free_;           // per brick; on a multiple of the chunk's size when there is no room
     Buffer<std::uint32_t> brick_of_; // of each chunk
     Buffer<std::uint32_t> first_;    // per brick, in `order_`

@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <atomic>
 #include <cstdint>
-#include <deque>
-#include <exception>
 #include <memory>
 #include <memory_resource>
+#include <mutex>
+#include <span>
 #include <vector>
 
-#include "engine/brick_store.hpp"
-#include "engine/buffer.hpp"
-#include "engine/kernels/kernels.hpp"
 #include "engine/record.hpp"
-#include "engine/tuner.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/stats.hpp"
@@ -21,10 +16,15 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// Takes a run of pairs, moves those that are wanted to its front and returns their end.
+class BrickStore;
+struct Job;
+class JobPool;
+struct Slot;
+
+/// Takes a segment of pairs, moves those that are wanted to its front and returns their end.
 using PairSelection = FunctionRef<Pair*(Pair* first, Pair* last)>;
 
-/// What a run is to do with what it finds.
+/// What a search is to do with what it finds.
 struct Request
 {
     PairSelection select;          // null: every pair is wanted
@@ -35,10 +35,28 @@ struct Request
     std::uint32_t offset_b = 0;
 };
 
-/// Thrown when a box is NaN or inverted; those of the second set count on after those of the first.
+/// Thrown when a box is NaN or inverted. Which one is the lowest is left to the caller, who knows all slices.
 struct BadBox
 {
-    std::uint64_t index;
+};
+
+/// Pairs in a chunk, the memory that a task writes to at a time.
+inline constexpr std::size_t chunk_pairs = std::size_t{1} << 15;
+
+/// Hands out the result's memory to the tasks, chunk by chunk.
+class ResultChunks
+{
+  public:
+    void begin_call() noexcept { used_ = 0; }
+    /// From any thread.
+    std::span<Pair> next(PairBuffer& result);
+    /// After a search by so many tasks. How many chunks the same pairs fill varies by one per task with the
+    /// threads' luck. Some to spare, and twice that when they run short, keep steady frames from allocating.
+    void keep_spare(PairBuffer& result, std::uint32_t tasks);
+
+  private:
+    std::mutex mutex_;
+    std::uint32_t used_ = 0;
 };
 
 /// A grid of bricks over the boxes of one call, swept brick by brick. Keeps its working memory from call to
@@ -51,38 +69,39 @@ class Engine
 
     /// Finds the pairs of `boxes` (at most 2^27 in each set). Returns false if the sink stopped it.
     template <int Dim, class T>
-    bool run(const Boxes<Dim, T>& boxes, const Request& request);
+    bool search(const Boxes<Dim, T>& boxes, const Request& request);
 
-    /// A call may take several runs: `stats` are summed up, blocks counted and chunks of the result used
+    /// A call may take several searches: `stats` are summed up, blocks counted and chunks of the result used
     /// since this.
     void begin_call() noexcept;
     Stats stats;
-    std::uint64_t next_block = 0; // the number after the last block of the last run
+    std::uint64_t next_block = 0; // the number after the last block of the last search
 
     [[nodiscard]] Executor& executor() const noexcept { return *executor_; }
     [[nodiscard]] std::uint64_t bytes() const noexcept;
     void release();
 
   private:
-    struct Slot;
-    struct Job;
     template <int Dim, class T>
-    class Run;
+    class Search;
 
-    void use_slots(std::uint32_t count);
-
-    FinderOptions options_;
-    Executor* executor_;
-    std::vector<std::unique_ptr<Slot>> slots_;
     /// Which slot wrote a block of the result, and which of its segments.
     struct Block
     {
         std::uint32_t slot, first, last;
     };
+
+    void use_slots(std::uint32_t count);
+
+    FinderOptions options_;
+    Executor* executor_;
+    // Working memory, kept from call to call.
+    std::vector<std::unique_ptr<Slot>> slots_;
+    std::unique_ptr<JobPool> job_pool_;
     std::pmr::vector<Block> blocks_;
-    std::pmr::vector<Job*> jobs_;
-    std::vector<std::unique_ptr<Job>> job_pool_;
-    std::uint32_t chunks_used_ = 0; // of the result's memory
+    std::pmr::vector<Job*> jobs_;                // of the round under way
+    std::pmr::vector<const BrickStore*> stores_; // the slots'
+    ResultChunks chunks_;
 };
 
 } // namespace engine

@@ -3,38 +3,50 @@
 
 #include <cstdint>
 
+#include "base/prefetch.hpp"
 #include "jostle/box.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-// Quantised bounds. A brick's edge has 2^14 quanta, so that sums and differences of two bounds fit 16 signed
-// bits.
+// A box as a brick stores it, bit by bit. Bounds are quantised: whole numbers of quanta from the brick's
+// start.
+//
+//                31             16 15              0
+//     axis[0]   |    -(lo + 1)    |     hi + 1      |   the sweep axis
+//     axis[1]   |        "        |        "        |   the grid's second axis
+//     axis[2]   |        "        |        "        |   its third; 0 in two dimensions
+//                31  30  29 28 27  26              0
+//     object    | b | a |2  1  0 |      index       |   flags: b and a, the set that it belongs to;
+//                                                       2, 1 and 0: a copy on that axis of the user's
+//
+// - lo is 0 to 2^14 - 1. Of a copy, a record of a box that began in a lower brick, the high half is 0: it
+//   begins before everything here.
+// - hi is 0 to 2^14; 2^14 says that the box goes on behind the brick.
+// - hi_a + 1 - (lo_b + 1) is negative where a ends before b begins, zero where both lie in one quantum, so
+//   that only the user's numbers can tell (a *tie*), and positive where a certainly reaches b. Two halves of
+//   two words give it with one addition.
+// - Two records make a pair in a brick only if they share no flag. Of all bricks that two boxes share exactly
+//   one, the one with the greater lower bound on each axis, sees no axis on which both are copies: it owns
+//   the pair. Where pairs between two sets are sought, flags a and b keep those within a set apart; within
+//   one set neither is used.
+
+/// A brick's edge has 2^14 quanta, so that sums and differences of two bounds fit 16 signed bits.
 inline constexpr int quanta_bits = 14;
 inline constexpr std::int32_t quanta = 1 << quanta_bits;
 
-// The object word of a record: index | flags. Two records pair in a brick only if they share no flag.
-// - copy flags: on that axis of the user's the box began in a lower brick. Of all bricks two boxes share,
-//   exactly one, the one that holds the greater lower bound on every axis, sees no axis on which both are
-//   copies: it owns the pair.
-// - side flags: the set the object belongs to where pairs between two sets are sought; none within one set.
 inline constexpr int index_bits = 27;
 inline constexpr std::uint32_t index_mask = (1u << index_bits) - 1;
-inline constexpr std::uint32_t copy_flag(int axis)
+inline constexpr std::uint32_t copy_flag(int axis) // of the user's
 {
     return 1u << (index_bits + axis);
 }
-inline constexpr std::uint32_t copy_flags = copy_flag(0) | copy_flag(1) | copy_flag(2);
 inline constexpr std::uint32_t side_a = 1u << 30;
 inline constexpr std::uint32_t side_b = 1u << 31;
 /// What tells objects apart: in this order every object of the first set is less than every one of the
 /// second.
 inline constexpr std::uint32_t object_mask = index_mask | side_a | side_b;
 
-/// A box as a brick stores it. Each word holds one axis, the sweep axis first: in the low half hi + 1, cut at
-/// the brick's end (2^14 + 1), in the high half -(lo + 1), or 0 for a box that began in a lower brick; both
-/// in quanta from the brick's start. Then hi_a + (-lo_b) is negative when a ends before b begins, zero when
-/// both lie in one quantum and only the user's numbers can tell (a tie), positive when a certainly reaches b.
 struct alignas(16) Record
 {
     std::uint32_t axis[3];
@@ -87,8 +99,8 @@ struct Boxes
     void prefetch(std::uint32_t object) const noexcept
     {
         const BoxView<Dim, T>& set = object & side_b ? b : a;
-        __builtin_prefetch(set.lo_pointer(0, object & index_mask));
-        __builtin_prefetch(set.hi_pointer(Dim - 1, object & index_mask));
+        jostle::prefetch(set.lo_pointer(0, object & index_mask));
+        jostle::prefetch(set.hi_pointer(Dim - 1, object & index_mask));
     }
 };
 

@@ -12,11 +12,13 @@ namespace {
 
 // The cost model, in nanoseconds on the machine it was fitted on; only the ratios matter.
 constexpr double ns_per_record = 7.5;  // storing, sorting and arranging one record
-constexpr double ns_per_block = 3.0;   // testing 16 candidates against one row
+constexpr double ns_per_step = 3.0;    // testing 16 candidates against one row
 constexpr double ns_per_brick = 150.0; // claiming a brick, clearing and summing its buckets
 constexpr double brick_records = 800;  // records that, sorted and arranged, still fit the L1 cache
-constexpr std::int32_t most_cells_per_axis = 1 << 16;   // cells * 2^14 stays below 2^31
-constexpr std::int64_t most_bricks_per_box_inverse = 8; // at least that many boxes per brick
+constexpr double most_cells_x = 4096;  // along the sweep axis
+constexpr std::int32_t most_cells_per_axis = 1 << 16; // cells * 2^14 stays below 2^31
+constexpr double least_boxes_per_brick = 8;           // bounds the memory for bricks by that for boxes
+constexpr double finer = 1.19;                        // each edge that is tried is this much shorter
 
 struct Bounds
 {
@@ -77,7 +79,15 @@ Bounds bounds_of(Sample& sample, int axis)
 struct ExtentClass
 {
     double count = 0, x = 0, y = 0, z = 0, yz = 0;
-    double mean_x = 0;
+
+    void operator+=(const ExtentClass& other)
+    {
+        count += other.count;
+        x += other.x;
+        y += other.y;
+        z += other.z;
+        yz += other.yz;
+    }
 };
 
 /// How often 1 can be halved before it is no greater than the number from 0 to 1, at most 23 times.
@@ -88,20 +98,68 @@ int halvings(double number)
     return std::clamp(1022 - static_cast<int>(bits >> 52), 0, 23);
 }
 
-} // namespace
-
-double sweep_cost(double blocks) noexcept
+/// What a sample tells about its boxes, on the grid's axes: the sweep axis first. Lengths are shares of the
+/// size on their axis, for products of lengths near the largest or smallest numbers leave the range of
+/// double.
+struct Crowding
 {
-    return ns_per_record + ns_per_block * blocks;
-}
+    int axis[3] = {0, 1, 2}; // the user's
+    Bounds bounds[3] = {};   // of most boxes
+    double size[3] = {0, 0, 0};
+    double samples = 1;
+    double density = 0; // boxes around an average box, if as many were all over the place
+    ExtentClass total;
+    ExtentClass classes[24]; // by halvings of the extent on the sweep axis; those that are empty are left out
+    int class_count = 0;
+};
 
-template <int Dim, class T>
-TunedGrid<T> tune(Sample& sample, std::size_t boxes)
+/// A histogram of where boxes are, coarse enough for some to share a bin: pairs in one bin tell how dense it
+/// is where boxes are.
+template <int Dim>
+class Histogram
 {
-    TunedGrid<T> tuned;
-    Grid<T>& grid = tuned.grid;
-    const double n = static_cast<double>(boxes);
-    Bounds bounds[3] = {};
+  public:
+    Histogram(const double (&size)[3], std::size_t samples)
+    {
+        int bins = 1;
+        while (bins < most && power(bins + 1) * 4 <= static_cast<int>(samples))
+            ++bins;
+        for (int p = 0; p < Dim; ++p)
+            if (size[p] > 0) {
+                bins_[p] = bins;
+                volume_ /= bins;
+            }
+        std::fill_n(count_, bins_[0] * bins_[1] * bins_[2], std::uint16_t{0});
+    }
+    /// Place of a box on each axis, 0 to 1, or beyond for boxes outside.
+    void add(const double (&place)[3])
+    {
+        int bin = 0;
+        for (int p = Dim - 1; p >= 0; --p) {
+            if (bins_[p] == 1) continue;
+            const double here = place[p] * bins_[p];
+            bin = bin * bins_[p] +
+                  (here > 0 ? std::min(static_cast<int>(std::min(here, 1e6)), bins_[p] - 1) : 0);
+        }
+        pairs_ += 2.0 * count_[bin]++;
+    }
+    [[nodiscard]] double pairs() const { return pairs_; }
+    [[nodiscard]] double volume_of_bin() const { return volume_; }
+
+  private:
+    static constexpr int most = 16; // bins on an axis
+    static constexpr int power(int bins) { return Dim == 3 ? bins * bins * bins : bins * bins; }
+    int bins_[3] = {1, 1, 1};
+    double volume_ = 1;
+    double pairs_ = 0;
+    std::uint16_t count_[most * most * most];
+};
+
+template <int Dim>
+Crowding crowding_of(Sample& sample, double boxes)
+{
+    Crowding crowding;
+    Bounds bounds[3] = {}; // on the user's axes
     if (sample.size != 0)
         for (int d = 0; d < Dim; ++d)
             bounds[d] = bounds_of(sample, d);
@@ -110,131 +168,138 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
     int longest = 0;
     for (int d = 1; d < Dim; ++d)
         if (bounds[d].size() > bounds[longest].size()) longest = d;
-    for (int p = 0; p < Dim; ++p)
-        grid.axis[p] = (longest + p) % Dim;
-    if constexpr (Dim == 2) grid.axis[2] = 2;
-
-    double size[3] = {0, 0, 0};
-    for (int p = 0; p < Dim; ++p)
-        size[p] = bounds[grid.axis[p]].size();
-    const std::size_t m = sample.size;
-
-    // The density that a box sees around it: pairs of sampled boxes in one bin of a coarse histogram. From
-    // here on lengths are shares of the grid's size on their axis, for products of lengths near the largest
-    // or smallest numbers leave the range of double.
-    double volume = 1;
-    int bins_of[3] = {1, 1, 1};
-    int bins_per_axis = 1;
-    const auto enough = [&](int bins) {
-        return (Dim == 3 ? bins * bins * bins : bins * bins) * 4 <= static_cast<int>(m);
-    };
-    while (bins_per_axis < 16 && enough(bins_per_axis + 1))
-        ++bins_per_axis;
     for (int p = 0; p < Dim; ++p) {
-        if (size[p] > 0) {
-            bins_of[p] = bins_per_axis;
-            volume /= bins_per_axis;
-        }
+        crowding.axis[p] = (longest + p) % Dim;
+        crowding.bounds[p] = bounds[crowding.axis[p]];
+        crowding.size[p] = crowding.bounds[p].size();
     }
-    std::uint16_t histogram[16 * 16 * 16];
-    std::fill_n(histogram, bins_of[0] * bins_of[1] * bins_of[2], std::uint16_t{0});
-    double pairs_in_bins = 0;
-    ExtentClass classes[24];
-    for (std::size_t k = 0; k < m; ++k) {
-        int bin = 0;
-        double extent[3] = {0, 0, 0};
-        for (int p = Dim - 1; p >= 0; --p) {
-            const int a = grid.axis[p];
-            const double lo = std::max(sample.lo[a][k], bounds[a].lo),
-                         hi = std::min(sample.hi[a][k], bounds[a].hi);
-            if (size[p] > 0) extent[p] = std::max(0.0, hi - lo) / size[p];
-            if (bins_of[p] == 1) continue;
-            const double place = (0.5 * lo + 0.5 * hi - bounds[a].lo) / size[p] * bins_of[p];
-            bin = bin * bins_of[p] +
-                  (place > 0 ? std::min(static_cast<int>(std::min(place, 1e6)), bins_of[p] - 1) : 0);
-        }
-        pairs_in_bins += 2.0 * histogram[bin]++;
-        const int e = size[0] > 0 ? halvings(extent[0]) : 0;
-        ExtentClass& c = classes[e];
-        c.count += 1;
-        c.x += extent[0];
-        c.y += extent[1];
-        c.z += extent[2];
-        c.yz += extent[1] * extent[2];
-    }
-    int class_count = 0;
-    ExtentClass total;
-    for (const ExtentClass& c : classes) {
-        if (c.count == 0) continue;
-        total.count += c.count;
-        total.x += c.x;
-        total.y += c.y;
-        total.z += c.z;
-        total.yz += c.yz;
-        classes[class_count] = c;
-        classes[class_count++].mean_x = c.x / c.count;
-    }
-    const double samples = std::max<double>(1, static_cast<double>(m));
-    const double density = volume > 0 ? pairs_in_bins / samples / volume * (n / samples) : 0;
 
-    // What a grid of cy x cz columns costs per box.
-    const auto evaluate = [&](std::int32_t cy, std::int32_t cz, std::int32_t& cx) {
-        const double along_y = size[1] > 0 ? cy : 0, along_z = size[2] > 0 ? cz : 0;
-        const double section = 1 / (std::max(1.0, along_y) * std::max(1.0, along_z));
-        const auto copies = [&](const ExtentClass& c) {
-            return c.count + c.y * along_y + c.z * along_z + c.yz * (along_y * along_z);
-        };
-        const double records = copies(total) / samples;
-        double blocks = 0;
-        for (int k = 0; k < class_count; ++k) {
-            const ExtentClass& c = classes[k];
-            const double window = c.mean_x * density * section * records / 16 + 0.5;
-            blocks += copies(c) * std::max(1.0, window);
+    const auto& size = crowding.size;
+    Histogram<Dim> histogram(size, sample.size);
+    ExtentClass classes[std::size(crowding.classes)];
+    for (std::size_t k = 0; k < sample.size; ++k) {
+        double extent[3] = {0, 0, 0}, place[3] = {0, 0, 0};
+        for (int p = 0; p < Dim; ++p) {
+            if (!(size[p] > 0)) continue;
+            const auto [least, greatest] = crowding.bounds[p];
+            const double lo = std::max(sample.lo[crowding.axis[p]][k], least),
+                         hi = std::min(sample.hi[crowding.axis[p]][k], greatest);
+            extent[p] = std::max(0.0, hi - lo) / size[p];
+            place[p] = (0.5 * lo + 0.5 * hi - least) / size[p];
         }
-        blocks /= samples;
-        const double columns = static_cast<double>(cy) * cz;
-        cx = static_cast<std::int32_t>(
-            std::clamp(std::floor(n * records / columns / brick_records) + 1, 1.0, 4096.0));
-        if (!(size[0] > 0)) cx = 1;
-        const double crossing = cx > 1 ? total.x / samples * cx : 0;
-        return (ns_per_record * records + ns_per_block * blocks) * (1 + crossing) +
-               ns_per_brick * columns * cx / n;
+        histogram.add(place);
+        classes[size[0] > 0 ? halvings(extent[0]) : 0] +=
+            {1, extent[0], extent[1], extent[2], extent[1] * extent[2]};
+    }
+    for (const ExtentClass& each : classes) {
+        if (each.count == 0) continue;
+        crowding.total += each;
+        crowding.classes[crowding.class_count++] = each;
+    }
+    crowding.samples = std::max<double>(1, static_cast<double>(sample.size));
+    if (histogram.volume_of_bin() > 0)
+        crowding.density =
+            histogram.pairs() / crowding.samples / histogram.volume_of_bin() * (boxes / crowding.samples);
+    return crowding;
+}
+
+/// What a grid is expected to cost per box.
+struct Cost
+{
+    double ns;
+    std::int32_t cells_x; // the bricks along the sweep axis with which it costs that
+};
+
+/// The cost model, for a grid that cuts the second axis into cy parts and the third into cz:
+///
+///     records = 1 + crossings                  a box is copied into each brick it reaches
+///     steps   = candidates / 16 + 1/2          a window has the boxes that begin within the extent
+///                                              at the density of the place and in the section of a brick
+///     ns      = 7.5 records + 3 steps + 150 bricks / boxes
+///
+/// Steps are worked out for each class of extents alone, and are at least one: mean extents would hide that a
+/// few large boxes have most of the candidates.
+Cost cost_of(const Crowding& crowding, double boxes, std::int32_t cy, std::int32_t cz)
+{
+    const double along_y = crowding.size[1] > 0 ? cy : 0, along_z = crowding.size[2] > 0 ? cz : 0;
+    const double section = 1 / (std::max(1.0, along_y) * std::max(1.0, along_z));
+    const auto copies = [&](const ExtentClass& c) {
+        return c.count + c.y * along_y + c.z * along_z + c.yz * (along_y * along_z);
     };
+    const double records = copies(crowding.total) / crowding.samples;
+    double steps = 0;
+    for (int k = 0; k < crowding.class_count; ++k) {
+        const ExtentClass& c = crowding.classes[k];
+        const double window = c.x / c.count * crowding.density * section * records / 16 + 0.5;
+        steps += copies(c) * std::max(1.0, window);
+    }
+    steps /= crowding.samples;
+    const double columns = static_cast<double>(cy) * cz;
+    std::int32_t cx = 1;
+    if (crowding.size[0] > 0)
+        cx = static_cast<std::int32_t>(
+            std::clamp(std::floor(boxes * records / columns / brick_records) + 1, 1.0, most_cells_x));
+    const double crossing = cx > 1 ? crowding.total.x / crowding.samples * cx : 0;
+    return {(ns_per_record * records + ns_per_step * steps) * (1 + crossing) +
+                ns_per_brick * columns * cx / boxes,
+            cx};
+}
 
-    std::int32_t best_cx = 1;
-    tuned.cost = evaluate(1, 1, best_cx);
-    grid.cells[0] = best_cx;
-    const double area = std::max(size[1], size[2]);
-    const double most_bricks = std::max(1.0, n / static_cast<double>(most_bricks_per_box_inverse));
-    // Bricks as a share of the longer side, down to where no axis can be cut finer.
-    for (double share = 1 / 1.19; area > 0 && share > 0.5 / most_cells_per_axis; share /= 1.19) {
+/// Tries ever smaller bricks, with edges of equal length on the second and third axis as far as whole numbers
+/// allow, and sets `cells` to those that cost least. Returns what they cost.
+double search_cells(const Crowding& crowding, double boxes, std::int32_t (&cells)[3])
+{
+    Cost best = cost_of(crowding, boxes, 1, 1);
+    cells[0] = best.cells_x;
+    const double longer = std::max(crowding.size[1], crowding.size[2]);
+    const double most_bricks = std::max(1.0, boxes / least_boxes_per_brick);
+    // An edge as a share of the longer side, down to where no axis can be cut finer.
+    for (double share = 1 / finer; longer > 0 && share > 0.5 / most_cells_per_axis; share /= finer) {
         const auto cells_of = [&](double length) {
-            return static_cast<std::int32_t>(std::clamp(std::floor(length / area / share + 0.5), 1.0,
+            return static_cast<std::int32_t>(std::clamp(std::floor(length / longer / share + 0.5), 1.0,
                                                         static_cast<double>(most_cells_per_axis)));
         };
-        const std::int32_t cy = cells_of(size[1]), cz = cells_of(size[2]);
-        if (static_cast<double>(cy) * cz > most_bricks) break;
-        std::int32_t cx = 1;
-        const double cost = evaluate(cy, cz, cx);
-        if (cost < tuned.cost && static_cast<double>(cy) * cz * cx <= std::max(most_bricks, 1.0)) {
-            tuned.cost = cost;
-            grid.cells[0] = cx;
-            grid.cells[1] = cy;
-            grid.cells[2] = cz;
-        } else if (cost > 2 * tuned.cost) {
+        const std::int32_t cy = cells_of(crowding.size[1]), cz = cells_of(crowding.size[2]);
+        const double columns = static_cast<double>(cy) * cz;
+        if (columns > most_bricks) break;
+        const Cost cost = cost_of(crowding, boxes, cy, cz);
+        if (cost.ns < best.ns && columns * cost.cells_x <= most_bricks) {
+            best = cost;
+            cells[0] = cost.cells_x;
+            cells[1] = cy;
+            cells[2] = cz;
+        } else if (cost.ns > 2 * best.ns) {
             break; // ever smaller bricks only cost more from here on
         }
     }
+    return best.ns;
+}
 
+} // namespace
+
+double sweep_cost(double steps) noexcept
+{
+    return ns_per_record + ns_per_step * steps;
+}
+
+template <int Dim, class T>
+TunedGrid<T> tune(Sample& sample, std::size_t boxes)
+{
+    const double n = static_cast<double>(boxes);
+    const Crowding crowding = crowding_of<Dim>(sample, n);
+    TunedGrid<T> tuned;
+    Grid<T>& grid = tuned.grid;
+    tuned.cost = search_cells(crowding, n, grid.cells);
     for (int p = 0; p < 3; ++p) {
         const double cells = static_cast<double>(grid.cells[p]) * quanta;
         grid.last[p] = std::nextafter(static_cast<T>(cells), T(0));
         if (p >= Dim) continue;
-        grid.origin[p] = static_cast<T>(bounds[grid.axis[p]].lo);
-        grid.flat[p] = !(size[p] > 0);
+        grid.axis[p] = crowding.axis[p];
+        grid.origin[p] = static_cast<T>(crowding.bounds[p].lo);
+        grid.flat[p] = !(crowding.size[p] > 0);
         if (grid.flat[p]) continue;
         // Any finite positive scale is right; a normal one keeps the products exact enough to be useful.
-        const double scale = cells / size[p];
+        const double scale = cells / crowding.size[p];
         grid.scale[p] = static_cast<T>(std::clamp(scale, static_cast<double>(std::numeric_limits<T>::min()),
                                                   static_cast<double>(std::numeric_limits<T>::max()) / 4));
     }

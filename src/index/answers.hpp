@@ -136,7 +136,7 @@ class Answers
         out.resize(before + best.wanted);
         best.heap = out.data() + before;
         for (int k = 0; k < count_; ++k)
-            kernels_.nearest(roots_[k], question.point, wanted, best);
+            kernels_.nearest(roots_[k], question.point.data(), wanted, best);
         std::sort_heap(best.heap, best.heap + best.size);
         out.resize(before + best.size);
     }

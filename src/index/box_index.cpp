@@ -9,6 +9,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/checks.hpp"
+#include "base/radix.hpp"
 #include "index/answers.hpp"
 #include "index/box_index_access.hpp"
 #include "index/check.hpp"
@@ -16,7 +18,6 @@
 #include "index/kernels/kernels.hpp"
 #include "index/tree.hpp"
 #include "jostle/process.hpp"
-#include "validate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -28,24 +29,10 @@ void index::sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, st
     constexpr std::size_t many = 512; // for fewer, that many counters don't pay
     const int at_once = count < many ? 8 : most_at_once;
     const int passes = (digits + at_once - 1) / at_once, step = (digits + passes - 1) / passes;
-    const std::uint32_t mask = (1u << step) - 1;
-    std::uint32_t place[most_passes][1 << most_at_once];
-    for (int pass = 0; pass < passes; ++pass)
-        std::fill_n(place[pass], mask + 1, 0u);
-    for (std::size_t k = 0; k < count; ++k)
-        for (int pass = 0; pass < passes; ++pass)
-            ++place[pass][(ids[k] >> (pass * step)) & mask];
-    std::uint32_t* from = ids;
-    std::uint32_t* to = spare;
-    for (int pass = 0; pass < passes; ++pass) {
-        std::uint32_t sum = 0;
-        for (std::uint32_t digit = 0; digit <= mask; ++digit)
-            sum += std::exchange(place[pass][digit], sum);
-        for (std::size_t k = 0; k < count; ++k)
-            to[place[pass][(from[k] >> (pass * step)) & mask]++] = from[k];
-        std::swap(from, to);
-    }
-    if (from != ids) std::copy_n(from, count, ids);
+    const std::uint32_t* const sorted = radix_sort<most_at_once, most_passes>(
+        ids, spare, static_cast<std::uint32_t>(count), [](std::uint32_t id) { return id; },
+        ~std::uint32_t{0} >> (32 - digits), step);
+    if (sorted != ids) std::copy_n(sorted, count, ids);
 }
 
 namespace {
@@ -102,6 +89,17 @@ struct BoxIndex<Dim, T>::Implementation
           tree(given),
           joins(given)
     {
+    }
+
+    /// Everything that one question is about, in order.
+    template <class Question, class Item>
+    bool all(const Question& question, std::vector<Item>& out, const QueryFilter& filter,
+             std::uint64_t max_results) const
+    {
+        out.clear();
+        check(question, filter);
+        return filtered(filter, 0,
+                        [&](Wanted wanted) { return answers().all(question, wanted, max_results, out); });
     }
 
     /// Throws unless the ids belong to the boxes, none twice, and are all known or all unknown.
@@ -334,7 +332,7 @@ void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>
     implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, out);
 }
 
-/// ---- Single questions ----------------------------------------------------------------------------------
+// --- Single questions ---
 
 template <int Dim, Coordinate T>
 std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Ray<Dim, T>& ray, const QueryFilter& filter) const
@@ -354,23 +352,36 @@ std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const 
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
-#define JOSTLE_ALL(Question, Item)                                                                           \
-    template <int Dim, Coordinate T>                                                                         \
-    bool BoxIndex<Dim, T>::all(const Question<Dim, T>& question, std::vector<Item>& out,                     \
-                               const QueryFilter& filter, std::uint64_t max_results) const                   \
-    {                                                                                                        \
-        out.clear();                                                                                         \
-        implementation_->check(question, filter);                                                            \
-        return filtered(filter, 0, [&](Wanted wanted) {                                                      \
-            return implementation_->answers().all(question, wanted, max_results, out);                       \
-        });                                                                                                  \
-    }
-JOSTLE_ALL(Ray, Hit<T>)
-JOSTLE_ALL(Sweep, Hit<T>)
-JOSTLE_ALL(Aabb, std::uint32_t)
-JOSTLE_ALL(Sphere, std::uint32_t)
-JOSTLE_ALL(Frustum, std::uint32_t)
-#undef JOSTLE_ALL
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::all(const Ray<Dim, T>& ray, std::vector<Hit<T>>& out, const QueryFilter& filter,
+                           std::uint64_t max_results) const
+{
+    return implementation_->all(ray, out, filter, max_results);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::all(const Sweep<Dim, T>& sweep, std::vector<Hit<T>>& out, const QueryFilter& filter,
+                           std::uint64_t max_results) const
+{
+    return implementation_->all(sweep, out, filter, max_results);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::all(const Aabb<Dim, T>& region, std::vector<std::uint32_t>& out,
+                           const QueryFilter& filter, std::uint64_t max_results) const
+{
+    return implementation_->all(region, out, filter, max_results);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::all(const Sphere<Dim, T>& region, std::vector<std::uint32_t>& out,
+                           const QueryFilter& filter, std::uint64_t max_results) const
+{
+    return implementation_->all(region, out, filter, max_results);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::all(const Frustum<Dim, T>& region, std::vector<std::uint32_t>& out,
+                           const QueryFilter& filter, std::uint64_t max_results) const
+{
+    return implementation_->all(region, out, filter, max_results);
+}
 
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<Hit<T>>& out,
@@ -399,7 +410,7 @@ std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilte
                     [&](Wanted wanted) { return implementation_->answers().count(question, wanted); });
 }
 
-/// ---- Batches -------------------------------------------------------------------------------------------
+// --- Batches ---
 
 template <int Dim, Coordinate T>
 template <class Line>

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <string>
 
+#include "base/box.hpp"
 #include "jostle/error.hpp"
 #include "jostle/find_pairs.hpp"
 
@@ -87,7 +88,7 @@ void check_distance(T value, const char* what, std::uint64_t number, const char*
 
 /// Returns the length of the longest component.
 template <int Dim, class T>
-T check_direction(const T (&direction)[Dim], const char* what, std::uint64_t number, const char* name,
+T check_direction(const Vec<Dim, T>& direction, const char* what, std::uint64_t number, const char* name,
                   const char* instead)
 {
     T longest = 0;
@@ -103,7 +104,7 @@ T check_direction(const T (&direction)[Dim], const char* what, std::uint64_t num
 
 /// A line counts as without motion on an axis where 1 / motion isn't finite; this one has some.
 template <int Dim, class T>
-void check_motion(const T (&motion)[Dim], const char* what, std::uint64_t number, const char* name,
+void check_motion(const Vec<Dim, T>& motion, const char* what, std::uint64_t number, const char* name,
                   const char* instead)
 {
     const T longest = check_direction(motion, what, number, name, instead);
@@ -117,6 +118,7 @@ void check_motion(const T (&motion)[Dim], const char* what, std::uint64_t number
 template <int Dim, class T>
 void check_box(const Aabb<Dim, T>& box, const char* what, std::uint64_t number)
 {
+    if (valid(box)) return;
     for (int d = 0; d < Dim; ++d) {
         if (box.lo[d] <= box.hi[d]) continue;
         Report report(what, number);

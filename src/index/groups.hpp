@@ -12,8 +12,8 @@ namespace index {
 
 /// How many boxes are tested at once: one AVX-512 register of floats.
 inline constexpr std::uint32_t lanes = 16;
-/// How many objects lie together: 16 blocks of 16.
-inline constexpr std::uint32_t brick_capacity = lanes * lanes;
+/// How many objects lie together: 16 leaves of 16.
+inline constexpr std::uint32_t page_capacity = lanes * lanes;
 inline constexpr std::uint32_t no_id = ~std::uint32_t{0};
 
 /// 16 boxes, one array per bound. An empty lane begins at +infinity and ends at -infinity: no test with
@@ -77,7 +77,7 @@ struct Bounds
 
 /// Up to 16 objects.
 template <int Dim, class T>
-struct alignas(64) Block
+struct alignas(64) Leaf
 {
     Bounds<Dim, T> bounds;
     std::uint32_t id[lanes];
@@ -95,23 +95,23 @@ struct alignas(64) Block
 template <int Dim, class T>
 struct Node;
 
-/// A node or a block, or nothing.
+/// A node or a leaf, or nothing.
 template <int Dim, class T>
 class Child
 {
   public:
     Child() = default;
     Child(const Node<Dim, T>* node) noexcept : bits_(reinterpret_cast<std::uintptr_t>(node)) {}
-    Child(const Block<Dim, T>* block) noexcept : bits_(reinterpret_cast<std::uintptr_t>(block) | 1) {}
+    Child(const Leaf<Dim, T>* leaf) noexcept : bits_(reinterpret_cast<std::uintptr_t>(leaf) | 1) {}
     explicit operator bool() const noexcept { return bits_ != 0; }
-    [[nodiscard]] bool is_block() const noexcept { return (bits_ & 1) != 0; }
+    [[nodiscard]] bool is_leaf() const noexcept { return (bits_ & 1) != 0; }
     [[nodiscard]] const Node<Dim, T>* node() const noexcept
     {
         return reinterpret_cast<const Node<Dim, T>*>(bits_);
     }
-    [[nodiscard]] const Block<Dim, T>* block() const noexcept
+    [[nodiscard]] const Leaf<Dim, T>* leaf() const noexcept
     {
-        return reinterpret_cast<const Block<Dim, T>*>(bits_ - 1);
+        return reinterpret_cast<const Leaf<Dim, T>*>(bits_ - 1);
     }
     friend bool operator==(Child a, Child b) noexcept { return a.bits_ == b.bits_; }
 
@@ -119,7 +119,7 @@ class Child
     std::uintptr_t bits_ = 0;
 };
 
-/// Up to 16 nodes or blocks and the bounds of all objects in each.
+/// Up to 16 nodes or leaves and the bounds of all objects in each.
 template <int Dim, class T>
 struct alignas(64) Node
 {

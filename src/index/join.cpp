@@ -5,6 +5,7 @@
 #include <bit>
 #include <memory>
 
+#include "base/radix.hpp"
 #include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -27,8 +28,8 @@ struct Join<Dim, T>::Slot
 {
     explicit Slot(std::pmr::memory_resource* memory) : work(memory), ids(memory), seen(memory) {}
     JoinWork<Dim, T> work;
-    engine::Buffer<std::uint32_t> ids; // of all askers so far
-    engine::Buffer<Seen<Dim, T>> seen; // or these
+    Buffer<std::uint32_t> ids; // of all askers so far
+    Buffer<Seen<Dim, T>> seen; // or these
     std::size_t found = 0;
 };
 
@@ -62,8 +63,8 @@ const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView
     const double cells = static_cast<double>(1u << digits);
     double factor[Dim], offset[Dim];
     for (int d = 0; d < Dim; ++d) {
-        factor[d] = frame.scale / 4398046511104.0 * cells / 1.25; // 2^42 quanta and a margin
-        offset[d] = 0.5 * cells - (frame.origin[d] + 4398046511104.0 / frame.scale) * factor[d];
+        factor[d] = frame.scale / Frame<Dim>::world_quanta * cells / 1.25; // with a margin
+        offset[d] = 0.5 * cells - (frame.origin[d] + Frame<Dim>::world_quanta / frame.scale) * factor[d];
         factor[d] *= 0.5; // of lo + hi
     }
     const double last = cells - 1;
@@ -82,20 +83,9 @@ const std::uint64_t* Join<Dim, T>::order(const Tree<Dim, T>& tree, const BoxView
         std::sort(keys, keys + count);
         return keys;
     }
-    std::uint64_t* to = keys_to_.reserve(count);
-    constexpr int radix_bits = 11;
-    for (int shift = 32; shift < 32 + digits * Dim; shift += radix_bits) {
-        std::uint32_t bucket[(1 << radix_bits) + 1] = {};
-        constexpr std::uint32_t mask = (1u << radix_bits) - 1;
-        for (std::uint32_t i = 0; i < count; ++i)
-            ++bucket[(static_cast<std::uint32_t>(keys[i] >> shift) & mask) + 1];
-        for (std::uint32_t b = 0; b < mask; ++b)
-            bucket[b + 1] += bucket[b];
-        for (std::uint32_t i = 0; i < count; ++i)
-            to[bucket[static_cast<std::uint32_t>(keys[i] >> shift) & mask]++] = keys[i];
-        std::swap(keys, to);
-    }
-    return keys;
+    const std::uint64_t places = ((std::uint64_t{1} << digits * Dim) - 1) << 32;
+    return radix_sort<11>(
+        keys, keys_to_.reserve(count), count, [](std::uint64_t key) { return key; }, places);
 }
 
 template <int Dim, class T>
@@ -217,7 +207,7 @@ std::uint64_t Join<Dim, T>::bytes() const noexcept
     for (const auto& slot : slots_)
         sum += slot->ids.bytes() + slot->seen.bytes() + slot->work.ids.bytes() + slot->work.seen.bytes() +
                slot->work.touches.bytes() + slot->work.touches_at.bytes() + slot->work.nodes.bytes() +
-               slot->work.next.bytes() + slot->work.blocks.bytes();
+               slot->work.next.bytes() + slot->work.leaves.bytes();
     return sum;
 }
 

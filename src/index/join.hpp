@@ -6,7 +6,7 @@
 #include <memory_resource>
 #include <vector>
 
-#include "engine/buffer.hpp"
+#include "base/buffer.hpp"
 #include "index/kernels/kernels.hpp"
 #include "index/tree.hpp"
 
@@ -43,14 +43,14 @@ class Join
     const Kernels<Dim, T>& kernels_;
     std::pmr::memory_resource* memory_;
     std::vector<std::unique_ptr<Slot>> slots_;
-    engine::Buffer<std::uint64_t> keys_, keys_to_; // place << 32 | position in the batch
+    Buffer<std::uint64_t> keys_, keys_to_; // place << 32 | position in the batch
     struct List
     {
         std::uint64_t begin;
         std::uint32_t slot, count;
     };
-    engine::Buffer<List> lists_;          // by position
-    engine::Buffer<std::uint64_t> first_; // where the pairs of each run of positions begin
+    Buffer<List> lists_;          // by position
+    Buffer<std::uint64_t> first_; // where the pairs of each run of positions begin
 };
 
 } // namespace index

@@ -17,9 +17,13 @@ template <int Dim>
 struct Frame
 {
     double origin[Dim] = {};
-    double scale = 1;       // quanta per unit: most of the first boxes lie from 2^41 to 3 * 2^41
+    double scale = 1;       // quanta per unit: most of the first boxes lie within world_quanta of each other
     double common_size = 0; // boxes bigger than this on some axis are of the classes 1, 2, ...
     static constexpr double class_ratio = 8;
+    /// How many quanta most of the first boxes span, on the axis on which they span most: 2^42. That is
+    /// far more than any box needs to be told from the next, and leaves a factor of 2^20 up to the last
+    /// coordinate that counts, 2^62, for boxes that come later and lie outside.
+    static constexpr double world_quanta = 4398046511104.0;
     static constexpr std::uint32_t last_class = 7;
 };
 
@@ -90,12 +94,13 @@ template <int Dim>
     return (key.id >> (31 - (digit - 64 * Dim))) & 1;
 }
 
-/// What most boxes have in common whose keys begin with the same digits, without making their keys.
+/// The part of space, and the range of sizes, that a piece of the trie stands for. Most boxes whose keys
+/// begin with the digits of that piece can be recognised by it, for less than their keys would cost.
 template <int Dim>
 class Cell
 {
   public:
-    /// Of the keys that have the first `digits` in common with `key`.
+    /// The piece whose keys have their first `digits` digits in common with `key`.
     Cell(const Frame<Dim>& frame, const Key<Dim>& key, int digits) noexcept : frame_(frame)
     {
         constexpr int most_exact = 50; // digits of an axis that a double can tell apart with one to spare
@@ -119,7 +124,9 @@ class Cell
             hi_[d] = lo_[d] + 2 * static_cast<double>(std::uint64_t{1} << (open - 1)) - 1;
         }
     }
-    /// Whether the box's key surely begins with the digits. Not so of a few, and of boxes with a NaN.
+    /// Whether the box's key certainly begins with these digits. If this returns false the key may begin
+    /// with them all the same: for boxes on the border of the piece, for those with a NaN, and for all boxes
+    /// if the piece is too small for a double to tell its border.
     template <class T>
     [[nodiscard]] bool holds(const Aabb<Dim, T>& box) const noexcept
     {

@@ -32,7 +32,6 @@ class Pool
         while (free_.size() < count)
             add_chunk();
     }
-    [[nodiscard]] std::size_t spare() const noexcept { return free_.size(); }
     [[nodiscard]] std::uint32_t take() noexcept
     {
         const std::uint32_t number = free_.back();

@@ -3,102 +3,11 @@
 #pragma once
 
 #include <limits>
-#include <string>
 
-#include "narrow/pair.hpp"
+#include "narrow/motion.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
-
-template <int Dim, class T>
-bool valid_by_number(const Pose<Dim, T>& pose)
-{
-    bool good = true, turned = false;
-    for (const T x : pose.position)
-        good = good && std::abs(double{x}) <= longest;
-    for (const T q : pose.rotation) {
-        good = good && std::abs(q) <= std::numeric_limits<T>::max();
-        turned = turned || q != 0;
-    }
-    return good && turned;
-}
-template <int Dim, class T>
-inline bool valid(const Pose<Dim, T>& pose)
-{
-    // Almost all are, by two sums without branches.
-    T sum = 0, turn = 0;
-    for (const T x : pose.position)
-        sum += std::abs(x);
-    for (const T q : pose.rotation)
-        turn += std::abs(q);
-    const bool surely = (double{sum} <= longest) & (turn > 0) & (turn <= std::numeric_limits<T>::max());
-    return surely || valid_by_number(pose);
-}
-
-template <int Dim, class T>
-[[noreturn]] void refuse_pose(const Pose<Dim, T>& pose, std::uint64_t object)
-{
-    std::string numbers = "position";
-    for (const T x : pose.position)
-        numbers += " " + text(double{x});
-    numbers += ", rotation";
-    for (const T q : pose.rotation)
-        numbers += " " + text(double{q});
-    const std::string name =
-        object == Error::no_index ? "a pose" : "the pose of object " + std::to_string(object);
-    throw Error(ErrorCode::invalid_argument,
-                name + " has " + numbers +
-                    "; give positions within 1e60 and finite rotations that aren't zero",
-                object);
-}
-
-template <class T>
-void check_length(const char* what, T value, bool zero_allowed)
-{
-    if (!(value >= 0) || (value == 0 && !zero_allowed) || !(double{value} <= longest))
-        throw Error(ErrorCode::invalid_argument,
-                    std::string("the ") + what + " is " + text(double{value}) + "; give " +
-                        (zero_allowed ? "a length from 0 to 1e60" : "a length above 0"));
-}
-
-template <class T>
-void check_max_distance(T max_distance)
-{
-    if (!(max_distance >= 0))
-        throw Error(ErrorCode::invalid_argument, "the greatest distance is " + text(double{max_distance}) +
-                                                     "; give a length of 0 or more, or infinity");
-}
-
-template <int Dim, class T>
-bool valid(const Motion<Dim, T>& motion)
-{
-    bool good = valid(motion.pose);
-    for (const T x : motion.linear)
-        good = good && std::abs(double{x}) <= longest;
-    for (const T x : motion.angular)
-        good = good && std::abs(double{x}) <= 1e9;
-    return good;
-}
-/// A half-space that turns would sweep everything at once.
-template <int Dim, class T>
-bool turns_without_end(const Shape<Dim>& shape, const Motion<Dim, T>& motion)
-{
-    bool turns = false;
-    for (const T x : motion.angular)
-        turns = turns || x != 0;
-    return turns && ShapeAccess::reach(shape) == HUGE_VAL;
-}
-template <int Dim, class T>
-[[noreturn]] void refuse_motion(std::uint64_t object)
-{
-    const std::string name =
-        object == Error::no_index ? "a motion" : "the motion of object " + std::to_string(object);
-    throw Error(
-        ErrorCode::invalid_argument,
-        name + " is not one: give a pose with positions within 1e60, a motion within 1e60, a turn within "
-               "1e9 radians, and for half-spaces, or compounds with one, no turn",
-        object);
-}
 
 template <int Dim, class T>
 Distance<Dim, T> distance_of(Placed<Dim> pair, T max_distance)
@@ -118,7 +27,7 @@ Distance<Dim, T> distance_of(Placed<Dim> pair, T max_distance)
 template <class T>
 Vec3 load_angular(const std::array<T, 3>& v)
 {
-    return load(v);
+    return {double{v[0]}, double{v[1]}, double{v[2]}};
 }
 template <class T>
 double load_angular(const std::array<T, 1>& v)

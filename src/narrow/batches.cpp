@@ -31,7 +31,9 @@ void put_turn(const Pose<3, T>& pose, double (&turn)[4][batch], std::uint32_t k)
 }
 void put(const Vec3& v, double (&to)[3][batch], std::uint32_t k)
 {
-    to[0][k] = v.x, to[1][k] = v.y, to[2][k] = v.z;
+    to[0][k] = v.x;
+    to[1][k] = v.y;
+    to[2][k] = v.z;
 }
 
 bool is_zero(const Vec3& v)
@@ -41,10 +43,10 @@ bool is_zero(const Vec3& v)
 
 } // namespace
 
-/// Reads a pair and puts it in order as `arrange` would, but for two of one type in one place. Which way round
-/// it comes is hard to predict: no branches.
+/// Reads a pair and puts it in order as `arrange` would, but for two of one type in one place. Which way
+/// round it comes is hard to predict: no branches.
 template <class T>
-inline auto Batch<T>::take(std::uint16_t i) const -> Sides
+inline auto Batch<T>::take(std::uint16_t i) const -> Arranged
 {
     const Pair& pair = pairs[i];
     const Shape<3>* const shape[2] = {&shapes_a[pair.a], &shapes_b[pair.b]};
@@ -60,12 +62,12 @@ inline auto Batch<T>::take(std::uint16_t i) const -> Sides
 
 /// `found` has one for it at its end.
 template <class T>
-inline void Batch<T>::keep(std::uint16_t i, const Sides& sides, Outcome outcome)
+inline void Batch<T>::keep(std::uint16_t i, const Arranged& pair, Verdict verdict)
 {
-    const bool touch = outcome == Outcome::touch;
-    slot[i] = {static_cast<std::uint32_t>(found.size() - 1), touch ? 1u : 0u, sides.swapped, sides.d};
+    const bool touch = verdict == Verdict::touch;
+    contacts[i] = {static_cast<std::uint32_t>(found.size() - 1), touch ? 1u : 0u, pair.swapped, pair.d};
     if (!touch) found.pop_back();
-    if (outcome == Outcome::unclear) lists.add(Group::other, i);
+    if (verdict == Verdict::unclear) lists.add(Group::other, i);
 }
 
 template <class T>
@@ -80,24 +82,25 @@ void Batch<T>::run_spheres()
         count += spheres_near(shapes_a[pair.a].radius() + shapes_b[pair.b].radius() + margin, d) ? 1 : 0;
     }
     for (std::uint32_t k = 0; k < count; ++k) {
-        const Sides s = take(near[k]);
+        const Arranged s = take(near[k]);
         Manifold<3>& manifold = found.emplace_back().manifold;
         keep(near[k], s,
-             is_zero(s.d) ? Outcome::unclear : spheres(s.a->radius(), s.b->radius(), s.d, margin, manifold));
+             is_zero(s.d) ? Verdict::unclear : spheres(s.a->radius(), s.b->radius(), s.d, margin, manifold));
     }
 }
 
-/// The pairs of a group through its kernel, `batch` at a time. put(rows, sides, k) writes what this kernel wants
-/// beside rotations and distance into lane k; answer(rows, sides, k, manifold) goes on from what it has found.
+/// The pairs of a group through its kernel, `batch` at a time. put(rows, pair, k) writes what this kernel
+/// wants beside rotations and distance into lane k; answer(rows, pair, k, manifold) goes on from what it has
+/// found.
 template <class T>
 template <class Rows, class Put, class Answer>
 void Batch<T>::run_kernel(Group group, void (*kernel)(Rows&), const Put& put_rest, const Answer& answer)
 {
     Rows rows;
-    Sides sides[batch];
+    Arranged arranged[batch];
     std::uint16_t place[batch];
     std::uint32_t count = 0;
-    const auto put_lane = [&](const Sides& s, std::uint32_t k) {
+    const auto put_lane = [&](const Arranged& s, std::uint32_t k) {
         put_turn(*s.pose_a, rows.turn_a, k);
         put_turn(*s.pose_b, rows.turn_b, k);
         put(s.d, rows.d, k);
@@ -106,23 +109,23 @@ void Batch<T>::run_kernel(Group group, void (*kernel)(Rows&), const Put& put_res
     const auto flush = [&] {
         if (count == 0) return;
         for (std::uint32_t k = count; k < batch; ++k) // something that makes no exceptions
-            put_lane(sides[0], k);
+            put_lane(arranged[0], k);
         kernel(rows);
         for (std::uint32_t k = 0; k < count; ++k) {
             Manifold<3>& manifold = found.emplace_back().manifold;
-            keep(place[k], sides[k], answer(rows, sides[k], k, manifold));
+            keep(place[k], arranged[k], answer(rows, arranged[k], k, manifold));
         }
         count = 0;
     };
     for (const std::uint16_t i : lists.of(group)) {
-        const Sides s = take(i);
+        const Arranged s = take(i);
         if ((s.a->type() == s.b->type() && is_zero(s.d)) || !is_plain(*s.pose_a) || !is_plain(*s.pose_b)) {
             lists.add(Group::other, i);
             continue;
         }
-        if (!within_reach(Placed<3>{s.a, s.b, {}, {}, s.d}, margin)) continue;
+        if (!within_reach(Placed<3>{s.a, s.b, {}, {}, s.d, nullptr}, margin)) continue;
         put_lane(s, count);
-        sides[count] = s;
+        arranged[count] = s;
         place[count++] = i;
         if (count == batch) flush();
     }
@@ -135,24 +138,24 @@ void Batch<T>::run(const Kernels& kernels)
     run_spheres();
     run_kernel(
         Group::boxes, kernels.boxes,
-        [](BoxBatch& rows, const Sides& s, std::uint32_t k) {
+        [](BoxBatch& rows, const Arranged& s, std::uint32_t k) {
             put(load(s.a->size()), rows.half_a, k);
             put(load(s.b->size()), rows.half_b, k);
         },
-        [this](const BoxBatch& rows, const Sides& s, std::uint32_t k, Manifold<3>& manifold) {
-            if (!(rows.separation[k] <= margin)) return Outcome::apart;
+        [this](const BoxBatch& rows, const Arranged& s, std::uint32_t k, Manifold<3>& manifold) {
+            if (!(rows.separation[k] <= margin)) return Verdict::apart;
             return boxes(lane(rows.matrix_a, k), load(s.a->size()), lane(rows.matrix_b, k), load(s.b->size()),
                          s.d, {rows.separation[k], lane(rows.normal, k), static_cast<int>(rows.axis[k])},
                          margin, manifold);
         });
     run_kernel(
         Group::capsule_box, kernels.capsule_box,
-        [](CapsuleBoxBatch& rows, const Sides& s, std::uint32_t k) {
+        [](CapsuleBoxBatch& rows, const Arranged& s, std::uint32_t k) {
             put(load(s.b->size()), rows.half, k);
             rows.half_length[k] = s.a->size()[1];
         },
-        [this](const CapsuleBoxBatch& rows, const Sides& s, std::uint32_t k, Manifold<3>& manifold) {
-            if (!(rows.distance[k] <= s.a->radius() + margin)) return Outcome::apart;
+        [this](const CapsuleBoxBatch& rows, const Arranged& s, std::uint32_t k, Manifold<3>& manifold) {
+            if (!(rows.distance[k] <= s.a->radius() + margin)) return Verdict::apart;
             return capsule_box(
                 lane(rows.axis_a, k), rows.half_length[k], s.a->radius(), lane(rows.matrix_b, k),
                 load(s.b->size()), s.d,

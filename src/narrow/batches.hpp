@@ -22,17 +22,14 @@ enum class Group
 };
 inline constexpr std::size_t groups = 4;
 
-inline Group group_of(const Shape<3>& a, const Shape<3>& b)
+/// Of the two types of a pair, in any order. There are no kernels for the plane.
+template <int Dim>
+Group group_of(ShapeType a, ShapeType b)
 {
     constexpr Group group[3][3] = {{Group::spheres, Group::other, Group::capsule_box},
                                    {Group::other, Group::other, Group::capsule_box},
                                    {Group::capsule_box, Group::capsule_box, Group::boxes}};
-    return a.type() <= ShapeTypes::box && b.type() <= ShapeTypes::box ? group[a.type()][b.type()]
-                                                                      : Group::other;
-}
-inline Group group_of(const Shape<2>&, const Shape<2>&)
-{
-    return Group::other;
+    return Dim == 3 && a <= ShapeTypes::box && b <= ShapeTypes::box ? group[a][b] : Group::other;
 }
 
 /// The pairs of each group, by position in the block.
@@ -62,7 +59,7 @@ class PairLists
 
 /// Where a pair's contacts are, and which way round it was computed.
 template <int Dim>
-struct Slot
+struct PairContacts
 {
     std::uint32_t first = 0, count = 0;
     bool swapped = false;
@@ -77,23 +74,23 @@ struct Batch
     StridedView<Shape<3>> shapes_b;
     StridedView<Pose<3, T>> poses_b;
     std::span<const Pair> pairs;
-    PairLists& lists; ///< what turns out to need the general way moves to Group::other
-    Slot<3>* slot;    ///< of each pair, without contacts so far
+    PairLists& lists;          ///< what turns out to need the general way moves to Group::other
+    PairContacts<3>* contacts; ///< of each pair, without contacts so far
     FoundList<3>& found;
     double margin;
 
     void run(const Kernels& kernels);
 
   private:
-    struct Sides
+    struct Arranged
     {
         const Shape<3>*a, *b;
         const Pose<3, T>*pose_a, *pose_b;
         Vec3 d;
         bool swapped;
     };
-    [[nodiscard]] Sides take(std::uint16_t i) const;
-    void keep(std::uint16_t i, const Sides& sides, Outcome outcome);
+    [[nodiscard]] Arranged take(std::uint16_t i) const;
+    void keep(std::uint16_t i, const Arranged& pair, Verdict verdict);
     void run_spheres();
     template <class Rows, class Put, class Answer>
     void run_kernel(Group group, void (*kernel)(Rows&), const Put& put_rest, const Answer& answer);

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "jostle/process.hpp"
-#include "narrow/answers.hpp"
+#include "narrow/input_checks.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -68,14 +68,14 @@ void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent
             e.hi[d] = std::max(e.hi[d], p[d] + half);
         }
     };
-    switch (shape.type()) {
-    case ShapeTypes::sphere:
+    switch (kind_of(shape)) {
+    case Kind::sphere:
         add_symmetric([&](int) { return radius; });
         return;
-    case ShapeTypes::capsule:
+    case Kind::capsule:
         add_symmetric([&](int d) { return std::abs(column(r, 1)[d]) * size[1] + radius; });
         return;
-    case ShapeTypes::box:
+    case Kind::box:
         add_symmetric([&](int d) {
             double half = 0;
             for (int axis = 0; axis < Dim; ++axis)
@@ -83,13 +83,14 @@ void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent
             return half;
         });
         return;
-    case ShapeTypes::convex:
+    case Kind::convex:
         add_hull(ShapeAccess::data<HullData<Dim>>(shape), r, p, e);
         return;
-    case ShapeTypes::half_space: {
+    case Kind::half_space: {
         const V<Dim> normal = r * size;
         for (int d = 0; d < Dim; ++d) {
-            e.lo[d] = -HUGE_VAL, e.hi[d] = HUGE_VAL;
+            e.lo[d] = -HUGE_VAL;
+            e.hi[d] = HUGE_VAL;
             // Along an axis it ends at the plane.
             bool along = true;
             for (int other = 0; other < Dim; ++other)
@@ -99,18 +100,18 @@ void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent
         }
         return;
     }
-    case ShapeTypes::mesh:
+    case Kind::mesh:
         for (const V<Dim>& v : ShapeAccess::data<MeshData<Dim>>(shape).vertices)
             e.add(r * v + p);
         return;
-    case ShapeTypes::height_field:
+    case Kind::height_field:
         add_heights(ShapeAccess::data<HeightData>(shape), r, p, e);
         return;
-    case ShapeTypes::compound:
+    case Kind::compound:
         for (const auto& child : ShapeAccess::data<CompoundData<Dim>>(shape).children)
             add_shape(child.shape, r * child.frame.r, r * child.frame.p + p, e);
         return;
-    default:
+    case Kind::custom:
         break;
     }
     const CustomShape<Dim>& custom = *shape.custom();
@@ -173,8 +174,10 @@ Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double ma
         return box;
     }
     Extent<Dim> e;
-    for (int d = 0; d < Dim; ++d)
-        e.lo[d] = HUGE_VAL, e.hi[d] = -HUGE_VAL;
+    for (int d = 0; d < Dim; ++d) {
+        e.lo[d] = HUGE_VAL;
+        e.hi[d] = -HUGE_VAL;
+    }
     const M<Dim> turned = shape.type() == ShapeTypes::sphere ? M<Dim>{} : rotation(pose);
     add_shape(shape, turned, V<Dim>{}, e);
     const V<Dim> p = load(pose.position);

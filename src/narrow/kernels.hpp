@@ -62,11 +62,11 @@ struct PlaneRows
     double deeper[most]; ///< of which the mantissa's bit i is set where point i is deeper than `enough`
 };
 
-/// Below, x of many points or normals is followed by y and z, each `stride` further on; stride is a multiple of
-/// 8 and all of it is read and written.
+/// What is compiled for each instruction set. Many points (or normals) are three rows of numbers: their x,
+/// then from x + stride on their y, then their z. The stride is a multiple of 8, and the kernels read and
+/// write whole rows.
 struct Kernels
 {
-    InstructionSet set;
     void (*boxes)(BoxBatch&);
     void (*capsule_box)(CapsuleBoxBatch&);
     /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i].
@@ -75,12 +75,14 @@ struct Kernels
     double (*heights)(const double* x, std::uint32_t stride, double dx, double dy, double dz, double* height);
     /// to = turn * from + shift.
     void (*move)(const double* from, std::uint32_t stride, const Mat3& turn, const Vec3& shift, double* to);
-    /// Returns the plane below which the deepest point is deepest least.
+    /// For each plane: how deep the deepest of the points lies below it. Returns the plane for which that is
+    /// least.
     std::uint32_t (*planes)(const double* normals, const double* offsets, std::uint32_t stride, double enough,
                             PlaneRows& rows);
-    /// Of an edge each whose arcs on the Gauss map cross, b's faces turned outside in, the two whose common
-    /// normal separates them most. Source: Gregorius, The Separating Axis Test between Convex Polyhedra, GDC
-    /// 2013.
+    /// An edge of a and one of b whose common normal separates the two polyhedra most. Only pairs count that
+    /// make a face of the Minkowski difference: on the sphere of all directions, an edge is the arc from the
+    /// normal of one of its faces to that of the other, and the arc of a's edge has to cross the negated arc
+    /// of b's. Source: Gregorius, The Separating Axis Test between Convex Polyhedra, GDC 2013.
     EdgePair (*edges)(const EdgeRows& a, const EdgeRows& b);
 };
 [[nodiscard]] const Kernels& kernels_for(InstructionSet set) noexcept;

@@ -156,22 +156,22 @@ template <int Dim>
 using M = typename SpaceOf<Dim>::M;
 
 template <class T>
-Vec3 load(const std::array<T, 3>& v)
+Vec3 load(const Vec<3, T>& v)
 {
     return {double{v[0]}, double{v[1]}, double{v[2]}};
 }
 template <class T>
-Vec2 load(const std::array<T, 2>& v)
+Vec2 load(const Vec<2, T>& v)
 {
     return {double{v[0]}, double{v[1]}};
 }
 template <class T>
-void store(const Vec3& v, std::array<T, 3>& to)
+void store(const Vec3& v, Vec<3, T>& to)
 {
     to = {static_cast<T>(v.x), static_cast<T>(v.y), static_cast<T>(v.z)};
 }
 template <class T>
-void store(const Vec2& v, std::array<T, 2>& to)
+void store(const Vec2& v, Vec<2, T>& to)
 {
     to = {static_cast<T>(v.x), static_cast<T>(v.y)};
 }
@@ -187,8 +187,9 @@ Mat2 rotation(const Pose<2, T>& pose)
     return rotation(double{pose.rotation[0]}, double{pose.rotation[1]});
 }
 
-/// Whether a point of a contact counts, and at what depth. Shapes that touch are at least as deep as -margin; what rounds
-/// to just below it belongs to them, or what lies flat would lose some of its corners. `size` is that of both.
+/// Whether a point of a contact counts, and at what depth. Shapes that touch are at least as deep as -margin;
+/// what rounds to just below it belongs to them, or what lies flat would lose some of its corners. `size` is
+/// that of both.
 inline bool keeps(double& depth, double margin, double size)
 {
     if (!(depth >= -margin - 1e-14 * size)) return false;

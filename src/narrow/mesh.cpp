@@ -25,8 +25,10 @@ void build_node(std::vector<Item>& items, Index first, Index last, std::vector<T
 {
     TreeNode node;
     double from[3], to[3];
-    for (int d = 0; d < 3; ++d)
-        node.lo[d] = from[d] = HUGE_VAL, node.hi[d] = to[d] = -HUGE_VAL;
+    for (int d = 0; d < 3; ++d) {
+        node.lo[d] = from[d] = HUGE_VAL;
+        node.hi[d] = to[d] = -HUGE_VAL;
+    }
     for (Index i = first; i < last; ++i)
         for (int d = 0; d < 3; ++d) {
             node.lo[d] = std::min(node.lo[d], items[i].lo[d]);
@@ -120,8 +122,10 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
                                                      text(double{grid.thickness}) +
                                                      "; give a finite length of 0 or more");
     auto data = std::make_shared<HeightData>();
-    data->columns = grid.columns, data->rows = grid.rows;
-    data->spacing_x = grid.spacing_x, data->spacing_z = grid.spacing_z;
+    data->columns = grid.columns;
+    data->rows = grid.rows;
+    data->spacing_x = grid.spacing_x;
+    data->spacing_z = grid.spacing_z;
     data->heights.reserve(count);
     double lowest = HUGE_VAL;
     data->highest = -HUGE_VAL;

@@ -1,11 +1,33 @@
 // SPDX-License-Identifier: MIT
+// Moving shapes: conservative advancement.
+// Source: Mirtich, Impulse-based Dynamic Simulation (1996), sec. 2.3.
 #pragma once
 
 #include "narrow/pair.hpp"
-#include "narrow/region.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
+
+/// A pair on its way: at time t in [0, 1] b is at d + t * linear from a, each turned by t * angular.
+template <int Dim>
+struct Moving
+{
+    using Angular = std::conditional_t<Dim == 3, Vec3, double>;
+    Placed<Dim> start;
+    V<Dim> linear;
+    Angular angular_a, angular_b;
+};
+template <int Dim>
+struct Hit
+{
+    double time; ///< infinite where there is none
+    V<Dim> d;    ///< from a's position to b's at that time
+    Gap<Dim> gap;
+};
+/// The first time at which an arranged pair is within `tolerance`, or an earlier one after `impact_steps`.
+template <int Dim>
+Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance);
+inline constexpr int impact_steps = 1000;
 
 /// Sine and cosine from sums and products alone: the C library's differ from system to system.
 inline void sine_cosine(double angle, double& s, double& c)
@@ -40,7 +62,8 @@ inline Mat2 turned(const Mat2& start, double angle)
     return rotation(c, s) * start;
 }
 
-/// How an object turns: by `speed` radians about `axis` (unit; in the plane there is but one) through `centre`.
+/// How an object turns: by `speed` radians about `axis` (unit; in the plane there is but one) through
+/// `centre`.
 struct Turning3
 {
     Vec3 centre, axis;
@@ -59,8 +82,8 @@ struct Turning2
 template <int Dim>
 using Turning = std::conditional_t<Dim == 3, Turning3, Turning2>;
 
-/// How far points reach along a direction n: now, and wherever turning takes them. A turn by t moves a point that is
-/// `arm` from the axis by at most t * arm, at right angles to the axis.
+/// How far points reach along a direction n: now, and wherever turning takes them. A turn by t moves a point
+/// that is `arm` from the axis by at most t * arm, at right angles to the axis.
 template <int Dim>
 class Spread
 {
@@ -150,34 +173,6 @@ struct Flight
         return shape.type() == ShapeTypes::sphere || turning.speed == 0 ? 0 : ShapeAccess::reach(shape);
     }
 };
-
-/// Of all pairs of parts that for_each_pair(now, range, visit) visits. gap_of(a, b, enough, gap) says how far apart they
-/// are, safe_time(a, b, gap) for how long they stay so.
-template <int Dim, class ForEachPair, class GapOf, class SafeTime>
-Outlook<Dim> look_at_parts(const Flight<Dim>& flight, const Placed<Dim>& now, double time,
-                           const ForEachPair& for_each_pair, const GapOf& gap_of, const SafeTime& safe_time)
-{
-    Outlook<Dim> outlook;
-    outlook.gap.distance = HUGE_VAL;
-    const double sliding = length(flight.linear), rounding = 1e-14 * length(now.d);
-    Range<Dim> range{0, flight.linear, 0};
-    const auto shorten = [&](double to) {
-        range.time = to;
-        range.reach = flight.tolerance + flight.turn(to) + rounding;
-    };
-    shorten(time);
-    for_each_pair(now, range, [&](std::uint32_t, const auto& a, std::uint32_t, const auto& b) {
-        const double enough = range.reach + sliding * range.time;
-        Gap<Dim> gap;
-        gap_of(a, b, enough, gap);
-        if (!(gap.distance <= enough)) return; // not within that time
-        if (gap.distance < outlook.gap.distance) outlook.gap = gap;
-        const double safe = gap.distance <= flight.tolerance ? 0 : safe_time(a, b, gap);
-        outlook.safe = std::min(outlook.safe, safe);
-        if (outlook.safe < range.time) shorten(outlook.safe);
-    });
-    return outlook;
-}
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// How deep two polyhedra of a few dozen corners overlap: by separating axes, of which most needn't be looked at.
+// How deep two polyhedra of a few dozen corners overlap: by separating axes, of which most needn't be looked
+// at.
 #include <cstring>
 
-#include "narrow/convex3.hpp"
+#include "narrow/axes.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -50,14 +51,16 @@ struct Side
     {
         return kernels->heights(other_x, other_stride, n.x, n.y, n.z, height);
     }
-    /// Looks at all faces from those corners of the other one that are no higher than `limit`. Returns the face
-    /// that promises least depth.
+    /// Looks at all faces from those corners of the other one that are no higher than `limit`. Returns the
+    /// face that promises least depth.
     std::uint32_t look_at_faces(std::uint32_t corners, double limit, double enough)
     {
         const double *const px = other_x, *const py = px + other_stride, *const pz = py + other_stride;
         std::uint32_t count = 0;
         for (std::uint32_t i = 0; i < corners && count < PlaneRows::most_points; ++i) {
-            planes.point[0][count] = px[i], planes.point[1][count] = py[i], planes.point[2][count] = pz[i];
+            planes.point[0][count] = px[i];
+            planes.point[1][count] = py[i];
+            planes.point[2][count] = pz[i];
             count += height[i] <= limit ? 1 : 0;
         }
         planes.count = count;
@@ -69,7 +72,9 @@ struct Side
     void take_edges()
     {
         const auto put = [](double(&rows)[3][EdgeRows::most], std::uint32_t i, const Vec3& v) {
-            rows[0][i] = v.x, rows[1][i] = v.y, rows[2][i] = v.z;
+            rows[0][i] = v.x;
+            rows[1][i] = v.y;
+            rows[2][i] = v.z;
         };
         const auto deeper = [this](std::uint32_t face) {
             std::uint64_t bits;
@@ -122,11 +127,17 @@ bool polyhedra_gap(const Core3& a, const Core3& b, double enough_apart, Gap<3>& 
     kernels.move(hull_a.x, hull_a.stride, back, -(back * shift), a_corners);
     kernels.move(hull_b.nx, hull_b.face_stride, turn, {}, b_normals);
     Side side_a, side_b;
-    side_a.hull = &hull_a, side_a.kernels = &kernels;
-    side_a.x = hull_a.x, side_a.nx = hull_a.nx, side_a.other_x = b_corners;
+    side_a.hull = &hull_a;
+    side_a.kernels = &kernels;
+    side_a.x = hull_a.x;
+    side_a.nx = hull_a.nx;
+    side_a.other_x = b_corners;
     side_a.other_stride = hull_b.stride;
-    side_b.hull = &hull_b, side_b.kernels = &kernels;
-    side_b.x = b_corners, side_b.nx = b_normals, side_b.other_x = a_corners;
+    side_b.hull = &hull_b;
+    side_b.kernels = &kernels;
+    side_b.x = b_corners;
+    side_b.nx = b_normals;
+    side_b.other_x = a_corners;
     side_b.other_stride = hull_a.stride;
 
     const Vec3 guess = a.frame.r.back(gap.normal);
@@ -143,12 +154,21 @@ bool polyhedra_gap(const Core3& a, const Core3& b, double enough_apart, Gap<3>& 
     Vec3 n = hull_a.normal(first_a);
     for (std::uint32_t f = 0; f < hull_a.faces; ++f)
         if (side_a.planes.depth[f] < depth && f != first_a)
-            if (const double d = side_a.depth(f); d < depth) depth = d, n = hull_a.normal(f);
+            if (const double d = side_a.depth(f); d < depth) {
+                depth = d;
+                n = hull_a.normal(f);
+            }
     if (side_b.planes.depth[first_b] < depth)
-        if (const double d = side_b.depth(first_b); d < depth) depth = d, n = -side_b.normal(first_b);
+        if (const double d = side_b.depth(first_b); d < depth) {
+            depth = d;
+            n = -side_b.normal(first_b);
+        }
     for (std::uint32_t f = 0; f < hull_b.faces; ++f)
         if (side_b.planes.depth[f] < depth && f != first_b)
-            if (const double d = side_b.depth(f); d < depth) depth = d, n = -side_b.normal(f);
+            if (const double d = side_b.depth(f); d < depth) {
+                depth = d;
+                n = -side_b.normal(f);
+            }
 
     gap.normal = a.frame.r * n;
     gap.distance = -depth;

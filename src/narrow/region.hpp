@@ -2,12 +2,15 @@
 // Which parts of a shape come near enough to another shape to be looked at.
 #pragma once
 
+#include <limits>
+
 #include "narrow/math.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// How near parts must be to count: within `reach` of each other, also after part of the way b goes in `time`.
+/// How near parts must be to count: within `reach` of each other, also after part of the way b goes in
+/// `time`.
 template <int Dim>
 struct Range
 {
@@ -32,8 +35,8 @@ struct Region
         }
         return all;
     }
-    template <class Numbers>
-    [[nodiscard]] bool meets(const Numbers& lo2, const Numbers& hi2, const Range<Dim>& range) const
+    /// Whether a box from lo2 to hi2, `Dim` numbers each, comes within range.
+    [[nodiscard]] bool meets(const double* lo2, const double* hi2, const Range<Dim>& range) const
     {
         if (range.time > 0) return meets_on_its_way(lo2, hi2, range);
         bool apart = false;
@@ -55,8 +58,7 @@ struct Region
     }
 
   private:
-    template <class Numbers>
-    [[nodiscard]] bool meets_on_its_way(const Numbers& lo2, const Numbers& hi2, const Range<Dim>& range) const
+    [[nodiscard]] bool meets_on_its_way(const double* lo2, const double* hi2, const Range<Dim>& range) const
     {
         double enter = 0, leave = range.time;
         for (int d = 0; d < Dim; ++d)
@@ -64,12 +66,14 @@ struct Region
         return enter <= leave + 1e-12 * range.time; // rounding
     }
 };
+/// As far as numbers go, but not infinite: a reach may be, and infinity less infinity is no number.
 template <int Dim>
 Region<Dim> everywhere()
 {
+    constexpr double far = std::numeric_limits<double>::max();
     Region<Dim> region;
     for (int d = 0; d < Dim; ++d)
-        region.lo[d] = -HUGE_VAL, region.hi[d] = HUGE_VAL;
+        region.lo[d] = -far, region.hi[d] = far;
     return region;
 }
 

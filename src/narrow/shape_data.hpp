@@ -150,6 +150,38 @@ struct CompoundData
     double reach = 0;
 };
 
+/// A shape's type as an enumeration: a switch over it without a default doesn't compile once a kind is
+/// missing. How to add one: docs/guide/contacts.md.
+enum class Kind : ShapeType
+{
+    sphere = ShapeTypes::sphere,
+    capsule = ShapeTypes::capsule,
+    box = ShapeTypes::box,
+    convex = ShapeTypes::convex,
+    half_space = ShapeTypes::half_space,
+    mesh = ShapeTypes::mesh,
+    height_field = ShapeTypes::height_field,
+    compound = ShapeTypes::compound,
+    custom = ShapeTypes::first_custom ///< and all above
+};
+template <int Dim>
+Kind kind_of(const Shape<Dim>& shape)
+{
+    return shape.type() >= ShapeTypes::first_custom ? Kind::custom : Kind{shape.type()};
+}
+/// A shape whose parts are elements that go on beyond their ends.
+template <int Dim>
+bool is_surface(const Shape<Dim>& shape)
+{
+    return shape.type() == ShapeTypes::mesh || shape.type() == ShapeTypes::height_field;
+}
+/// A shape that isn't convex: it consists of parts that are.
+template <int Dim>
+bool has_parts(const Shape<Dim>& shape)
+{
+    return is_surface(shape) || shape.type() == ShapeTypes::compound;
+}
+
 struct ShapeAccess
 {
     template <int Dim>
@@ -189,37 +221,6 @@ struct ShapeAccess
         shape.type_ = type;
         shape.reach_ = reach;
         shape.data_ = data;
-    }
-
-    template <class Buffer>
-    static auto& chunks(Buffer& buffer)
-    {
-        return buffer.chunks_;
-    }
-    template <class Buffer>
-    static auto& blocks(Buffer& buffer)
-    {
-        return buffer.blocks_;
-    }
-    template <class Buffer>
-    static auto& size_of(Buffer& buffer)
-    {
-        return buffer.size_;
-    }
-    /// Room for that many contacts in a chunk.
-    template <class Buffer, class Chunk>
-    static void grow(Buffer& buffer, Chunk& chunk, std::size_t size)
-    {
-        using Contacts = typename Buffer::value_type;
-        if (size <= chunk.capacity) return;
-        const std::size_t capacity = (size * 5 / 4 + 63) / 64 * 64;
-        auto* memory =
-            static_cast<Contacts*>(buffer.memory_->allocate(capacity * sizeof(Contacts), alignof(Contacts)));
-        std::uninitialized_copy(chunk.contacts, chunk.contacts + chunk.size, memory);
-        if (chunk.capacity != 0)
-            buffer.memory_->deallocate(chunk.contacts, chunk.capacity * sizeof(Contacts), alignof(Contacts));
-        chunk.contacts = memory;
-        chunk.capacity = capacity;
     }
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // One pair at a time.
 #include "narrow/answers.hpp"
+#include "narrow/input_checks.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 

@@ -8,8 +8,8 @@
 #include <mutex>
 #include <string>
 
+#include "base/run_tasks.hpp"
 #include "jostle/error.hpp"
-#include "run_tasks.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 

@@ -7,7 +7,8 @@
 #include <new>
 #include <string>
 
-#include "validate.hpp"
+#include "base/checks.hpp"
+#include "base/prefetch.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace detail {
@@ -28,8 +29,8 @@ Size rounded_up(Size size, Size step)
 class Layout
 {
   public:
-    /// The next place, for `count` things of `bytes` each. Throws std::bad_alloc rather than go beyond what any
-    /// memory could hold: a plan may name billions of blocks.
+    /// The next place, for `count` things of `bytes` each. Throws std::bad_alloc rather than go beyond what
+    /// any memory could hold: a plan may name billions of blocks.
     std::size_t place(std::uint64_t count, std::uint64_t bytes)
     {
         constexpr std::uint64_t most = std::numeric_limits<std::ptrdiff_t>::max() / 2; // some is added to it
@@ -54,13 +55,10 @@ const ResponsesOptions& checked(const ResponsesOptions& given)
     return given;
 }
 
-void prefetch([[maybe_unused]] const void* memory, std::size_t size)
+/// A chunk as far as it is worth fetching at once: of a longer one the processor sees the rest coming.
+void prefetch_chunk(const void* chunk, std::size_t size)
 {
-#if defined(__GNUC__)
-    if (memory == nullptr) return;
-    for (std::size_t at = 0; at < std::min<std::size_t>(size, 1024); at += 64)
-        __builtin_prefetch(static_cast<const std::byte*>(memory) + at);
-#endif
+    if (chunk != nullptr) prefetch(chunk, std::min<std::size_t>(size, 1024));
 }
 
 } // namespace
@@ -183,6 +181,7 @@ void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
         const std::size_t at_partial = layout.place(merging_slots * per_bin, value_size_);
         const std::size_t at_partial_block = layout.place(merging_slots * per_bin, sizeof(std::uint32_t));
         const std::size_t at_dirty = layout.place(new_bins + 1, sizeof(bool)); // never nothing
+        const std::size_t at_merged = layout.place(new_bins, sizeof(bool));
         const std::size_t size = layout.size();
         if (size > frame_size_) {
             // Some to spare, for scenes that grow object by object.
@@ -207,10 +206,12 @@ void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
         partial_block_ = reinterpret_cast<std::uint32_t*>(frame_ + at_partial_block);
         dirty_ = reinterpret_cast<bool*>(frame_ + at_dirty);
         std::memset(dirty_, 1, new_bins);
+        merged_ = reinterpret_cast<bool*>(frame_ + at_merged);
         bin_shift = shift;
         bin_count = new_bins;
         merging_slots_ = merging_slots;
     }
+    std::memset(merged_, 0, bin_count);
     blocks = plan.blocks;
 
     if (!dense) {
@@ -287,6 +288,7 @@ ResponseStore::Bin ResponseStore::open_bin(std::uint32_t bin, std::uint32_t merg
     opened.first = bin << bin_shift;
     opened.count = std::min(objects - opened.first, std::uint32_t{1} << bin_shift);
     opened.dirty = dirty_ + bin;
+    opened.merged = merged_ + bin;
     opened.ascending = true;
     if (rows != nullptr) return opened;
     const std::size_t per_bin = std::size_t{1} << bin_shift;
@@ -302,8 +304,8 @@ ResponseStore::Bin ResponseStore::open_bin(std::uint32_t bin, std::uint32_t merg
         // Of the last chunk only its slot knows the end.
         const std::size_t entries_size = entries_per_chunk() * entry_size_;
         reinterpret_cast<Chunk*>(place.end - entries_size - header_size_)->end = place.next;
-        prefetch(chunk, chunk_size_);
-        prefetch(chunk->next, chunk_size_);
+        prefetch_chunk(chunk, chunk_size_);
+        prefetch_chunk(chunk->next, chunk_size_);
         lists[count++] = {reinterpret_cast<std::byte*>(chunk) + header_size_, chunk->end, chunk};
         opened.ascending = opened.ascending && slots[i].ascending;
     }
@@ -317,7 +319,7 @@ bool ResponseStore::next_chunk(List& list) const noexcept
     list.chunk = list.chunk->next;
     list.next = reinterpret_cast<std::byte*>(list.chunk) + header_size_;
     list.end = list.chunk->end;
-    prefetch(list.chunk->next, chunk_size_);
+    prefetch_chunk(list.chunk->next, chunk_size_);
     return true;
 }
 

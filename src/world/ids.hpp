@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "fetch.hpp"
+#include "base/prefetch.hpp"
 #include "jostle/error.hpp"
 #include "jostle/world.hpp"
 
@@ -74,7 +74,7 @@ class IdTable
     }
     void prefetch(std::uint32_t index) const noexcept
     {
-        if (index < end()) fetch(&at(index));
+        if (index < end()) jostle::prefetch(&at(index));
     }
     [[nodiscard]] bool is_good(ObjectId id) const noexcept
     {

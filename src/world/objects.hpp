@@ -5,14 +5,17 @@
 #include <cstdint>
 #include <memory_resource>
 
-#include "fetch.hpp"
+#include "base/box.hpp"
+#include "base/prefetch.hpp"
 #include "jostle/world.hpp"
 #include "world/chunked_array.hpp"
+#include "world/numbers.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Objects are all over the place: loops ask for those to come.
+/// Objects that follow each other in a list lie anywhere in memory: loops have the cache get the one that is
+/// so many places ahead.
 inline constexpr std::size_t fetch_ahead = 16;
 
 /// Where an object was after the last update.
@@ -24,18 +27,19 @@ enum class Place : std::uint32_t
     resting
 };
 
+/// The bits of an object's state.
 namespace flag {
 constexpr std::uint16_t place = 3; // the two bits of `Place`
 constexpr std::uint16_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
-constexpr std::uint16_t has_shape = 1u << 5; // its bounds are not just the box that was given
+constexpr std::uint16_t has_reach = 1u << 5; // its bounds are not just the box that was given
 constexpr std::uint16_t second = 1u << 6;    // which of its two boxes is the present one
 // In the update under way:
-constexpr std::uint16_t touched = 1u << 8;      // the other box is that of the last update
-constexpr std::uint16_t refiltered = 1u << 9;   // so is what `old_filters` has
-constexpr std::uint16_t shape_saved = 1u << 10; // and `old_shapes`
-constexpr std::uint16_t contested = 1u << 11;   // commands about it must be put in order
-constexpr std::uint16_t asked = 1u << 12;       // its filter was set: `accept` is asked again
-constexpr std::uint16_t transient = touched | refiltered | shape_saved | contested | asked;
+constexpr std::uint16_t written = 1u << 8;     // the other box is that of the last update
+constexpr std::uint16_t refiltered = 1u << 9;  // Changes has the filter of the last update
+constexpr std::uint16_t reach_kept = 1u << 10; // Changes has the reach of the last update
+constexpr std::uint16_t contested = 1u << 11;  // commands about it must be put in order
+constexpr std::uint16_t asked = 1u << 12;      // its filter was set: `accept` is asked again
+constexpr std::uint16_t transient = written | refiltered | reach_kept | contested | asked;
 } // namespace flag
 
 /// Many objects, each property apart: what an update reads of all that moves is little more than boxes.
@@ -59,7 +63,7 @@ class ObjectIn
     ObjectIn(Chunk& chunk, std::uint32_t at) noexcept : chunk_(&chunk), at_(at) {}
 
     [[nodiscard]] auto& now() const noexcept { return chunk_->box[state() / flag::second % 2][at_]; }
-    /// Its box after the last update, while `touched`.
+    /// Its box after the last update, while `written`.
     [[nodiscard]] auto& before() const noexcept { return chunk_->box[1 - state() / flag::second % 2][at_]; }
     [[nodiscard]] auto& numbers() const noexcept { return chunk_->filter[at_]; }
 
@@ -78,7 +82,7 @@ class ObjectIn
     {
         set_state((state() & ~std::uint32_t{flag::place}) | static_cast<std::uint32_t>(p));
     }
-    /// Has pairs, perhaps, after this update.
+    /// Whether it can have pairs after this update.
     [[nodiscard]] bool is_there() const noexcept
     {
         return (state() & (flag::alive | flag::enabled)) == (flag::alive | flag::enabled);
@@ -89,8 +93,8 @@ class ObjectIn
         before() = now();
         exchange_boxes();
     }
-    /// What is in the other box is the present one from now on.
-    void exchange_boxes() const noexcept { set_state((state() | flag::touched) ^ flag::second); }
+    /// From now on the other box is the present one.
+    void exchange_boxes() const noexcept { set_state((state() | flag::written) ^ flag::second); }
 
     [[nodiscard]] ObjectFilter filter() const noexcept
     {
@@ -101,11 +105,11 @@ class ObjectIn
         numbers() = {filter.category, filter.mask, filter.owner};
         set(flag::is_static, filter.is_static);
     }
-    void prefetch_state() const noexcept { fetch(&chunk_->state[at_]); }
+    void prefetch_state() const noexcept { prefetch(&chunk_->state[at_]); }
     void prefetch_boxes() const noexcept
     {
-        fetch(&chunk_->box[0][at_]);
-        fetch(&chunk_->box[1][at_]);
+        prefetch(&chunk_->box[0][at_]);
+        prefetch(&chunk_->box[1][at_]);
     }
 
   private:
@@ -113,40 +117,9 @@ class ObjectIn
     std::uint32_t at_;
 };
 
-/// All objects, by index.
+/// How bounds come from a box, for objects whose bounds are more than it.
 template <int Dim, class T>
-class Objects
-{
-    using Chunk = ObjectChunk<Dim, T>;
-
-  public:
-    explicit Objects(std::pmr::memory_resource* memory) : chunks_(memory) {}
-    /// Room for `count` at least; new ones are nowhere.
-    void grow(std::size_t count) { chunks_.grow((count + Chunk::size - 1) / Chunk::size); }
-    [[nodiscard]] std::size_t capacity() const noexcept { return chunks_.capacity() * Chunk::size; }
-    [[nodiscard]] ObjectIn<Chunk> operator[](std::uint32_t index) noexcept
-    {
-        return {chunks_[index / Chunk::size], index % Chunk::size};
-    }
-    [[nodiscard]] ObjectIn<const Chunk> operator[](std::uint32_t index) const noexcept
-    {
-        return {chunks_[index / Chunk::size], index % Chunk::size};
-    }
-    [[nodiscard]] std::uint64_t bytes() const noexcept { return chunks_.bytes(); }
-
-  private:
-    ChunkedArray<Chunk, 0> chunks_;
-};
-
-[[nodiscard]] inline bool passes(const ObjectFilter& a, const ObjectFilter& b) noexcept
-{
-    return ((a.category & b.mask) != 0) & ((b.category & a.mask) != 0) &
-           ((a.owner != b.owner) | (a.owner == Filter::no_owner)) & !(a.is_static & b.is_static);
-}
-
-/// How an object's bounds come from what was given.
-template <int Dim, class T>
-struct Shape
+struct Reach
 {
     Aabb<Dim, T> box;
     T displacement[Dim];
@@ -163,28 +136,55 @@ struct Shape
     }
 };
 
+/// All objects, by index.
 template <int Dim, class T>
-[[nodiscard]] bool same(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
+class Objects
 {
-    bool all = true;
-    for (int d = 0; d < Dim; ++d)
-        all &= (a.lo[d] == b.lo[d]) & (a.hi[d] == b.hi[d]);
-    return all;
-}
+    using Chunk = ObjectChunk<Dim, T>;
 
-/// Closed and branchless, where `overlaps` leaves the choice to the compiler.
-template <int Dim, class T>
-[[nodiscard]] bool touch(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
-{
-    bool all = true;
-    for (int d = 0; d < Dim; ++d)
-        all &= (a.lo[d] <= b.hi[d]) & (b.lo[d] <= a.hi[d]);
-    return all;
-}
+  public:
+    using Object = ObjectIn<Chunk>;
+    using ConstObject = ObjectIn<const Chunk>;
 
-[[nodiscard]] constexpr std::uint64_t pair_key(std::uint32_t x, std::uint32_t y) noexcept
+    explicit Objects(std::pmr::memory_resource* memory) : chunks_(memory), reaches_(memory) {}
+    /// Room for `count` at least; new ones are nowhere.
+    void grow(std::size_t count) { chunks_.grow((count + Chunk::size - 1) / Chunk::size); }
+    [[nodiscard]] std::size_t capacity() const noexcept { return chunks_.capacity() * Chunk::size; }
+    [[nodiscard]] Object operator[](Index index) noexcept
+    {
+        return {chunks_[raw(index) / Chunk::size], raw(index) % Chunk::size};
+    }
+    [[nodiscard]] ConstObject operator[](Index index) const noexcept
+    {
+        return {chunks_[raw(index) / Chunk::size], raw(index) % Chunk::size};
+    }
+    void prefetch(Index index) const noexcept
+    {
+        if (raw(index) >= capacity()) return;
+        (*this)[index].prefetch_state();
+        (*this)[index].prefetch_boxes();
+    }
+
+    /// Of an object with `has_reach`, or for which there is room.
+    [[nodiscard]] Reach<Dim, T>& reach(Index index) noexcept { return reaches_[raw(index)]; }
+    [[nodiscard]] const Reach<Dim, T>& reach(Index index) const noexcept { return reaches_[raw(index)]; }
+    void make_room_for_reach(Index index) { reaches_.grow(std::size_t{raw(index)} + 1); }
+    /// As it was given, without margin and displacement.
+    [[nodiscard]] const Aabb<Dim, T>& box(Index index) const noexcept
+    {
+        const ConstObject object = (*this)[index];
+        return object.has(flag::has_reach) ? reach(index).box : object.now();
+    }
+
+  private:
+    ChunkedArray<Chunk, 0> chunks_;
+    ChunkedArray<Reach<Dim, T>> reaches_;
+};
+
+[[nodiscard]] inline bool passes(const ObjectFilter& a, const ObjectFilter& b) noexcept
 {
-    return x < y ? (std::uint64_t{x} << 32 | y) : (std::uint64_t{y} << 32 | x);
+    return ((a.category & b.mask) != 0) & ((b.category & a.mask) != 0) &
+           ((a.owner != b.owner) | (a.owner == Filter::no_owner)) & !(a.is_static & b.is_static);
 }
 
 } // namespace world

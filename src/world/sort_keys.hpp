@@ -2,39 +2,15 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <memory_resource>
 #include <vector>
 
+#include "base/radix.hpp"
 #include "jostle/pair_buffer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
-
-/// By digits of the key, least significant first, but for those that are the same in all values.
-template <int digit_bits, class Value, class Key, class Number>
-void sort_by_digits(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scratch, const Key& key,
-                    Number differing)
-{
-    constexpr std::size_t radix = std::size_t{1} << digit_bits;
-    scratch.resize(values.size());
-    for (int shift = 0; shift < 8 * static_cast<int>(sizeof(Number)); shift += digit_bits) {
-        if (((differing >> shift) & (radix - 1)) == 0) continue;
-        std::array<std::size_t, radix> next{};
-        for (const Value& value : values)
-            ++next[(key(value) >> shift) & (radix - 1)];
-        std::size_t sum = 0;
-        for (std::size_t& each : next) {
-            const std::size_t here = each;
-            each = sum;
-            sum += here;
-        }
-        for (const Value& value : values)
-            scratch[next[(key(value) >> shift) & (radix - 1)]++] = value;
-        values.swap(scratch);
-    }
-}
 
 /// Sorts by key(value), an unsigned number, ascending; equal keys stay as they are ordered if there are many.
 template <class Value, class Key>
@@ -53,10 +29,14 @@ void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scrat
     if (values.size() < few)
         std::sort(values.begin(), values.end(),
                   [&](const Value& x, const Value& y) { return key(x) < key(y); });
-    else if (values.size() < many)
-        sort_by_digits<8>(values, scratch, key, differing);
-    else
-        sort_by_digits<11>(values, scratch, key, differing);
+    else {
+        scratch.resize(values.size());
+        const Value* const result =
+            values.size() < many
+                ? radix_sort<8>(values.data(), scratch.data(), values.size(), key, differing)
+                : radix_sort<11>(values.data(), scratch.data(), values.size(), key, differing);
+        if (result == scratch.data()) values.swap(scratch);
+    }
 }
 
 /// Ascending by (a, b). By a first, as by a key half as long; the few with the same a, by b.

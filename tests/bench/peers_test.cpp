@@ -39,7 +39,7 @@ template <int Dim>
 void check_peers(const std::string& scene_name, std::size_t n)
 {
     SCOPED_TRACE(scene_name + ", " + std::to_string(Dim) + "D, n = " + std::to_string(n));
-    constexpr int kFrames = 5;
+    constexpr int frame_count = 5;
     for (const std::unique_ptr<Peer<Dim>>& peer : make_peers<Dim>())
         for (const std::uint32_t threads : {1u, 2u}) {
             if (threads > 1 && !peer->info().uses_threads) continue;
@@ -49,7 +49,7 @@ void check_peers(const std::string& scene_name, std::size_t n)
             for (int start = 0; start < 2; ++start) {
                 ChangedBoxes<Dim> changes(scene.boxes());
                 peer->start(scene.boxes(), threads);
-                for (int frame = 0; frame < kFrames; ++frame) {
+                for (int frame = 0; frame < frame_count; ++frame) {
                     if (frame != 0) scene.step(); // the first frame may be that of `start`
                     peer->frame(scene.boxes(), changes.since_last(scene.boxes()));
                     const PeerResult expected = definition<Dim>(scene.boxes());

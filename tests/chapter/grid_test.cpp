@@ -272,4 +272,31 @@ TEST(ChapterCellSizes, KeepTheTestsNearThePairs)
     check_tests(outliers, 40);
 }
 
+TEST(ChapterCellSizes, AreTheLeastPowersOfTwoAboveTheBoxes)
+{
+    const Boxes<2, float> boxes = {{{0, 0}, {1.5f, 1}}, {{0, 0}, {0.25f, 5}}, {{9, 9}, {9.9f, 9}}};
+    EXPECT_EQ(chapter::choose_cell_sizes(BoxView<2, float>(boxes)), (std::vector<float>{1, 2, 8}));
+}
+
+TEST(ChapterCellSizes, ABoxAsLargeAsACellLiesOnItsLevel)
+{
+    chapter::Grid<2, float> grid({{1, 2, 4}, 16});
+    EXPECT_EQ(grid.level(grid.add({{0, 0}, {1, 0.5f}})), 0u);
+    EXPECT_EQ(grid.level(grid.add({{0, 0}, {0.5f, 2}})), 1u);
+    EXPECT_EQ(grid.level(grid.add({{0, 0}, {2.5f, 0}})), 2u);
+    EXPECT_EQ(grid.level(grid.add({{0, 0}, {0, 4.5f}})), 3u);
+}
+
+TEST(ChapterStats, AreTheSumsOfAllProcessors)
+{
+    auto grid = grid_of(mixed_sizes<3, float>(300, 8, 8, 5), {{1, 2, 4, 8}});
+    grid.detect_proximity(serial_executor());
+    const chapter::GridStats alone = grid.stats();
+    EXPECT_GT(alone.tests, 300u);
+    grid.detect_proximity(*make_thread_executor(3));
+    EXPECT_EQ(grid.stats().tests, alone.tests);
+    EXPECT_EQ(grid.stats().visited, alone.visited);
+    EXPECT_EQ(grid.stats().cells, alone.cells);
+}
+
 } // namespace

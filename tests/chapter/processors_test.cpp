@@ -208,6 +208,16 @@ TEST(ChapterResponses, SparseSumsDoNotDependOnTheProcessors)
     }
 }
 
+TEST(ChapterResponses, SparseSumsAddUpByTheOtherObjectsNumber)
+{
+    // Two large ones cancel each other out, and what comes then is kept: in another order it would be lost.
+    chapter::SparseResponses<double> responses(1, 2);
+    responses.add(1, 0, 9, 1.0);
+    responses.add(0, 0, 5, -1e20);
+    responses.add(1, 0, 3, 1e20);
+    EXPECT_EQ(responses.merge(serial_executor())[0], 1.0);
+}
+
 // Where the last response was added: what cores share is a question of addresses.
 struct Located
 {

@@ -61,7 +61,7 @@ TEST(BadBox, NaNAtAnyPlaceNamesTheLowestBox)
                 const T nan = std::copysign(std::numeric_limits<T>::quiet_NaN(), T(place % 3) - 1);
                 const auto spoil = [&](std::size_t i, int where) {
                     // Not (... ? lo : hi)[...]: g++ 12 with -fsanitize=bounds takes a wrong index there.
-                    T* const side = where < K::dim ? boxes[i].lo : boxes[i].hi;
+                    auto& side = where < K::dim ? boxes[i].lo : boxes[i].hi;
                     side[where % K::dim] = nan;
                 };
                 spoil(lowest, place);
@@ -132,6 +132,28 @@ TEST(BadBox, LowestOfManyInALargeInput)
     const Error error = error_of_search(BoxView<3, float>(boxes));
     EXPECT_EQ(error.index(), 30'001u);
     EXPECT_EQ(error.code(), ErrorCode::inverted_box);
+}
+
+TEST(BadBox, TheOnlyOneIsFoundInWhoeversShareItLies)
+{
+    const Boxes<3, float> good = make_scene<3, float>(Scene::uniform, 50'000, 3);
+    for (const NamedExecutor& executor : all_executors()) {
+        jostle::FinderOptions options;
+        options.executor = executor.executor.get();
+        jostle::PairFinder finder(options);
+        for (const std::size_t place :
+             {0, 1, 255, 256, 7'000, 16'500, 24'999, 25'000, 33'500, 41'000, 49'999}) {
+            Boxes<3, float> boxes = good;
+            boxes[place].hi[2] = std::numeric_limits<float>::quiet_NaN();
+            EXPECT_EQ(error_of([&] { (void)finder.find(BoxView<3, float>(boxes)); }).index(), place)
+                << executor.name;
+            const BoxView<3, float> all(boxes), half = all.subview(0, 20'000),
+                                                rest = all.subview(20'000, 30'000);
+            EXPECT_EQ(error_of([&] { (void)finder.find(half, rest); }).index(),
+                      place < 20'000 ? place : place - 20'000)
+                << executor.name;
+        }
+    }
 }
 
 TEST(BadBox, CrossFormNamesTheSet)

@@ -112,7 +112,7 @@ std::string check_scene(Random& random, jostle::PairFinder& shared, std::uint64_
     description += ", " + executor.name + ", " + jostle::name(manner.options.instruction_set);
 
     const std::vector<Pair> expected =
-        question.a.size() + question.b.size() > 1000 ? sweep_oracle(question) : oracle(question);
+        question.a.size() + question.b.size() > 1000 ? large_oracle(question) : oracle(question);
     found += expected.size();
     if (random.one_in(2)) {
         Manner with_shared = manner;

@@ -25,7 +25,7 @@ class Callback : public ::testing::TestWithParam<std::size_t>
     jostle::FinderOptions options_;
     const Question<3, float> question_{make_scene<3, float>(Scene::dense, n, 4)};
     const BoxView<3, float> view_{question_.a};
-    const std::vector<Pair> expected_ = sweep_oracle(question_);
+    const std::vector<Pair> expected_ = large_oracle(question_);
     Manner using_finder(jostle::PairFinder& finder) const
     {
         Manner manner;
@@ -46,7 +46,7 @@ TEST_P(Callback, AcceptIsAskedOncePerTouchingPairThatPassesTheOtherFilters)
     Random random(1);
     Question<3, float> question = question_;
     question.columns_a = random_columns(random, n, true, true);
-    const std::vector<Pair> expected = sweep_oracle(question);
+    const std::vector<Pair> expected = large_oracle(question);
     ASSERT_GT(expected.size(), 100u);
     std::mutex mutex;
     std::vector<Pair> asked;

@@ -132,8 +132,8 @@ class BoxMemory
             const bool backwards = layout == Layout::backwards;
             for (std::size_t i = 0; i < n; ++i) {
                 T* const here = memory_.data() + (backwards ? n - 1 - i : i) * step;
-                std::copy_n(boxes[i].hi, Dim, here + 1);
-                std::copy_n(boxes[i].lo, Dim, here + 2 + Dim);
+                std::copy_n(boxes[i].hi.data(), Dim, here + 1);
+                std::copy_n(boxes[i].lo.data(), Dim, here + 2 + Dim);
             }
             const T* const first = memory_.data() + (backwards ? (n - 1) * step : 0);
             const auto stride = static_cast<std::ptrdiff_t>(step * sizeof(T));

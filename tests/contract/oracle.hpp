@@ -71,59 +71,103 @@ std::vector<Pair> oracle(const Question<Dim, T>& question)
     return pairs;
 }
 
-/// The axis along which the fewest boxes meet.
+/// Boxes as points of 2 * Dim numbers, their bounds, in a balanced tree that is split at the median of the
+/// bound that differs most. Boxes of all sizes separate, since a large box has another upper bound than the
+/// small ones it holds. Nothing is computed with the bounds but which of them to split by, so that no answer
+/// can depend on rounding.
 template <int Dim, class T>
-int best_sweep_axis(const Boxes<Dim, T>& boxes)
+class BoundsTree
 {
-    int best = 0;
-    std::uint64_t most_apart = 0;
-    for (int d = 0; d < Dim; ++d) {
-        std::vector<T> lows, highs;
-        for (const Aabb<Dim, T>& box : boxes) {
-            lows.push_back(box.lo[d]);
-            highs.push_back(box.hi[d]);
-        }
-        std::sort(lows.begin(), lows.end());
-        std::sort(highs.begin(), highs.end());
-        std::uint64_t pairs_apart = 0;
-        std::size_t ended = 0;
-        for (const T low : lows) {
-            while (ended < highs.size() && highs[ended] < low)
-                ++ended;
-            pairs_apart += ended;
-        }
-        if (pairs_apart > most_apart) {
-            most_apart = pairs_apart;
-            best = d;
-        }
+  public:
+    explicit BoundsTree(const Boxes<Dim, T>& boxes) : boxes_(boxes), order_(boxes.size())
+    {
+        std::iota(order_.begin(), order_.end(), 0u);
+        if (!order_.empty()) build(0, static_cast<std::uint32_t>(order_.size()));
     }
-    return best;
-}
+    /// The boxes in an order in which neighbours lie close together.
+    const std::vector<std::uint32_t>& order() const { return order_; }
 
-/// The same answer in O(n log n + pairs that meet along one axis), for scenes too large for the definition.
-template <int Dim, class T>
-std::vector<Pair> sweep_oracle(const Question<Dim, T>& question)
-{
-    Boxes<Dim, T> boxes = question.a;
-    if (question.cross) boxes.insert(boxes.end(), question.b.begin(), question.b.end());
-    const auto first_b = static_cast<std::uint32_t>(question.a.size());
-    const int axis = best_sweep_axis(boxes);
-    std::vector<std::uint32_t> by_low(boxes.size());
-    std::iota(by_low.begin(), by_low.end(), 0u);
-    std::sort(by_low.begin(), by_low.end(),
-              [&](std::uint32_t i, std::uint32_t j) { return boxes[i].lo[axis] < boxes[j].lo[axis]; });
-    std::vector<Pair> pairs;
-    for (std::size_t i = 0; i < by_low.size(); ++i)
-        for (std::size_t j = i + 1; j < by_low.size(); ++j) {
-            if (boxes[by_low[i]].hi[axis] < boxes[by_low[j]].lo[axis]) break;
-            std::uint32_t a = std::min(by_low[i], by_low[j]), b = std::max(by_low[i], by_low[j]);
-            if (question.cross) {
-                if (a >= first_b || b < first_b) continue;
-                b -= first_b;
-            }
-            if (!apart(boxes[by_low[i]], boxes[by_low[j]]) && !forbidden(question, a, b))
-                pairs.push_back({a, b});
+    /// Calls visit(i) for each box i that isn't apart from `box`.
+    template <class Visit>
+    void each_touching(const Aabb<Dim, T>& box, const Visit& visit, std::uint32_t at = 0) const
+    {
+        if (nodes_.empty() || apart(nodes_[at].around, box)) return;
+        const Node& node = nodes_[at];
+        if (node.second_child != 0) {
+            each_touching(box, visit, at + 1);
+            each_touching(box, visit, node.second_child);
+            return;
         }
+        for (std::uint32_t k = node.first; k < node.last; ++k)
+            if (!apart(boxes_[order_[k]], box)) visit(order_[k]);
+    }
+
+  private:
+    struct Node
+    {
+        Aabb<Dim, T> around;
+        std::uint32_t first, last;
+        std::uint32_t second_child = 0; // the first one is the next node; 0: a leaf
+    };
+    static T bound(const Aabb<Dim, T>& box, int which)
+    {
+        return which < Dim ? box.lo[which] : box.hi[which - Dim];
+    }
+
+    void build(std::uint32_t first, std::uint32_t last)
+    {
+        const std::size_t at = nodes_.size();
+        nodes_.push_back({boxes_[order_[first]], first, last});
+        double widest = -1;
+        int split_by = 0;
+        for (int which = 0; which < 2 * Dim; ++which) {
+            const auto [least, greatest] =
+                std::minmax_element(order_.begin() + first, order_.begin() + last, before(which));
+            const T low = bound(boxes_[*least], which), high = bound(boxes_[*greatest], which);
+            (which < Dim ? nodes_[at].around.lo[which] : nodes_[at].around.hi[which - Dim]) =
+                which < Dim ? low : high;
+            const double width = within_1e300(high) - within_1e300(low);
+            if (width > widest) widest = width, split_by = which;
+        }
+        if (last - first <= 8) return;
+        const std::uint32_t middle = first + (last - first) / 2;
+        std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last,
+                         before(split_by));
+        build(first, middle);
+        nodes_[at].second_child = static_cast<std::uint32_t>(nodes_.size());
+        build(middle, last);
+    }
+    auto before(int which) const
+    {
+        return [this, which](std::uint32_t i, std::uint32_t j) {
+            return bound(boxes_[i], which) < bound(boxes_[j], which);
+        };
+    }
+    static double within_1e300(T value) { return std::clamp(static_cast<double>(value), -1e300, 1e300); }
+
+    const Boxes<Dim, T>& boxes_;
+    std::vector<std::uint32_t> order_;
+    std::vector<Node> nodes_;
+};
+
+/// The same answer as oracle(), near-linear in boxes and pairs: for scenes that are too large for the
+/// definition.
+template <int Dim, class T>
+std::vector<Pair> large_oracle(const Question<Dim, T>& question)
+{
+    std::vector<Pair> pairs;
+    const BoundsTree<Dim, T> tree(question.a);
+    const auto ask_for = [&](std::uint32_t b, const Aabb<Dim, T>& box) {
+        tree.each_touching(box, [&](std::uint32_t a) {
+            if ((question.cross || a < b) && !forbidden(question, a, b)) pairs.push_back({a, b});
+        });
+    };
+    if (question.cross)
+        for (std::uint32_t b = 0; b < question.b.size(); ++b)
+            ask_for(b, question.b[b]);
+    else
+        for (const std::uint32_t b : tree.order())
+            ask_for(b, question.a[b]);
     std::sort(pairs.begin(), pairs.end());
     return pairs;
 }

@@ -11,7 +11,7 @@
 #include "engine/brick_store.hpp"
 #include "engine/kernels/kernels.hpp"
 #include "engine/tuner.hpp"
-#include "pair_finder_access.hpp"
+#include "pairs/pair_finder_access.hpp"
 #include "scenes/scenes.hpp"
 
 using namespace jostle;
@@ -104,6 +104,34 @@ TEST(Slices, TheLowestBadBoxIsNamed)
         FAIL() << "no error";
     } catch (const Error& error) {
         EXPECT_EQ(error.index(), 205u);
+    }
+}
+
+// What the counts mean: tests that compare one instruction set's with another's don't see where all are
+// wrong.
+TEST(Counts, AreThoseThatOneCountsByHand)
+{
+    const Aabb2f box{{0, 0}, {1, 1}};
+    std::vector<Aabb2f> boxes = {box};
+    for (const InstructionSet set : supported_instruction_sets()) {
+        FinderOptions options;
+        options.instruction_set = set;
+        PairFinder finder(options);
+        const auto counts = [&] {
+            (void)finder.find(boxes);
+            const Stats& stats = finder.stats();
+            return std::vector<std::uint64_t>{stats.objects,    stats.records, stats.bricks,
+                                              stats.candidates, stats.ties,    stats.pairs};
+        };
+        // One box lies in one brick and meets nobody.
+        boxes = {box};
+        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{1, 1, 1, 0, 0, 0})) << name(set);
+        // Two rows share one step of 16 candidates; the quanta tell that the boxes overlap.
+        boxes = {box, box};
+        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{2, 2, 1, 32, 0, 1})) << name(set);
+        // Boxes that only touch leave it to the user's numbers.
+        boxes = {box, {{1, 0}, {2, 1}}};
+        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{2, 2, 1, 32, 1, 1})) << name(set);
     }
 }
 

@@ -7,8 +7,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <tuple>
 #include <vector>
 
+#include "index/order.hpp"
 #include "index/tree.hpp"
 #include "jostle/executor.hpp"
 #include "tests/contract/counting_memory.hpp"
@@ -24,7 +27,7 @@ using twin::random_box;
 using Tree = index::Tree<3, float>;
 using View = BoxView<3, float>;
 
-/// Nodes and blocks that a search for each of some boxes opens.
+/// Nodes and leaves that a search for each of some boxes opens.
 double visits(const Tree& tree, const std::vector<Aabb3f>& questions)
 {
     std::uint64_t opened = 0;
@@ -35,7 +38,7 @@ double visits(const Tree& tree, const std::vector<Aabb3f>& questions)
             const index::Child<3, float> child = way.back();
             way.pop_back();
             ++opened;
-            if (child.is_block()) continue;
+            if (child.is_leaf()) continue;
             for (std::uint32_t lane = 0; lane < index::lanes; ++lane)
                 if (child.node()->child[lane] && overlaps(child.node()->bounds.get(lane), box))
                     way.push_back(child.node()->child[lane]);
@@ -57,7 +60,7 @@ struct Objects
             boxes.push_back(random_box<3, float>(random, kind));
         }
     }
-    /// A tree built anew opens `fresh` nodes and blocks for the boxes; how many more does this one?
+    /// A tree built anew opens `fresh` nodes and leaves for the boxes; how many more does this one?
     double compare(const Tree& tree) const
     {
         Tree fresh{IndexOptions{}};
@@ -112,8 +115,91 @@ TEST_P(Churn, LeavesTheTreeAsGoodAsNew)
     std::vector<std::uint32_t> order = objects.ids;
     tree.erase(order);
     EXPECT_EQ(tree.validate(), nullptr);
-    EXPECT_EQ(tree.stats().blocks + tree.stats().bricks + tree.stats().nodes, 0u);
+    EXPECT_EQ(tree.stats().leaves + tree.stats().pages + tree.stats().nodes, 0u);
 }
+
+/// Nodes on the longest way from here to a page, whose node has leaves for children.
+std::uint64_t depth_below(index::Child<3, float> child)
+{
+    if (!child || child.node()->child[0].is_leaf()) return 0;
+    std::uint64_t deepest = 0;
+    for (std::uint32_t lane = 0; lane < index::lanes; ++lane)
+        if (child.node()->child[lane]) deepest = std::max(deepest, depth_below(child.node()->child[lane]));
+    return deepest + 1;
+}
+
+/// Objects on a line along an axis come in the order of their places, in whichever they were given.
+TEST(Order, NeighboursComeTogether)
+{
+    const auto sort_few = index::kernels_for<3, float>(supported_instruction_sets().front()).sort_few;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const std::uint32_t count : {17u, 40u, 256u}) {
+            SCOPED_TRACE(testing::Message() << "axis " << axis << ", " << count << " objects");
+            std::vector<index::Record<3, float>> records(count);
+            for (std::uint32_t k = 0; k < count; ++k) {
+                const std::uint32_t place = k * 77 % count; // no count has 7 or 11 for a factor
+                for (int d = 0; d < 3; ++d) {
+                    const float at = d == axis ? static_cast<float>(place) - 100 : static_cast<float>(k % 2);
+                    records[k].box.lo[d] = at;
+                    records[k].box.hi[d] = at + 0.25f;
+                }
+                records[k].id = place;
+            }
+            std::uint8_t order[index::page_capacity];
+            index::order_objects(records.data(), count, sort_few, order);
+            for (std::uint32_t k = 0; k < count; ++k)
+                ASSERT_EQ(records[order[k]].id, k);
+        }
+}
+
+/// Where nine heaps of 16 objects lie apart, each becomes a leaf.
+TEST(Order, LeavesAreFullAndSmall)
+{
+    const auto sort_few = index::kernels_for<2, double>(supported_instruction_sets().front()).sort_few;
+    constexpr std::uint32_t count = 9 * 16 + 3;
+    std::vector<index::Record<2, double>> records;
+    for (std::uint32_t k = 0; k < count; ++k) {
+        const std::uint32_t heap = k < 9 * 16 ? k % 9 : 50; // the last three are far off
+        const double at = 1000.0 * heap + 0.01 * (k / 9);
+        records.push_back({{{at, 0}, {at, 1}}, k});
+    }
+    std::uint8_t order[index::page_capacity];
+    index::order_objects(records.data(), count, sort_few, order);
+    std::vector<bool> there(count);
+    for (std::uint32_t k = 0; k < count; ++k)
+        there[order[k]] = true;
+    EXPECT_EQ(std::count(there.begin(), there.end(), true), count);
+    double edges = 0;
+    for (std::uint32_t leaf = 0; leaf < 9; ++leaf) {
+        double low = 1e9, high = -1e9;
+        for (std::uint32_t k = leaf * 16; k < leaf * 16 + 16; ++k) {
+            low = std::min(low, records[order[k]].box.lo[0]);
+            high = std::max(high, records[order[k]].box.lo[0]);
+        }
+        edges += high - low;
+    }
+    EXPECT_LT(edges, 9 * 0.16);
+}
+
+TEST(Stats, DepthIsTheLongestWayToAPage)
+{
+    Tree tree{{}};
+    EXPECT_EQ(tree.stats().depth, 0u);
+    std::uint32_t done = 0;
+    for (const auto& [count, least, most] : {std::tuple(10u, 0u, 0u), std::tuple(300u, 1u, 1u),
+                                             std::tuple(2000u, 1u, 2u), std::tuple(20000u, 2u, 5u)}) {
+        const Objects objects(Kind::uniform, count, 11);
+        tree.insert(std::span(objects.ids).subspan(done), View(std::span(objects.boxes).subspan(done)));
+        done = count;
+        EXPECT_EQ(tree.stats().depth, depth_below(tree.root())) << count;
+        EXPECT_GE(tree.stats().depth, least) << count;
+        EXPECT_LE(tree.stats().depth, most) << count;
+    }
+    EXPECT_EQ(tree.stats().nodes > 1, tree.stats().depth > 1);
+    tree.clear();
+    EXPECT_EQ(tree.stats().depth, 0u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Scenes, Churn, ::testing::Range(0, static_cast<int>(Kind::last) + 1),
                          [](const auto& each) {
                              return std::string(twin::name(static_cast<Kind>(each.param)));
@@ -180,9 +266,7 @@ TEST_P(Following, IsAsGoodAsMovingOneByOne)
         ASSERT_EQ(tree.validate(), nullptr);
         for (const std::uint32_t id : objects.ids) {
             const Aabb3f found = tree.box(id), &box = objects.boxes[id];
-            ASSERT_TRUE(std::equal(found.lo, found.lo + 3, box.lo) &&
-                        std::equal(found.hi, found.hi + 3, box.hi))
-                << id;
+            ASSERT_TRUE(found.lo == box.lo && found.hi == box.hi) << id;
         }
     }
     const double ratio = objects.compare(tree);

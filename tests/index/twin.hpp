@@ -285,9 +285,10 @@ class Twin
         return all;
     }
     Box finite_box() { return random_box<Dim, T>(random, kind_ == Kind::giants ? Kind::uniform : kind_); }
-    static bool moves(const T (&direction)[Dim])
+    static bool moves(const Vec<Dim, T>& direction)
     {
-        return std::any_of(direction, direction + Dim, [](T each) { return std::isfinite(T(1) / each); });
+        return std::any_of(direction.begin(), direction.end(),
+                           [](T each) { return std::isfinite(T(1) / each); });
     }
     Ray<Dim, T> random_ray()
     {

@@ -2,6 +2,7 @@
 // Every two convex shapes in 3D against the definition.
 #include <gtest/gtest.h>
 
+#include "narrow/axes.hpp"
 #include "narrow/convex3.hpp"
 #include "narrow/pair.hpp"
 #include "tests/narrow/oracle.hpp"
@@ -178,7 +179,7 @@ TEST(Polyhedra, OverlapAsDeepAsAllPairsOfEdgesSay)
         }
         if (directions > 5000 && round % 8 != 0) continue; // the slow twin is slow
         narrow::Gap<3> slow;
-        narrow::core_gap_by_axes(core_a, core_b, slow);
+        narrow::gap_by_axes(core_a, core_b, slow);
         for (const bool wild : {false, true}) { // whatever the first guess is
             narrow::Gap<3> gap;
             gap.normal = {0.6, 0, -0.8};

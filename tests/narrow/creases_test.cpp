@@ -83,8 +83,8 @@ Surface<3> ground(Height height, bool wall)
     return s;
 }
 
-/// What the definition asks of the contacts of children with a surface, where no child's core goes through it.
-/// Returns how many elements had to have a contact.
+/// What the definition asks of the contacts of children with a surface, where no child's core goes through
+/// it. Returns how many elements had to have a contact.
 template <int Dim>
 int expect_as_defined(const Surface<Dim>& surface, const Mesh<Dim>& mesh, const Compound<Dim>& compound,
                       const std::vector<typename Compound<Dim>::Child>& children,

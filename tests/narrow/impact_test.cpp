@@ -317,7 +317,8 @@ class OwnBall final : public CustomShape<Dim>
         double size = 0;
         for (const double x : direction)
             size += x * x;
-        Vec<Dim, double> point{0.4};
+        Vec<Dim, double> point{};
+        point[0] = 0.4;
         for (std::size_t d = 0; d < point.size(); ++d)
             point[d] += 0.5 * direction[d] / std::sqrt(size);
         return point;
@@ -331,7 +332,9 @@ void compare_own_shape(std::uint64_t seed)
     const Zoo<Dim> zoo(random, 2, false);
     const OwnBall<Dim> ball;
     const Shape<Dim> own(ball, ShapeTypes::first_custom);
-    const std::vector<typename Compound<Dim>::Child> children = {{Shape<Dim>::sphere(0.5), {{0.4}}}};
+    Pose<Dim, double> aside;
+    aside.position[0] = 0.4;
+    const std::vector<typename Compound<Dim>::Child> children = {{Shape<Dim>::sphere(0.5), aside}};
     const Compound<Dim> same(children);
     int hits = 0;
     for (int round = 0; round < 400; ++round) {

@@ -6,9 +6,11 @@
 #include <atomic>
 #include <memory_resource>
 
+#include "narrow/math.hpp"
 #include "tests/narrow/random_pairs.hpp"
 
 using namespace jostle;
+using narrow::Vec3;
 
 namespace {
 
@@ -89,8 +91,8 @@ TEST(AFloor, CatchesNothingOnItsInnerSidesWhereItIsLevel)
             }
 }
 
-// Where a surface bends by less than a degree, a triangle leaves what touches its sides to its neighbour; where
-// it bends upwards, neither has it over itself.
+// Where a surface bends by less than a degree, a triangle leaves what touches its sides to its neighbour;
+// where it bends upwards, neither has it over itself.
 TEST(ASurface, HoldsWhatTouchesItHoweverGentlyItBends)
 {
     for (const double k : {0.0003, 0.001, 0.004, 0.01, 0.1}) {
@@ -203,6 +205,128 @@ TEST(AHeightField, IsItsTrianglesFromAboveAndPushesUpFromBelow)
             for (const auto& contact : sunk)
                 ASSERT_GT(contact.normal[1], 0) << round;
         }
+}
+
+TEST(AHeightField, TouchesAHalfSpaceThatOneOfItsHeightsIsIn)
+{
+    const Terrain terrain(9, 7, 0.5);
+    const HeightField field(HeightGrid<double>{terrain.heights, 9, 7, 1, 1, 0});
+    const Shape3 ground(field);
+    Random random(11);
+    int touch = 0, apart = 0;
+    for (int round = 0; round < 2000; ++round) {
+        SCOPED_TRACE(round);
+        Vec<3, double> normal{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+        if (random.chance(0.3)) normal[random.below(3)] = 0;
+        const Vec3 n = narrow::load(normal) * (1 / length(narrow::load(normal)));
+        double least = HUGE_VAL;
+        for (const auto& v : terrain.vertices)
+            least = std::min(least, dot(n, narrow::load(v)));
+        const double expected = random.uniform(-1, 1);
+        const Shape3 below = Shape3::half_space(normal, least - expected);
+        ASSERT_EQ(touching(ground, Pose3d{}, below, Pose3d{}), expected <= 0);
+        ASSERT_EQ(touching(below, Pose3d{}, ground, Pose3d{}), expected <= 0);
+        (expected <= 0 ? touch : apart) += 1;
+        const auto gap = distance(ground, Pose3d{}, below, Pose3d{}, 1e300);
+        ASSERT_TRUE(gap.has_value());
+        ASSERT_NEAR(gap->distance, expected, 1e-12);
+    }
+    EXPECT_GT(touch, 500);
+    EXPECT_GT(apart, 500);
+}
+
+TEST(ATriangle, PushesABoxOutAcrossAnyAxisFromEitherSide)
+{
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const double side : {1.0, -1.0}) {
+            SCOPED_TRACE(testing::Message() << "axis " << axis << ", side " << side);
+            const std::size_t u = (axis + 1) % 3, w = (axis + 2) % 3;
+            std::vector<Vec<3, double>> corners(3);
+            corners[0][u] = corners[0][w] = corners[1][w] = corners[2][u] = -9;
+            corners[1][u] = corners[2][w] = 9;
+            const Mesh<3> triangle(corners, std::vector<Mesh<3>::Element>{{0, 1, 2}});
+            Pose3d pose;
+            pose.position[axis] = side * 0.9;
+            pose.position[u] = pose.position[w] = -3;
+            const auto found = contacts(Shape3(triangle), Pose3d{}, Shape3::box({1, 1, 1}), pose);
+            ASSERT_EQ(found.size(), 1u);
+            ASSERT_EQ(found[0].count, 4u);
+            for (std::size_t d = 0; d < 3; ++d)
+                EXPECT_NEAR(found[0].normal[d], d == axis ? side : 0, 1e-12);
+            for (std::uint32_t i = 0; i < 4; ++i) {
+                EXPECT_NEAR(found[0].point[i].depth, 0.1, 1e-12);
+                EXPECT_NEAR(found[0].point[i].from_a[axis], -side * 0.05, 1e-12);
+                EXPECT_NEAR(std::abs(found[0].point[i].from_a[u] + 3), 1, 1e-12);
+                EXPECT_NEAR(std::abs(found[0].point[i].from_a[w] + 3), 1, 1e-12);
+            }
+        }
+}
+
+TEST(ACapsule, OnABoxHasItsDeepestPointFirst)
+{
+    Random random(21);
+    int two[2] = {};
+    for (int round = 0; round < 2000; ++round) {
+        SCOPED_TRACE(round);
+        const double tilt = random.uniform(-0.05, 0.05);
+        for (std::size_t axis = 0; axis < 3; ++axis) { // of the box's face that it lies on
+            Pose3d lying, box;
+            // The capsule's axis, y, is laid along the next axis and tilted by a little.
+            const Vec<3, double> along = axis == 0   ? Vec<3, double>{std::sin(tilt), std::cos(tilt), 0}
+                                         : axis == 1 ? Vec<3, double>{0, std::sin(tilt), std::cos(tilt)}
+                                                     : Vec<3, double>{std::cos(tilt), 0, std::sin(tilt)};
+            // The quaternion that turns y to `along`: y x along, 1 + y . along.
+            lying.rotation = {along[2], 0, -along[0], 1 + along[1]};
+            lying.position[axis] = 1.45;
+            for (std::size_t d = 0; d < 3; ++d)
+                if (d != axis) lying.position[d] = random.uniform(-0.5, 0.5);
+            Vec<3, double> half{3, 3, 3};
+            half[axis] = 1;
+            const auto found = contacts(Shape3::capsule(1, 0.5), lying, Shape3::box(half), box);
+            ASSERT_EQ(found.size(), 1u);
+            const double first = found[0].point[0].depth;
+            ASSERT_NEAR(first, 0.05 + std::abs(std::sin(tilt)), 1e-9);
+            ASSERT_LT(found[0].normal[axis], -0.99);
+            if (found[0].count < 2) continue;
+            ASSERT_EQ(found[0].count, 2u);
+            ASSERT_NEAR(found[0].point[1].depth, 0.05 - std::abs(std::sin(tilt)), 1e-9);
+            two[tilt > 0 ? 1 : 0] += 1;
+        }
+    }
+    EXPECT_GT(two[0], 1000);
+    EXPECT_GT(two[1], 1000);
+}
+
+TEST(AManifold, HasEachFeatureOnceAndKeepsThemWhileABoxSlides)
+{
+    Random random(9);
+    int same = 0, manifolds = 0;
+    std::size_t points = 0;
+    for (int round = 0; round < 4000; ++round) {
+        SCOPED_TRACE(round);
+        const Shape3 below = Shape3::box({3, 1, 3}), above = Shape3::box({2, 1, 2});
+        const double yaw = random.uniform(0, 3);
+        Pose3d pose{{random.uniform(-3, 3), 1.95, random.uniform(-3, 3)},
+                    {0, std::sin(yaw), 0, std::cos(yaw)}};
+        const auto features = [&] {
+            const auto found = contacts(below, Pose3d{}, above, pose);
+            EXPECT_EQ(found.size(), 1u);
+            std::vector<std::uint32_t> of;
+            for (std::uint32_t i = 0; i < found[0].count; ++i)
+                of.push_back(found[0].point[i].feature);
+            std::sort(of.begin(), of.end());
+            EXPECT_EQ(std::adjacent_find(of.begin(), of.end()), of.end());
+            return of;
+        };
+        const auto before = features();
+        pose.position[0] += 1e-7;
+        pose.position[2] -= 1e-7;
+        same += features() == before ? 1 : 0;
+        points += before.size();
+        ++manifolds;
+    }
+    EXPECT_GE(points, std::size_t{12000});
+    EXPECT_GE(same, manifolds - 4); // a corner may just pass a side
 }
 
 TEST(ACompound, IsItsChildren)
@@ -398,7 +522,8 @@ TEST(AUsersShape, IsMetByItsSupportPoints)
     }
 }
 
-/// Points of a smooth shape lie so close to each other that rounding once took some that were apart for overlapping.
+/// Points of a smooth shape lie so close to each other that rounding once took some that were apart for
+/// overlapping.
 TEST(AUsersShape, TouchesNothingThatIsApart)
 {
     Random random(7);
@@ -537,6 +662,38 @@ TEST(Bounds, OfAHalfSpaceEndAtAPlaneAcrossAnAxis)
     EXPECT_EQ(level.lo[1], -HUGE_VAL);
     EXPECT_EQ(level.hi[0], HUGE_VAL);
     EXPECT_EQ(bounds(Shape3::half_space({0, 1, 0.1}, 3), Pose3d{}).hi[1], HUGE_VAL);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const double sign : {1.0, -1.0})
+            for (const double offset : {3.0, -3.0}) {
+                Vec<3, double> normal{};
+                normal[axis] = 2 * sign;
+                const Aabb3d box = bounds(Shape3::half_space(normal, offset), Pose3d{{5, 6, 7}});
+                for (std::size_t d = 0; d < 3; ++d) {
+                    const double plane = 5.0 + static_cast<double>(d) + sign * offset;
+                    if (d == axis && sign > 0) {
+                        EXPECT_NEAR(box.hi[d], plane, 1e-12);
+                        EXPECT_GE(box.hi[d], plane);
+                    } else {
+                        EXPECT_EQ(box.hi[d], HUGE_VAL);
+                    }
+                    if (d == axis && sign < 0) {
+                        EXPECT_NEAR(box.lo[d], plane, 1e-12);
+                        EXPECT_LE(box.lo[d], plane);
+                    } else {
+                        EXPECT_EQ(box.lo[d], -HUGE_VAL);
+                    }
+                }
+                if (axis > 1) continue;
+                const Aabb2d flat =
+                    bounds(Shape2::half_space({normal[0], normal[1]}, offset), Pose2d{{5, 6}});
+                for (std::size_t d = 0; d < 2; ++d) {
+                    const double plane = 5.0 + static_cast<double>(d) + sign * offset;
+                    EXPECT_NEAR(d == axis && sign > 0 ? flat.hi[d] : plane, plane, 1e-12);
+                    EXPECT_NEAR(d == axis && sign < 0 ? flat.lo[d] : plane, plane, 1e-12);
+                    EXPECT_EQ(flat.hi[d] == HUGE_VAL, d != axis || sign < 0);
+                    EXPECT_EQ(flat.lo[d] == -HUGE_VAL, d != axis || sign > 0);
+                }
+            }
 }
 
 TEST(Bounds, AreTightAndHoldEveryPoint)

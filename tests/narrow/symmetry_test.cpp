@@ -131,8 +131,8 @@ TYPED_TEST(EveryCombination, TouchingDistanceAndContactsAgree)
                     SCOPED_TRACE(testing::Message() << "types " << a.type() << " and " << b.type());
                     if (std::abs(d->distance) < T(1e-5)) continue;
                     ASSERT_EQ(touching(a, pose_a, b, pose_b), d->distance <= 0);
-                    // A surface that goes on has fewer contacts than triangles touched, but has some. Beside a
-                    // height field's rim there may be none.
+                    // A surface that goes on has fewer contacts than triangles touched, but has some. Beside
+                    // a height field's rim there may be none.
                     const bool surface =
                         (a.type() >= ShapeTypes::mesh && a.type() <= ShapeTypes::height_field) ||
                         (b.type() >= ShapeTypes::mesh && b.type() <= ShapeTypes::height_field);

@@ -53,6 +53,28 @@ class BackwardThreads final : public jostle::Executor
     std::uint32_t concurrency_;
 };
 
+/// A host that runs tasks on the calling thread, and fails when it is told to.
+class FailingExecutor final : public jostle::Executor
+{
+  public:
+    enum class Fault
+    {
+        none,
+        leaves_one_out,
+        runs_none,
+        throws_an_int ///< after the tasks
+    };
+    Fault fault = Fault::none;
+
+    std::uint32_t concurrency() const noexcept override { return 3; }
+    void run(std::uint32_t count, jostle::FunctionRef<void(std::uint32_t)> task) override
+    {
+        for (std::uint32_t i = fault == Fault::leaves_one_out ? 1 : 0; i < count; ++i)
+            if (fault != Fault::runs_none) task(i);
+        if (fault == Fault::throws_an_int) throw 1;
+    }
+};
+
 struct NamedExecutor
 {
     std::string name;

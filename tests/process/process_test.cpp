@@ -240,6 +240,65 @@ TEST(Process, TheLowestBlocksExceptionLeavesTheCall)
     }
 }
 
+/// Two threads, which knows how many tasks have come to their end.
+class TwoThreads final : public jostle::Executor
+{
+  public:
+    std::atomic<std::uint32_t> ended{0};
+
+    std::uint32_t concurrency() const noexcept override { return 2; }
+    void run(std::uint32_t count, jostle::FunctionRef<void(std::uint32_t)> task) override
+    {
+        std::vector<std::thread> threads;
+        for (std::uint32_t i = 0; i < count; ++i)
+            threads.emplace_back([=, this] {
+                task(i);
+                ++ended;
+            });
+        for (std::thread& thread : threads)
+            thread.join();
+    }
+};
+
+TEST(Process, OfTwoExceptionsTheLowerBlocksLeavesWhicheverWasFirst)
+{
+    for (const std::uint32_t first_to_throw : {0u, 1u}) {
+        TwoThreads executor;
+        std::atomic<int> inside = 0;
+        // Both blocks are at work before one throws; the other waits for the end of that one's task.
+        const auto fail = [&](std::uint32_t block) {
+            ++inside;
+            while (inside != 2)
+                std::this_thread::yield();
+            while (block != first_to_throw && executor.ended == 0)
+                std::this_thread::yield();
+            throw block;
+        };
+        const auto thrown_by = [&](const auto& call) {
+            inside = 0;
+            executor.ended = 0;
+            try {
+                call();
+            } catch (std::uint32_t block) {
+                return block;
+            }
+            return ~0u;
+        };
+        const auto items = [&] {
+            jostle::process_items(
+                2, [&](std::uint64_t, std::uint64_t, Work work) { fail(work.block); }, with(executor, 1));
+        };
+        EXPECT_EQ(thrown_by(items), 0u) << "block " << first_to_throw << " threw first";
+        for (const Schedule schedule : schedules) {
+            const auto all_pairs = [&] {
+                jostle::process_all_pairs(
+                    3, [&](const jostle::PairRow& row) { fail(row.a); }, with(executor), schedule);
+            };
+            EXPECT_EQ(thrown_by(all_pairs), 0u) << "row " << first_to_throw << " threw first";
+        }
+    }
+}
+
 TEST(Process, WorkGoesOnAfterAnException)
 {
     const jostle::PairBuffer pairs = some_pairs(500);

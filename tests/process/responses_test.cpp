@@ -254,6 +254,31 @@ TEST(Responses, BlocksInAnyOrder)
         }
 }
 
+TEST(Responses, LongBlocksInAnyOrder)
+{
+    // So many responses of one object that a block of them fills several pieces of memory.
+    constexpr std::uint32_t objects = 2, blocks = 3, per_block = 500;
+    std::vector<Pair> pairs;
+    for (std::uint32_t k = 0; k < blocks * per_block; ++k)
+        pairs.push_back({0, 1});
+    std::uint32_t number = 0;
+    const auto value = [&](std::uint32_t object, std::uint32_t) { return impulse_of(object, number++); };
+    const auto truth = by_a_plain_loop<Impulse>(objects, pairs, per_block, value);
+    jostle::WorkPlan plan;
+    plan.items = pairs.size();
+    plan.block_items = per_block;
+    plan.blocks = blocks;
+    ResponsesOptions options;
+    options.form = ResponseForm::sparse;
+    Responses<Impulse> responses(options);
+    responses.start(objects, plan);
+    for (const std::uint32_t block : {1u, 2u, 0u})
+        for (std::uint32_t k = block * per_block; k < (block + 1) * per_block; ++k)
+            for (const std::uint32_t object : {0u, 1u})
+                responses.add({0, block}, object, impulse_of(object, 2 * k + object));
+    expect_same_bits(responses.merge(), truth, "sparse");
+}
+
 TEST(Responses, AllPairsBySchedule)
 {
     constexpr std::uint32_t objects = 300;
@@ -303,10 +328,12 @@ TEST(Responses, AWrongNumberIsAnErrorThatNamesIt)
         EXPECT_TRUE(responses.merge().empty());
         responses.start(7, plan);
         EXPECT_EQ(message({0, 1}, 6), "");
-        EXPECT_NE(message({0, 0}, 7).find("object 7"), std::string::npos);
+        EXPECT_EQ(message({0, 0}, 7),
+                  "add to object 7, but start was told of 7; give start as many as there are");
         EXPECT_NE(message({0, 2}, 0).find("block 2, but start was told of 2; make its plan"),
                   std::string::npos);
-        EXPECT_NE(message({1, 0}, 0).find("slot 1"), std::string::npos);
+        EXPECT_NE(message({1, 0}, 0).find("slot 1, but start was told of 1; make its plan"),
+                  std::string::npos);
         EXPECT_EQ(responses.merge()[6], 1);
         EXPECT_NE(message({0, 1}, 6).find("after merge"), std::string::npos);
         EXPECT_EQ(responses.merge()[6], 1);
@@ -432,6 +459,106 @@ TEST(ResponsesMemory, APlanBeyondAnyMemoryIsBadAlloc)
         responses.add({0, 0}, 2, {1, 2, 3, 4});
         EXPECT_EQ(responses.merge()[2].turn, 4);
     }
+}
+
+TEST(Responses, AMergeThatFailedLosesNothing)
+{
+    using process_test::FailingExecutor;
+    const std::vector<Pair> pairs = random_pairs(3'000, 3'000, 7);
+    std::vector<Impulse> truth;
+    for (const ResponseForm form : {ResponseForm::dense, ResponseForm::sparse})
+        for (const auto fault : {FailingExecutor::Fault::leaves_one_out, FailingExecutor::Fault::runs_none,
+                                 FailingExecutor::Fault::throws_an_int})
+            for (const bool with_apply : {false, true}) {
+                FailingExecutor executor;
+                ResponsesOptions options;
+                options.executor = &executor;
+                options.form = form;
+                Responses<Impulse> responses(options);
+                if (truth.empty()) {
+                    const auto merged = frame(responses, 3'000, pairs, 3, 1);
+                    truth.assign(merged.begin(), merged.end());
+                }
+                const std::string where = "form " + std::to_string(int(form)) + ", fault " +
+                                          std::to_string(int(fault)) + (with_apply ? ", applied" : "");
+                for (int repeat = 0; repeat < 2; ++repeat) {
+                    executor.fault = fault;
+                    EXPECT_ANY_THROW(frame(responses, 3'000, pairs, 3, 1)) << where;
+                    EXPECT_THROW(responses.add({0, 0}, 0, Impulse{}), jostle::Error)
+                        << where << ": some may be merged already";
+                    EXPECT_ANY_THROW((void)responses.merge()) << where;
+                    executor.fault = FailingExecutor::Fault::none;
+                    if (with_apply) expect_same_bits<Impulse>(applied(responses, 3'000), truth, where);
+                    expect_same_bits(responses.merge(), truth, where);
+                }
+                // Nor does the next frame see anything of it.
+                executor.fault = fault;
+                EXPECT_ANY_THROW(frame(responses, 3'000, pairs, 3, 1)) << where;
+                executor.fault = FailingExecutor::Fault::none;
+                expect_same_bits(frame(responses, 3'000, {}, 3, 1), std::vector<Impulse>(3'000), where);
+            }
+}
+
+TEST(Responses, StartForgetsWhatWasNotMerged)
+{
+    for (const ResponseForm form : {ResponseForm::dense, ResponseForm::sparse}) {
+        ResponsesOptions options;
+        options.form = form;
+        Responses<int> responses(options);
+        jostle::WorkPlan plan;
+        plan.items = plan.blocks = 3;
+        plan.slots = 2;
+        for (int repeat = 0; repeat < 3; ++repeat) { // with nothing merged yet, and between two merges
+            responses.start(2'000, plan);
+            responses.add({0, 2}, 3, 10);
+            responses.add({1, 1}, 1'999, 10);
+            responses.start(2'000, plan);
+            responses.add({1, 0}, 1'999, 1);
+            responses.add({0, 2}, 4, 1);
+            std::vector<int> expected(2'000);
+            expected[1'999] = expected[4] = 1;
+            const auto merged = responses.merge();
+            EXPECT_EQ(std::vector<int>(merged.begin(), merged.end()), expected)
+                << "form " << int(form) << ", repeat " << repeat;
+        }
+    }
+}
+
+TEST(ResponsesMemory, NothingIsAppliedBeforeWhatMayFailIsDone)
+{
+    constexpr std::uint32_t objects = 3'000; // of six bins
+    std::vector<int> expected(objects);
+    std::uint64_t failures = 0;
+    for (bool failed = true; failed; failures += failed) {
+        contract::CountingMemory memory;
+        ResponsesOptions options;
+        options.executor = &jostle::serial_executor();
+        options.memory = &memory;
+        options.form = ResponseForm::sparse;
+        Responses<int> responses(options);
+        jostle::WorkPlan plan;
+        plan.items = plan.blocks = 4;
+        responses.start(objects, plan);
+        std::fill(expected.begin(), expected.end(), 0);
+        for (const std::uint32_t block : {2u, 0u, 3u, 1u}) // out of order, so that merging wants memory
+            for (std::uint32_t object = block; object < objects; object += 5) {
+                responses.add({0, block}, object, int(object));
+                expected[object] += int(object);
+            }
+        memory.failing_allocation = memory.allocations + failures;
+        int calls = 0;
+        failed = false;
+        try {
+            responses.merge([&](std::uint32_t, std::span<const int>) { ++calls; });
+        } catch (const std::bad_alloc&) {
+            failed = true;
+        }
+        EXPECT_EQ(calls, failed ? 0 : 6) << "failing allocation " << failures;
+        memory.failing_allocation = contract::CountingMemory::never;
+        expect_same_bits<int>(applied(responses, objects), expected, "applied");
+        expect_same_bits(responses.merge(), expected, "merged");
+    }
+    EXPECT_GE(failures, 12u) << "some for each bin";
 }
 
 // Which lines of memory were written: what cores share is a question of addresses.

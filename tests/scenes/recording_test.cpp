@@ -2,6 +2,7 @@
 #include "scenes/recording.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -12,6 +13,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "scenes/random.hpp"
@@ -27,10 +29,10 @@ namespace {
 class TemporaryFile
 {
   public:
-    TemporaryFile()
+    explicit TemporaryFile(const std::string& more = "")
         : path_(fs::temp_directory_path() /
                 ("jostle-" + std::to_string(::getpid()) + "-" +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() + ".jrec"))
+                 testing::UnitTest::GetInstance()->current_test_info()->name() + more + ".jrec"))
     {
     }
     ~TemporaryFile() { fs::remove(path_); }
@@ -143,7 +145,7 @@ TEST(Recording, GivesBackAnyBitsWhatever)
     Frames<3, double> frames(5, std::vector<Aabb3d>(200));
     for (auto& frame : frames)
         for (Aabb3d& box : frame)
-            for (double* bound : {box.lo, box.hi})
+            for (double* bound : {box.lo.data(), box.hi.data()})
                 for (int d = 0; d < 3; ++d) {
                     constexpr double special[] = {0.0,
                                                   -0.0,
@@ -218,6 +220,94 @@ TEST(Recording, NeverHandsOutAnAlteredFrame)
     EXPECT_TRUE(contains(complaint("/tmp"), "/tmp: can't be read"));
 }
 
+TEST(Recording, KeepsItsFormat)
+{
+    // Fingerprints of frames of the recording in the repository. A change here means that recordings made
+    // before can't be read any more, or are read as something else.
+    RecordingReader reader(JOSTLE_DATA_DIR "/tumble.jrec");
+    std::vector<Aabb3f> boxes;
+    std::vector<std::uint64_t> fingerprints;
+    for (int frame = 0; reader.next(boxes); ++frame) {
+        if (frame != 0 && frame != 1 && frame != 2 && frame != 219) continue;
+        std::uint64_t hash = 0xcbf29ce484222325u;
+        for (const Aabb3f& box : boxes)
+            for (const float* bound : {box.lo.data(), box.hi.data()})
+                for (int d = 0; d < 3; ++d) {
+                    std::uint32_t bits;
+                    std::memcpy(&bits, &bound[d], sizeof bits);
+                    hash = (hash ^ bits) * 0x100000001b3u;
+                }
+        fingerprints.push_back(hash);
+    }
+    EXPECT_EQ(fingerprints, (std::vector<std::uint64_t>{0x7c1231ba21396447, 0xe8014ecff746bbcc,
+                                                        0x25a3e312c560a7ed, 0x3838717e603a88d8}));
+}
+
+/// Where the frames of a recording of `record`'s begin, and where it ends.
+std::vector<std::size_t> frame_places(const std::string& bytes)
+{
+    std::vector<std::size_t> places;
+    for (std::size_t at = 40 + std::string("what it shows").size() + 8; at < bytes.size();) {
+        places.push_back(at);
+        std::uint32_t size;
+        std::memcpy(&size, bytes.data() + at, 4); // the tests run on little-endian machines
+        at += 4 + size;
+    }
+    places.push_back(bytes.size());
+    return places;
+}
+
+TEST(Recording, NoticesFramesOutOfPlaceAndBytesTooMany)
+{
+    const TemporaryFile file;
+    record(file.path(), scene_frames<3, float>("uniform", 5, 3));
+    const std::string whole = bytes_of(file.path());
+    const std::vector<std::size_t> at = frame_places(whole);
+    ASSERT_EQ(at.size(), 4u);
+    const auto part = [&](std::size_t k) { return whole.substr(at[k], at[k + 1] - at[k]); };
+    const std::string header = whole.substr(0, at[0]);
+    write_bytes(file.path(), header + part(1) + part(0) + part(2));
+    EXPECT_TRUE(contains(complaint(file.path()), "was altered in frame 1 of 3")) << complaint(file.path());
+    write_bytes(file.path(), header + part(0) + part(2) + part(2));
+    EXPECT_TRUE(contains(complaint(file.path()), "was altered in frame 2 of 3"));
+    std::string longer = part(0) + "x";
+    ++longer[0]; // the size of the block: below 255
+    write_bytes(file.path(), header + longer + part(1) + part(2));
+    EXPECT_TRUE(contains(complaint(file.path()), "was altered in frame 1 of 3"));
+    std::string shorter = part(0).substr(0, part(0).size() - 1);
+    --shorter[0];
+    write_bytes(file.path(), header + shorter + part(1) + part(2));
+    EXPECT_TRUE(contains(complaint(file.path()), "was altered in frame 1 of 3"));
+    write_bytes(file.path(), whole);
+    EXPECT_EQ(complaint(file.path()), "");
+}
+
+TEST(Recording, ReadsFromAPipeOnce)
+{
+    const TemporaryFile file, pipe_name("pipe");
+    const auto frames = scene_frames<3, float>("uniform", 5000, 3); // more bytes than a pipe holds
+    record(file.path(), frames);
+    const std::string bytes = bytes_of(file.path());
+    ASSERT_EQ(::mkfifo(pipe_name.path().c_str(), 0600), 0);
+    std::thread writer([&] { write_bytes(pipe_name.path(), bytes); });
+    {
+        RecordingReader reader(pipe_name.path());
+        std::vector<Aabb3f> boxes;
+        for (const auto& frame : frames) {
+            ASSERT_TRUE(reader.next(boxes));
+            ASSERT_EQ(std::memcmp(boxes.data(), frame.data(), frame.size() * sizeof(frame[0])), 0);
+        }
+        EXPECT_FALSE(reader.next(boxes));
+        try {
+            reader.rewind();
+            ADD_FAILURE() << "a pipe was read again";
+        } catch (const std::runtime_error& error) {
+            EXPECT_TRUE(contains(error.what(), "is a pipe, which can't be read again"));
+        }
+    }
+    writer.join();
+}
+
 TEST(Recording, AppearsWholeOrNotAtAll)
 {
     const TemporaryFile file;
@@ -228,10 +318,15 @@ TEST(Recording, AppearsWholeOrNotAtAll)
         EXPECT_FALSE(fs::exists(file.path()));
         EXPECT_THROW(writer.add_frame(std::span(frames[0]).first(4)), std::invalid_argument);
     }
-    EXPECT_FALSE(fs::exists(file.path()));
-    EXPECT_FALSE(fs::exists(file.path().string() + ".part"));
+    const auto left = [&] {
+        std::size_t files = 0;
+        for (const auto& entry : fs::directory_iterator(file.path().parent_path()))
+            files += entry.path().string().starts_with(file.path().string());
+        return files;
+    };
+    EXPECT_EQ(left(), 0u);
     record(file.path(), frames);
-    EXPECT_FALSE(fs::exists(file.path().string() + ".part"));
+    EXPECT_EQ(left(), 1u);
     EXPECT_THROW((RecordingWriter<2, double>("/nowhere/x.jrec", 5, 0, "")), std::runtime_error);
     std::vector<Aabb3f> wrong;
     EXPECT_THROW(RecordingReader(file.path()).next(wrong), std::logic_error);

@@ -104,7 +104,7 @@ TEST(Simulation, APileComesToRestAndStaysThere)
         Simulation simulation(options_for(scene, 60, *executor));
         for (int frame = 0; frame < 1000; ++frame)
             simulation.step();
-        std::vector<std::array<float, 3>> at;
+        std::vector<jostle::Vec3f> at;
         for (std::uint32_t i = 0; i < simulation.bodies(); ++i) {
             at.push_back(simulation.position(i));
             EXPECT_GT(at.back()[1], 0.2f); // on the floor, not in it
@@ -132,8 +132,8 @@ TEST(Simulation, IterationsAreAsManyAsItTakes)
     EXPECT_EQ(simulation.iterations(), 4); // at rest
 }
 
-// Where a fifth of the overlap is undone in a frame rather than four, cubes sink into each other by 0.38 m; where
-// two whose faces nearly look at each other touch in one point, by 0.43 m.
+// Where a fifth of the overlap is undone in a frame rather than four, cubes sink into each other by 0.38 m;
+// where two whose faces nearly look at each other touch in one point, by 0.43 m.
 TEST(Simulation, CubesDontSinkFarIntoEachOther)
 {
     Simulation simulation(options_for("boxes", 300, jostle::serial_executor()));

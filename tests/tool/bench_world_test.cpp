@@ -80,6 +80,25 @@ TEST_F(ToolTest, BenchWorldAsksAboutWhereTheBoxesAreNow)
     EXPECT_EQ(checksums["nearest"].size(), 1u);
 }
 
+TEST_F(ToolTest, BenchesHaveOneMedian)
+{
+    // Of two frames: their mean.
+    for (const std::string part : {"", "world", "contacts"}) {
+        std::vector<std::string> arguments{"bench",    "-n", "300",    "--threads", "1",
+                                           "--frames", "2",  "--json", "-"};
+        if (!part.empty()) arguments.insert(arguments.begin() + 1, part);
+        arguments.push_back(part == "world" ? "moving" : part == "contacts" ? "box-box" : "uniform");
+        const std::string unit = part == "contacts" ? "_ns" : "_ms";
+        const Result result = run(arguments);
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        for (const auto& row : nlohmann::json::parse(result.out))
+            EXPECT_NEAR(row["median" + unit].get<double>(),
+                        (row["min" + unit].get<double>() + row["max" + unit].get<double>()) / 2,
+                        unit == "_ns" ? 0.11 : 0.00011)
+                << row;
+    }
+}
+
 TEST_F(ToolTest, BenchWorldNamesWhatItDoesntKnow)
 {
     const Result result = run({"bench", "world", "nowhere"});

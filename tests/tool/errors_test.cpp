@@ -62,7 +62,7 @@ TEST_F(Errors, CsvHeader)
     // One z column alone doesn't quietly make 2D boxes.
     expect_file_error("b.csv", "lo_x,lo_y,lo_z,hi_x,hi_y\n", "b.csv:1:6: column hi_z is missing; " + advice);
     expect_file_error("b.csv", std::string("lo_x,\0\n\"\x01,\x7f\"", 13),
-                      "b.csv:1:2: column \"?\" is not known; " + advice);
+                      "b.csv:1:2: column \"\\x00\" is not known; " + advice);
 }
 
 TEST_F(Errors, CsvRows)
@@ -76,7 +76,7 @@ TEST_F(Errors, CsvRows)
     expect_file_error("b.csv", header + "0,0,1 000,1\n", "b.csv:3:3: hi_x is \"1 000\"" + advice);
     expect_file_error("b.csv", header + "0,0," + std::string(50, 'y') + ",1\n",
                       "b.csv:3:3: hi_x is \"" + std::string(40, 'y') + "...\"" + advice);
-    expect_file_error("b.csv", header + "0,0,\x1b[31m,1\n", "b.csv:3:3: hi_x is \"?[31m\"" + advice);
+    expect_file_error("b.csv", header + "0,0,\x1b[31m,1\n", "b.csv:3:3: hi_x is \"\\x1b[31m\"" + advice);
     expect_file_error("b.csv", header + "\n\r\n0,,1,1\n", "b.csv:5:2: lo_y is empty; write a number");
     expect_file_error("b.csv", header + ",,,\n", "b.csv:3:1: lo_x is empty; write a number");
     expect_file_error(
@@ -124,12 +124,16 @@ TEST_F(Errors, CsvIds)
         {"pairs", "b.csv", "-o", "out.npy"},
         "out.npy: id \"a\" isn't a whole number up to 4294967295, as .npy needs; write .csv or .jsonl");
     expect_error({"pairs", "b.csv", "-o", "out.jsonl"},
-                 "out.jsonl: id \"\xff\" isn't UTF-8, as JSON needs; write .csv");
+                 "out.jsonl: id \"\\xff\" isn't UTF-8, as JSON needs; write .csv");
     write("b.csv", "id,lo_x,lo_y,hi_x,hi_y\n4294967295,0,0,1,1\n4294967296,0,0,1,1\n");
     expect_error(
         {"pairs", "b.csv", "-o", "out.npy"},
         "out.npy: id \"4294967296\" isn't a whole number up to 4294967295, as .npy needs; write .csv or "
         ".jsonl");
+    write("b.csv", "id,lo_x,lo_y,hi_x,hi_y\n7,0,0,1,1\n007,0,0,1,1\n"); // which would both be 7
+    expect_error(
+        {"pairs", "b.csv", "-o", "out.npy"},
+        "out.npy: id \"007\" isn't a whole number up to 4294967295, as .npy needs; write .csv or .jsonl");
 }
 
 TEST_F(Errors, Npy)
@@ -230,6 +234,9 @@ TEST_F(Errors, Input)
                  "gone.npy: No such file or directory; check the name and its permissions");
     expect_error({"pairs", "gone.obj"},
                  "gone.obj: No such file or directory; check the name and its permissions");
+    expect_error({"pairs", "gone.jrec"},
+                 "gone.jrec: No such file or directory; check the name and its permissions");
+    expect_error({"pairs", "gone"}, "gone: No such file or directory; check the name and its permissions");
     expect_error({"pairs", "."}, ".: is a directory; name a file");
     const std::string readable = "; give a .csv, .npy or .jrec file, or a mesh (.obj, .stl, .ply, .glb, ...)";
     write("b.txt", "");

@@ -93,6 +93,7 @@ class Pairs : public ToolTest
         result = run(with({"-o", "out.csv", "--stats"}));
         EXPECT_EQ(result.err, "");
         EXPECT_EQ(json::parse(result.out)["pairs"], pairs.size());
+        EXPECT_EQ(json::parse(result.out)["checksum"], hex(jostle::pair_checksum(pairs)));
         EXPECT_EQ(read("out.csv"), pairs_csv(pairs));
 
         result = run(with({"-o", "out.jsonl"}));
@@ -266,6 +267,18 @@ TEST_F(Pairs, IdsTakeThePlaceOfPositions)
     EXPECT_EQ(read("out.jsonl"),
               "{\"a\":\"left, \\\"upper\\\"\",\"b\":\"arm\"}\n{\"a\":\"arm\",\"b\":\"two\\nlines\"}\n"
               "{\"a\":\"two\\nlines\",\"b\":\" x\"}\n{\"a\":\" x\",\"b\":\"007\"}\n");
+    // Numbers in JSON only where all of them come back from any reader as they are, digit by digit.
+    const auto lines_of = [&](const std::string& a, const std::string& b) {
+        write("two.csv", "id,lo_x,lo_y,hi_x,hi_y\n" + a + ",0,0,1,1\n" + b + ",1,1,2,2\n");
+        EXPECT_EQ(run({"pairs", "two.csv", "-o", "out.jsonl"}).err, "");
+        return read("out.jsonl");
+    };
+    EXPECT_EQ(lines_of("-3", "999999999999999"), "{\"a\":-3,\"b\":999999999999999}\n");
+    for (const std::string text :
+         {"007", "00", "-0", "-07", "+7", "1000000000000000", "1.0", "1e3", "0x1", "-"}) {
+        EXPECT_EQ(lines_of("5", text), "{\"a\":\"5\",\"b\":\"" + text + "\"}\n");
+        EXPECT_EQ(lines_of(text, "5"), "{\"a\":\"" + text + "\",\"b\":\"5\"}\n");
+    }
     // The checksum is of the positions, whatever the ids are.
     write("plain.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n1,1,2,2\n2,2,3,3\n");
     EXPECT_EQ(json::parse(run({"pairs", "plain.csv", "--stats"}).out)["checksum"],
@@ -320,6 +333,7 @@ TEST_F(Pairs, ManyPairsAreWrittenWhole)
     }
     write("b.csv", boxes);
     expect_pairs("b.csv", pairs, "7");
+    expect_stats("b.csv", n, pairs); // which come in many chunks
 }
 
 TEST_F(Pairs, AFileThatWasThereIsReplacedAndKeepsItsPermissions)
@@ -381,6 +395,20 @@ TEST_F(Pairs, PartsArePlacedByTheirNodes)
         EXPECT_EQ(run(arguments).out, "a,b\n0,1\n0,2\n1,2\n");
         arguments[1] = "apart.gltf";
         EXPECT_EQ(run(arguments).out, "a,b\n1,2\n");
+    }
+}
+
+TEST_F(Pairs, NodesArePlacedInTheirParentsSpace)
+{
+    // The parent doubles, the child moves by 1: by 2 in all, and the triangle is twice as big. The other
+    // order would move by 1.
+    const std::string start = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1,3]}],"nodes":[
+{"mesh":0},{"scale":[2,2,2],"children":[2]},{"mesh":0,"translation":[1,0,0]},{"mesh":0,"translation":[)";
+    const std::string end = gltf("0").substr(gltf("0").find("\"meshes\""));
+    for (const auto& [x, pairs] : {std::pair{"1.9", "a,b\n1,2\n"}, {"4", "a,b\n1,2\n"}, {"4.1", "a,b\n"}}) {
+        write("m.gltf", start + x + ",0,0]}],\n" + end);
+        EXPECT_EQ(run({"pairs", "m.gltf"}).out, pairs) << x;
+        EXPECT_EQ(run({"pairs", "m.gltf", "--parts"}).out, pairs) << x;
     }
 }
 

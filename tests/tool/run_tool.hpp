@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstdlib>
@@ -35,6 +36,7 @@ struct Result
 {
     int exit_code = -1; ///< 1000 + the signal if one ended it
     std::string out, err;
+    long peak_kb = 0; ///< the most memory that it, or a process that it waited for, had at a time
 };
 
 /// A folder of its own for each test, where the command runs and files have short names.
@@ -81,7 +83,8 @@ class ToolTest : public testing::Test
         int input, out, err; // files, so that nothing waits for a reader
     };
     [[nodiscard]] Running start(const std::vector<std::string>& arguments, const std::string& input = "",
-                                rlim_t largest_file = RLIM_INFINITY, rlim_t cpu_seconds = 60) const
+                                rlim_t largest_file = RLIM_INFINITY, rlim_t cpu_seconds = 60,
+                                const char* program = JOSTLE_TOOL_PATH) const
     {
         const Running running{-1, temporary(), temporary(), temporary()};
         if (::write(running.input, input.data(), input.size()) != static_cast<ssize_t>(input.size()))
@@ -99,8 +102,10 @@ class ToolTest : public testing::Test
             const rlimit file_size{largest_file, largest_file}, seconds{cpu_seconds, cpu_seconds};
             setrlimit(RLIMIT_FSIZE, &file_size);
             setrlimit(RLIMIT_CPU, &seconds); // a test that hangs ends
+            const rlimit no_core{0, 0};
+            setrlimit(RLIMIT_CORE, &no_core); // which would lie in the folder
             if (chdir(folder.c_str()) != 0) _exit(126);
-            execv(JOSTLE_TOOL_PATH, argv.data());
+            execv(program, argv.data());
             _exit(127);
         }
         return {pid, running.input, running.out, running.err};
@@ -108,16 +113,24 @@ class ToolTest : public testing::Test
     static Result wait(const Running& running)
     {
         int status = 0;
-        while (waitpid(running.pid, &status, 0) < 0 && errno == EINTR)
+        rusage usage{};
+        while (wait4(running.pid, &status, 0, &usage) < 0 && errno == EINTR)
             ;
         Result result{WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status), take(running.out),
-                      take(running.err)};
+                      take(running.err), usage.ru_maxrss};
         close(running.input);
         return result;
     }
     [[nodiscard]] Result run(const std::vector<std::string>& arguments, const std::string& input = "") const
     {
         return wait(start(arguments, input));
+    }
+
+    /// Runs a script of bash's, in which `jostle` is the command.
+    [[nodiscard]] Result shell(const std::string& script) const
+    {
+        return wait(start({"-c", "jostle() { '" JOSTLE_TOOL_PATH "' \"$@\"; }\n" + script}, "", RLIM_INFINITY,
+                          60, "/bin/bash"));
     }
 
     std::filesystem::path folder;
@@ -201,8 +214,8 @@ std::vector<T> npy_values(const std::vector<jostle::Aabb<Dim, T>>& boxes, bool f
     std::vector<T> values;
     if (!fortran_order) {
         for (const auto& box : boxes) {
-            values.insert(values.end(), box.lo, box.lo + Dim);
-            values.insert(values.end(), box.hi, box.hi + Dim);
+            values.insert(values.end(), box.lo.begin(), box.lo.end());
+            values.insert(values.end(), box.hi.begin(), box.hi.end());
         }
     } else if (nested) { // a[i][side][axis]: i fastest, axis slowest
         for (int d = 0; d < Dim; ++d)

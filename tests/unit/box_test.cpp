@@ -95,17 +95,20 @@ TEST(BoxView, OfBoxesInContainers)
     expect_bodies(BoxView(std::span<const Aabb3f>(boxes)), 4); // deduces <3, float>
     const BoxView<3, float> view(boxes);
     EXPECT_EQ(view.stride_bytes(), 24);
-    EXPECT_EQ(view.lo_pointer(0), boxes[0].lo); // in place
+    EXPECT_EQ(view.lo_pointer(0), boxes[0].lo.data()); // in place
 }
 
 TEST(BoxView, InsideStructsForwardsAndBackwards)
 {
     const std::vector<Body> all = bodies(5);
     const auto stride = static_cast<std::ptrdiff_t>(sizeof(Body));
-    expect_bodies(BoxView<3, float>::strided(all[0].box.lo, all[0].box.hi, 5, stride), 5);
-    expect_bodies(BoxView<3, float>::strided(all[4].box.lo, all[4].box.hi, 5, -stride), 5, 4, -1);
-    expect_bodies(BoxView<3, float>::strided(all[0].box.lo, all[0].box.hi, 3, 2 * stride), 3, 0, 2);
-    const auto one_box_nine_times = BoxView<3, float>::strided(all[0].box.lo, all[0].box.hi, 9, 0);
+    expect_bodies(BoxView<3, float>::strided(all[0].box.lo.data(), all[0].box.hi.data(), 5, stride), 5);
+    expect_bodies(BoxView<3, float>::strided(all[4].box.lo.data(), all[4].box.hi.data(), 5, -stride), 5, 4,
+                  -1);
+    expect_bodies(BoxView<3, float>::strided(all[0].box.lo.data(), all[0].box.hi.data(), 3, 2 * stride), 3, 0,
+                  2);
+    const auto one_box_nine_times =
+        BoxView<3, float>::strided(all[0].box.lo.data(), all[0].box.hi.data(), 9, 0);
     EXPECT_EQ(one_box_nine_times.hi(2, 8), 12);
 }
 
@@ -125,7 +128,7 @@ TEST(BoxView, OneArrayPerCoordinate)
 TEST(BoxView, Subviews)
 {
     const std::vector<Body> all = bodies(6);
-    const auto view = BoxView<3, float>::strided(all[0].box.lo, all[0].box.hi, 6, sizeof(Body));
+    const auto view = BoxView<3, float>::strided(all[0].box.lo.data(), all[0].box.hi.data(), 6, sizeof(Body));
     expect_bodies(view.subview(2, 3), 3, 2);
     expect_bodies(view.subview(2, 3).subview(1, 2), 2, 3);
     expect_bodies(view.subview(6, 0), 0);

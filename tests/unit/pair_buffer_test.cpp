@@ -5,8 +5,9 @@
 
 #include <algorithm>
 
+#include "base/block_buffer_access.hpp"
+#include "jostle/error.hpp"
 #include "jostle/find_pairs.hpp"
-#include "pair_arena.hpp"
 
 using namespace jostle;
 
@@ -82,6 +83,15 @@ TEST(PairBuffer, RefillsInTheSameMemory)
     EXPECT_EQ(buffer.to_vector(), counted(4));
 }
 
+TEST(PairBuffer, CountsTheMemoryThatItHasAndNotWhatItHad)
+{
+    PairBuffer grown, fresh;
+    fill(grown, {100});
+    fill(grown, {30'000});
+    fill(fresh, {30'000});
+    EXPECT_EQ(grown.bytes_reserved(), fresh.bytes_reserved());
+}
+
 TEST(PairBuffer, MovesWithItsMemory)
 {
     PairBuffer first;
@@ -110,6 +120,83 @@ TEST(PairBuffer, MovesBetweenMemoryResources)
     plain = std::move(other);
     EXPECT_EQ(plain.to_vector(), counted(7));
     plain.release();
+}
+
+/// Counts what it has given out.
+class Ledger final : public std::pmr::memory_resource
+{
+  public:
+    std::size_t bytes = 0, allocations = 0;
+
+  private:
+    void* do_allocate(std::size_t size, std::size_t alignment) override
+    {
+        bytes += size;
+        ++allocations;
+        return std::pmr::new_delete_resource()->allocate(size, alignment);
+    }
+    void do_deallocate(void* memory, std::size_t size, std::size_t alignment) override
+    {
+        bytes -= size;
+        std::pmr::new_delete_resource()->deallocate(memory, size, alignment);
+    }
+    bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override
+    {
+        return this == &other;
+    }
+};
+
+TEST(PairBuffer, AssignmentTakesTheMemoryAndGivesItsOwnBack)
+{
+    Ledger first_memory, second_memory;
+    {
+        PairBuffer first(&first_memory), second(&second_memory), third(&second_memory);
+        fill(first, {10});
+        fill(second, {20});
+        fill(third, {30});
+        const std::size_t third_bytes = third.bytes_reserved();
+        EXPECT_GE(third_bytes, 30 * sizeof(Pair));
+        const Pair* const memory = third.blocks()[0].data();
+        const std::size_t allocations = second_memory.allocations;
+        second = std::move(third); // equal resources
+        EXPECT_EQ(second.blocks()[0].data(), memory);
+        EXPECT_EQ(second.bytes_reserved(), third_bytes);
+        EXPECT_EQ(third.bytes_reserved(), 0u);
+        EXPECT_LT(second_memory.bytes, third_bytes + 20 * sizeof(Pair)); // what it had is given back
+        first = std::move(second);                                       // others
+        EXPECT_EQ(first.blocks()[0].data(), memory);
+        EXPECT_EQ(first_memory.bytes, 0u);
+        EXPECT_EQ(second_memory.allocations, allocations);
+        EXPECT_EQ(first.to_vector(), counted(30));
+        fill(second, {5}); // keeps the resource it had
+        EXPECT_EQ(first_memory.bytes, 0u);
+        fill(second, {50}); // in a chunk that has to grow
+        EXPECT_EQ(second.bytes_reserved(), 50 * sizeof(Pair));
+        fill(second, {5});
+        EXPECT_EQ(second.to_vector(), counted(5));
+        std::swap(first, second);
+        EXPECT_EQ(second.to_vector(), counted(30));
+        EXPECT_EQ(first.to_vector(), counted(5));
+    }
+    EXPECT_EQ(first_memory.bytes, 0u);
+    EXPECT_EQ(second_memory.bytes, 0u);
+}
+
+TEST(PairBuffer, CopiesOnlyWhereThereIsRoom)
+{
+    PairBuffer buffer;
+    fill(buffer, {3, 2});
+    std::vector<Pair> small(4), big(6, Pair{9, 9});
+    try {
+        buffer.copy_to(small);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::size_mismatch);
+        EXPECT_STREQ(error.what(), "room for 4 items, but there are 5");
+    }
+    buffer.copy_to(big);
+    EXPECT_EQ(big[4], counted(5)[4]);
+    EXPECT_EQ(big[5], (Pair{9, 9}));
 }
 
 TEST(PairChecksum, IsTheDocumentedSum)

@@ -7,7 +7,7 @@
 template struct jostle::Aabb<2, double>;
 template class jostle::BoxView<3, float>;
 template class jostle::StridedView<std::uint32_t>;
-template class jostle::ContactBuffer<3, float>;
+template class jostle::BlockBuffer<jostle::Contact<3, float>>;
 template class jostle::Responses<double>;
 template class jostle::chapter::DenseResponses<double>;
 template class jostle::chapter::SparseResponses<double>;

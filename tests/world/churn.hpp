@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <memory>
@@ -11,12 +12,13 @@ namespace world_tests {
 
 using jostle_scenes::Random;
 
-/// Boxes that touch now and then, with many bounds in common, and some that are hard on everybody.
+/// Boxes that touch now and then, with many bounds in common, and some that are hard on everybody. Of many
+/// objects none should be a giant that touches most others.
 template <int Dim, class T>
-Aabb<Dim, T> random_box(Random& random, double extent)
+Aabb<Dim, T> random_box(Random& random, double extent, bool giants = true)
 {
     Aabb<Dim, T> box;
-    const std::uint32_t kind = random.below(64);
+    const std::uint32_t kind = giants ? random.below(64) : random.below(17);
     for (int d = 0; d < Dim; ++d) {
         double lo = random.uniform(0, extent), size = random.uniform(0.5, 1.5);
         if (kind < 16) lo = random.below(static_cast<std::uint32_t>(extent) + 1), size = 1;
@@ -32,17 +34,23 @@ Aabb<Dim, T> random_box(Random& random, double extent)
     return box;
 }
 
-inline ObjectFilter random_filter(Random& random)
+/// Where there are many owners, all objects have one.
+inline ObjectFilter random_filter(Random& random, std::uint32_t owners = 6)
 {
     ObjectFilter filter;
     if (random.below(3) == 0) {
         filter.category = 1u << random.below(3);
         filter.mask = random.below(3) == 0 ? ~0u : random.below(8);
     }
-    if (random.below(4) == 0) filter.owner = random.below(6);
+    if (random.below(owners < 100 ? 4 : 1) == 0) filter.owner = random.below(owners);
     filter.is_static = random.below(4) == 0;
     return filter;
 }
+
+/// What an `accept` that is told to throw throws.
+struct Refusal
+{
+};
 
 /// A world and its twin under random commands.
 template <int Dim, class T>
@@ -50,11 +58,18 @@ class Churn
 {
   public:
     using Box = Aabb<Dim, T>;
+    using World = jostle::World<Dim, T>;
     jostle::WorldOptions options;
-    std::unique_ptr<jostle::World<Dim, T>> world;
+    std::unique_ptr<World> world;
+    std::vector<std::unique_ptr<World>> beside; ///< others that are told the same
     Twin<Dim, T> twin;
     Random random;
     double extent;
+    bool giants = true;
+    std::uint32_t owners = 6;
+    static constexpr std::uint64_t never = ~std::uint64_t{0};
+    std::uint64_t questions_until_refusal = never; ///< that `accept` answers before it throws
+    std::uint64_t asked = 0; ///< how often `accept` was, by the last update of the world
     std::uint64_t operations = 0;
     std::uint64_t began = 0, persisted = 0, ended[4] = {};
 
@@ -62,19 +77,30 @@ class Churn
         : options(with), random(seed), extent(space)
     {
         twin.has_callback = callback;
-        if (callback) options.accept = [this](ObjectId a, ObjectId b) { return accepts(twin.salt, a, b); };
-        world = std::make_unique<jostle::World<Dim, T>>(options);
+        if (callback)
+            options.accept = [this](ObjectId a, ObjectId b) {
+                if (questions_until_refusal != never && questions_until_refusal-- == 0) throw Refusal{};
+                ++asked;
+                return accepts(twin.salt, a, b);
+            };
+        world = std::make_unique<World>(options);
     }
 
     /// If set, takes what is to be said about an object instead of it being said at once.
     std::function<void(ObjectId, std::function<void()>)> dispatch;
+    /// call(world) for each world.
     template <class Call>
-    void say(ObjectId id, Call call)
+    void say(ObjectId id, const Call& call)
     {
+        const auto to_all = [this, call] {
+            call(*world);
+            for (const auto& other : beside)
+                call(*other);
+        };
         if (dispatch)
-            dispatch(id, call);
+            dispatch(id, to_all);
         else
-            call();
+            to_all();
     }
 
     typename Twin<Dim, T>::Thing& any_thing()
@@ -86,19 +112,22 @@ class Churn
     void add()
     {
         typename Twin<Dim, T>::Thing thing;
-        thing.box = random_box<Dim, T>(random, extent);
+        thing.box = random_box<Dim, T>(random, extent, giants);
         jostle::ObjectOptions<T> with;
-        with.filter = thing.filter = random_filter(random);
+        with.filter = thing.filter = random_filter(random, owners);
         with.enabled = thing.enabled = random.below(8) != 0;
         if (random.below(8) == 0) with.margin = T(0.25);
+        thing.plain = options.margin == 0 && with.margin == 0;
         thing.margin = static_cast<T>(options.margin) + with.margin;
         thing.id = world->add(thing.box, with);
+        for (const auto& other : beside)
+            EXPECT_EQ(other->add(thing.box, with), thing.id);
         twin.things[thing.id.index] = thing;
     }
     void remove()
     {
         const ObjectId id = any_thing().id;
-        say(id, [this, id] { world->remove(id); });
+        say(id, [id](World& each) { each.remove(id); });
         twin.things.erase(id.index);
     }
     Box nudged(Box box)
@@ -107,7 +136,7 @@ class Churn
             const T by = static_cast<T>(random.uniform(-0.3, 0.3));
             box.lo[d] += by;
             box.hi[d] += by;
-            if (!(box.lo[d] <= box.hi[d])) return random_box<Dim, T>(random, extent);
+            if (!(box.lo[d] <= box.hi[d])) return random_box<Dim, T>(random, extent, giants);
         }
         return box;
     }
@@ -117,30 +146,29 @@ class Churn
         thing.displacement = {};
         switch (random.below(8)) {
         case 0:
-            thing.box = random_box<Dim, T>(random, extent);
-            say(thing.id, [this, id = thing.id, box = thing.box] { world->teleport(id, box); });
+            thing.box = random_box<Dim, T>(random, extent, giants);
+            say(thing.id, [id = thing.id, box = thing.box](World& each) { each.teleport(id, box); });
             break;
         case 1:
-            thing.box = random_box<Dim, T>(random, extent);
-            say(thing.id, [this, id = thing.id, box = thing.box] { world->move(id, box); });
+            thing.box = random_box<Dim, T>(random, extent, giants);
+            say(thing.id, [id = thing.id, box = thing.box](World& each) { each.move(id, box); });
             break;
         case 2: {
             thing.box = nudged(thing.box);
+            thing.plain = false;
             for (std::size_t d = 0; d < Dim; ++d)
                 thing.displacement[d] = static_cast<T>(random.uniform(-2, 2));
-            say(thing.id, [this, id = thing.id, box = thing.box, move_by = thing.displacement] {
-                T by_array[Dim];
-                std::copy(move_by.begin(), move_by.end(), by_array);
-                world->move(id, box, by_array);
+            say(thing.id, [id = thing.id, box = thing.box, move_by = thing.displacement](World& each) {
+                each.move(id, box, move_by);
             });
             break;
         }
         case 3: // the same again: nothing changes
-            say(thing.id, [this, id = thing.id, box = thing.box] { world->move(id, box); });
+            say(thing.id, [id = thing.id, box = thing.box](World& each) { each.move(id, box); });
             break;
         default:
             thing.box = nudged(thing.box);
-            say(thing.id, [this, id = thing.id, box = thing.box] { world->move(id, box); });
+            say(thing.id, [id = thing.id, box = thing.box](World& each) { each.move(id, box); });
         }
     }
     void resize()
@@ -149,36 +177,33 @@ class Churn
         std::array<T, Dim> sizes{};
         for (int d = 0; d < Dim; ++d) {
             const T size = sizes[static_cast<std::size_t>(d)] = static_cast<T>(random.uniform(0, 2));
+            if (!std::isfinite(thing.box.lo[d]) || !std::isfinite(thing.box.hi[d])) continue;
             const T centre = thing.box.lo[d] + (thing.box.hi[d] - thing.box.lo[d]) / 2;
-            if (!(centre - size / 2 <= centre + size / 2)) continue;
             thing.box.lo[d] = centre - size / 2;
             thing.box.hi[d] = centre + size / 2;
         }
-        say(thing.id, [this, id = thing.id, sizes] {
-            T size[Dim];
-            std::copy(sizes.begin(), sizes.end(), size);
-            world->resize(id, size);
-        });
+        say(thing.id, [id = thing.id, sizes](World& each) { each.resize(id, sizes); });
     }
     void set_filter()
     {
         auto& thing = any_thing();
-        if (random.below(4) != 0) thing.filter = random_filter(random);
-        say(thing.id, [this, id = thing.id, filter = thing.filter] { world->set_filter(id, filter); });
+        if (random.below(4) != 0) thing.filter = random_filter(random, owners);
+        say(thing.id, [id = thing.id, filter = thing.filter](World& each) { each.set_filter(id, filter); });
         twin.filter_was_set.insert(thing.id.index);
     }
     void set_margin()
     {
         auto& thing = any_thing();
         const T own = random.below(2) == 0 ? T(0) : T(0.5);
+        thing.plain = false;
         thing.margin = static_cast<T>(options.margin) + own;
-        say(thing.id, [this, id = thing.id, own] { world->set_margin(id, own); });
+        say(thing.id, [id = thing.id, own](World& each) { each.set_margin(id, own); });
     }
     void set_enabled()
     {
         auto& thing = any_thing();
         thing.enabled = random.below(2) != 0;
-        say(thing.id, [this, id = thing.id, on = thing.enabled] { world->set_enabled(id, on); });
+        say(thing.id, [id = thing.id, on = thing.enabled](World& each) { each.set_enabled(id, on); });
     }
 
     /// One command, so that there are about `target` objects in the long run.
@@ -197,12 +222,21 @@ class Churn
 
     testing::AssertionResult update(bool with_pairs = true)
     {
+        asked = 0;
         world->update();
+        return follow(with_pairs);
+    }
+    /// After an update of the world.
+    testing::AssertionResult follow(bool with_pairs)
+    {
         twin.update();
         began += twin.began.size();
         persisted += twin.persisted.size();
         for (const EndedPair& pair : twin.ended)
             ++ended[static_cast<std::size_t>(pair.reason)];
+        if (asked != twin.asked)
+            return testing::AssertionFailure()
+                   << "accept was asked " << asked << " times, by the twin " << twin.asked;
         return agree(*world, twin, with_pairs);
     }
 };

@@ -15,7 +15,10 @@ template <int Dim, class T>
 class Questions
 {
   public:
-    Questions(const Churn<Dim, T>& churn, std::uint64_t seed) : world_(*churn.world), random_(seed)
+    Questions(const Churn<Dim, T>& churn, std::uint64_t seed) : Questions(churn, *churn.world, seed) {}
+    /// To another world that should say the same.
+    Questions(const Churn<Dim, T>& churn, jostle::World<Dim, T>& world, std::uint64_t seed)
+        : world_(world), random_(seed)
     {
         for (const auto& [index, thing] : churn.twin.things)
             if (thing.enabled) there_.push_back({thing.id, thing.bounds(), thing.filter});

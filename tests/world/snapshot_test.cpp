@@ -119,6 +119,93 @@ TEST(Snapshot, TheOrderDoesNotDependOnFiltersOfThePast)
     }
 }
 
+TEST(Snapshot, WhatWasRefusedStaysRefused)
+{
+    bool answer = false;
+    int asked = 0;
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId, ObjectId) {
+        ++asked;
+        return answer;
+    };
+    jostle::World3f world(options), restored(options);
+    const ObjectId a = world.add({{0, 0, 0}, {1, 1, 1}}), b = world.add({{0, 0, 0}, {1, 1, 1}});
+    world.update();
+    restored.restore(world.save());
+    EXPECT_EQ(restored.stats().refused, 1u);
+    jostle::World3f forked = world.fork();
+    answer = true; // too late
+    for (jostle::World3f* each : {&world, &restored, &forked}) {
+        asked = 0;
+        each->move(a, {{0.5f, 0, 0}, {1, 1, 1}});
+        each->update();
+        EXPECT_EQ(asked, 0);
+        EXPECT_TRUE(each->began().empty() && each->persisted().empty() && each->changed_pairs().empty());
+        EXPECT_TRUE(each->pairs().empty());
+        EXPECT_EQ(each->stats().refused, 1u);
+        each->set_filter(b, {});
+        each->update();
+        EXPECT_EQ(asked, 1);
+        EXPECT_EQ(each->began().size(), 1u);
+        EXPECT_EQ(each->stats().refused, 0u);
+    }
+}
+
+// What a world remembers of the neighbours of those that move is made anew when it is restored; one of them
+// wakes up in the very next update.
+TEST(Snapshot, ANeighbourThatWakesUpAtOnceIsFoundOnce)
+{
+    const auto cube = [](float x, float y) { return jostle::Aabb3f{{x, y, 0}, {x + 1, y + 1, 1}}; };
+    jostle::World3f world;
+    const ObjectId mover = world.add(cube(0, 0)), neighbour = world.add(cube(0.5f, 0));
+    for (int k = 0; k < 200; ++k)
+        (void)world.add(cube(static_cast<float>(2 * k), 50));
+    for (int update = 0; update < 6; ++update)
+        world.update();
+    float x = 0;
+    const auto move_on = [&](jostle::World3f& each) {
+        each.move(mover, cube(x, 0));
+        each.update();
+    };
+    for (int update = 0; update < 4; ++update) {
+        x += 0.01f;
+        move_on(world);
+    }
+    jostle::World3f restored;
+    restored.restore(world.save());
+    for (jostle::World3f* each : {&world, &restored}) {
+        x = 0.05f;
+        for (int update = 0; update < 4; ++update) {
+            x += 0.01f;
+            each->move(neighbour, cube(0.5f, 0.1f * static_cast<float>(update)));
+            move_on(*each);
+            EXPECT_TRUE(each->began().empty()) << update;
+            EXPECT_EQ(each->persisted().to_vector(), (std::vector<Pair>{{mover.index, neighbour.index}}));
+        }
+    }
+}
+
+TEST(Snapshot, TheMarginIsThatOfTheWorldItIsOf)
+{
+    jostle::WorldOptions wide, none;
+    wide.margin = 0.5;
+    jostle::World3f world(wide), restored(none);
+    const ObjectId a = world.add({{0, 0, 0}, {1, 1, 1}});
+    world.update();
+    restored.restore(world.save());
+    jostle::World3f forked = restored.fork();
+    for (jostle::World3f* each : {&world, &restored, &forked}) {
+        const ObjectId b = each->add({{2, 0, 0}, {3, 1, 1}});
+        each->set_margin(a, 0.25f);
+        each->update();
+        EXPECT_EQ(each->margin(b), 0.5f);
+        EXPECT_EQ(each->margin(a), 0.75f);
+        EXPECT_EQ(each->began().size(), 1u) << "1 + 0.75 and 2 - 0.5";
+    }
+    EXPECT_EQ(restored.save(), world.save());
+    EXPECT_EQ(forked.save(), world.save());
+}
+
 TEST(Snapshot, WhatIsQueuedIsntInIt)
 {
     jostle::World3f world;

@@ -21,7 +21,7 @@ struct Picture
     friend bool operator==(const Picture& x, const Picture& y)
     {
         const auto same_box = [](const jostle::Aabb3f& a, const jostle::Aabb3f& b) {
-            return std::equal(a.lo, a.lo + 3, b.lo) && std::equal(a.hi, a.hi + 3, b.hi);
+            return a.lo == b.lo && a.hi == b.hi;
         };
         return x.began == y.began && x.ended == y.ended && x.persisted == y.persisted && x.pairs == y.pairs &&
                x.filters == y.filters &&

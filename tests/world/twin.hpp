@@ -14,8 +14,8 @@
 #include "jostle/world.hpp"
 #include "scenes/random.hpp"
 
-/// What a World answers to, written to be obviously right: every box against every other, and an explicit
-/// set of the pairs that there are.
+/// What a World answers to, written to be obviously right: every box against all that begin before it ends
+/// along x, and an explicit set of the pairs that there are.
 namespace world_tests {
 
 using jostle::Aabb;
@@ -50,6 +50,7 @@ class Twin
         T margin = 0;
         ObjectFilter filter;
         bool enabled = true;
+        bool plain = true; ///< never had a margin or a displacement of its own
 
         Box bounds() const
         {
@@ -70,6 +71,8 @@ class Twin
     std::vector<ObjectPair> began;
     std::vector<EndedPair> ended;
     std::vector<Pair> persisted, all; ///< sorted
+    std::size_t refused = 0, disabled = 0;
+    std::uint64_t asked = 0; ///< how many questions the callback had to answer
 
     void update()
     {
@@ -78,9 +81,21 @@ class Twin
         ended.clear();
         persisted.clear();
         all.clear();
-        for (auto a = things.begin(); a != things.end(); ++a)
-            for (auto b = std::next(a); b != things.end(); ++b)
-                if (meets(a->second, b->second)) now.insert({a->first, b->first});
+        asked = 0;
+        struct Entry
+        {
+            Box bounds;
+            const Thing* thing;
+        };
+        std::vector<Entry> entries;
+        for (const auto& [index, thing] : things)
+            if (thing.enabled) entries.push_back({thing.bounds(), &thing});
+        std::sort(entries.begin(), entries.end(),
+                  [](const Entry& a, const Entry& b) { return a.bounds.lo[0] < b.bounds.lo[0]; });
+        for (auto a = entries.begin(); a != entries.end(); ++a)
+            for (auto b = a + 1; b != entries.end() && b->bounds.lo[0] <= a->bounds.hi[0]; ++b)
+                if (!apart(a->bounds, b->bounds) && agree(a->thing->filter, b->thing->filter))
+                    now.insert(std::minmax(a->thing->id.index, b->thing->id.index));
         const auto changed = [&](std::uint32_t i) {
             const auto old = last_.find(i);
             const auto is = things.find(i);
@@ -99,8 +114,10 @@ class Twin
                 touching_.count(pair) != 0 && last_.at(i).id == ids.a && last_.at(j).id == ids.b;
             const bool was_accepted = same && accepted_.count(pair) != 0;
             bool is_accepted = was_accepted;
-            if (!same || filter_was_set.count(i) != 0 || filter_was_set.count(j) != 0)
+            if (!same || filter_was_set.count(i) != 0 || filter_was_set.count(j) != 0) {
                 is_accepted = !has_callback || accepts(salt, ids.a, ids.b);
+                asked += has_callback;
+            }
             if (is_accepted) {
                 now_accepted.insert(pair);
                 all.push_back({i, j});
@@ -126,6 +143,9 @@ class Twin
                 reason = EndReason::moved_apart;
             ended.push_back({a.id, b.id, reason});
         }
+        refused = now.size() - now_accepted.size();
+        disabled = static_cast<std::size_t>(std::count_if(
+            things.begin(), things.end(), [](const auto& each) { return !each.second.enabled; }));
         touching_ = std::move(now);
         accepted_ = std::move(now_accepted);
         last_ = things;
@@ -140,13 +160,11 @@ class Twin
     }
 
   private:
-    static bool meets(const Thing& a, const Thing& b)
+    static bool agree(const ObjectFilter& a, const ObjectFilter& b)
     {
-        if (!a.enabled || !b.enabled || apart(a.bounds(), b.bounds())) return false;
-        if (a.filter.is_static && b.filter.is_static) return false;
-        if ((a.filter.category & b.filter.mask) == 0 || (b.filter.category & a.filter.mask) == 0)
-            return false;
-        return a.filter.owner != b.filter.owner || a.filter.owner == 0xffffffffu;
+        if (a.is_static && b.is_static) return false;
+        if ((a.category & b.mask) == 0 || (b.category & a.mask) == 0) return false;
+        return a.owner != b.owner || a.owner == 0xffffffffu;
     }
 
     std::map<std::uint32_t, Thing> last_; // as of the last update
@@ -182,6 +200,16 @@ testing::AssertionResult agree(const jostle::World<Dim, T>& world, const Twin<Di
     if (world.size() != twin.things.size())
         return testing::AssertionFailure()
                << "size: " << world.size() << ", the twin has " << twin.things.size();
+    const jostle::WorldStats& stats = world.stats();
+    if (stats.objects != world.size() || stats.disabled != twin.disabled || stats.refused != twin.refused ||
+        stats.resting + stats.active + stats.disabled != stats.objects)
+        return testing::AssertionFailure() << stats.resting << " resting, " << stats.active << " active and "
+                                           << stats.disabled << " disabled of " << stats.objects
+                                           << " objects, " << stats.refused << " pairs refused; the twin has "
+                                           << twin.disabled << " disabled and " << twin.refused << " refused";
+    if (stats.began != began.size() || stats.ended != ended.size() ||
+        stats.persisted != twin.persisted.size())
+        return testing::AssertionFailure() << "other numbers of pairs than there are";
     return testing::AssertionSuccess();
 }
 

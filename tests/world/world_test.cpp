@@ -11,6 +11,7 @@
 
 #include "jostle/world.hpp"
 #include "scenes/scenes.hpp"
+#include "tests/contract/counting_memory.hpp"
 
 namespace world_tests {
 namespace {
@@ -404,6 +405,107 @@ TEST(World, NoUpdateOrRestoreInsideTheCallback)
     EXPECT_EQ(world.pairs().size(), 1u) << "after the call it can be used as before";
 }
 
+TEST(World, NoUpdateOrRestoreInsideAQuestionOrADrawing)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(0.5f));
+    world.update();
+    const std::vector<std::byte> snapshot = world.save();
+    std::vector<Error> errors;
+    ObjectId fresh;
+    const auto misuse = [&] {
+        errors.push_back(error_of([&] { world.update(); }));
+        errors.push_back(
+            error_of([&] { world.update(std::span(&a, 1), std::span<const jostle::Aabb3f>()); }));
+        errors.push_back(error_of([&] { world.restore(snapshot); }));
+        if (fresh == ObjectId{}) fresh = world.add(cube(9)); // commands are welcome
+        EXPECT_EQ(world.count(cube(0)), 2u) << "and so are questions";
+        return false;
+    };
+    auto accept = [&](std::uint32_t, ObjectId) { return misuse(); };
+    jostle::ObjectQueryFilter filter;
+    filter.accept = accept;
+    const jostle::Ray3f ray{{-1, 0.5f, 0.5f}, {1, 0, 0}};
+    std::vector<ObjectId> ids;
+    std::vector<jostle::ObjectHit<float>> hits;
+    jostle::ResultLists<ObjectId> lists;
+    const std::vector<jostle::Aabb3f> boxes(3, cube(0));
+    (void)world.first(ray, filter);
+    (void)world.any(cube(0), filter);
+    (void)world.count(cube(0), filter);
+    world.all(cube(0), ids, filter);
+    world.nearest({{0, 0, 0}, 1}, hits, filter);
+    world.all(std::span(boxes), lists, filter);
+    EXPECT_EQ(errors.size(), 8u * 2 * 3) << "8 questions, 2 objects, 3 errors each time";
+    const std::size_t drawn_from = errors.size();
+    world.draw([&](const jostle::Aabb3f&, jostle::DrawKind) { misuse(); },
+               [&](const jostle::Vec3f&, const jostle::Vec3f&, jostle::DrawKind) { misuse(); });
+    EXPECT_EQ(errors.size(), drawn_from + 3 * 3) << "two boxes and a line";
+    for (const Error& error : errors) {
+        EXPECT_EQ(error.code(), ErrorCode::invalid_argument);
+        EXPECT_NE(std::string(error.what()).find("in the middle of a question or of draw()"),
+                  std::string::npos);
+    }
+    auto throwing = [](std::uint32_t, ObjectId) -> bool { throw std::runtime_error("no"); };
+    filter.accept = throwing;
+    EXPECT_THROW((void)world.any(cube(0), filter), std::runtime_error);
+    world.move(b, cube(0.25f));
+    world.update(); // after the question it can be used as before
+    EXPECT_EQ(world.size(), 3u);
+    EXPECT_EQ(world.persisted().to_vector(), (std::vector<Pair>{{a.index, b.index}}));
+}
+
+TEST(World, QuestionsInsideTheCallbackAreAboutTheLastUpdate)
+{
+    World3f* me = nullptr;
+    bool angry = true;
+    std::vector<std::uint64_t> counts;
+    const auto count = [&](float at) { counts.push_back(me->count(cube(at))); };
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId a, ObjectId b) {
+        count(0);
+        count(5);
+        EXPECT_EQ(me->bounds(a).lo[0], 5) << "what can be read of objects is new";
+        EXPECT_EQ(me->bounds(b).lo[0], 5);
+        if (angry) throw std::runtime_error("no");
+        return true;
+    };
+    World3f world(options);
+    me = &world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(5)), c = world.add(cube(10));
+    for (const bool rests : {true, false}) {
+        for (int k = 0; k < 8; ++k)
+            world.update();
+        for (const float at : {0.25f, 0.0f}) {
+            if (!rests) world.move(a, cube(at));
+            world.move(c, cube(10 + at)); // somebody is always active
+            world.update();
+        }
+        EXPECT_EQ(world.stats().resting, rests ? 2u : 1u);
+        for (const bool asked_before : {false, true}) {
+            angry = true;
+            counts.clear();
+            world.move(a, cube(5));
+            if (asked_before) count(0);
+            EXPECT_THROW(world.update(), std::runtime_error);
+            count(0); // and after it has failed
+            count(5);
+            world.move(a, cube(0));
+            world.update();
+            for (const std::uint64_t each : counts)
+                EXPECT_EQ(each, 1u) << "rests " << rests << ", asked before " << asked_before;
+        }
+    }
+    angry = false;
+    counts.clear();
+    world.move(a, cube(5));
+    world.update();
+    count(0);
+    count(5);
+    EXPECT_EQ(counts, (std::vector<std::uint64_t>{1, 1, 0, 2}));
+    EXPECT_EQ(began(world), (Began{{a, b}}));
+}
+
 TEST(World, CommandsInsideTheCallbackAreForTheNextUpdate)
 {
     World3f* me = nullptr;
@@ -470,6 +572,60 @@ TEST(World, ResizeKeepsTheCentre)
     EXPECT_EQ(box.hi[2], 3);
 }
 
+TEST(World, ResizeLeavesInfiniteSidesAndKeepsTheCentreOfHugeOnes)
+{
+    constexpr float inf = std::numeric_limits<float>::infinity(), huge = 3e38f, size[3] = {2, 2, 2};
+    World3f world;
+    const ObjectId right = world.add({{5, 0, 0}, {inf, 1, 1}}), left = world.add({{-inf, 0, 0}, {5, 1, 1}}),
+                   all = world.add({{-inf, 0, 0}, {inf, 1, 1}}),
+                   wide = world.add({{-huge, 0, 0}, {huge, 1, 1}}),
+                   far = world.add({{inf, 0, 0}, {inf, 1, 1}}), right_probe = world.add(cube(100)),
+                   left_probe = world.add(cube(-100)), middle = world.add(cube(1.5f, 2));
+    world.update();
+    for (const ObjectId id : {right, left, all, wide, far})
+        world.resize(id, size);
+    world.update();
+    const auto side = [&](ObjectId id, int axis) {
+        return std::pair(world.box(id).lo[axis], world.box(id).hi[axis]);
+    };
+    EXPECT_EQ(side(right, 0), std::pair(5.0f, inf));
+    EXPECT_EQ(side(left, 0), std::pair(-inf, 5.0f));
+    EXPECT_EQ(side(all, 0), std::pair(-inf, inf));
+    EXPECT_EQ(side(far, 0), std::pair(inf, inf));
+    EXPECT_EQ(side(wide, 0), std::pair(-1.0f, 1.0f)) << "its length is no number, its centre is";
+    for (const ObjectId id : {right, left, all, wide, far})
+        EXPECT_EQ(side(id, 1), std::pair(-0.5f, 1.5f));
+    for (const EndedPair& pair : ended(world)) // infinite sides still meet what they met
+        EXPECT_TRUE(pair.a == wide || pair.b == wide);
+    const auto paired = [&](ObjectId a, ObjectId b) {
+        const std::vector<Pair> pairs = world.pairs().to_vector();
+        return std::find(pairs.begin(), pairs.end(), Pair{a.index, b.index}) != pairs.end();
+    };
+    EXPECT_TRUE(paired(right, right_probe) && paired(left, left_probe) && paired(all, middle));
+    EXPECT_FALSE(paired(wide, right_probe) || paired(wide, middle));
+}
+
+TEST(World, MarginsTogetherAreFinite)
+{
+    constexpr float inf = std::numeric_limits<float>::infinity(), huge = 3e38f;
+    jostle::WorldOptions options;
+    options.margin = huge;
+    World3f world(options);
+    const jostle::Aabb3f box{{inf, 0, 0}, {inf, 1, 1}};
+    const Error refused = error_of([&] { world.add(box, {.margin = huge}); });
+    EXPECT_EQ(refused.code(), ErrorCode::invalid_argument);
+    EXPECT_STREQ(refused.what(), "margin 3e+38 of new objects and the world's margin 3e+38 are together more "
+                                 "than 3.40282e+38; give less");
+    const ObjectId id = world.add(box, {.margin = 4e37f});
+    const Error later = error_of([&] { world.set_margin(id, huge); });
+    EXPECT_EQ(later.index(), id.index);
+    EXPECT_NE(std::string(later.what()).find("margin 3e+38 of object 0 and the world's"), std::string::npos);
+    world.update();
+    EXPECT_EQ(world.bounds(id).lo[0], inf);
+    EXPECT_EQ(world.margin(id), huge + 4e37f);
+    EXPECT_EQ(world.fork().bounds(id).lo[0], inf);
+}
+
 TEST(World, SequencesAndRemovalsOverruleTheOrder)
 {
     World3f world;
@@ -507,6 +663,62 @@ TEST(World, RestingObjectsCostNothingAndStillMeet)
     EXPECT_EQ(began(world), (Began{{ids[0], ids[500]}, {ids[0], ids[501]}}));
     EXPECT_LE(world.stats().candidates, 4u);
     EXPECT_EQ(world.stats().active, 1u);
+}
+
+/// Runs tasks one after another, and breaks down when it has run so often.
+class BreakingExecutor final : public jostle::Executor
+{
+  public:
+    std::uint32_t concurrency() const noexcept override { return 4; }
+    void run(std::uint32_t count, jostle::FunctionRef<void(std::uint32_t)> task) override
+    {
+        if (left == 0) {
+            ++broken;
+            throw std::runtime_error("the host's job system is down");
+        }
+        --left;
+        for (std::uint32_t i = 0; i < count; ++i)
+            task(i);
+    }
+    static constexpr std::uint64_t plenty = 1'000'000;
+    std::uint64_t left = plenty, broken = 0;
+};
+
+TEST(World, AnExecutorThatFailsFailsTheUpdateWhereverItIs)
+{
+    BreakingExecutor executor;
+    World3f world(jostle::WorldOptions{.executor = &executor});
+    std::vector<ObjectId> ids(9000);
+    std::vector<jostle::Aabb3f> boxes;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        const auto x = static_cast<float>(i % 100), y = static_cast<float>(i / 100);
+        boxes.push_back({{x, y, 0}, {x + 1, y + 1, 1}});
+    }
+    world.add(boxes, ids);
+    for (int update = 0; update < 9; ++update) { // added, at rest, moving on, at rest again
+        if (update == 4)
+            for (std::size_t i = 0; i < ids.size(); i += 3)
+                world.move(ids[i], boxes[i + 1]);
+        const std::vector<std::byte> before = world.save();
+        for (std::uint64_t runs = 0;; ++runs) {
+            executor.left = runs;
+            executor.broken = 0;
+            bool failed = false;
+            try {
+                world.update();
+            } catch (const std::runtime_error&) {
+                failed = true;
+            }
+            executor.left = BreakingExecutor::plenty;
+            ASSERT_EQ(failed, executor.broken != 0) << "update " << update << ", after " << runs << " runs";
+            if (!failed) break;
+            ASSERT_EQ(world.save(), before) << "update " << update << ", after " << runs << " runs";
+        }
+    }
+    for (int k = 0; k < 20; ++k) // bit by bit
+        world.update();
+    EXPECT_EQ(world.stats().resting, ids.size());
+    EXPECT_EQ(world.count(jostle::Aabb3f{{-1, -1, -1}, {101, 101, 2}}), ids.size());
 }
 
 TEST(World, NoUpdateWorksMuchMoreThanUsual)
@@ -560,6 +772,31 @@ TEST(World, CountsTheIndexThatQuestionsMake)
     EXPECT_GE(world.stats().bytes_reserved, before + 5'000 * sizeof(jostle::Aabb3f));
 }
 
+TEST(World, CountsAllThatItTookFromItsMemory)
+{
+    contract::CountingMemory memory;
+    {
+        jostle::WorldOptions options;
+        options.executor = &jostle::serial_executor();
+        options.memory = &memory;
+        World3f world(options);
+        world.update();
+        const std::uint64_t own = world.stats().bytes_reserved - memory.bytes; // of the world object
+        EXPECT_LT(own, 64u * 1024);
+        std::vector<ObjectId> ids;
+        for (int k = 0; k < 2000; ++k)
+            ids.push_back(world.add(cube(static_cast<float>(k % 500) / 2)));
+        for (int update = 0; update < 8; ++update) {
+            world.move(ids[static_cast<std::size_t>(update)], cube(3));
+            world.update();
+            EXPECT_EQ(world.stats().bytes_reserved - memory.bytes, own);
+            EXPECT_GT(world.count(cube(3)), 0u);
+        }
+        EXPECT_GT(memory.bytes, 2000 * sizeof(jostle::Aabb3f));
+    }
+    EXPECT_EQ(memory.bytes, 0u) << "all is given back";
+}
+
 TEST(World, ManyThatStopAtOnceComeToRestBitByBit)
 {
     World3f world;
@@ -600,7 +837,7 @@ TEST(World, ExplainsAndDrawsItself)
             ++boxes;
             off += kind == jostle::DrawKind::disabled;
         },
-        [&](const float(&from)[3], const float(&to)[3], jostle::DrawKind kind) {
+        [&](const jostle::Vec3f& from, const jostle::Vec3f& to, jostle::DrawKind kind) {
             EXPECT_EQ(kind, jostle::DrawKind::persisted);
             EXPECT_EQ(from[0], 0.75f);
             EXPECT_EQ(to[0], 1.0f);

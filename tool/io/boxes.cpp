@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "boxes.hpp"
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 
@@ -14,9 +12,9 @@ namespace {
 
 bool is_whole_number(std::string_view text)
 {
+    if (text == "0") return true;
     if (text.substr(0, 1) == "-") text.remove_prefix(1);
-    if (text.empty() || text.size() > 18) return false; // 18 digits fit 64 bits, signed or not
-    if (text.front() == '0') return text.size() == 1;
+    if (text.empty() || text.size() > 15 || text.front() == '0') return false;
     return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
@@ -56,34 +54,24 @@ std::string extension_of(const std::string& path)
     return extension;
 }
 
-std::string quote(std::string_view text)
-{
-    constexpr std::size_t longest = 40;
-    std::string quoted = "\"";
-    for (char c : text.substr(0, longest))
-        quoted += (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) ? '?' : c;
-    return quoted + (text.size() > longest ? "...\"" : "\"");
-}
-
 BoxSet read_boxes(const std::string& path, const ReadOptions& options)
 {
-    const std::string extension = path == "-" ? ".csv" : extension_of(path);
+    std::string extension = path == "-" ? ".csv" : extension_of(path);
+    if (path != "-") {
+        std::error_code error;
+        const std::filesystem::file_status status = std::filesystem::status(path, error);
+        if (error) throw UsageError(path + ": " + error.message() + "; check the name and its permissions");
+        if (std::filesystem::is_directory(status)) throw UsageError(path + ": is a directory; name a file");
+        // A shell's <(...) is a pipe without an extension; /dev/stdin may well be a file.
+        const bool stream = !std::filesystem::is_regular_file(status) || path.starts_with("/dev/");
+        if (extension.empty() && stream) extension = ".csv";
+    }
     const bool mesh =
         extension != ".csv" && extension != ".npy" && extension != ".jrec" && is_mesh_extension(extension);
     if (options.parts && !mesh)
         throw UsageError(path + ": --parts is for meshes only; leave it out for this file");
     if (options.frame && extension != ".jrec")
         throw UsageError(path + ": --frame is for recordings (.jrec) only; leave it out for this file");
-    if (path != "-") {
-        // The readers would find out as well, but each in the words of its own library.
-        std::error_code error;
-        if (std::filesystem::is_directory(path, error))
-            throw UsageError(path + ": is a directory; name a file");
-        std::FILE* file = std::fopen(path.c_str(), "rb");
-        if (file == nullptr)
-            throw UsageError(path + ": " + std::strerror(errno) + "; check the name and its permissions");
-        std::fclose(file);
-    }
     if (extension == ".csv") return read_csv(path);
     if (extension == ".npy") return read_npy(path);
     if (extension == ".jrec") return read_recording(path, options.frame.value_or(0));

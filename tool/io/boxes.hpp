@@ -23,8 +23,9 @@ class Ids
         const std::size_t begin = i == 0 ? 0 : ends_[i - 1];
         return std::string_view(text_).substr(begin, ends_[i] - begin);
     }
-    /// Every id is a number as JSON writes whole numbers (0, 17, -3; not 007), so that it can stand in JSON
-    /// unquoted and come back the same.
+    /// Every id is a number as JSON writes whole numbers (0, 17, -3; not 007 or -0) of at most 15 digits, so
+    /// that it can stand in JSON unquoted and come back the same from every reader, also from those that
+    /// take all numbers for doubles.
     [[nodiscard]] bool whole_numbers() const noexcept { return whole_numbers_; }
 
     /// Adds the id of the next box, unless an earlier box has it: then nothing is added and that box's
@@ -55,7 +56,8 @@ struct ReadOptions
     std::optional<std::uint32_t> frame; ///< recordings: which frame; the first if not given
 };
 
-/// Reads a file of boxes; its name's extension says what it is. "-" is CSV from stdin.
+/// Reads a file of boxes, once; its name's extension says what it is. "-" is CSV from stdin, as are a pipe
+/// and /dev/stdin without an extension.
 /// Throws UsageError for whatever is wrong with the file or doesn't fit the options.
 /// Bounds that are NaN or inverted are found in CSV files, which have rows to name; elsewhere the search
 /// finds them.
@@ -70,8 +72,5 @@ struct ReadOptions
 
 /// The extension of a file name in lower case, with its dot; empty if it has none.
 [[nodiscard]] std::string extension_of(const std::string& path);
-
-/// A piece of a file as a message can quote it: in quotes, cut short, control characters replaced.
-[[nodiscard]] std::string quote(std::string_view text);
 
 } // namespace jostle_tool

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "scenes/unfinished_file.hpp"
+
 namespace jostle_tool {
 
-/// A file that appears complete or not at all: it is written under another name in the same folder and takes
-/// its own in commit(). Without commit() (an error, or a signal that ends the program) it leaves nothing, and
-/// a file that had the name before stays. "-" is stdout, and devices and pipes are written directly.
-///
-/// One at a time per process (signals know of one file only). Errors are UsageErrors that name the file.
+/// What a command writes: an UnfinishedFile, which appears complete or not at all. "-" is stdout, and devices
+/// and pipes are written directly. Errors are UsageErrors that name the file.
 class OutputFile
 {
   public:
@@ -26,11 +25,13 @@ class OutputFile
 
   private:
     void flush();
+    template <class Work>
+    void attempt(const Work& work);
     [[noreturn]] void fail(int error) const;
 
-    std::string name_;   // as the user wrote it
-    std::string target_; // what it is renamed to; empty if written directly
-    int fd_ = -1;
+    std::string name_; // as the user wrote it
+    std::optional<jostle_scenes::UnfinishedFile> file_;
+    int fd_ = -1; // of what is written directly
     std::string buffer_;
 };
 

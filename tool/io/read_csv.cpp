@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
-#include <filesystem>
 #include <utility>
 
 #include <fast_float/fast_float.h>
 
 #include "boxes.hpp"
+#include "input_file.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
+#include "tool/text.hpp"
 
 namespace jostle_tool {
 
@@ -24,24 +22,15 @@ class CsvReader
 {
   public:
     explicit CsvReader(const std::string& path)
-        : name_(path == "-" ? "stdin" : path),
-          file_(path == "-" ? stdin : std::fopen(path.c_str(), "rb")),
+        : file_(path),
           buffer_(std::size_t{1} << 18),
-          progress_("reading " + name_, size_of(path))
+          progress_("reading " + file_.name(), file_.size().value_or(0))
     {
-        if (file_ == nullptr)
-            throw UsageError(name_ + ": " + std::strerror(errno) + "; check the name and its permissions");
         for (const char expected : {'\xef', '\xbb', '\xbf'}) // UTF-8's byte order mark
             if (peek() == static_cast<unsigned char>(expected)) ++next_;
         // UTF-16's, which spreadsheets and PowerShell write. UTF-8 has no such bytes.
         if (peek() == 0xff || peek() == 0xfe) fail(0, "the file is UTF-16 text; save it as UTF-8");
     }
-    ~CsvReader()
-    {
-        if (file_ != nullptr && file_ != stdin) std::fclose(file_);
-    }
-    CsvReader(const CsvReader&) = delete;
-    CsvReader& operator=(const CsvReader&) = delete;
 
     /// Goes to the next record that isn't blank; false at the end of the file.
     bool next()
@@ -63,20 +52,13 @@ class CsvReader
     /// `what` goes wrong in field `column` of this record.
     [[noreturn]] void fail(std::size_t column, const std::string& what) const
     {
-        throw UsageError(name_ + ":" + std::to_string(record_line_) + ":" + std::to_string(column + 1) +
-                         ": " + what);
+        throw UsageError(file_.name() + ":" + std::to_string(record_line_) + ":" +
+                         std::to_string(column + 1) + ": " + what);
     }
 
   private:
     static constexpr int end_of_file = -1;
     static constexpr std::size_t longest_record = std::size_t{1} << 20;
-
-    static std::uint64_t size_of(const std::string& path)
-    {
-        std::error_code error;
-        const std::uintmax_t size = path == "-" ? 0 : std::filesystem::file_size(path, error);
-        return error ? 0 : size;
-    }
 
     int peek()
     {
@@ -84,9 +66,7 @@ class CsvReader
             if (ended_) return end_of_file;
             progress_.step(filled_);
             next_ = 0;
-            filled_ = std::fread(buffer_.data(), 1, buffer_.size(), file_);
-            if (std::ferror(file_) != 0)
-                throw UsageError(name_ + ": " + std::strerror(errno) + " while reading; check the file");
+            filled_ = file_.read(buffer_.data(), buffer_.size());
             if (filled_ == 0) {
                 ended_ = true;
                 return end_of_file;
@@ -109,9 +89,14 @@ class CsvReader
 
     void add(const char* bytes, std::size_t count)
     {
-        if (text_.size() + count > longest_record)
-            fail(ends_.size(), "the row is longer than a megabyte; is this a CSV file?");
+        check_length(count);
         text_.append(bytes, count);
+    }
+
+    void check_length(std::size_t more) const
+    {
+        if (text_.size() + ends_.size() + more > longest_record)
+            fail(ends_.size(), "the row is longer than a megabyte; is this a CSV file?");
     }
 
     /// All that is left of a field without quotes, as much at a time as the buffer holds.
@@ -144,6 +129,7 @@ class CsvReader
                 while (text_.size() > begin && (text_.back() == ' ' || text_.back() == '\t'))
                     text_.pop_back();
             }
+            check_length(1); // a row of commas alone as well
             ends_.push_back(text_.size());
             const int c = peek();
             if (c != end_of_file) ++next_;
@@ -172,8 +158,7 @@ class CsvReader
             fail(ends_.size(), "text follows a closing quote; put a comma there, or double the quote");
     }
 
-    std::string name_;
-    std::FILE* file_;
+    InputFile file_;
     std::vector<char> buffer_;
     std::size_t next_ = 0, filled_ = 0;
     bool ended_ = false;
@@ -261,9 +246,9 @@ BoxSet read_rows(CsvReader& csv, const Header& header)
             box.lo[d] = number(csv, lo, coordinate_names[d]);
             box.hi[d] = number(csv, hi, coordinate_names[3 + d]);
             if (box.lo[d] > box.hi[d])
-                csv.fail(lo, std::string(coordinate_names[d]) + " = " + std::string(csv.field(lo)) +
+                csv.fail(lo, std::string(coordinate_names[d]) + " = " + shortened(csv.field(lo)) +
                                  " is greater than " + coordinate_names[3 + d] + " = " +
-                                 std::string(csv.field(hi)) + "; swap them or drop the box");
+                                 shortened(csv.field(hi)) + "; swap them or drop the box");
         }
         if (header.id != none) {
             const std::string_view id = csv.field(header.id);

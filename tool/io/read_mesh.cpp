@@ -1,25 +1,40 @@
 // SPDX-License-Identifier: MIT
-// Meshes through Assimp, in a process of its own: a damaged file can crash an importer, and a message that
-// names the file is worth more than a core dump.
+// Meshes through Assimp. Its importers weren't made for files that wish them ill, so they run in a process of
+// their own, which may crash, with bounds on its time and its memory, which opens nothing but what lies in
+// the mesh's folder, and which dies with its parent.
 #include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <csignal>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <new>
+#include <set>
+#include <system_error>
+#include <utility>
 
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include "boxes.hpp"
+#include "input_file.hpp"
+#include "scenes/unfinished_file.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
+#include "tool/text.hpp"
 
 namespace jostle_tool {
 
@@ -33,7 +48,13 @@ class SceneBoxes
   public:
     SceneBoxes(const aiScene& scene, bool parts) : scene_(scene), parts_(parts)
     {
-        if (scene.mRootNode != nullptr) add_node(*scene.mRootNode, aiMatrix4x4());
+        if (scene.mRootNode == nullptr) return;
+        // Nodes share meshes, so that few bytes can stand for many triangles: all the memory is asked for at
+        // once, and refused at once.
+        const std::uint64_t count = count_boxes(*scene.mRootNode);
+        if (count > boxes.max_size()) throw std::bad_alloc();
+        boxes.reserve(count);
+        add_node(*scene.mRootNode, aiMatrix4x4());
     }
     std::vector<Aabb3f> boxes;
 
@@ -41,11 +62,29 @@ class SceneBoxes
     static constexpr float infinity = std::numeric_limits<float>::infinity();
     static constexpr Aabb3f nothing = {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
 
+    /// At least as many as there are.
+    [[nodiscard]] std::uint64_t count_boxes(const aiNode& node) const
+    {
+        std::uint64_t count = 0;
+        for (unsigned i = 0; i < node.mNumMeshes; ++i)
+            count += parts_ ? 1 : mesh_of(node, i).mNumFaces;
+        for (unsigned i = 0; i < node.mNumChildren; ++i)
+            count += count_boxes(*node.mChildren[i]);
+        return count;
+    }
+
+    [[nodiscard]] const aiMesh& mesh_of(const aiNode& node, unsigned i) const
+    {
+        if (node.mMeshes[i] >= scene_.mNumMeshes)
+            throw UsageError("names a part that isn't there; export the mesh again");
+        return *scene_.mMeshes[node.mMeshes[i]];
+    }
+
     void add_node(const aiNode& node, const aiMatrix4x4& parent)
     {
         const aiMatrix4x4 placed = parent * node.mTransformation;
         for (unsigned i = 0; i < node.mNumMeshes; ++i)
-            add_mesh(*scene_.mMeshes[node.mMeshes[i]], placed);
+            add_mesh(mesh_of(node, i), placed);
         for (unsigned i = 0; i < node.mNumChildren; ++i)
             add_node(*node.mChildren[i], placed);
     }
@@ -89,36 +128,157 @@ class SceneBoxes
     std::uint64_t triangles_ = 0;
 };
 
+// How much memory an importer may take: what Assimp needs for sound files, with a margin. Text takes it up to
+// 25 times a file's size, and files that are compressed inside take more.
+constexpr std::uint64_t least_memory = std::uint64_t{512} << 20;
+constexpr std::uint64_t memory_per_byte = 128;
+
+/// Bounds the memory of this process: to what it had at first, and to the rest for the files that it reads.
+class MemoryBound
+{
+  public:
+    MemoryBound() : at_first_(present()) { set(); }
+    void add_file(std::uint64_t size)
+    {
+        read_ += std::min(size, std::uint64_t{1} << 48);
+        set();
+    }
+
+  private:
+    /// What RLIMIT_DATA counts: all memory that is this process's own to write to.
+    static std::uint64_t present()
+    {
+        std::uint64_t pages = 0;
+        if (std::FILE* const file = std::fopen("/proc/self/statm", "r")) {
+            if (std::fscanf(file, "%*u %*u %*u %*u %*u %lu", &pages) != 1) pages = 0;
+            std::fclose(file);
+        }
+        return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    }
+    void set() const
+    {
+        rlimit limit;
+        if (getrlimit(RLIMIT_DATA, &limit) != 0) return;
+        limit.rlim_cur = std::min<rlim_t>(limit.rlim_max, at_first_ + least_memory + memory_per_byte * read_);
+        setrlimit(RLIMIT_DATA, &limit);
+    }
+    std::uint64_t at_first_, read_ = 0;
+};
+
+/// A file in memory, which the operating system reads as it is looked at.
+class MappedFile : public Assimp::MemoryIOStream
+{
+  public:
+    MappedFile(const void* bytes, std::size_t size)
+        : MemoryIOStream(static_cast<const std::uint8_t*>(bytes), size), bytes_(bytes), size_(size)
+    {
+    }
+    ~MappedFile() override { munmap(const_cast<void*>(bytes_), size_); }
+
+  private:
+    const void* bytes_;
+    std::size_t size_;
+};
+
+/// The mesh's file, and those in its folder and below that it names: their names may lead nowhere else, not
+/// by "..", nor by a link.
+class MeshFolder : public Assimp::IOSystem
+{
+  public:
+    MeshFolder(const std::string& mesh, MemoryBound& memory) : mesh_(mesh), memory_(memory)
+    {
+        std::error_code error;
+        folder_ = std::filesystem::canonical(std::filesystem::absolute(mesh).parent_path(), error);
+    }
+
+    /// Of the files that were asked for, the first that lies elsewhere; empty if there was none.
+    [[nodiscard]] const std::string& refused() const { return refused_; }
+
+    [[nodiscard]] bool Exists(const char* name) const override { return !place(name).empty(); }
+    [[nodiscard]] char getOsSeparator() const override { return '/'; }
+    Assimp::IOStream* Open(const char* name, const char* mode) override
+    {
+        const std::filesystem::path path = place(name);
+        if (path.empty() || std::strpbrk(mode, "wa+") != nullptr) return nullptr;
+        const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+        if (fd < 0) return nullptr;
+        struct stat status;
+        void* bytes = MAP_FAILED;
+        std::size_t size = 0;
+        if (fstat(fd, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > 0) {
+            size = static_cast<std::size_t>(status.st_size);
+            bytes = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, fd, 0);
+        }
+        close(fd);
+        if (bytes == MAP_FAILED) return nullptr;
+        if (counted_.insert({status.st_dev, status.st_ino}).second) memory_.add_file(size);
+        return new MappedFile(bytes, size);
+    }
+    void Close(Assimp::IOStream* file) override { delete file; }
+    bool CreateDirectory(const std::string&) override { return false; }
+    bool DeleteFile(const std::string&) override { return false; }
+
+  private:
+    /// Where the file really lies; empty if there is none, or none that may be read.
+    [[nodiscard]] std::filesystem::path place(const char* name) const
+    {
+        std::error_code error;
+        const std::filesystem::path path = std::filesystem::canonical(name, error);
+        if (error || name == mesh_) return path;
+        const auto [end, rest] = std::mismatch(folder_.begin(), folder_.end(), path.begin(), path.end());
+        if (end == folder_.end() && !folder_.empty()) return path;
+        if (refused_.empty()) refused_ = name;
+        return {};
+    }
+
+    const std::string& mesh_;
+    MemoryBound& memory_;
+    std::filesystem::path folder_;
+    std::set<std::pair<dev_t, ino_t>> counted_;
+    mutable std::string refused_;
+};
+
+bool out_of_memory = false; // Assimp makes text of exceptions
+
 std::vector<Aabb3f> import(const std::string& path, bool parts)
 {
+    std::set_new_handler([] {
+        out_of_memory = true;
+        throw std::bad_alloc();
+    });
+    MemoryBound memory;
     Assimp::Importer importer;
+    auto* const folder = new MeshFolder(path, memory);
+    importer.SetIOHandler(folder); // which takes it
     const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate);
+    if (out_of_memory) throw std::bad_alloc();
+    if (scene == nullptr && !folder->refused().empty())
+        throw UsageError(
+            "names the file " + quote(folder->refused()) +
+            ", which is outside of its folder; put all that belongs to the mesh into one folder");
     if (scene == nullptr)
-        throw UsageError("can't be read as a mesh (" + std::string(importer.GetErrorString()) +
+        throw UsageError("can't be read as a mesh (" + shortened(importer.GetErrorString(), 200) +
                          "); check or export it again");
     SceneBoxes found(*scene, parts);
     if (found.boxes.empty()) throw UsageError("has no triangles; give a mesh with faces");
     return std::move(found.boxes);
 }
 
-bool write_all(int to, const void* data, std::size_t size)
+/// Whether all of it could be sent.
+bool send(int to, const void* data, std::size_t size)
 {
-    for (const char* bytes = static_cast<const char*>(data); size != 0;) {
-        const ssize_t written = write(to, bytes, size);
-        if (written < 0) {
-            if (errno == EINTR) continue;
-            return false;
-        }
-        bytes += written;
-        size -= static_cast<std::size_t>(written);
+    try {
+        jostle_scenes::write_all(to, {static_cast<const char*>(data), size});
+        return true;
+    } catch (const std::system_error&) {
+        return false; // the parent is gone
     }
-    return true;
 }
 
 constexpr char tag_boxes = 'B', tag_error = 'E';
 
 /// The child's whole life: sends a tag and then the boxes or the message.
-[[noreturn]] void import_and_send(int to, const std::string& path, bool parts)
+[[noreturn]] void import_and_send(int to, const std::string& path, bool parts, std::uint64_t size)
 {
     // Importers print warnings of their own; the parent's one line says it all.
     if (const int nowhere = open("/dev/null", O_WRONLY); nowhere >= 0) {
@@ -126,26 +286,25 @@ constexpr char tag_boxes = 'B', tag_error = 'E';
         dup2(nowhere, STDERR_FILENO);
     }
     // On some damaged files an importer never ends. Sound ones take well under a second per megabyte.
-    std::error_code no_size;
-    const std::uintmax_t size = std::filesystem::file_size(path, no_size);
-    const rlim_t seconds = 60 + (no_size ? 0 : size >> 16);
+    const rlim_t seconds = 60 + (size >> 16);
     rlimit limit;
     if (getrlimit(RLIMIT_CPU, &limit) == 0 && limit.rlim_cur > seconds) {
         limit.rlim_cur = seconds;
         setrlimit(RLIMIT_CPU, &limit);
     }
+    const rlimit no_core{0, 0};
+    setrlimit(RLIMIT_CORE, &no_core);
     std::string message;
     try {
         const std::vector<Aabb3f> boxes = import(path, parts);
-        const bool sent =
-            write_all(to, &tag_boxes, 1) && write_all(to, boxes.data(), boxes.size() * sizeof(Aabb3f));
+        const bool sent = send(to, &tag_boxes, 1) && send(to, boxes.data(), boxes.size() * sizeof(Aabb3f));
         _exit(sent ? 0 : 1);
     } catch (const std::bad_alloc&) {
-        message = "needs more memory than there is; check or export it again";
+        message = "needs more memory than a sound mesh of its size does; check or export it again";
     } catch (const std::exception& error) {
         message = error.what();
     }
-    _exit(write_all(to, &tag_error, 1) && write_all(to, message.data(), message.size()) ? 0 : 1);
+    _exit(send(to, &tag_error, 1) && send(to, message.data(), message.size()) ? 0 : 1);
 }
 
 struct Descriptor
@@ -163,11 +322,20 @@ bool is_mesh_extension(const std::string& extension)
 
 BoxSet read_mesh(const std::string& path, bool parts)
 {
+    const std::optional<std::uint64_t> size = InputFile(path).size();
+    if (!size)
+        throw UsageError(path + ": is no regular file, and a mesh is read more than once; save it to a file");
     int ends[2];
-    if (pipe(ends) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
+    if (pipe2(ends, O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
     const Descriptor from{ends[0]};
+    const pid_t parent = getpid();
     const pid_t child = fork();
-    if (child == 0) import_and_send(ends[1], path, parts);
+    if (child == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        if (getppid() != parent) _exit(1); // it was gone before
+        close(ends[0]);
+        import_and_send(ends[1], path, parts, *size);
+    }
     const int fork_error = errno;
     close(ends[1]);
     if (child < 0) throw std::system_error(fork_error, std::generic_category(), "fork");

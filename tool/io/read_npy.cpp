@@ -2,15 +2,13 @@
 // NumPy's .npy: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html
 #include <algorithm>
 #include <bit>
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <memory>
 
 #include "boxes.hpp"
+#include "input_file.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
+#include "tool/text.hpp"
 
 namespace jostle_tool {
 
@@ -136,60 +134,84 @@ std::string python_tuple(const std::vector<std::uint64_t>& values)
 class NpyFile
 {
   public:
-    explicit NpyFile(const std::string& path)
-        : path_(path), file_(std::fopen(path.c_str(), "rb"), std::fclose)
-    {
-        if (!file_)
-            throw UsageError(path + ": " + std::strerror(errno) + "; check the name and its permissions");
-        std::error_code error;
-        size_ = std::filesystem::file_size(path, error);
-        if (error) throw UsageError(path + ": is not a regular file; .npy can't be read from a pipe");
-    }
-
-    [[nodiscard]] std::uint64_t left() const noexcept { return size_ - read_; }
-
-    void read(void* to, std::size_t bytes)
-    {
-        if (std::fread(to, 1, bytes, file_.get()) != bytes)
-            throw UsageError(
-                path_ + ": " +
-                (std::ferror(file_.get()) != 0 ? std::strerror(errno) : "ended while it was read") +
-                "; check the file");
-        read_ += bytes;
-    }
+    explicit NpyFile(const std::string& path) : file_(path) {}
 
     Header read_header()
     {
+        // NumPy itself writes some hundred bytes and refuses more than 10,000.
+        constexpr std::uint64_t longest = std::uint64_t{1} << 20;
         unsigned char start[12] = {};
-        if (left() < 10) fail_short();
-        read(start, 8);
+        if (!fill(start, 8)) fail_short();
         if (std::memcmp(start, "\x93NUMPY", 6) != 0)
-            throw UsageError(path_ + ": doesn't start as an NPY file does; save it with numpy.save");
+            throw UsageError(file_.name() + ": doesn't start as an NPY file does; save it with numpy.save");
         const int version = start[6];
         if (version < 1 || version > 3)
-            throw UsageError(path_ + ": is NPY version " + std::to_string(version) +
+            throw UsageError(file_.name() + ": is NPY version " + std::to_string(version) +
                              "; versions 1, 2 and 3 are known");
         const std::size_t length_bytes = version == 1 ? 2 : 4;
-        if (left() < length_bytes) fail_short();
-        read(start + 8, length_bytes);
+        if (!fill(start + 8, length_bytes)) fail_short();
         std::uint64_t length = 0;
         for (std::size_t i = length_bytes; i-- > 0;)
             length = length << 8 | start[8 + i];
-        if (left() < length) fail_short();
+        if (length > longest)
+            throw UsageError(file_.name() +
+                             ": the NPY header is longer than a megabyte; save the array again "
+                             "with numpy.save");
         std::string text(length, ' ');
-        read(text.data(), text.size());
-        return HeaderParser(path_, text).parse();
+        if (!fill(text.data(), text.size())) fail_short();
+        return HeaderParser(file_.name(), text).parse();
+    }
+
+    /// How many bytes there are after the header. Where only the end can tell, as of a pipe, this keeps them
+    /// until they are read, but no more than one over `expected`: that is too many already.
+    std::uint64_t left(std::uint64_t expected)
+    {
+        if (file_.size()) return *file_.size() - std::min(*file_.size(), read_);
+        constexpr std::uint64_t step = std::uint64_t{1} << 20;
+        while (kept_.size() <= expected) {
+            const std::size_t before = kept_.size();
+            kept_.resize(before + std::min(step, expected + 1 - before));
+            const std::size_t got = file_.read(kept_.data() + before, kept_.size() - before);
+            kept_.resize(before + got);
+            if (got == 0) break;
+        }
+        return kept_.size();
+    }
+
+    void read(void* to, std::size_t bytes)
+    {
+        if (file_.size()) {
+            if (!fill(to, bytes))
+                throw UsageError(file_.name() + ": ended while it was read; check the file");
+            return;
+        }
+        std::memcpy(to, kept_.data() + taken_, bytes); // left() has seen that there are as many
+        taken_ += bytes;
     }
 
   private:
-    [[noreturn]] void fail_short() const
+    /// False if the file ends before.
+    bool fill(void* to, std::size_t bytes)
     {
-        throw UsageError(path_ + ": ends inside the NPY header; save the array again with numpy.save");
+        for (char* next = static_cast<char*>(to); bytes > 0;) {
+            const std::size_t got = file_.read(next, bytes);
+            if (got == 0) return false;
+            next += got;
+            bytes -= got;
+            read_ += got;
+        }
+        return true;
     }
 
-    std::string path_;
-    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
-    std::uint64_t size_ = 0, read_ = 0;
+    [[noreturn]] void fail_short() const
+    {
+        throw UsageError(file_.name() + ": ends inside the NPY header; save the array again with numpy.save");
+    }
+
+    InputFile file_;
+    std::uint64_t read_ = 0;
+    std::vector<char> kept_;
+    std::size_t taken_ = 0; // of what is kept
 };
 
 template <class T>
@@ -250,7 +272,7 @@ BoxSet read_npy(const std::string& path)
     const bool flat = shape.size() == 2 && (shape[1] == 4 || shape[1] == 6);
     const bool nested = shape.size() == 3 && shape[1] == 2 && (shape[2] == 2 || shape[2] == 3);
     if (!flat && !nested)
-        throw UsageError(path + ": has shape " + python_tuple(shape) +
+        throw UsageError(path + ": has shape " + shortened(python_tuple(shape)) +
                          "; n boxes in d dimensions (2 or 3) are (n, 2, d) or (n, 2 * d), lo before hi");
     const std::string type = header.descr.empty() ? "" : header.descr.substr(1);
     const char byte_order = header.descr.empty() ? ' ' : header.descr[0];
@@ -265,11 +287,11 @@ BoxSet read_npy(const std::string& path)
         throw UsageError(path + ": has more boxes than 32 bits can number; split it");
     const int dimension = static_cast<int>(flat ? shape[1] / 2 : shape[2]);
     const std::uint64_t bytes = boxes * 2 * static_cast<std::uint64_t>(dimension) * (type == "f4" ? 4 : 8);
-    if (file.left() != bytes) // asked before any memory is: a damaged header may name any size
+    const std::uint64_t left = file.left(bytes);
+    if (left != bytes) // before any memory is asked for: a damaged header may name any size
         throw UsageError(path + ": shape " + python_tuple(shape) + " of " + header.descr + " needs " +
-                         std::to_string(bytes) + " bytes and the file has " + std::to_string(file.left()) +
-                         "; " +
-                         (file.left() < bytes ? "it is cut off, save it again" : "save one array per file"));
+                         std::to_string(bytes) + " bytes and the file has " + std::to_string(left) + "; " +
+                         (left < bytes ? "it is cut off, save it again" : "save one array per file"));
 
     BoxSet set;
     const auto read = [&]<int Dim, class T>(jostle::Aabb<Dim, T>*) {

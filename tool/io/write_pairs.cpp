@@ -10,6 +10,7 @@
 #include "output_file.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
+#include "tool/text.hpp"
 
 namespace jostle_tool {
 
@@ -34,8 +35,10 @@ std::string csv_field(std::string_view text)
     return field + '"';
 }
 
+/// Whether the number reads back as the same text: 7 does and 007 doesn't.
 bool is_uint32(std::string_view text, std::uint32_t& number)
 {
+    if (text.size() > 1 && text.front() == '0') return false;
     const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
     return result.ec == std::errc() && result.ptr == text.data() + text.size();
 }

@@ -1,23 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Compiled once per instruction set: Highway's foreach_target includes this file again for each, and the part
-// between HWY_BEFORE_NAMESPACE and HWY_AFTER_NAMESPACE becomes that set's kernels. HWY_ONCE marks the choice
-// at run time.
-#ifdef JOSTLE_WITH_SIMD
-// SSSE3 has no unsigned 32-bit minimum and no machine of its own left to serve. SVE's vectors have no length
-// at compile time, and machines with SVE have NEON.
-#define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+// Compiled once per instruction set: see simd/targets.hpp.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "engine/kernels/kernels.cpp"
-#include <hwy/foreach_target.h>
-//
-#include <hwy/highway.h>
-#else
-#define HWY_BEFORE_NAMESPACE() static_assert(true, "")
-#define HWY_AFTER_NAMESPACE() static_assert(true, "")
-#define HWY_ATTR
-#define HWY_NAMESPACE plain
-#define HWY_ONCE 1
-#endif
+#include "simd/targets.hpp"
 
 #ifndef JOSTLE_KERNELS_ONCE
 #define JOSTLE_KERNELS_ONCE
@@ -55,44 +40,23 @@ struct CompressOrder
 };
 [[maybe_unused]] constexpr CompressOrder compress_order;
 
+/// Boxes of a unit that have to be copied into the next brick on the second axis, the third, or both.
+struct CopyLists
+{
+    std::uint16_t y[unit_size], z[unit_size], yz[unit_size];
+    std::uint32_t ys = 0, zs = 0, yzs = 0, wides = 0; // wide ones are listed in Unit::wide_box
+};
+
+/// Puts the ties of a row with the candidates whose bits are set aside, in their order.
+inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates, std::uint32_t row)
+{
+    for (; ties != 0; ties &= ties - 1)
+        out.ties[out.tie_count++] = {row, candidates[std::countr_zero(ties)] & object_mask};
+}
+
 } // namespace
 } // namespace engine
 JOSTLE_NAMESPACE_END
-#endif
-
-#undef JOSTLE_KERNEL_WIDE
-#undef JOSTLE_KERNEL_SCALAR
-#undef JOSTLE_KERNEL_SET
-#undef JOSTLE_KERNEL_LANES16
-#undef JOSTLE_KERNEL_LANES32
-#if !defined(JOSTLE_WITH_SIMD) || HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
-#define JOSTLE_KERNEL_WIDE 0
-#define JOSTLE_KERNEL_SCALAR 1
-#define JOSTLE_KERNEL_SET InstructionSet::scalar
-#elif HWY_TARGET == HWY_AVX3
-#define JOSTLE_KERNEL_WIDE 1
-#define JOSTLE_KERNEL_SCALAR 0
-#define JOSTLE_KERNEL_SET InstructionSet::avx512
-#else
-#define JOSTLE_KERNEL_WIDE 0
-#define JOSTLE_KERNEL_SCALAR 0
-#if HWY_TARGET == HWY_AVX2
-#define JOSTLE_KERNEL_SET InstructionSet::avx2
-#define JOSTLE_KERNEL_LANES16 16
-#define JOSTLE_KERNEL_LANES32 8
-#else
-#define JOSTLE_KERNEL_LANES16 8
-#define JOSTLE_KERNEL_LANES32 4
-#if HWY_TARGET == HWY_SSE4
-#define JOSTLE_KERNEL_SET InstructionSet::sse4
-#elif HWY_TARGET == HWY_NEON
-#define JOSTLE_KERNEL_SET InstructionSet::neon
-#elif HWY_TARGET == HWY_WASM
-#define JOSTLE_KERNEL_SET InstructionSet::wasm_simd
-#else
-#error "Jostle has no kernels for this Highway target; add it to HWY_DISABLED_TARGETS or name it here"
-#endif
-#endif
 #endif
 
 HWY_BEFORE_NAMESPACE();
@@ -100,10 +64,39 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
 namespace HWY_NAMESPACE {
-#if !JOSTLE_KERNEL_SCALAR
+#if JOSTLE_SIMD_PLAIN
+#include "engine/kernels/scatter_plain-inl.hpp"
+//
+#include "engine/kernels/scatter-inl.hpp"
+#include "engine/kernels/sweep_plain-inl.hpp"
+#else
 namespace hn = hwy::HWY_NAMESPACE;
+#include "engine/kernels/scatter_vector-inl.hpp"
+//
+#include "engine/kernels/scatter-inl.hpp"
+#if HWY_TARGET == HWY_AVX3
+#include "engine/kernels/sweep_wide-inl.hpp"
+#else
+#include "engine/kernels/sweep_vector-inl.hpp"
 #endif
-#include "engine/kernels/kernels-inl.hpp"
+#endif
+
+inline const Kernels& kernels()
+{
+    static constexpr Kernels table = {JOSTLE_SIMD_SET,
+                                      load<2, float>,
+                                      load<2, double>,
+                                      load<3, float>,
+                                      load<3, double>,
+                                      quantise<2, float>,
+                                      quantise<2, double>,
+                                      quantise<3, float>,
+                                      quantise<3, double>,
+                                      arrange,
+                                      sweep<2>,
+                                      sweep<3>};
+    return table;
+}
 } // namespace HWY_NAMESPACE
 } // namespace
 } // namespace engine
@@ -112,90 +105,13 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 JOSTLE_NAMESPACE_BEGIN
+namespace engine {
 
-namespace {
-
-struct Supported
+const Kernels& kernels_for([[maybe_unused]] InstructionSet set) noexcept
 {
-    InstructionSet sets[4];
-    const engine::Kernels* kernels[4];
-    std::size_t count = 0;
-    void add(const engine::Kernels& table)
-    {
-        sets[count] = table.set;
-        kernels[count++] = &table;
-    }
-    Supported()
-    {
-#ifdef JOSTLE_WITH_SIMD
-#if HWY_ARCH_X86
-        const auto runnable = hwy::SupportedTargets();
-#endif
-#if HWY_TARGETS & HWY_AVX3
-        if (runnable & HWY_AVX3) add(engine::N_AVX3::kernels());
-#endif
-#if HWY_TARGETS & HWY_AVX2
-        if (runnable & HWY_AVX2) add(engine::N_AVX2::kernels());
-#endif
-#if HWY_TARGETS & HWY_SSE4
-        if (runnable & HWY_SSE4) add(engine::N_SSE4::kernels());
-#endif
-#if HWY_TARGETS & HWY_NEON
-        add(engine::N_NEON::kernels());
-#endif
-#if HWY_TARGETS & HWY_WASM
-        add(engine::N_WASM::kernels());
-#endif
-#if HWY_TARGETS & HWY_SCALAR
-        add(engine::N_SCALAR::kernels());
-#elif HWY_TARGETS & HWY_EMU128
-        add(engine::N_EMU128::kernels());
-#endif
-#else
-        add(engine::plain::kernels());
-#endif
-    }
-};
-
-const Supported& supported()
-{
-    static const Supported all;
-    return all;
+    JOSTLE_SIMD_RETURN(set, kernels());
 }
 
-} // namespace
-
-std::span<const InstructionSet> supported_instruction_sets() noexcept
-{
-    return {supported().sets, supported().count};
-}
-
-const char* name(InstructionSet set) noexcept
-{
-    switch (set) {
-    case InstructionSet::scalar:
-        return "scalar";
-    case InstructionSet::sse4:
-        return "sse4";
-    case InstructionSet::avx2:
-        return "avx2";
-    case InstructionSet::avx512:
-        return "avx512";
-    case InstructionSet::neon:
-        return "neon";
-    case InstructionSet::wasm_simd:
-        return "wasm_simd";
-    }
-    return "unknown";
-}
-
-const engine::Kernels& engine::kernels_for(InstructionSet set) noexcept
-{
-    const Supported& all = supported();
-    for (std::size_t i = 0; i < all.count; ++i)
-        if (all.sets[i] == set) return *all.kernels[i];
-    return *all.kernels[0];
-}
-
+} // namespace engine
 JOSTLE_NAMESPACE_END
 #endif

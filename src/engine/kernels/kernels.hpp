@@ -13,7 +13,8 @@ namespace engine {
 /// Records are stored unit by unit, so that their order doesn't depend on how units are shared out.
 inline constexpr std::uint32_t unit_size = 256;
 
-/// One unit on its way from boxes to records, one array per column.
+/// One unit on its way from boxes to records, one array per column. Arrays over axes are in the user's order
+/// of axes before quantising, and in the grid's order, the sweep axis first, after it.
 template <class T>
 struct Unit
 {
@@ -25,41 +26,65 @@ struct Unit
     std::int32_t quantum_lo[3][unit_size], quantum_hi[3][unit_size];
     bool bad; // some box is NaN or inverted
     std::uint32_t records;
-    std::uint32_t wide; // boxes over more bricks than two across the sweep axis, listed in `wide_box`
-    Record record[4 * unit_size];
-    std::uint32_t brick[4 * unit_size];
-    std::uint16_t wide_box[unit_size];
+    std::uint32_t wide;                 // boxes that reach further than the copies in `record` tell
+    Record record[4 * unit_size];       // every box in its first brick, then copies
+    std::uint32_t brick[4 * unit_size]; // of each record
+    std::uint16_t wide_box[unit_size];  // their numbers in the unit
 };
 
-/// Where the sweep leaves pairs. The kernel writes at `next` and calls `make_room` when fewer than
-/// `sweep_room` pairs or ties fit; that returns false to end the sweep.
+// ---- The sweep ----
+//
+// Records lie sorted by where they begin on the sweep axis. Each is a *row* in its turn: it is tested against
+// the records behind it that may begin before it ends, its *window*. Three forms of this loop exist, for
+// three kinds of instruction sets: sweep_wide-inl.hpp, sweep_vector-inl.hpp and sweep_plain-inl.hpp. They
+// leave the same bytes, since all of them do this:
+//
+//     records     0 1 2 3 4 5 6 . . . . . . . 14 15  16 17 18 . . .
+//     row 2       - - - c c c c c c c c c c c c  c    c  c |           - masked, c candidate, | the window's
+//     end row 3       - - - - c c c c c c c c c c c  c    c  c  c  c |
+//                |<-------- a step of 16 --------->|<----- a step ...
+//
+// - Rows come in couples, i even, which share each step: candidates are loaded once for both. The couple's
+//   window ends where the longer of the two does.
+// - The first step begins at the multiple of 4 at or before i + 1. Candidates before the row's successor are
+//   masked in that step (x), and only in it.
+// - Nothing is masked behind a window's end. Those records begin behind the row's end, so they fail the test
+//   on the sweep axis by themselves; so does the padding at the end. A step may therefore reach over the end
+//   of the records, but not over that of the padding.
+// - Pairs are written step by step: first those of row i with the step's candidates in their order, then
+//   those of row i + 1. Ties go to a list of their own, in the same order.
+// - Room for pairs and ties is looked at once in `sweep_segment` steps. Where it may not be enough,
+//   `make_room` is called, with all pairs written that were found before.
+
+inline constexpr std::uint32_t step_size = 16;      // candidates tested at once
+inline constexpr std::uint32_t sweep_segment = 128; // steps between two looks at the room that is left
+/// The most pairs or ties of a segment, and what stores of whole registers write behind them.
+inline constexpr std::uint32_t sweep_room = sweep_segment * 2 * step_size + 16;
+inline constexpr std::uint32_t tie_capacity = 2 * sweep_room;
+
+/// Where the sweep leaves pairs.
 struct PairOutput
 {
-    Pair* next;
+    Pair* next; // is written next
     Pair* end;
     Pair* ties; // objects, with sides, whose quantised bounds couldn't decide
     std::uint32_t tie_count;
+    /// Afterwards `sweep_room` pairs and ties fit. Returns false to end the sweep.
     bool (*make_room)(PairOutput& self);
 };
-inline constexpr std::uint32_t sweep_segment =
-    128; // blocks of 16 candidates between two looks at the room left
-inline constexpr std::uint32_t sweep_room = sweep_segment * 2 * 16 + 16;
-inline constexpr std::uint32_t tie_capacity = 2 * sweep_room;
 
-/// The records of one brick, sorted by the bucket of their lower bound on the sweep axis, padded to whole
-/// blocks of 16 and one more. `columns` is the kernel's own layout; `window_end[i]` is where the bucket of
-/// record i's upper bound ends.
+/// The records of one brick, sorted by the bucket of their lower bound on the sweep axis.
 struct SortedBrick
 {
     std::uint32_t count;
-    std::uint32_t* columns; // room for columns_per_record words per record and padding
-    const std::uint32_t* window_end;
+    std::uint32_t* columns;          // as the form of the sweep wants them: made by Kernels::arrange
+    const std::uint32_t* window_end; // of each record: where the bucket of its upper bound ends
 };
-inline constexpr std::uint32_t columns_per_record = 5;
-inline constexpr std::uint32_t block_size = 16;
+inline constexpr std::uint32_t columns_per_record = 5; // words of `columns` for each record and padding
+/// Records with the padding: whole steps, and one more for a step that begins between two.
 inline constexpr std::uint32_t padded(std::uint32_t count)
 {
-    return (count / block_size + 2) * block_size;
+    return (count / step_size + 2) * step_size;
 }
 
 /// The hot loops of one instruction set. All sets leave the same bytes.
@@ -77,9 +102,8 @@ struct Kernels
     void (*quantise_3d)(const Grid<double>&, Unit<double>&);
     /// From sorted records (padded with padding_record) to columns.
     void (*arrange)(const Record* records, SortedBrick& brick);
-    /// All pairs (i, j) with first <= i < last and i < j, in order of i's couple (two neighbouring rows, from
-    /// an even one on), j's block of 16, i, j. `first` is even; so is `last` unless it is the brick's count.
-    /// Returns the number of blocks visited.
+    /// Sweeps the rows first <= i < last; see above. `first` is even; so is `last` unless it is the brick's
+    /// count. Returns the number of steps, each of which tested two rows.
     std::uint64_t (*sweep_2)(const SortedBrick& brick, std::uint32_t first, std::uint32_t last,
                              PairOutput& out);
     std::uint64_t (*sweep_3)(const SortedBrick& brick, std::uint32_t first, std::uint32_t last,
@@ -116,7 +140,7 @@ struct Kernels
     }
 };
 
-/// For one of supported_instruction_sets(); any other gets the best supported one.
+/// For one of supported_instruction_sets().
 const Kernels& kernels_for(InstructionSet set) noexcept;
 
 } // namespace engine

@@ -3,7 +3,8 @@
 
 #include <cstdint>
 
-#include "engine/buffer.hpp"
+#include "base/buffer.hpp"
+#include "base/prefetch.hpp"
 #include "index/groups.hpp"
 #include "index/listing.hpp"
 #include "jostle/find_pairs.hpp"
@@ -75,7 +76,7 @@ template <int Dim, class T>
 struct TouchAt
 {
     std::uint32_t asker, lane;
-    const Block<Dim, T>* block;
+    const Leaf<Dim, T>* leaf;
 };
 
 /// An object that a box touches.
@@ -96,18 +97,18 @@ struct JoinWork
         Child<Dim, T> child;
         std::uint32_t asker;
     };
-    engine::Buffer<Visit> nodes, next, blocks;
-    engine::Buffer<Touch> touches;
-    engine::Buffer<TouchAt<Dim, T>> touches_at;
-    engine::Buffer<Seen<Dim, T>> seen; // by asker
-    engine::Buffer<std::uint32_t> ids; // those of the first asker, ascending, those of the second, ...
-    std::size_t touched = 0;           // how many
-    std::uint32_t count[most_askers];  // how many of each
+    Buffer<Visit> nodes, next, leaves;
+    Buffer<Touch> touches;
+    Buffer<TouchAt<Dim, T>> touches_at;
+    Buffer<Seen<Dim, T>> seen;        // by asker
+    Buffer<std::uint32_t> ids;        // those of the first asker, ascending, those of the second, ...
+    std::size_t touched = 0;          // how many
+    std::uint32_t count[most_askers]; // how many of each
 
     explicit JoinWork(std::pmr::memory_resource* memory)
         : nodes(memory),
           next(memory),
-          blocks(memory),
+          leaves(memory),
           touches(memory),
           touches_at(memory),
           seen(memory),
@@ -151,7 +152,7 @@ struct Kernels
     void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
 };
 
-/// For one of supported_instruction_sets(); any other gets the best supported one.
+/// For one of supported_instruction_sets().
 template <int Dim, class T>
 const Kernels<Dim, T>& kernels_for(InstructionSet set) noexcept;
 

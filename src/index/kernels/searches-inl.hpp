@@ -9,7 +9,7 @@
 /// The place of a number is how many are smaller: no branch depends on their order.
 HWY_ATTR inline void sort_few(std::uint32_t* numbers, std::uint32_t count)
 {
-#if JOSTLE_INDEX_SCALAR
+#if JOSTLE_SIMD_PLAIN
     std::sort(numbers, numbers + count);
 #else
     alignas(64) std::uint32_t unsorted[few];
@@ -17,17 +17,16 @@ HWY_ATTR inline void sort_few(std::uint32_t* numbers, std::uint32_t count)
     std::copy_n(numbers, count, unsorted);
     std::fill(unsorted + count, unsorted + end, ~std::uint32_t{0});
     for (std::uint32_t k = 0; k < count; ++k) {
-        const auto own = Vec<std::uint32_t>::set(unsorted[k]);
+        const auto own = Vec<std::uint32_t>(unsorted[k]);
         int below = 0;
         for (std::uint32_t other = 0; other < end; other += Vec<std::uint32_t>::size)
-            below +=
-                std::popcount(Vec<std::uint32_t>::bits(Vec<std::uint32_t>::load(unsorted + other) < own));
+            below += std::popcount(mask_bits(Vec<std::uint32_t>::load(unsorted + other) < own));
         numbers[below] = unsorted[k];
     }
 #endif
 }
 
-/// ---- Regions -------------------------------------------------------------------------------------------
+// --- Regions ---
 
 /// Lanes that touch a box.
 template <int Dim, class T>
@@ -35,13 +34,13 @@ HWY_ATTR HWY_INLINE unsigned touching(const Bounds<Dim, T>& bounds, const Aabb<D
 {
     unsigned bits = 0;
     for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
-        auto mask = both(Vec<T>::load(bounds.lo[0] + k) <= Vec<T>::set(box.hi[0]),
-                         Vec<T>::set(box.lo[0]) <= Vec<T>::load(bounds.hi[0] + k));
+        auto mask = (Vec<T>::load(bounds.lo[0] + k) <= Vec<T>(box.hi[0])) &
+                    (Vec<T>(box.lo[0]) <= Vec<T>::load(bounds.hi[0] + k));
         for (int d = 1; d < Dim; ++d) {
-            mask = both(mask, Vec<T>::load(bounds.lo[d] + k) <= Vec<T>::set(box.hi[d]));
-            mask = both(mask, Vec<T>::set(box.lo[d]) <= Vec<T>::load(bounds.hi[d] + k));
+            mask = mask & (Vec<T>::load(bounds.lo[d] + k) <= Vec<T>(box.hi[d]));
+            mask = mask & (Vec<T>(box.lo[d]) <= Vec<T>::load(bounds.hi[d] + k));
         }
-        bits |= Vec<T>::bits(mask) << k;
+        bits |= mask_bits(mask) << k;
     }
     return bits;
 }
@@ -56,13 +55,13 @@ struct BoxRegion
     {
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
-            auto mask = both(Vec<T>::set(box.lo[0]) <= Vec<T>::load(bounds.lo[0] + k),
-                             Vec<T>::load(bounds.hi[0] + k) <= Vec<T>::set(box.hi[0]));
+            auto mask = (Vec<T>(box.lo[0]) <= Vec<T>::load(bounds.lo[0] + k)) &
+                        (Vec<T>::load(bounds.hi[0] + k) <= Vec<T>(box.hi[0]));
             for (int d = 1; d < Dim; ++d) {
-                mask = both(mask, Vec<T>::set(box.lo[d]) <= Vec<T>::load(bounds.lo[d] + k));
-                mask = both(mask, Vec<T>::load(bounds.hi[d] + k) <= Vec<T>::set(box.hi[d]));
+                mask = mask & (Vec<T>(box.lo[d]) <= Vec<T>::load(bounds.lo[d] + k));
+                mask = mask & (Vec<T>::load(bounds.hi[d] + k) <= Vec<T>(box.hi[d]));
             }
-            bits |= Vec<T>::bits(mask) << k;
+            bits |= mask_bits(mask) << k;
         }
         return bits;
     }
@@ -72,11 +71,11 @@ struct BoxRegion
 template <int Dim, class T>
 HWY_ATTR HWY_INLINE Vec<T> distances(const Bounds<Dim, T>& bounds, const T* point, std::uint32_t k)
 {
-    Vec<T> sum = Vec<T>::set(0);
+    Vec<T> sum = Vec<T>(0);
     for (int d = 0; d < Dim; ++d) {
-        const Vec<T> p = Vec<T>::set(point[d]);
-        const Vec<T> gap = greatest(
-            greatest(Vec<T>::load(bounds.lo[d] + k) - p, p - Vec<T>::load(bounds.hi[d] + k)), Vec<T>::set(0));
+        const Vec<T> p = Vec<T>(point[d]);
+        const Vec<T> gap =
+            max(max(Vec<T>::load(bounds.lo[d] + k) - p, p - Vec<T>::load(bounds.hi[d] + k)), Vec<T>(0));
         sum = sum + gap * gap;
     }
     return sum;
@@ -91,21 +90,21 @@ struct SphereRegion
     {
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size)
-            bits |= Vec<T>::bits(distances<Dim, T>(bounds, center, k) <= Vec<T>::set(limit)) << k;
+            bits |= mask_bits(distances<Dim, T>(bounds, center, k) <= Vec<T>(limit)) << k;
         return bits;
     }
     HWY_ATTR HWY_INLINE unsigned contain(const Bounds<Dim, T>& bounds) const
     {
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
-            Vec<T> sum = Vec<T>::set(0);
+            Vec<T> sum = Vec<T>(0);
             for (int d = 0; d < Dim; ++d) {
-                const Vec<T> p = Vec<T>::set(center[d]);
+                const Vec<T> p = Vec<T>(center[d]);
                 const Vec<T> gap =
-                    greatest(p - Vec<T>::load(bounds.lo[d] + k), Vec<T>::load(bounds.hi[d] + k) - p);
+                    max(p - Vec<T>::load(bounds.lo[d] + k), Vec<T>::load(bounds.hi[d] + k) - p);
                 sum = sum + gap * gap;
             }
-            bits |= Vec<T>::bits(sum <= Vec<T>::set(limit)) << k;
+            bits |= mask_bits(sum <= Vec<T>(limit)) << k;
         }
         return bits;
     }
@@ -125,14 +124,14 @@ struct FrustumRegion
             const Plane<Dim, T>& plane = planes[i];
             unsigned bits = 0;
             for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
-                Vec<T> sum = Vec<T>::set(0);
+                Vec<T> sum = Vec<T>(0);
                 for (int d = 0; d < Dim; ++d) {
                     const T n = plane.normal[d];
                     if (n == 0) continue;
                     const T* corner = (n > 0) == nearest ? bounds.lo[d] : bounds.hi[d];
-                    sum = sum + Vec<T>::set(n) * Vec<T>::load(corner + k);
+                    sum = sum + Vec<T>(n) * Vec<T>::load(corner + k);
                 }
-                bits |= Vec<T>::bits(Vec<T>::set(0) <= sum + Vec<T>::set(plane.offset)) << k;
+                bits |= mask_bits(Vec<T>(0) <= sum + Vec<T>(plane.offset)) << k;
             }
             all &= bits;
         }
@@ -152,27 +151,27 @@ struct Way
 };
 
 template <int Dim, class T>
-HWY_ATTR inline bool emit(const Block<Dim, T>& block, unsigned hits, Wanted wanted, Found<std::uint32_t>& out)
+HWY_ATTR inline bool emit(const Leaf<Dim, T>& leaf, unsigned hits, Wanted wanted, Found<std::uint32_t>& out)
 {
     if (!out.has_room()) out.full(out);
     std::uint32_t* next = out.next;
     if (!wanted) {
-#if !JOSTLE_INDEX_SCALAR && HWY_TARGET == HWY_AVX3
-        const __m512i ids = _mm512_load_si512(block.id);
+#if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
+        const __m512i ids = _mm512_load_si512(leaf.id);
         const __mmask16 taken =
             _mm512_mask_cmpneq_epi32_mask(static_cast<__mmask16>(hits), ids, _mm512_set1_epi32(-1));
         _mm512_storeu_si512(next, _mm512_maskz_compress_epi32(taken, ids));
         next += std::popcount(static_cast<unsigned>(taken));
 #else
         for (; hits != 0; hits &= hits - 1) {
-            const std::uint32_t id = block.id[std::countr_zero(hits)];
+            const std::uint32_t id = leaf.id[std::countr_zero(hits)];
             *next = id;
             next += id != no_id;
         }
 #endif
     } else {
         for (; hits != 0; hits &= hits - 1) {
-            const std::uint32_t id = block.id[std::countr_zero(hits)];
+            const std::uint32_t id = leaf.id[std::countr_zero(hits)];
             if (id != no_id && wanted(id)) *next++ = id;
         }
     }
@@ -181,24 +180,19 @@ HWY_ATTR inline bool emit(const Block<Dim, T>& block, unsigned hits, Wanted want
     return !(found && out.one_will_do);
 }
 
-template <class X>
-HWY_INLINE void fetch(const X* from)
-{
-    for (std::size_t offset = 0; offset < sizeof(X); offset += 64)
-        __builtin_prefetch(reinterpret_cast<const char*>(from) + offset);
-}
-
-/// Has the blocks or nodes in the given lanes of a node on their way from memory: what waits for one, waits
+/// Has the leaves or nodes in the given lanes of a node on their way from memory: what waits for one, waits
 /// for all.
 template <int Dim, class T>
-HWY_INLINE void fetch(const Node<Dim, T>& node, unsigned hits)
+HWY_INLINE void prefetch_children(const Node<Dim, T>& node, unsigned hits)
 {
-    if (node.child[0].is_block()) {
+    if (node.child[0].is_leaf()) {
         for (; hits != 0; hits &= hits - 1)
-            if (const Child<Dim, T> child = node.child[std::countr_zero(hits)]) fetch(child.block());
+            if (const Child<Dim, T> child = node.child[std::countr_zero(hits)])
+                prefetch(child.leaf(), sizeof(Leaf<Dim, T>));
     } else {
         for (; hits != 0; hits &= hits - 1)
-            if (const Child<Dim, T> child = node.child[std::countr_zero(hits)]) fetch(child.node());
+            if (const Child<Dim, T> child = node.child[std::countr_zero(hits)])
+                prefetch(child.node(), sizeof(Node<Dim, T>));
     }
 }
 
@@ -215,25 +209,25 @@ HWY_ATTR void search_region(Child<Dim, T> root, const Region& region, Wanted wan
         if (inside) {
             here.left = here.inside = 0xffff;
             for (const Child<Dim, T> child : node->child)
-                if (child && child.is_block()) __builtin_prefetch(child.block()->id);
+                if (child && child.is_leaf()) prefetch(child.leaf()->id);
             return;
         }
         here.left = region.touch(node->bounds);
         here.inside = std::popcount(here.left) >= 4 ? region.contain(node->bounds) & here.left : 0;
-        fetch(*node, here.left);
+        prefetch_children(*node, here.left);
     };
-    const auto visit = [&](Way<Dim, T> brick) HWY_ATTR {
-        for (; brick.left != 0; brick.left &= brick.left - 1) {
-            const auto lane = static_cast<unsigned>(std::countr_zero(brick.left));
-            const Child<Dim, T> child = brick.node->child[lane];
+    const auto visit = [&](Way<Dim, T> page) HWY_ATTR {
+        for (; page.left != 0; page.left &= page.left - 1) {
+            const auto lane = static_cast<unsigned>(std::countr_zero(page.left));
+            const Child<Dim, T> child = page.node->child[lane];
             if (!child) break; // empty lanes, let through by infinite bounds, come last
             const unsigned hits =
-                ((brick.inside >> lane) & 1) != 0 ? 0xffffu : region.touch(child.block()->bounds);
-            if (hits != 0 && !emit(*child.block(), hits, wanted, out)) return false;
+                ((page.inside >> lane) & 1) != 0 ? 0xffffu : region.touch(child.leaf()->bounds);
+            if (hits != 0 && !emit(*child.leaf(), hits, wanted, out)) return false;
         }
         return true;
     };
-    // A brick's blocks are visited when those of the next one are on their way.
+    // A page's leaves are visited when those of the next one are on their way.
     Way<Dim, T> last{};
     enter(root.node(), false);
     while (depth >= 0) {
@@ -242,7 +236,7 @@ HWY_ATTR void search_region(Child<Dim, T> root, const Region& region, Wanted wan
             --depth;
             continue;
         }
-        if (here.node->child[0].is_block()) {
+        if (here.node->child[0].is_leaf()) {
             if (!visit(std::exchange(last, here))) return;
             --depth;
             continue;
@@ -265,8 +259,8 @@ template <int Dim, class T>
 HWY_ATTR void search_sphere(Child<Dim, T> root, const Sphere<Dim, T>& region, Wanted wanted,
                             Found<std::uint32_t>& out)
 {
-    search_region<Dim, T>(root, SphereRegion<Dim, T>{region.center, region.radius * region.radius}, wanted,
-                          out);
+    search_region<Dim, T>(root, SphereRegion<Dim, T>{region.center.data(), region.radius * region.radius},
+                          wanted, out);
 }
 template <int Dim, class T>
 HWY_ATTR void search_frustum(Child<Dim, T> root, const Frustum<Dim, T>& region, Wanted wanted,
@@ -276,7 +270,7 @@ HWY_ATTR void search_frustum(Child<Dim, T> root, const Frustum<Dim, T>& region, 
                           out);
 }
 
-/// ---- Many boxes at once ----------------------------------------------------------------------------------
+// --- Many boxes at once ---
 // All askers take a step down before any takes the next. What is to be visited stands in a list, so it can be
 // fetched ahead, and no branch depends on what was found: with a few askers to a leaf, mispredicted branches
 // and waiting for memory are what a search one by one spends its time on.
@@ -295,11 +289,11 @@ HWY_INLINE void each_lane(unsigned hits, const Write& write)
         write(k++, static_cast<unsigned>(std::countr_zero(rest)));
 }
 
-/// Collects touch_of(asker, block, lane) of all that the askers touch in `touches`, and returns how many.
+/// Collects touch_of(asker, leaf, lane) of all that the askers touch in `touches`, and returns how many.
 template <int Dim, class T, class Item, class TouchOf>
 HWY_ATTR HWY_INLINE std::size_t find_touches(Child<Dim, T> root, const Aabb<Dim, T>* askers,
                                              std::uint32_t count, JoinWork<Dim, T>& work,
-                                             engine::Buffer<Item>& touches, const TouchOf& touch_of)
+                                             Buffer<Item>& touches, const TouchOf& touch_of)
 {
     using Visit = typename JoinWork<Dim, T>::Visit;
     constexpr std::size_t ahead = 20, room = lanes + 4;
@@ -309,52 +303,52 @@ HWY_ATTR HWY_INLINE std::size_t find_touches(Child<Dim, T> root, const Aabb<Dim,
         for (int d = 0; d < Dim; ++d)
             endless |= askers[a].lo[d] < -std::numeric_limits<T>::max() ||
                        askers[a].hi[d] > std::numeric_limits<T>::max();
-    engine::Buffer<Visit>* now = &work.nodes;
-    engine::Buffer<Visit>* then = &work.next;
+    Buffer<Visit>* now = &work.nodes;
+    Buffer<Visit>* then = &work.next;
     Visit* nodes = now->reserve(count + room);
-    std::size_t node_count = 0, block_count = 0;
+    std::size_t node_count = 0, leaf_count = 0;
     for (std::uint32_t a = 0; a < count; ++a)
         nodes[node_count++] = {root, a};
     while (node_count != 0) {
         std::size_t next_count = 0;
         Visit* next = then->reserve(room);
-        Visit* blocks = work.blocks.grow(block_count + room, block_count);
+        Visit* leaves = work.leaves.grow(leaf_count + room, leaf_count);
         for (std::size_t i = 0; i < node_count; ++i) {
             if (next_count + room > then->capacity()) next = then->grow(2 * (next_count + room), next_count);
-            if (block_count + room > work.blocks.capacity())
-                blocks = work.blocks.grow(2 * (block_count + room), block_count);
-            fetch(nodes[std::min(i + ahead, node_count - 1)].child.node());
+            if (leaf_count + room > work.leaves.capacity())
+                leaves = work.leaves.grow(2 * (leaf_count + room), leaf_count);
+            prefetch(nodes[std::min(i + ahead, node_count - 1)].child.node(), sizeof(Node<Dim, T>));
             const Visit visit = nodes[i];
             const Node<Dim, T>& node = *visit.child.node();
             unsigned hits = touching(node.bounds, askers[visit.asker]);
-            const bool to_blocks = node.child[0].is_block();
-            Visit* const to = to_blocks ? blocks + block_count : next + next_count;
+            const bool to_leaves = node.child[0].is_leaf();
+            Visit* const to = to_leaves ? leaves + leaf_count : next + next_count;
             each_lane(hits,
                       [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = {node.child[lane], visit.asker}; });
             auto found = static_cast<std::size_t>(std::popcount(hits));
             if (endless) // empty lanes come last
                 while (found > 0 && !to[found - 1].child)
                     --found;
-            block_count += to_blocks ? found : 0;
-            next_count += to_blocks ? 0 : found;
+            leaf_count += to_leaves ? found : 0;
+            next_count += to_leaves ? 0 : found;
         }
         std::swap(now, then);
         nodes = now->data();
         node_count = next_count;
     }
 
-    const Visit* const blocks = work.blocks.data();
-    Item* items = touches.reserve(block_count + room);
+    const Visit* const leaves = work.leaves.data();
+    Item* items = touches.reserve(leaf_count + room);
     std::size_t touched = 0;
-    for (std::size_t i = 0; i < block_count; ++i) {
+    for (std::size_t i = 0; i < leaf_count; ++i) {
         if (touched + room > touches.capacity()) items = touches.grow(2 * (touched + room), touched);
-        fetch(blocks[std::min(i + ahead, block_count - 1)].child.block());
-        const Block<Dim, T>& block = *blocks[i].child.block();
-        const std::uint32_t asker = blocks[i].asker;
-        unsigned hits = touching(block.bounds, askers[asker]);
-        if (endless) hits &= block.live();
+        prefetch(leaves[std::min(i + ahead, leaf_count - 1)].child.leaf(), sizeof(Leaf<Dim, T>));
+        const Leaf<Dim, T>& leaf = *leaves[i].child.leaf();
+        const std::uint32_t asker = leaves[i].asker;
+        unsigned hits = touching(leaf.bounds, askers[asker]);
+        if (endless) hits &= leaf.live();
         Item* const to = items + touched;
-        each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = touch_of(asker, block, lane); });
+        each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = touch_of(asker, leaf, lane); });
         const auto found = static_cast<std::uint32_t>(std::popcount(hits));
         touched += found;
         work.count[asker] += found;
@@ -377,10 +371,9 @@ template <int Dim, class T>
 HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::uint32_t count,
                           JoinWork<Dim, T>& work)
 {
-    const std::size_t touched =
-        find_touches(root, askers, count, work, work.touches,
-                     [](std::uint32_t asker, const Block<Dim, T>& block, unsigned lane)
-                         HWY_ATTR { return Touch{asker, block.id[lane]}; });
+    const std::size_t touched = find_touches(root, askers, count, work, work.touches,
+                                             [](std::uint32_t asker, const Leaf<Dim, T>& leaf, unsigned lane)
+                                                 HWY_ATTR { return Touch{asker, leaf.id[lane]}; });
     // By asker, and ascending: a short list's ids go where the number of smaller ones says.
     std::uint32_t* const ids = work.ids.reserve(touched + lanes);
     std::size_t begin[JoinWork<Dim, T>::most_askers];
@@ -404,16 +397,15 @@ template <int Dim, class T>
 HWY_ATTR void search_around(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::uint32_t count,
                             JoinWork<Dim, T>& work)
 {
-    const std::size_t touched =
-        find_touches(root, askers, count, work, work.touches_at,
-                     [](std::uint32_t asker, const Block<Dim, T>& block, unsigned lane)
-                         HWY_ATTR { return TouchAt<Dim, T>{asker, lane, &block}; });
+    const std::size_t touched = find_touches(root, askers, count, work, work.touches_at,
+                                             [](std::uint32_t asker, const Leaf<Dim, T>& leaf, unsigned lane)
+                                                 HWY_ATTR { return TouchAt<Dim, T>{asker, lane, &leaf}; });
     Seen<Dim, T>* const seen = work.seen.reserve(touched);
     std::size_t begin[JoinWork<Dim, T>::most_askers];
     begins_of(work.count, count, begin);
     for (std::size_t k = 0; k < touched; ++k) {
         const TouchAt<Dim, T> touch = work.touches_at.data()[k];
-        seen[begin[touch.asker]++] = {touch.block->bounds.get(touch.lane), touch.block->id[touch.lane]};
+        seen[begin[touch.asker]++] = {touch.leaf->bounds.get(touch.lane), touch.leaf->id[touch.lane]};
     }
 }
 
@@ -428,16 +420,16 @@ HWY_ATTR HWY_INLINE Touched touched_of(const Listing<Dim>& listing, const Lookup
     using Measures = Vec<std::int16_t>;
     unsigned beside = 0, surely = 0;
     for (std::uint32_t k = 0; k < lanes; k += Measures::size) {
-        auto apart = Measures::set(lookup.hi[0]) < Measures::load(listing.lo[0] + k);
-        auto across = Measures::load(listing.lo[0] + k) < Measures::set(lookup.hi[0]);
+        auto apart = Measures(lookup.hi[0]) < Measures::load(listing.lo[0] + k);
+        auto across = Measures::load(listing.lo[0] + k) < Measures(lookup.hi[0]);
         for (int d = 0; d < Dim; ++d) {
             const Measures from = Measures::load(listing.lo[d] + k), to = Measures::load(listing.hi[d] + k);
-            const Measures own_from = Measures::set(lookup.lo[d]), own_to = Measures::set(lookup.hi[d]);
-            apart = either(apart, either(own_to < from, to < own_from));
-            across = both(across, both(from < own_to, own_from < to));
+            const Measures own_from = Measures(lookup.lo[d]), own_to = Measures(lookup.hi[d]);
+            apart = apart | ((own_to < from) | (to < own_from));
+            across = across & ((from < own_to) & (own_from < to));
         }
-        beside |= Measures::bits(apart) << k;
-        surely |= Measures::bits(across) << k;
+        beside |= mask_bits(apart) << k;
+        surely |= mask_bits(across) << k;
     }
     return {~beside & 0xffffu, surely};
 }
@@ -451,7 +443,7 @@ HWY_ATTR std::size_t look_up(const Lookup<Dim>* lookups, std::size_t count,
     for (std::size_t i = 0; i < count; ++i) {
         const Lookup<Dim>& coming = lookups[std::min(i + ahead, count - 1)];
         for (std::uint32_t k = 0; k < coming.count; ++k)
-            fetch(coming.listings + k);
+            prefetch(coming.listings + k, sizeof(Listing<Dim>));
         const Lookup<Dim>& lookup = lookups[i];
         for (std::uint32_t k = 0; k < lookup.count; ++k) {
             const Listing<Dim>& listing = lookup.listings[k];
@@ -461,7 +453,7 @@ HWY_ATTR std::size_t look_up(const Lookup<Dim>* lookups, std::size_t count,
                 const int lane = std::countr_zero(doubts);
                 if (!decide(lookup.asker, listing.id[lane])) hits &= ~(1u << lane);
             }
-#if !JOSTLE_INDEX_SCALAR && HWY_TARGET == HWY_AVX3
+#if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
             const __m512i ids =
                 _mm512_maskz_compress_epi32(static_cast<__mmask16>(hits), _mm512_load_si512(listing.id));
             const __m512i asker = _mm512_set1_epi64(lookup.asker);
@@ -480,7 +472,7 @@ HWY_ATTR std::size_t look_up(const Lookup<Dim>* lookups, std::size_t count,
     return static_cast<std::size_t>(next - out);
 }
 
-/// ---- Lines -----------------------------------------------------------------------------------------------
+// --- Lines ---
 
 /// Which bounds a line meets first on each axis, and which last.
 template <int Dim, class T>
@@ -502,25 +494,25 @@ struct LineTest
     {
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
-            Vec<T> enter = Vec<T>::set(0), leave = Vec<T>::set(last);
-            Vec<T> beside = Vec<T>::set(0); // never above 0 where an axis without motion lets pass
+            Vec<T> enter = Vec<T>(0), leave = Vec<T>(last);
+            Vec<T> beside = Vec<T>(0); // never above 0 where an axis without motion lets pass
             for (int d = 0; d < Dim; ++d) {
                 const Vec<T> to_lo = Vec<T>::load(bounds.lo[d] + k), to_hi = Vec<T>::load(bounds.hi[d] + k);
-                const Vec<T> own_lo = Vec<T>::set(lo[d]), own_hi = Vec<T>::set(hi[d]);
+                const Vec<T> own_lo = Vec<T>(lo[d]), own_hi = Vec<T>(hi[d]);
                 if (inverse[d] > 0) {
-                    enter = greatest((to_lo - own_hi) * Vec<T>::set(inverse[d]), enter);
-                    leave = least((to_hi - own_lo) * Vec<T>::set(inverse[d]), leave);
+                    enter = max((to_lo - own_hi) * Vec<T>(inverse[d]), enter);
+                    leave = min((to_hi - own_lo) * Vec<T>(inverse[d]), leave);
                 } else if (inverse[d] < 0) {
-                    enter = greatest((to_hi - own_lo) * Vec<T>::set(inverse[d]), enter);
-                    leave = least((to_lo - own_hi) * Vec<T>::set(inverse[d]), leave);
+                    enter = max((to_hi - own_lo) * Vec<T>(inverse[d]), enter);
+                    leave = min((to_lo - own_hi) * Vec<T>(inverse[d]), leave);
                 } else {
                     // Differences of finite numbers are 0 only for equal ones: no rounding decides.
-                    beside = greatest(beside, greatest(to_lo - own_hi, own_lo - to_hi));
+                    beside = max(beside, max(to_lo - own_hi, own_lo - to_hi));
                 }
             }
-            const auto met = both(enter <= leave, beside <= Vec<T>::set(0));
-            Vec<T>::choose(met, enter, Vec<T>::set(std::numeric_limits<T>::infinity())).store(at + k);
-            bits |= Vec<T>::bits(met) << k;
+            const auto met = (enter <= leave) & (beside <= Vec<T>(0));
+            choose(met, enter, Vec<T>(std::numeric_limits<T>::infinity())).store(at + k);
+            bits |= mask_bits(met) << k;
         }
         return bits;
     }
@@ -540,16 +532,17 @@ struct Nearing
     {
         Vec<T> each = Vec<T>::load(at);
         for (std::uint32_t k = Vec<T>::size; k < lanes; k += Vec<T>::size)
-            each = least(each, Vec<T>::load(at + k));
-        const T nearest = each.least_lane();
+            each = min(each, Vec<T>::load(at + k));
+        const T nearest = min_lane(each);
         if (nearest > last) {
             left = 0;
             return {};
         }
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size)
-            bits |= Vec<T>::bits(Vec<T>::load(at + k) <= Vec<T>::set(nearest)) << k;
-        // Of several equally near the last: the keys begin with the class of size, and big boxes end a search.
+            bits |= mask_bits(Vec<T>::load(at + k) <= Vec<T>(nearest)) << k;
+        // Of several equally near the last: the keys begin with the class of size, and big boxes end a
+        // search.
         const int lane = static_cast<int>(std::bit_width(bits & left)) - 1;
         left &= ~(1u << lane);
         at[lane] = std::numeric_limits<T>::infinity();
@@ -557,7 +550,7 @@ struct Nearing
     }
 };
 
-/// Visits blocks in the order of their nodes' distance. enter(node's bounds, at) returns the lanes in reach
+/// Visits leaves in the order of their nodes' distance. enter(node's bounds, at) returns the lanes in reach
 /// and stores how far they are, infinity for the others; `last` is as far as there is something to find.
 template <int Dim, class T, class Enter, class Visit>
 HWY_ATTR HWY_INLINE void search_nearing(Child<Dim, T> root, const T& last, const Enter& enter,
@@ -576,8 +569,8 @@ HWY_ATTR HWY_INLINE void search_nearing(Child<Dim, T> root, const T& last, const
         }
         const Child<Dim, T> child = here.next(last);
         if (!child) continue;
-        if (child.is_block()) {
-            visit(*child.block());
+        if (child.is_leaf()) {
+            visit(*child.leaf());
         } else {
             Nearing<Dim, T>& below = way[++depth];
             below.node = child.node();
@@ -593,10 +586,10 @@ HWY_ATTR Hit<T> search_first(Child<Dim, T> root, const Line<Dim, T>& line, Wante
     Hit<T> best;
     T last = line.max_fraction;
     alignas(64) T at[lanes];
-    const auto visit = [&](const Block<Dim, T>& block) HWY_ATTR {
-        for (unsigned hits = test.meet(block.bounds, last, at); hits != 0; hits &= hits - 1) {
+    const auto visit = [&](const Leaf<Dim, T>& leaf) HWY_ATTR {
+        for (unsigned hits = test.meet(leaf.bounds, last, at); hits != 0; hits &= hits - 1) {
             const auto lane = static_cast<std::uint32_t>(std::countr_zero(hits));
-            const Hit<T> hit{block.id[lane], at[lane] + T(0)}; // no negative zero
+            const Hit<T> hit{leaf.id[lane], at[lane] + T(0)}; // no negative zero
             if (hit.id == no_id || !(best.id == no_id || hit < best)) continue;
             if (wanted && !wanted(hit.id)) continue;
             best = hit;
@@ -614,24 +607,24 @@ HWY_ATTR void search_all(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wa
 {
     const LineTest<Dim, T> test(line);
     alignas(64) T at[lanes];
-    const auto visit = [&](const Block<Dim, T>& block) HWY_ATTR {
-        unsigned hits = test.meet(block.bounds, line.max_fraction, at);
+    const auto visit = [&](const Leaf<Dim, T>& leaf) HWY_ATTR {
+        unsigned hits = test.meet(leaf.bounds, line.max_fraction, at);
         if (hits == 0) return true;
         if (!out.has_room()) out.full(out);
         const auto* const before = out.next;
         for (; hits != 0; hits &= hits - 1) {
             const auto lane = static_cast<std::uint32_t>(std::countr_zero(hits));
-            const std::uint32_t id = block.id[lane];
+            const std::uint32_t id = leaf.id[lane];
             if (id == no_id || (wanted && !wanted(id))) continue;
             *out.next++ = {id, at[lane] + T(0)};
         }
         return !(out.one_will_do && out.next != before);
     };
-    const auto visit_all = [&](Way<Dim, T> brick) HWY_ATTR {
-        for (; brick.left != 0; brick.left &= brick.left - 1) {
-            const Child<Dim, T> child = brick.node->child[std::countr_zero(brick.left)];
+    const auto visit_all = [&](Way<Dim, T> page) HWY_ATTR {
+        for (; page.left != 0; page.left &= page.left - 1) {
+            const Child<Dim, T> child = page.node->child[std::countr_zero(page.left)];
             if (!child) break;
-            if (!visit(*child.block())) return false;
+            if (!visit(*child.leaf())) return false;
         }
         return true;
     };
@@ -641,7 +634,7 @@ HWY_ATTR void search_all(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wa
     int depth = -1;
     const auto enter = [&](const Node<Dim, T>* node) HWY_ATTR {
         way[++depth] = {node, test.meet(node->bounds, line.max_fraction, at), 0};
-        fetch(*node, way[depth].left);
+        prefetch_children(*node, way[depth].left);
     };
     enter(root.node());
     while (depth >= 0) {
@@ -650,7 +643,7 @@ HWY_ATTR void search_all(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wa
             --depth;
             continue;
         }
-        if (here.node->child[0].is_block()) {
+        if (here.node->child[0].is_leaf()) {
             if (!visit_all(std::exchange(last, here))) return;
             --depth;
             continue;
@@ -663,8 +656,7 @@ HWY_ATTR void search_all(Child<Dim, T> root, const Line<Dim, T>& line, Wanted wa
     visit_all(last);
 }
 
-/// ---- Near a point
-/// ------------------------------------------------------------------------------------------
+// --- Near a point ---
 
 template <int Dim, class T>
 HWY_ATTR void search_nearest(Child<Dim, T> root, const T* point, Wanted wanted, Best<T>& best)
@@ -674,16 +666,16 @@ HWY_ATTR void search_nearest(Child<Dim, T> root, const T* point, Wanted wanted, 
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
             const Vec<T> each = distances<Dim, T>(bounds, point, k);
-            const auto reached = each <= Vec<T>::set(best.limit);
-            Vec<T>::choose(reached, each, Vec<T>::set(std::numeric_limits<T>::infinity())).store(far + k);
-            bits |= Vec<T>::bits(reached) << k;
+            const auto reached = each <= Vec<T>(best.limit);
+            choose(reached, each, Vec<T>(std::numeric_limits<T>::infinity())).store(far + k);
+            bits |= mask_bits(reached) << k;
         }
         return bits;
     };
-    const auto visit = [&](const Block<Dim, T>& block) HWY_ATTR {
-        for (unsigned hits = within(block.bounds, at); hits != 0; hits &= hits - 1) {
+    const auto visit = [&](const Leaf<Dim, T>& leaf) HWY_ATTR {
+        for (unsigned hits = within(leaf.bounds, at); hits != 0; hits &= hits - 1) {
             const auto lane = static_cast<std::uint32_t>(std::countr_zero(hits));
-            const Hit<T> hit{block.id[lane], at[lane]};
+            const Hit<T> hit{leaf.id[lane], at[lane]};
             if (hit.id == no_id) continue;
             if (best.size == best.wanted && !(hit < best.heap[0])) continue;
             if (wanted && !wanted(hit.id)) continue;
@@ -701,12 +693,12 @@ HWY_ATTR void search_nearest(Child<Dim, T> root, const T* point, Wanted wanted, 
 }
 
 template <int Dim, class T>
-const Kernels<Dim, T>* kernels()
+const Kernels<Dim, T>& kernels()
 {
     static constexpr Kernels<Dim, T> table = {search_box<Dim, T>,     search_sphere<Dim, T>,
                                               search_frustum<Dim, T>, search_join<Dim, T>,
                                               search_around<Dim, T>,  look_up<Dim>,
                                               search_first<Dim, T>,   search_all<Dim, T>,
                                               search_nearest<Dim, T>, sort_few};
-    return &table;
+    return table;
 }

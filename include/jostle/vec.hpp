@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cmath>
+#include <compare>
+#include <concepts>
+#include <cstddef>
+#include <tuple>
+#include <type_traits>
+
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// A coordinate type Jostle is built for.
+template <class T>
+concept Coordinate = std::same_as<T, float> || std::same_as<T, double>;
+
+/// How Jostle reads the coordinates of a vector type that is not its own. Specialise it for a type that is
+/// none of those below:
+///
+///     template <>
+///     struct jostle::VectorTraits<game::Position>
+///     {
+///         static constexpr int size = 3;
+///         static float get(const game::Position& p, int axis) { return p.coordinate(axis); }
+///     };
+///
+/// Known without a specialisation: C arrays and std::array; types with members x, y and, in 3D, z; types with
+/// an operator[] whose size is known when compiling, as a constant SizeAtCompileTime (Eigen), a static
+/// length() (glm) or a std::tuple_size.
+template <class V>
+struct VectorTraits;
+
+namespace detail {
+/// Dim as the bound of an array: compilers can warn of its sign otherwise.
+template <int Dim>
+inline constexpr auto axes = static_cast<std::size_t>(Dim);
+
+template <class V>
+concept HasXy = requires(const V& v) {
+    v.x + v.x;
+    v.y + v.y;
+};
+template <class V>
+concept HasZ = requires(const V& v) { v.z + v.z; };
+
+template <class V>
+constexpr int compile_time_size()
+{
+    if constexpr (std::rank_v<V> == 1)
+        return static_cast<int>(std::extent_v<V>);
+    else if constexpr (requires { std::tuple_size<V>::value; })
+        return static_cast<int>(std::tuple_size<V>::value);
+    else if constexpr (requires { static_cast<int>(V::SizeAtCompileTime); })
+        return static_cast<int>(V::SizeAtCompileTime);
+    else if constexpr (requires { std::integral_constant<int, static_cast<int>(V::length())>{}; })
+        return static_cast<int>(V::length());
+    else
+        return 0;
+}
+template <class V>
+concept Indexed = compile_time_size<V>() > 0 && requires(const V& v) { v[0] + v[0]; };
+} // namespace detail
+
+template <class V>
+    requires detail::HasXy<V>
+struct VectorTraits<V>
+{
+    static constexpr int size = detail::HasZ<V> ? 3 : 2;
+    static constexpr auto get(const V& v, int axis) noexcept
+    {
+        if constexpr (size == 3)
+            return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+        else
+            return axis == 0 ? v.x : v.y;
+    }
+};
+template <class V>
+    requires(detail::Indexed<V> && !detail::HasXy<V>)
+struct VectorTraits<V>
+{
+    static constexpr int size = detail::compile_time_size<V>();
+    static constexpr auto get(const V& v, int axis)
+    {
+        using Index = std::conditional_t<requires { V::SizeAtCompileTime; }, int, std::size_t>;
+        return static_cast<std::remove_cvref_t<decltype(v[0])>>(v[static_cast<Index>(axis)]);
+    }
+};
+
+template <int Dim, Coordinate T>
+struct Vec;
+template <int Dim, Coordinate T>
+struct VectorTraits<Vec<Dim, T>>
+{
+    static constexpr int size = Dim;
+    static constexpr T get(const Vec<Dim, T>& v, int axis) noexcept { return v[axis]; }
+};
+
+/// A vector type of somebody else's with Dim coordinates.
+template <class V, int Dim>
+concept VectorLike = requires(const V& v) {
+    requires VectorTraits<V>::size == Dim;
+    { VectorTraits<V>::get(v, 0) } -> std::convertible_to<double>;
+};
+
+/// A point or direction: one number per axis, and nothing else in memory. It is what all of Jostle's boxes,
+/// rays, poses and contacts are made of.
+///
+/// Any other vector type converts to it where one is expected, such as in `Ray3f{eye, direction}`: see
+/// VectorTraits. Only from double to float has the conversion to be written out, as Vec3f(v).
+template <int Dim, Coordinate T>
+struct Vec
+{
+    static_assert(Dim == 2 || Dim == 3);
+
+    using value_type = T;
+    T values[detail::axes<Dim>];
+
+    /// Vec{} is zero; a Vec without an initialiser is not set, like any number.
+    Vec() = default;
+    constexpr Vec(T x, T y) noexcept
+        requires(Dim == 2)
+        : values{x, y}
+    {
+    }
+    constexpr Vec(T x, T y, T z) noexcept
+        requires(Dim == 3)
+        : values{x, y, z}
+    {
+    }
+    template <class V>
+        requires(VectorLike<V, Dim> && !std::same_as<V, Vec>)
+    constexpr explicit(std::same_as<T, float> &&
+                       !std::integral<decltype(VectorTraits<V>::get(std::declval<const V&>(), 0))> &&
+                       !std::same_as<decltype(VectorTraits<V>::get(std::declval<const V&>(), 0)), float>)
+        Vec(const V& v)
+    {
+        for (int axis = 0; axis < Dim; ++axis)
+            values[axis] = static_cast<T>(VectorTraits<V>::get(v, axis));
+    }
+
+    template <std::integral Index>
+    [[nodiscard]] constexpr T& operator[](Index axis) noexcept
+    {
+        return values[axis];
+    }
+    template <std::integral Index>
+    [[nodiscard]] constexpr const T& operator[](Index axis) const noexcept
+    {
+        return values[axis];
+    }
+    [[nodiscard]] constexpr T* data() noexcept { return values; }
+    [[nodiscard]] constexpr const T* data() const noexcept { return values; }
+    [[nodiscard]] constexpr T* begin() noexcept { return values; }
+    [[nodiscard]] constexpr T* end() noexcept { return values + Dim; }
+    [[nodiscard]] constexpr const T* begin() const noexcept { return values; }
+    [[nodiscard]] constexpr const T* end() const noexcept { return values + Dim; }
+    [[nodiscard]] static constexpr std::size_t size() noexcept { return detail::axes<Dim>; }
+
+    friend constexpr bool operator==(const Vec&, const Vec&) = default;
+    friend constexpr auto operator<=>(const Vec&, const Vec&) = default; ///< the first axis decides first
+
+    constexpr Vec& operator+=(const Vec& other) noexcept
+    {
+        for (int axis = 0; axis < Dim; ++axis)
+            values[axis] += other.values[axis];
+        return *this;
+    }
+    constexpr Vec& operator-=(const Vec& other) noexcept
+    {
+        for (int axis = 0; axis < Dim; ++axis)
+            values[axis] -= other.values[axis];
+        return *this;
+    }
+    constexpr Vec& operator*=(T factor) noexcept
+    {
+        for (T& value : values)
+            value *= factor;
+        return *this;
+    }
+    friend constexpr Vec operator+(Vec a, const Vec& b) noexcept { return a += b; }
+    friend constexpr Vec operator-(Vec a, const Vec& b) noexcept { return a -= b; }
+    friend constexpr Vec operator-(const Vec& a) noexcept { return Vec{} - a; }
+    friend constexpr Vec operator*(Vec a, T factor) noexcept { return a *= factor; }
+    friend constexpr Vec operator*(T factor, Vec a) noexcept { return a *= factor; }
+};
+
+using Vec2f = Vec<2, float>;
+using Vec3f = Vec<3, float>;
+using Vec2d = Vec<2, double>;
+using Vec3d = Vec<3, double>;
+
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr T dot(const Vec<Dim, T>& a, const Vec<Dim, T>& b) noexcept
+{
+    T sum = 0;
+    for (int axis = 0; axis < Dim; ++axis)
+        sum += a[axis] * b[axis];
+    return sum;
+}
+
+template <Coordinate T>
+[[nodiscard]] constexpr Vec<3, T> cross(const Vec<3, T>& a, const Vec<3, T>& b) noexcept
+{
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+/// The Euclidean length. Squares beyond T's range make it infinite or zero.
+template <int Dim, Coordinate T>
+[[nodiscard]] T length(const Vec<Dim, T>& a) noexcept
+{
+    return std::sqrt(dot(a, a));
+}
+
+JOSTLE_NAMESPACE_END

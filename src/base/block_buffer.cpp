@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/block_buffer.hpp"
+
+#include <string>
+
+#include "jostle/error.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+void detail::throw_no_room(std::uint64_t room, std::uint64_t size)
+{
+    throw Error(ErrorCode::size_mismatch,
+                "room for " + std::to_string(room) + " items, but there are " + std::to_string(size));
+}
+
+JOSTLE_NAMESPACE_END

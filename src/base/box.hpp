@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "jostle/box.hpp"
+
+// What rooms ask about boxes, each question written once. `overlaps` in jostle/box.hpp belongs to them, too.
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Whether a box is one: lo <= hi on every axis. A NaN is neither.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool valid(const Aabb<Dim, T>& box) noexcept
+{
+    bool all = true;
+    for (int d = 0; d < Dim; ++d)
+        all &= box.lo[d] <= box.hi[d];
+    return all;
+}
+
+/// Whether two boxes have the same bounds; 0 and -0 are the same.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool same(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
+{
+    bool all = true;
+    for (int d = 0; d < Dim; ++d)
+    {
+        all &= a.lo[d] == b.lo[d];
+        all &= a.hi[d] == b.hi[d];
+    }
+    return all;
+}
+
+/// Whether no point of `inner` lies outside of `outer`.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool inside(const Aabb<Dim, T>& inner, const Aabb<Dim, T>& outer) noexcept
+{
+    bool all = true;
+    for (int d = 0; d < Dim; ++d)
+    {
+        all &= outer.lo[d] <= inner.lo[d];
+        all &= inner.hi[d] <= outer.hi[d];
+    }
+    return all;
+}
+
+/// `overlaps` without a branch between the axes, which leaves the choice to the compiler: for boxes of which
+/// nobody can predict whether they touch.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr bool overlaps_branchless(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
+{
+    bool all = true;
+    for (int d = 0; d < Dim; ++d)
+    {
+        all &= a.lo[d] <= b.hi[d];
+        all &= b.lo[d] <= a.hi[d];
+    }
+    return all;
+}
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "jostle/error.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Holds something that takes one call at a time for as long as a call lasts: another one, of a callback or
+/// of another thread, is an error rather than a wrong answer.
+class InUse
+{
+  public:
+    InUse(std::atomic<bool>& in_use, const char* name) : in_use_(in_use)
+    {
+        if (in_use_.exchange(true, std::memory_order_acquire))
+            throw Error(
+                ErrorCode::invalid_argument,
+                std::string("this ") + name +
+                    " is in the middle of another call, by another thread or the one whose callback this "
+                    "is; it takes one at a time");
+    }
+    InUse(const InUse&) = delete;
+    InUse& operator=(const InUse&) = delete;
+    ~InUse() { in_use_.store(false, std::memory_order_release); }
+
+  private:
+    std::atomic<bool>& in_use_;
+};
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// From boxes to records, one unit of them at a time. Plain loops over columns, for the compiler to vectorise.
+// No include guard: kernels.cpp includes it once per set, behind scatter_vector-inl.hpp or
+// scatter_plain-inl.hpp.
+
+/// Boxes [begin, begin + unit.count) into the unit's columns. Fetches those of the next unit meanwhile: past
+/// the last box that is only a hint.
+template <int Dim, class T>
+void load(const BoxView<Dim, T>& boxes, std::size_t begin, Unit<T>& unit)
+{
+    const std::ptrdiff_t stride = boxes.stride_bytes();
+    const char *lo[Dim], *hi[Dim];
+    for (int d = 0; d < Dim; ++d) {
+        lo[d] = reinterpret_cast<const char*>(boxes.lo_pointer(d, begin));
+        hi[d] = reinterpret_cast<const char*>(boxes.hi_pointer(d, begin));
+    }
+    std::uint32_t i = 0;
+    if constexpr (sizeof(T) == 4) {
+        bool packed = stride == 2 * Dim * sizeof(T);
+        for (int d = 0; d < Dim; ++d)
+            packed &= lo[d] == lo[0] + static_cast<std::size_t>(d) * sizeof(T) &&
+                      hi[d] == lo[0] + static_cast<std::size_t>(Dim + d) * sizeof(T);
+        if (packed) i = load_packed<Dim>(reinterpret_cast<const T*>(lo[0]), unit);
+    }
+    for (; i < unit.count; ++i) {
+        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * stride;
+        __builtin_prefetch(lo[0] + at + static_cast<std::ptrdiff_t>(unit_size) * stride);
+        for (int d = 0; d < Dim; ++d) {
+            unit.lo[d][i] = *reinterpret_cast<const T*>(lo[d] + at);
+            unit.hi[d][i] = *reinterpret_cast<const T*>(hi[d] + at);
+        }
+    }
+}
+
+/// Turns a unit of boxes into records, and lists what has to be stored where.
+///
+/// A coordinate v becomes the quantum (v - origin) * scale, cut to the grid and rounded down. Each of these
+/// steps is monotone, also as the machine rounds it, so that v <= w never becomes a greater quantum and a
+/// smaller one: where quanta differ, the numbers differ in the same way. That is all that being exact takes;
+/// where quanta are equal the sweep reports a tie. -ffp-contract=off keeps compilers from rounding in other
+/// places.
+///
+///     quantum     0 ...... 2^14 ...... 2 * 2^14 ...     brick = quantum >> 14
+///     a box             |--------|                      begins in brick 0, reaches into brick 1: span 1
+///
+/// The record of its first brick comes first, for each box in turn. Behind those come the copies of boxes
+/// that reach one brick further on the second axis, on the third, and on both: most copies are of this sort,
+/// and they are made without a branch. Boxes that reach further, or into the next brick on the sweep axis,
+/// are listed in `wide_box` for append_wide.
+template <int Dim, class T>
+void quantise(const Grid<T>& grid, Unit<T>& unit)
+{
+    std::int32_t cell[3][unit_size], span[3][unit_size];
+    std::uint32_t word[3][unit_size], flags[unit_size];
+    std::uint16_t kind[unit_size];
+    const std::uint32_t count = unit.count;
+    std::uint32_t bad = 0;
+
+    for (int p = 0; p < Dim; ++p) {
+        const int axis = grid.axis[p];
+        const T origin = grid.origin[p], scale = grid.scale[p], last = grid.last[p];
+        const T* __restrict lo = unit.lo[axis];
+        const T* __restrict hi = unit.hi[axis];
+        const std::uint32_t* __restrict object = unit.object;
+        const std::uint32_t copy = copy_flag(axis);
+        std::int32_t* __restrict quantum_lo = unit.quantum_lo[p];
+        std::int32_t* __restrict quantum_hi = unit.quantum_hi[p];
+        std::int32_t* __restrict cell_p = cell[p];
+        std::int32_t* __restrict span_p = span[p];
+        std::uint32_t* __restrict word_p = word[p];
+        // What follows from the quanta of both ends.
+        const auto pack = [&](std::uint32_t i, std::int32_t q, std::int32_t h, bool copied) {
+            const std::int32_t c = q >> quanta_bits;
+            const std::int32_t local_hi = h - (c << quanta_bits);
+            quantum_lo[i] = q;
+            quantum_hi[i] = h;
+            cell_p[i] = c;
+            span_p[i] = (h >> quanta_bits) - c;
+            word_p[i] = pack_axis(copied ? 0 : -((q & (quanta - 1)) + 1),
+                                  (local_hi < quanta ? local_hi : quanta) + 1);
+        };
+        if (grid.flat[p]) {
+            // At the origin an end is certainly behind a beginning; 0 and 0, 2 and 2 are told by the numbers.
+            for (std::uint32_t i = 0; i < count; ++i) {
+                bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
+                const bool copied = (object[i] & copy) != 0;
+                pack(i, !copied && lo[i] > origin ? 2 : 0, hi[i] > origin ? 2 : (hi[i] == origin ? 1 : 0),
+                     copied);
+            }
+            continue;
+        }
+        for (std::uint32_t i = 0; i < count; ++i) {
+            bad |= static_cast<std::uint32_t>(!(lo[i] <= hi[i]));
+            T a = (lo[i] - origin) * scale;
+            T b = (hi[i] - origin) * scale;
+            a = a > 0 ? a : T(0); // also where it is NaN
+            b = b > 0 ? b : T(0);
+            a = a < last ? a : last;
+            b = b < last ? b : last;
+            const bool copied = (object[i] & copy) != 0;
+            pack(i, copied ? 0 : static_cast<std::int32_t>(a), static_cast<std::int32_t>(b), copied);
+        }
+    }
+    unit.bad = bad != 0;
+
+    // kind: bits 0 and 1 say that a copy belongs into the next brick on the second and third axis; 4: more
+    // than that.
+    const std::int32_t cells_x = grid.cells[0], cells_y = grid.cells[1];
+    for (std::uint32_t i = 0; i < count; ++i) {
+        std::int32_t brick = cell[0][i] + cells_x * cell[1][i];
+        std::uint32_t wide =
+            static_cast<std::uint32_t>(span[0][i] != 0) | static_cast<std::uint32_t>(span[1][i] > 1);
+        std::uint32_t next = static_cast<std::uint32_t>(span[1][i] == 1);
+        if constexpr (Dim == 3) {
+            brick += cells_x * cells_y * cell[2][i];
+            wide |= static_cast<std::uint32_t>(span[2][i] > 1);
+            next |= static_cast<std::uint32_t>(span[2][i] == 1) << 1;
+        } else {
+            word[2][i] = 0;
+        }
+        unit.brick[i] = static_cast<std::uint32_t>(brick);
+        kind[i] = static_cast<std::uint16_t>(wide ? 4 : next);
+        flags[i] = unit.object[i];
+    }
+    for (std::uint32_t i = 0; i < count; ++i)
+        unit.record[i] = {{word[0][i], word[1][i], word[2][i]}, flags[i]};
+
+    CopyLists lists;
+    list_copies(kind, count, lists, unit.wide_box);
+    unit.wide = lists.wides;
+
+    std::uint32_t records = count;
+    const auto next_word = [&](int p, std::uint32_t i) {
+        const std::int32_t local_hi = unit.quantum_hi[p][i] - ((cell[p][i] + 1) << quanta_bits);
+        return pack_axis(0, local_hi + 1); // ends in the next brick: local_hi < quanta
+    };
+    const std::uint32_t step_y = static_cast<std::uint32_t>(cells_x);
+    const std::uint32_t step_z = static_cast<std::uint32_t>(cells_x * cells_y);
+    for (std::uint32_t k = 0; k < lists.ys; ++k, ++records) {
+        const std::uint32_t i = lists.y[k];
+        unit.record[records] = {{word[0][i], next_word(1, i), word[2][i]},
+                                flags[i] | copy_flag(grid.axis[1])};
+        unit.brick[records] = unit.brick[i] + step_y;
+    }
+    for (std::uint32_t k = 0; k < lists.zs; ++k, ++records) {
+        const std::uint32_t i = lists.z[k];
+        unit.record[records] = {{word[0][i], word[1][i], next_word(2, i)},
+                                flags[i] | copy_flag(grid.axis[2])};
+        unit.brick[records] = unit.brick[i] + step_z;
+    }
+    for (std::uint32_t k = 0; k < lists.yzs; ++k, ++records) {
+        const std::uint32_t i = lists.yz[k];
+        unit.record[records] = {{word[0][i], next_word(1, i), next_word(2, i)},
+                                flags[i] | copy_flag(grid.axis[1]) | copy_flag(grid.axis[2])};
+        unit.brick[records] = unit.brick[i] + step_y + step_z;
+    }
+    unit.records = records;
+}

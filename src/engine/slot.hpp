@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <memory_resource>
+#include <mutex>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "engine/brick_store.hpp"
+#include "engine/kernels/kernels.hpp"
+#include "engine/record.hpp"
+#include "engine/sample.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace engine {
+
+/// What one task found to be too much for itself: a crowd to be given a grid of its own, or one brick to be
+/// swept in parts. All threads do it together, after all bricks.
+struct Job
+{
+    enum class Kind
+    {
+        crowd,
+        brick
+    };
+
+    explicit Job(std::pmr::memory_resource* memory) : records(memory), window_end(memory) {}
+
+    bool in_use = false;
+    Kind kind = Kind::crowd;
+    /// Where it was found, and as which one there: what orders jobs, whoever found them.
+    std::uint64_t block = 0;
+    std::uint32_t number = 0;
+    int depth = 0; // of the grid that its records lie in, or of the one that a crowd gets
+    std::uint32_t count = 0;
+    Buffer<Record> records;           // sorted along the sweep axis, and padded
+    Buffer<std::uint32_t> window_end; // of a brick
+};
+
+/// Keeps jobs for their memory.
+class JobPool
+{
+  public:
+    /// The smallest one that has room for `records`, else the largest one, so that a steady frame needs no
+    /// new memory whoever finds which job first. From any thread.
+    Job& take(std::uint32_t records, std::pmr::memory_resource* memory);
+    void take_all_back() noexcept;
+    [[nodiscard]] std::uint64_t bytes() const noexcept;
+    void release() noexcept { jobs_.clear(); }
+
+  private:
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<Job>> jobs_;
+};
+
+/// What a task counts.
+struct Counts
+{
+    std::uint64_t records = 0, steps = 0, ties = 0, bricks = 0, nested = 0;
+};
+
+/// The working memory of one task. Which thread runs the task doesn't matter.
+struct alignas(128) Slot
+{
+    explicit Slot(std::pmr::memory_resource* resource) : memory(resource) {}
+
+    std::pmr::memory_resource* memory;
+
+    // Boxes on their way into bricks.
+    BrickStore store{memory};
+    std::pmr::vector<std::unique_ptr<BrickStore>> nested{memory}; // of grids in grids, by depth
+    Buffer<Unit<float>> unit_float{memory};
+    Buffer<Unit<double>> unit_double{memory};
+    Buffer<Sample> sample{memory};
+
+    // The brick that is swept.
+    Buffer<std::uint32_t> bucket{memory};
+    Buffer<Record> sorted{memory};
+    Buffer<std::uint32_t> window_end{memory};
+    Buffer<std::uint32_t> columns{memory};
+
+    // What is found.
+    Buffer<Pair> ties{memory};
+    Buffer<Pair> to_sink{memory};                             // pairs on their way to a sink
+    std::pmr::vector<std::span<const Pair>> segments{memory}; // of the result
+    Pair* chunk_next = nullptr;                               // what is left of the last chunk of the result
+    Pair* chunk_end = nullptr;
+    std::pmr::vector<Job*> jobs{memory}; // found and not yet taken, in the order of their bricks
+    bool bad_box = false;
+    Counts counts;
+    std::exception_ptr error;
+
+    /// Forgets what the last search left here, but for the memory.
+    void start_search() noexcept;
+    /// Has as much memory as `other`: next time the work may be shared out the other way round.
+    void match(const Slot& other);
+    [[nodiscard]] std::uint64_t bytes() const noexcept;
+
+    BrickStore& nested_store(int depth);
+    template <class T>
+    Unit<T>& unit()
+    {
+        if constexpr (sizeof(T) == 4)
+            return *unit_float.reserve_exactly(1);
+        else
+            return *unit_double.reserve_exactly(1);
+    }
+
+  private:
+    /// The list of all buffers: what is done to each of them goes through here.
+    template <class Self>
+    static auto buffers(Self& self)
+    {
+        return std::tie(self.unit_float, self.unit_double, self.sample, self.bucket, self.sorted,
+                        self.window_end, self.columns, self.ties, self.to_sink);
+    }
+};
+
+} // namespace engine
+JOSTLE_NAMESPACE_END

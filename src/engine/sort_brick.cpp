@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+#include "engine/sort_brick.hpp"
+
+#include <algorithm>
+#include <bit>
+
+#include "base/prefetch.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace engine {
+namespace {
+
+/// Calls visit(record) for each record of a brick, and before_chunk() before each of its chunks.
+template <class Visit, class BeforeChunk>
+void each_record(const Bricks& bricks, std::uint32_t brick, const Visit& visit,
+                 const BeforeChunk& before_chunk)
+{
+    for (const BrickStore* store : bricks.stores) {
+        std::uint32_t left = store->size(brick);
+        for (std::uint32_t c = 0; left != 0; ++c) {
+            before_chunk();
+            const BrickStore::Chunk& chunk = *store->chunk(brick, c);
+            const std::uint32_t here = std::min(left, BrickStore::Chunk::capacity);
+            for (std::uint32_t r = 0; r < here; ++r)
+                visit(chunk.record[r]);
+            left -= here;
+        }
+    }
+}
+
+/// Fetches a brick's chunks, one for each call, so that they don't all come at once.
+class FetchChunks
+{
+  public:
+    FetchChunks(const Bricks& bricks, std::uint32_t brick)
+        : bricks_(bricks), brick_(brick), store_(brick < bricks.count ? 0 : bricks.stores.size())
+    {
+    }
+    void operator()()
+    {
+        for (; store_ < bricks_.stores.size(); ++store_, chunk_ = 0) {
+            const BrickStore& store = *bricks_.stores[store_];
+            if (chunk_ == store.chunks(brick_)) continue;
+            prefetch(store.chunk(brick_, chunk_++), sizeof(BrickStore::Chunk));
+            return;
+        }
+    }
+
+  private:
+    const Bricks& bricks_;
+    std::uint32_t brick_;
+    std::size_t store_;
+    std::uint32_t chunk_ = 0;
+};
+
+} // namespace
+
+// A counting sort with about one bucket per record. Order within a bucket is free, since the sweep compares
+// both ends on every axis; it is the order of the boxes all the same, whoever stored them.
+//
+//     buckets       0      1    2        3  ...    of equal width, and one behind the brick
+//     sorted     | r r r | r |     | r r r r |     bucket[b]: where b begins, at last where it ends
+//     row i        ^i                              its window ends where the bucket of its upper bound does
+//     window       |<------------------->|
+std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_t count, Slot& slot)
+{
+    const int bucket_bits = std::clamp(static_cast<int>(std::bit_width(count - 1)), 4, quanta_bits);
+    const int shift = quanta_bits - bucket_bits;
+    // Keys are lo + 1, or 0 of a copy, up to 2^14, and hi + 1, up to 2^14 + 1: both have a bucket.
+    const std::uint32_t buckets = (1u << bucket_bits) + 2;
+    const auto bucket_of = [&](const Record& record) {
+        return ((0u - (record.axis[0] >> 16)) & 0xffffu) >> shift;
+    };
+    std::uint32_t* bucket = slot.bucket.reserve(buckets);
+    std::fill_n(bucket, buckets, 0u);
+    each_record(bricks, brick, [&](const Record& record) { ++bucket[bucket_of(record)]; }, [] {});
+    std::uint32_t sum = 0;
+    for (std::uint32_t b = 0; b < buckets; ++b) {
+        const std::uint32_t size = bucket[b];
+        bucket[b] = sum;
+        sum += size;
+    }
+
+    const std::uint32_t size = padded(count);
+    Record* sorted = slot.sorted.reserve(size);
+    FetchChunks fetch_next(bricks, brick + 1);
+    each_record(
+        bricks, brick, [&](const Record& record) { sorted[bucket[bucket_of(record)]++] = record; },
+        [&] { fetch_next(); });
+    std::fill(sorted + count, sorted + size, padding_record);
+
+    std::uint32_t* window_end = slot.window_end.reserve(size);
+    std::uint64_t windows = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        window_end[i] = bucket[(sorted[i].axis[0] & 0xffffu) >> shift];
+        windows += window_end[i] - i;
+    }
+    window_end[count] = 0; // of the padding: the partner of the last row, where rows are odd
+    return windows;
+}
+
+} // namespace engine
+JOSTLE_NAMESPACE_END

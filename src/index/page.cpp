@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#include "index/page.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+#include "index/order.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+template <int Dim, class T>
+std::uint32_t new_page(Parts<Dim, T>& parts, const Key<Dim>& key) noexcept
+{
+    const std::uint32_t number = parts.pages.take();
+    Page<Dim, T>& page = parts.pages[number];
+    page.leaves = page.count = page.disorder = 0;
+    page.changed = 0;
+    page.listed = page.drifted = false;
+    page.used = true;
+    page.spread = 0;
+    page.parent = page.wide = none;
+    page.key = key;
+    page.node.bounds.clear();
+    std::fill_n(page.node.child, lanes, Child<Dim, T>());
+    std::fill_n(page.live, lanes, std::uint16_t{0});
+    page.hull = page.node.bounds.hull();
+    return number;
+}
+
+template <int Dim, class T>
+void give_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
+{
+    Page<Dim, T>& page = parts.pages[number];
+    while (page.leaves > 0)
+        parts.leaves.give(page.leaf[--page.leaves]);
+    page.used = false;
+    parts.pages.give(number);
+}
+
+template <int Dim, class T>
+Place find(const Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) noexcept
+{
+    const Page<Dim, T>& page = parts.pages[number];
+    for (std::uint32_t b = 0;; ++b) {
+        const Leaf<Dim, T>& leaf = parts.leaves[page.leaf[b]];
+        unsigned found = 0;
+        for (std::uint32_t lane = 0; lane < lanes; ++lane)
+            found |= static_cast<unsigned>(leaf.id[lane] == id) << lane;
+        if (found != 0) return {b, static_cast<std::uint32_t>(std::countr_zero(found))};
+    }
+}
+
+template <int Dim, class T>
+void list(Parts<Dim, T>& parts, std::uint32_t number) noexcept
+{
+    Page<Dim, T>& page = parts.pages[number];
+    if (page.listed) return;
+    page.listed = true;
+    parts.listed.push_back(number);
+}
+
+template <int Dim, class T>
+void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id, const Aabb<Dim, T>& box) noexcept
+{
+    Page<Dim, T>& page = parts.pages[number];
+    // Where it makes the bounds grow least.
+    std::uint32_t best = lanes;
+    T least = std::numeric_limits<T>::infinity();
+    for (std::uint32_t b = 0; b < page.leaves; ++b) {
+        if (page.live[b] == 0xffff) continue;
+        T growth = 0;
+        for (int d = 0; d < Dim; ++d)
+            growth += std::max(T(0), page.node.bounds.lo[d][b] - box.lo[d]) +
+                      std::max(T(0), box.hi[d] - page.node.bounds.hi[d][b]);
+        if (best == lanes || growth < least) {
+            least = growth;
+            best = b;
+        }
+    }
+    if (best == lanes) {
+        best = page.leaves++;
+        page.leaf[best] = parts.leaves.take();
+        Leaf<Dim, T>& fresh = parts.leaves[page.leaf[best]];
+        fresh.bounds.clear();
+        std::fill_n(fresh.id, lanes, no_id);
+        page.live[best] = 0;
+        page.node.child[best] = &fresh;
+    }
+    Leaf<Dim, T>& leaf = parts.leaves[page.leaf[best]];
+    const auto lane = static_cast<std::uint32_t>(std::countr_one(page.live[best]));
+    leaf.bounds.set(lane, box);
+    leaf.id[lane] = id;
+    page.live[best] = static_cast<std::uint16_t>(page.live[best] | (1u << lane));
+    page.changed = static_cast<std::uint16_t>(page.changed | (1u << best));
+    // The next object of this batch is to see it.
+    for (int d = 0; d < Dim; ++d) {
+        page.node.bounds.lo[d][best] = std::min(page.node.bounds.lo[d][best], box.lo[d]);
+        page.node.bounds.hi[d][best] = std::max(page.node.bounds.hi[d][best], box.hi[d]);
+    }
+    ++page.count;
+    ++page.disorder;
+    parts.page_of[id] = number;
+    ++parts.size;
+    list(parts, number);
+}
+
+template <int Dim, class T>
+void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept
+{
+    const std::uint32_t number = parts.page_of[id];
+    Page<Dim, T>& page = parts.pages[number];
+    const Place place = find(parts, number, id);
+    Leaf<Dim, T>& leaf = parts.leaves[page.leaf[place.leaf]];
+    leaf.bounds.clear(place.lane);
+    leaf.id[place.lane] = no_id;
+    page.live[place.leaf] = static_cast<std::uint16_t>(page.live[place.leaf] & ~(1u << place.lane));
+    page.changed = static_cast<std::uint16_t>(page.changed | (1u << place.leaf));
+    --page.count;
+    ++page.disorder;
+    parts.page_of[id] = none;
+    --parts.size;
+    list(parts, number);
+}
+
+template <int Dim, class T>
+std::uint32_t gather(const Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records) noexcept
+{
+    const Page<Dim, T>& page = parts.pages[number];
+    std::uint32_t count = 0;
+    for (std::uint32_t b = 0; b < page.leaves; ++b) {
+        const Leaf<Dim, T>& leaf = parts.leaves[page.leaf[b]];
+        for (unsigned live = page.live[b]; live != 0; live &= live - 1) {
+            const auto lane = static_cast<std::uint32_t>(std::countr_zero(live));
+            records[count++] = {leaf.bounds.get(lane), leaf.id[lane]};
+        }
+    }
+    return count;
+}
+
+template <int Dim, class T>
+T spread_of(const Page<Dim, T>& page) noexcept
+{
+    T sum = 0;
+    for (std::uint32_t b = 0; b < page.leaves; ++b)
+        if (page.live[b] != 0)
+            for (int d = 0; d < Dim; ++d)
+                sum += page.node.bounds.hi[d][b] - page.node.bounds.lo[d][b];
+    return sum;
+}
+
+template <int Dim, class T>
+void arrange(Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records,
+             std::uint32_t count) noexcept
+{
+    Page<Dim, T>& page = parts.pages[number];
+    std::uint8_t order[page_capacity];
+    order_objects(records, count, parts.kernels.sort_few, order);
+
+    const std::uint32_t leaves = (count + lanes - 1) / lanes;
+    while (page.leaves > leaves)
+        parts.leaves.give(page.leaf[--page.leaves]);
+    while (page.leaves < leaves)
+        page.leaf[page.leaves++] = parts.leaves.take();
+    page.node.bounds.clear();
+    for (std::uint32_t b = 0; b < lanes; ++b) {
+        if (b >= leaves) {
+            page.node.child[b] = {};
+            page.live[b] = 0;
+            continue;
+        }
+        Leaf<Dim, T>& leaf = parts.leaves[page.leaf[b]];
+        const std::uint32_t here = std::min(lanes, count - b * lanes);
+        for (std::uint32_t k = 0; k < lanes; ++k) {
+            if (k < here) {
+                const Record<Dim, T>& record = records[order[b * lanes + k]];
+                leaf.bounds.set(k, record.box);
+                leaf.id[k] = record.id;
+            } else {
+                leaf.bounds.clear(k);
+                leaf.id[k] = no_id;
+            }
+        }
+        page.live[b] = static_cast<std::uint16_t>((1u << here) - 1);
+        page.node.bounds.set(b, leaf.bounds.hull());
+        page.node.child[b] = &leaf;
+    }
+    page.count = count;
+    page.disorder = 0;
+    page.changed = 0;
+    page.hull = page.node.bounds.hull();
+    page.drifted = false;
+    page.spread = spread_of(page);
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template std::uint32_t new_page(Parts<Dim, T>& parts, const Key<Dim>& key) noexcept;                     \
+    template void give_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept;                            \
+    template Place find(const Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) noexcept;        \
+    template void list(Parts<Dim, T>& parts, std::uint32_t number) noexcept;                                 \
+    template void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id,                          \
+                      const Aabb<Dim, T>& box) noexcept;                                                     \
+    template void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept;                               \
+    template std::uint32_t gather(const Parts<Dim, T>& parts, std::uint32_t number,                          \
+                                  Record<Dim, T>* records) noexcept;                                         \
+    template T spread_of(const Page<Dim, T>& page) noexcept;                                                 \
+    template void arrange(Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records,               \
+                          std::uint32_t count) noexcept;
+JOSTLE_INSTANTIATE(2, float)
+JOSTLE_INSTANTIATE(2, double)
+JOSTLE_INSTANTIATE(3, float)
+JOSTLE_INSTANTIATE(3, double)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace index
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "index/parts.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+// What lies in a page: up to 256 objects in up to 16 leaves. Pages are named by their numbers.
+
+/// An object's place in its page.
+struct Place
+{
+    std::uint32_t leaf, lane;
+};
+
+/// An empty page, from the pool, which has one.
+template <int Dim, class T>
+std::uint32_t new_page(Parts<Dim, T>& parts, const Key<Dim>& key) noexcept;
+
+/// Gives a page and its leaves back to the pools.
+template <int Dim, class T>
+void give_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
+
+/// Where an object is that lies in the page.
+template <int Dim, class T>
+Place find(const Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id) noexcept;
+
+/// Has the page finished at the end of the change; there is room in the list.
+template <int Dim, class T>
+void list(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
+
+/// Adds an object to a page that has room for it, and for a leaf if it needs one.
+template <int Dim, class T>
+void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id, const Aabb<Dim, T>& box) noexcept;
+
+/// Takes an object out; its lane stays empty until another takes it.
+template <int Dim, class T>
+void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept;
+
+/// Writes the objects of a page to `records`, and returns how many.
+template <int Dim, class T>
+std::uint32_t gather(const Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records) noexcept;
+
+/// How big the leaves of a page are: their edges together.
+template <int Dim, class T>
+T spread_of(const Page<Dim, T>& page) noexcept;
+
+/// Puts objects into a page in order, instead of those that were in it. The leaves come from the pool, and go
+/// back to it.
+template <int Dim, class T>
+void arrange(Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records,
+             std::uint32_t count) noexcept;
+
+} // namespace index
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <vector>
+
+#include "index/groups.hpp"
+#include "index/kernels/kernels.hpp"
+#include "index/key.hpp"
+#include "index/pool.hpp"
+#include "jostle/box_index.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+inline constexpr std::uint32_t none = ~std::uint32_t{0};
+
+/// A page or a fork of the trie, by number: pages have the top bit set.
+using Ref = std::uint32_t;
+inline constexpr Ref page_bit = 1u << 31;
+
+/// An object on its way from one place to another.
+template <int Dim, class T>
+struct Record
+{
+    Aabb<Dim, T> box;
+    std::uint32_t id;
+};
+
+/// Up to 256 objects whose keys begin with the same digits: an end of the trie. They lie in up to 16 leaves,
+/// which are the children of the page's node.
+template <int Dim, class T>
+struct Page
+{
+    Node<Dim, T> node;
+    std::uint32_t leaf[lanes]; // numbers of the leaves, in the order of the node's lanes
+    std::uint16_t live[lanes]; // which lanes of each leaf hold an object
+    std::uint32_t leaves, count;
+    std::uint32_t disorder;       // objects that came or went since it was put in order
+    std::uint16_t changed;        // leaves whose bounds must be found anew
+    bool listed, used;            // in the list of pages to be finished; not given back
+    bool drifted;                 // its leaves have become much bigger since it was put in order
+    T spread;                     // how big its leaves were then: their edges together
+    std::uint32_t parent;         // in the trie
+    std::uint32_t wide;           // the wide node that it is a child of ...
+    std::uint32_t lane;           // ... and where there
+    Key<Dim> key;                 // of some object that is or was in it: tells its place in the trie
+    std::uint16_t leaving[lanes]; // while the tree follows: who belongs elsewhere, or nowhere
+    Aabb<Dim, T> hull;
+};
+
+/// Where the trie forks: keys below agree in all digits before `level` and differ in that one.
+template <int Dim>
+struct Fork
+{
+    Key<Dim> key; // of some object below
+    int level;    // the digit of the key that tells the sides apart
+    std::uint32_t parent;
+    Ref child[2];
+    std::uint32_t width; // ends of the piece of the trie that begins here, if it is cut off above
+    std::uint32_t wide;  // the wide node of that piece if one begins here, or none
+};
+
+/// A node of the searches, in place of a piece of the trie with up to 16 ends: pages, or wide nodes in place
+/// of further pieces.
+template <int Dim, class T>
+struct Wide
+{
+    Node<Dim, T> node;
+    std::uint32_t fork;
+    std::uint32_t wide, lane; // what it is a child of
+    std::uint32_t count;
+    Aabb<Dim, T> hull;
+};
+
+/// What a tree consists of. Each file beside this one works on one side of it: page.hpp on what lies in a
+/// page, trie.hpp on which pages there are, wide.hpp on the nodes that searches go through, build.hpp on all
+/// of it at once.
+template <int Dim, class T>
+struct Parts
+{
+    explicit Parts(const IndexOptions& options)
+        : memory(options.memory),
+          executor(options.executor),
+          kernels(kernels_for<Dim, T>(options.instruction_set)),
+          leaves(memory),
+          pages(memory),
+          forks(memory),
+          wides(memory),
+          page_of(memory),
+          listed(memory)
+    {
+    }
+
+    std::pmr::memory_resource* memory;
+    Executor* executor;
+    const Kernels<Dim, T>& kernels;
+    Frame<Dim> frame;
+    Pool<Leaf<Dim, T>> leaves;
+    Pool<Page<Dim, T>> pages;
+    Pool<Fork<Dim>> forks;
+    Pool<Wide<Dim, T>> wides;
+    std::pmr::vector<std::uint32_t> page_of; // by id
+    std::pmr::vector<std::uint32_t> listed;  // pages to be finished
+    Ref root = none;
+    Child<Dim, T> root_child; // what searches begin with
+    Aabb<Dim, T> hull;        // the bounds of everything
+    std::size_t size = 0;
+    std::uint64_t sorts = 0, splits = 0;
+    std::uint64_t splits_before = 0; // when the change that is under way began
+};
+
+} // namespace index
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "index/parts.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+// Which pages there are: space is halved at fixed places until no part has more than 256 objects, and the
+// halvings form a binary trie.
+
+/// Pages with no more objects together become one.
+inline constexpr std::uint32_t merge_below = 144;
+
+/// The page that a key leads to.
+template <int Dim, class T>
+std::uint32_t descend(const Parts<Dim, T>& parts, const Key<Dim>& key) noexcept;
+
+/// Returns the page that an object with this key belongs to, with room for it.
+template <int Dim, class T>
+std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key);
+
+/// Takes an empty page out.
+template <int Dim, class T>
+void remove_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
+
+/// Joins a page with the one beside it if both together are small.
+template <int Dim, class T>
+bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
+
+} // namespace index
+JOSTLE_NAMESPACE_END

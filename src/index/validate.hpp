@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "index/parts.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+/// Null if all is in order, else what isn't. For tests.
+template <int Dim, class T>
+const char* validate(const Parts<Dim, T>& parts);
+
+} // namespace index
+JOSTLE_NAMESPACE_END

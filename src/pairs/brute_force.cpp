@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include "base/checks.hpp"
+#include "jostle/find_pairs.hpp"
+#include "pairs/filters.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+template <int Dim, Coordinate T>
+std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes, const Filter& filter)
+{
+    validate_boxes(boxes);
+    check_filter(filter, boxes.size());
+    std::vector<Pair> pairs;
+    for (std::uint32_t a = 0; a < boxes.size(); ++a)
+        for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
+            if (overlaps(boxes[a], boxes[b]) && passes(filter, a, b) &&
+                (!filter.accept || filter.accept(a, b)))
+                pairs.push_back({a, b});
+    return pairs;
+}
+
+template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const View& boxes_b,
+                                         const CrossFilter& filter)
+{
+    validate_boxes_of(boxes_a, "a ");
+    validate_boxes_of(boxes_b, "b ");
+    check_filter(filter, boxes_a.size(), boxes_b.size());
+    std::vector<Pair> pairs;
+    for (std::uint32_t a = 0; a < boxes_a.size(); ++a)
+        for (std::uint32_t b = 0; b < boxes_b.size(); ++b)
+            if (overlaps(boxes_a[a], boxes_b[b]) && passes(filter, a, b) &&
+                (!filter.accept || filter.accept(a, b)))
+                pairs.push_back({a, b});
+    return pairs;
+}
+
+// JOSTLE_API again: g++ hides a function with a template argument that has none, as BoxView.
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>&, const Filter&);     \
+    template JOSTLE_API std::vector<Pair> find_pairs_brute_force(                                            \
+        const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&);
+JOSTLE_INSTANTIATE(2, float)
+JOSTLE_INSTANTIATE(2, double)
+JOSTLE_INSTANTIATE(3, float)
+JOSTLE_INSTANTIATE(3, double)
+#undef JOSTLE_INSTANTIATE
+
+JOSTLE_NAMESPACE_END

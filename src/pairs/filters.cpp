@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: MIT
+#include "pairs/filters.hpp"
+
+#include <string>
+
+#include "jostle/error.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+namespace {
+
+void check_column(const StridedView<std::uint32_t>& column, std::size_t size, const char* name)
+{
+    if (column.empty() || column.size() == size) return;
+    throw Error(ErrorCode::size_mismatch,
+                std::string("filter ") + name + " has " + std::to_string(column.size()) + " entries for " +
+                    std::to_string(size) + " objects; give one per object, or none");
+}
+
+void check_masks(const StridedView<std::uint32_t>& category, const StridedView<std::uint32_t>& mask,
+                 std::size_t size, const char* category_name, const char* mask_name)
+{
+    check_column(category, size, category_name);
+    check_column(mask, size, mask_name);
+    if (category.empty() != mask.empty())
+        throw Error(ErrorCode::size_mismatch,
+                    std::string("filter ") + (category.empty() ? mask_name : category_name) +
+                        " is given without " + (category.empty() ? category_name : mask_name) +
+                        "; give both or neither");
+}
+
+} // namespace
+
+void check_filter(const Filter& filter, std::size_t size)
+{
+    check_masks(filter.category, filter.mask, size, "category", "mask");
+    check_column(filter.owner, size, "owner");
+}
+
+void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t size_b)
+{
+    check_masks(filter.category_a, filter.mask_a, size_a, "category_a", "mask_a");
+    check_masks(filter.category_b, filter.mask_b, size_b, "category_b", "mask_b");
+    check_column(filter.owner_a, size_a, "owner_a");
+    check_column(filter.owner_b, size_b, "owner_b");
+    const bool both_sets = size_a != 0 && size_b != 0; // an empty set can't give anything
+    if (both_sets && filter.category_a.empty() != filter.category_b.empty())
+        throw Error(ErrorCode::size_mismatch,
+                    "filter category and mask are given for one set only; give them for both");
+    if (both_sets && filter.owner_a.empty() != filter.owner_b.empty())
+        throw Error(ErrorCode::size_mismatch, "filter owner is given for one set only; give it for both");
+}
+
+namespace {
+
+bool owners_differ(std::uint32_t a, std::uint32_t b) noexcept
+{
+    return a != b || a == Filter::no_owner;
+}
+
+} // namespace
+
+bool passes(const Filter& filter, std::uint32_t a, std::uint32_t b) noexcept
+{
+    if (!filter.mask.empty() &&
+        ((filter.category[a] & filter.mask[b]) == 0 || (filter.category[b] & filter.mask[a]) == 0))
+        return false;
+    return filter.owner.empty() || owners_differ(filter.owner[a], filter.owner[b]);
+}
+
+bool passes(const CrossFilter& filter, std::uint32_t a, std::uint32_t b) noexcept
+{
+    if (!filter.mask_a.empty() &&
+        ((filter.category_a[a] & filter.mask_b[b]) == 0 || (filter.category_b[b] & filter.mask_a[a]) == 0))
+        return false;
+    return filter.owner_a.empty() || owners_differ(filter.owner_a[a], filter.owner_b[b]);
+}
+
+JOSTLE_NAMESPACE_END

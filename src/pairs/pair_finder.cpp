@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+#include "jostle/find_pairs.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <limits>
+
+#include "base/block_buffer_access.hpp"
+#include "base/checks.hpp"
+#include "base/in_use.hpp"
+#include "engine/engine.hpp"
+#include "pairs/filters.hpp"
+#include "pairs/pair_finder_access.hpp"
+#include "pairs/sort_pairs.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+struct PairFinder::Implementation
+{
+    explicit Implementation(const FinderOptions& options)
+        : engine(options), result(options.memory), sorter(options.memory), sorted(options.memory)
+    {
+    }
+
+    /// One call of the interface: boxes of up to 2^32 objects a set, in slices that the engine can number.
+    template <int Dim, class T, class AnyFilter>
+    bool stream(const engine::Boxes<Dim, T>& boxes, PairSink sink, const AnyFilter& filter)
+    {
+        const InUse call(in_use, "PairFinder");
+        return search(boxes, sink, filter, {}, result);
+    }
+    template <int Dim, class T, class AnyFilter>
+    bool search(const engine::Boxes<Dim, T>& boxes, PairSink sink, const AnyFilter& filter,
+                engine::PairSelection selection, PairBuffer& into);
+    template <int Dim, class T, class AnyFilter>
+    PairBuffer& store(const engine::Boxes<Dim, T>& boxes, const AnyFilter& filter, Order order)
+    {
+        const InUse call(in_use, "PairFinder");
+        if (order != Order::canonical && order != Order::sorted) {
+            result.clear();
+            throw Error(ErrorCode::invalid_argument, "order " + std::to_string(static_cast<int>(order)) +
+                                                         " is none; give Order::canonical or Order::sorted");
+        }
+        search(boxes, {}, filter, {}, result);
+        return order == Order::sorted ? sort(boxes.a.size()) : result;
+    }
+    PairBuffer& sort(std::size_t objects);
+
+    std::size_t slice = std::size_t{1} << engine::index_bits; // objects that the engine can number at a time
+
+    engine::Engine engine;
+    PairBuffer result;
+    PairSorter sorter;
+    PairBuffer sorted; // used when asked for
+    Stats stats;
+    std::atomic<bool> in_use{false};
+};
+
+namespace {
+
+template <int Dim, class T>
+void check_sizes(const engine::Boxes<Dim, T>& boxes)
+{
+    for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b}) {
+        for (int d = 0; d < Dim; ++d)
+            if (!set->empty() && (set->lo_pointer(d) == nullptr || set->hi_pointer(d) == nullptr))
+                throw Error(ErrorCode::invalid_argument,
+                            "a view of " + std::to_string(set->size()) + " boxes with a null pointer");
+        if (set->size() > std::numeric_limits<std::uint32_t>::max())
+            throw Error(ErrorCode::too_many_objects,
+                        std::to_string(set->size()) +
+                            " boxes: objects are numbered with 32 bits; split the set");
+    }
+}
+
+void check(const Filter& filter, std::size_t size, std::size_t)
+{
+    check_filter(filter, size);
+}
+void check(const CrossFilter& filter, std::size_t a, std::size_t b)
+{
+    check_filter(filter, a, b);
+}
+
+template <class AnyFilter>
+bool is_empty(const AnyFilter& filter)
+{
+    if constexpr (std::is_same_v<AnyFilter, Filter>)
+        return filter.mask.empty() && filter.owner.empty() && !filter.accept;
+    else
+        return filter.mask_a.empty() && filter.owner_a.empty() && !filter.accept;
+}
+
+void check_sink(PairSink sink)
+{
+    if (!sink) throw Error(ErrorCode::invalid_argument, "no sink to stream to; find() stores the pairs");
+}
+
+/// Throws for the lowest bad box, if any.
+template <int Dim, class T>
+void validate(const engine::Boxes<Dim, T>& boxes)
+{
+    for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b})
+        validate_boxes_of(*set, !boxes.cross ? "" : set == &boxes.a ? "a " : "b ");
+}
+
+} // namespace
+
+template <int Dim, class T, class AnyFilter>
+bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, PairSink sink,
+                                        const AnyFilter& filter, engine::PairSelection selection,
+                                        PairBuffer& into)
+{
+    const auto start = std::chrono::steady_clock::now();
+    into.clear();
+    stats = {};
+    engine.begin_call();
+    check_sizes(boxes);
+    check(filter, boxes.a.size(), boxes.b.size());
+
+    std::atomic<std::uint64_t> pairs{0};
+    const auto select = [&](Pair* first, Pair* last) {
+        return std::remove_if(first, last, [&](const Pair& pair) {
+            return !passes(filter, pair.a, pair.b) || (filter.accept && !filter.accept(pair.a, pair.b));
+        });
+    };
+    const auto count_and_pass = [&](const PairChunk& chunk) {
+        pairs.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
+        return sink(chunk);
+    };
+    engine::Request request;
+    request.select = selection;
+    if (!is_empty(filter)) request.select = select;
+    if (sink) request.sink = count_and_pass;
+    request.result = &into;
+
+    bool complete = true;
+    const auto run = [&](const engine::Boxes<Dim, T>& part, std::size_t offset_a, std::size_t offset_b) {
+        if (!complete) return;
+        request.offset_a = static_cast<std::uint32_t>(offset_a);
+        request.offset_b = static_cast<std::uint32_t>(offset_b);
+        try {
+            complete = engine.search(part, request);
+        } catch (const engine::BadBox&) {
+            validate(boxes); // a bad box of another slice may be lower: let the definition name it
+            throw Error(ErrorCode::invalid_argument, "boxes changed while they were read");
+        }
+        request.first_block = engine.next_block;
+    };
+    try {
+        const auto slices = [&](std::size_t size) { return (size + slice - 1) / slice; };
+        const auto part_of = [&](const BoxView<Dim, T>& set, std::size_t k) {
+            return set.subview(k * slice, std::min(slice, set.size() - k * slice));
+        };
+        if (boxes.cross) {
+            if (boxes.a.empty() || boxes.b.empty()) validate(boxes); // nothing to find, but as strict as ever
+            for (std::size_t a = 0; a < slices(boxes.a.size()); ++a)
+                for (std::size_t b = 0; b < slices(boxes.b.size()); ++b)
+                    run({part_of(boxes.a, a), part_of(boxes.b, b), true}, a * slice, b * slice);
+        } else {
+            for (std::size_t a = 0; a < slices(boxes.a.size()); ++a) {
+                run({part_of(boxes.a, a), {}, false}, a * slice, a * slice);
+                for (std::size_t b = a + 1; b < slices(boxes.a.size()); ++b)
+                    run({part_of(boxes.a, a), part_of(boxes.a, b), true}, a * slice, b * slice);
+            }
+        }
+    } catch (...) {
+        into.clear();
+        throw;
+    }
+    stats = engine.stats;
+    stats.objects = boxes.size();
+    stats.pairs = sink ? pairs.load() : into.size();
+    stats.bytes_reserved = engine.bytes();
+    stats.ms_total =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return complete;
+}
+
+PairBuffer& PairFinder::Implementation::sort(std::size_t objects)
+{
+    const auto start = std::chrono::steady_clock::now();
+    sorter.sort(result, objects, engine.executor(), sorted);
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    stats.ms_finish += ms;
+    stats.ms_total += ms;
+    return sorted;
+}
+
+PairFinder::PairFinder(const FinderOptions& options)
+    : implementation_(std::make_unique<Implementation>(options))
+{
+    (void)checked(options.instruction_set);
+    check_memory(options.memory);
+}
+PairFinder::PairFinder(PairFinder&&) noexcept = default;
+PairFinder& PairFinder::operator=(PairFinder&&) noexcept = default;
+PairFinder::~PairFinder() = default;
+
+template <int Dim, Coordinate T>
+void PairFinderAccess::find(PairFinder& finder, const BoxView<Dim, T>& boxes, Selection select,
+                            PairBuffer& result)
+{
+    finder.implementation_->search(engine::Boxes<Dim, T>{boxes, {}, false}, {}, Filter{}, select, result);
+}
+
+template <int Dim, Coordinate T>
+void PairFinderAccess::find(PairFinder& finder, const BoxView<Dim, T>& a, const BoxView<Dim, T>& b,
+                            Selection select, PairBuffer& result)
+{
+    finder.implementation_->search(engine::Boxes<Dim, T>{a, b, true}, {}, CrossFilter{}, select, result);
+}
+
+void PairFinderAccess::search_in_slices_of(PairFinder& finder, std::size_t objects)
+{
+    finder.implementation_->slice = objects;
+}
+
+const Stats& PairFinder::stats() const noexcept
+{
+    return implementation_->stats;
+}
+
+void PairFinder::release_memory() noexcept
+{
+    implementation_->engine.release();
+    implementation_->result.release();
+    implementation_->sorted.release();
+    implementation_->sorter.release();
+    implementation_->stats.bytes_reserved = implementation_->engine.bytes();
+}
+
+template <int Dim, Coordinate T>
+const PairBuffer& PairFinder::find(const BoxView<Dim, T>& boxes, const Filter& filter, Order order)
+{
+    return implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order);
+}
+
+template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+const PairBuffer& PairFinder::find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter,
+                                   Order order)
+{
+    return implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order);
+}
+
+template <int Dim, Coordinate T>
+bool PairFinder::stream(const BoxView<Dim, T>& boxes, PairSink sink, const Filter& filter)
+{
+    check_sink(sink);
+    return implementation_->stream(engine::Boxes<Dim, T>{boxes, {}, false}, sink, filter);
+}
+
+template <int Dim, Coordinate T>
+bool PairFinder::stream(const BoxView<Dim, T>& a, const BoxView<Dim, T>& b, PairSink sink,
+                        const CrossFilter& filter)
+{
+    check_sink(sink);
+    return implementation_->stream(engine::Boxes<Dim, T>{a, b, true}, sink, filter);
+}
+
+template <int Dim, Coordinate T>
+PairBuffer PairFinder::take(const BoxView<Dim, T>& boxes, const Filter& filter, Order order)
+{
+    return std::move(implementation_->store(engine::Boxes<Dim, T>{boxes, {}, false}, filter, order));
+}
+
+template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
+PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter, Order order)
+{
+    return std::move(implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order));
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const Filter&, Order);               \
+    template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const BoxView<Dim, T>&,              \
+                                                const CrossFilter&, Order);                                  \
+    template bool PairFinder::stream(const BoxView<Dim, T>&, PairSink, const Filter&);                       \
+    template bool PairFinder::stream(const BoxView<Dim, T>&, const BoxView<Dim, T>&, PairSink,               \
+                                     const CrossFilter&);                                                    \
+    template PairBuffer PairFinder::take(const BoxView<Dim, T>&, const Filter&, Order);                      \
+    template PairBuffer PairFinder::take(const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&, \
+                                         Order);                                                             \
+    template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, Selection, PairBuffer&);       \
+    template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, const BoxView<Dim, T>&,        \
+                                         Selection, PairBuffer&);
+JOSTLE_INSTANTIATE(2, float)
+JOSTLE_INSTANTIATE(2, double)
+JOSTLE_INSTANTIATE(3, float)
+JOSTLE_INSTANTIATE(3, double)
+#undef JOSTLE_INSTANTIATE
+
+JOSTLE_NAMESPACE_END

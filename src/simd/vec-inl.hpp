@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+// The vocabulary in which kernels are written: vectors of numbers, masks, and what can be done with them.
+// Included once per instruction set, inside its namespace; see simd/targets.hpp. Over Highway where there is
+// SIMD, else over plain numbers: simd/plain-inl.hpp has the same names, and the same bits come out. No
+// include guard, on purpose.
+//
+//     Vec<float> x = Vec<float>::load(p);    // Vec<float>::size numbers
+//     Mask<float> below = x < Vec<float>(1); // also <=, >, >=
+//     x = choose(below, x * x, sqrt(x));     // where the mask is set, and elsewhere
+//     if (any(below & (x < y))) ...          // also all, |, and mask_bits: lane 0 is the lowest bit
+//
+// Also min, max, abs, min_lane, max_lane, and Vec::lane_numbers(): 0, 1, 2, ... A min or max of a NaN, or of
+// zeros of both signs, differs from one instruction set to another: use choose where that can happen.
+//
+// Every function has HWY_ATTR, and so must have what calls them, lambdas included: templates are instantiated
+// at the end of the file, where the pragmas of another instruction set are in force.
+#if JOSTLE_SIMD_PLAIN
+#include "simd/plain-inl.hpp"
+#else
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// No more than 16 lanes: what the index tests at once.
+template <class T>
+using Tag = hn::CappedTag<T, 16>;
+
+template <class T>
+struct Mask
+{
+    hn::Mask<Tag<T>> raw;
+};
+
+template <class T>
+struct Vec
+{
+    static constexpr std::uint32_t size = static_cast<std::uint32_t>(hn::MaxLanes(Tag<T>()));
+    hn::Vec<Tag<T>> raw;
+
+    Vec() = default;
+    HWY_ATTR HWY_INLINE Vec(hn::Vec<Tag<T>> given) : raw(given) {}
+    /// The same number in every lane.
+    HWY_ATTR HWY_INLINE explicit Vec(T value) : raw(hn::Set(Tag<T>(), value)) {}
+    /// From an address that is a multiple of the vector's size in bytes; loadu from any.
+    static HWY_ATTR HWY_INLINE Vec load(const T* from) { return hn::Load(Tag<T>(), from); }
+    static HWY_ATTR HWY_INLINE Vec loadu(const T* from) { return hn::LoadU(Tag<T>(), from); }
+    static HWY_ATTR HWY_INLINE Vec lane_numbers() { return hn::Iota(Tag<T>(), T(0)); }
+    HWY_ATTR HWY_INLINE void store(T* to) const { hn::Store(raw, Tag<T>(), to); }
+    HWY_ATTR HWY_INLINE void storeu(T* to) const { hn::StoreU(raw, Tag<T>(), to); }
+};
+
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> operator+(Vec<T> a, Vec<T> b)
+{
+    return hn::Add(a.raw, b.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> operator-(Vec<T> a, Vec<T> b)
+{
+    return hn::Sub(a.raw, b.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> operator*(Vec<T> a, Vec<T> b)
+{
+    return hn::Mul(a.raw, b.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> operator/(Vec<T> a, Vec<T> b)
+{
+    return hn::Div(a.raw, b.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE Mask<T> operator<(Vec<T> a, Vec<T> b)
+{
+    return {hn::Lt(a.raw, b.raw)};
+}
+template <class T>
+HWY_ATTR HWY_INLINE Mask<T> operator<=(Vec<T> a, Vec<T> b)
+{
+    return {hn::Le(a.raw, b.raw)};
+}
+template <class T>
+HWY_ATTR HWY_INLINE Mask<T> operator>(Vec<T> a, Vec<T> b)
+{
+    return b < a;
+}
+template <class T>
+HWY_ATTR HWY_INLINE Mask<T> operator>=(Vec<T> a, Vec<T> b)
+{
+    return b <= a;
+}
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> min(Vec<T> a, Vec<T> b)
+{
+    return hn::Min(a.raw, b.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> max(Vec<T> a, Vec<T> b)
+{
+    return hn::Max(a.raw, b.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> abs(Vec<T> a)
+{
+    return hn::Abs(a.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> sqrt(Vec<T> a)
+{
+    return hn::Sqrt(a.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE T min_lane(Vec<T> a)
+{
+    return hn::GetLane(hn::MinOfLanes(Tag<T>(), a.raw));
+}
+template <class T>
+HWY_ATTR HWY_INLINE T max_lane(Vec<T> a)
+{
+    return hn::GetLane(hn::MaxOfLanes(Tag<T>(), a.raw));
+}
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> choose(Mask<T> mask, Vec<T> yes, Vec<T> no)
+{
+    return hn::IfThenElse(mask.raw, yes.raw, no.raw);
+}
+
+template <class T>
+HWY_ATTR HWY_INLINE Mask<T> operator&(Mask<T> a, Mask<T> b)
+{
+    return {hn::And(a.raw, b.raw)};
+}
+template <class T>
+HWY_ATTR HWY_INLINE Mask<T> operator|(Mask<T> a, Mask<T> b)
+{
+    return {hn::Or(a.raw, b.raw)};
+}
+template <class T>
+HWY_ATTR HWY_INLINE bool any(Mask<T> mask)
+{
+    return !hn::AllFalse(Tag<T>(), mask.raw);
+}
+template <class T>
+HWY_ATTR HWY_INLINE bool all(Mask<T> mask)
+{
+    return hn::AllTrue(Tag<T>(), mask.raw);
+}
+/// The bits of the lanes that are set, lane 0 lowest.
+template <class T>
+HWY_ATTR HWY_INLINE unsigned mask_bits(Mask<T> mask)
+{
+#if HWY_TARGET == HWY_AVX3
+    return static_cast<unsigned>(mask.raw.raw);
+#else
+    std::uint8_t bytes[8] = {};
+    hn::StoreMaskBits(Tag<T>(), mask.raw, bytes);
+    return bytes[0] | static_cast<unsigned>(bytes[1]) << 8;
+#endif
+}
+#endif

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: MIT
+// The first stage of an update: what was queued is written into the objects. They keep what they were.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "jostle/process.hpp"
+#include "world/instantiate.hpp"
+#include "world/writer.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+template <int Dim, class T>
+Writer<Dim, T>::Writer(State<Dim, T>& state, Changes<Dim, T>& changes, bool several_lanes, Arena& arena)
+    : state_(state),
+      changes_(changes),
+      several_lanes_(several_lanes),
+      lane_of_(arena.take<Table<Index, std::uint32_t>>("lane that wrote to an object"))
+{
+    if (several_lanes_) lane_of_.grow(state_.objects.capacity());
+}
+
+/// Makes the object ready to be written to; false if it is gone.
+template <int Dim, class T>
+bool Writer<Dim, T>::open(ObjectId id)
+{
+    const Index index{id.index};
+    if (!state_.ids.is_good(id) || !state_.objects[index].has(flag::alive)) {
+        ++changes_.dropped;
+        return false;
+    }
+    const Object object = state_.objects[index];
+    if (!object.has(flag::written)) {
+        changes_.list().push_back(index);
+        object.keep_box();
+        if (several_lanes_) lane_of_[index] = lane_;
+    } else if (several_lanes_ && lane_of_[index] != lane_) {
+        contest(object);
+    }
+    return true;
+}
+
+/// A new object belongs to the first lane that says something about it.
+template <int Dim, class T>
+void Writer<Dim, T>::note_lane(Index index) noexcept
+{
+    if (several_lanes_ && lane_of_[index] == 0) lane_of_[index] = lane_;
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::contest(Object object) noexcept
+{
+    object.set(flag::contested);
+    any_contested_ = true;
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::add(const Addition<Dim, T>& addition)
+{
+    const Index index{addition.id.index};
+    const Object object = state_.objects[index];
+    if (!object.has(flag::written)) changes_.list().push_back(index);
+    object.set_state(static_cast<std::uint32_t>(Place::none) | flag::alive |
+                     (object.state() & flag::transient) | flag::written);
+    object.set(flag::enabled, addition.options.enabled);
+    object.now() = object.before() = addition.box;
+    object.set_filter(addition.options.filter);
+    if (const T margin = state_.margin + addition.options.margin; margin != 0) set_margin(index, margin);
+    if (several_lanes_) lane_of_[index] = 0;
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::apply(const Command<Dim, T>& command)
+{
+    const Index index{command.id.index};
+    note_lane(index);
+    if (!open(command.id)) return;
+    const Object object = state_.objects[index];
+    if (command.sequence != 0) contest(object);
+    switch (command.kind) {
+    case CommandKind::remove:
+        object.set(flag::alive, false);
+        break;
+    case CommandKind::move:
+        set_box(index, command.box);
+        break;
+    case CommandKind::sweep:
+        set_displacement(index, command.box.lo.data());
+        break;
+    case CommandKind::resize:
+        resize(index, command.box);
+        break;
+    case CommandKind::filter:
+        set_filter(index, command.filter);
+        break;
+    case CommandKind::margin:
+        set_margin(index, state_.margin + command.box.lo[0]);
+        break;
+    case CommandKind::enable:
+    case CommandKind::disable:
+        object.set(flag::enabled, command.kind == CommandKind::enable);
+        break;
+    }
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::move(ObjectId id, const Box& box)
+{
+    note_lane(Index{id.index});
+    if (open(id)) set_box(Index{id.index}, box);
+}
+
+template <int Dim, class T>
+Reach<Dim, T>& Writer<Dim, T>::reach_of(Index index)
+{
+    const Object object = state_.objects[index];
+    state_.objects.make_room_for_reach(index);
+    Reach<Dim, T>& reach = state_.objects.reach(index);
+    const bool had = object.has(flag::has_reach);
+    if (!object.has(flag::reach_kept)) {
+        changes_.keep_reach({index, had, reach});
+        object.set(flag::reach_kept);
+    }
+    if (!had) {
+        reach = {object.now(), {}, 0};
+        object.set(flag::has_reach);
+    }
+    return reach;
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::set_box(Index index, const Box& box)
+{
+    const Object object = state_.objects[index];
+    if (!object.has(flag::has_reach)) {
+        object.now() = box;
+        return;
+    }
+    Reach<Dim, T>& reach = reach_of(index);
+    reach.box = box;
+    for (T& each : reach.displacement)
+        each = 0;
+    object.now() = reach.bounds();
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::resize(Index index, const Box& size)
+{
+    const Object object = state_.objects[index];
+    Box box = state_.objects.box(index);
+    for (int d = 0; d < Dim; ++d) {
+        const T lo = box.lo[d], hi = box.hi[d], length = hi - lo, half = size.lo[d] / 2;
+        if (!std::isfinite(lo) || !std::isfinite(hi)) continue; // no centre: the side stays
+        const T centre = std::isfinite(length) ? lo + length / 2 : lo / 2 + hi / 2;
+        box.lo[d] = centre - half;
+        box.hi[d] = centre + half;
+    }
+    if (!object.has(flag::has_reach)) {
+        object.now() = box;
+        return;
+    }
+    Reach<Dim, T>& reach = reach_of(index);
+    reach.box = box;
+    object.now() = reach.bounds();
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::set_displacement(Index index, const T* displacement)
+{
+    Reach<Dim, T>& reach = reach_of(index);
+    std::copy_n(displacement, Dim, reach.displacement);
+    state_.objects[index].now() = reach.bounds();
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::set_margin(Index index, T margin)
+{
+    Reach<Dim, T>& reach = reach_of(index);
+    reach.margin = margin;
+    state_.objects[index].now() = reach.bounds();
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::set_filter(Index index, const ObjectFilter& filter)
+{
+    const Object object = state_.objects[index];
+    const bool asks = state_.options.accept != nullptr;
+    if (object.place() != Place::none && !object.has(flag::refiltered)) {
+        if (object.filter() == filter && !asks) return;
+        changes_.keep_filter(index, object.filter());
+        object.set(flag::refiltered);
+    }
+    object.set_filter(filter);
+    if (asks) object.set(flag::asked);
+}
+
+namespace {
+
+/// Who speaks in this update. Lanes have numbers from 1 up, the moves given to update() that of the calling
+/// thread's lane, where they come last.
+struct Lanes
+{
+    std::uint32_t own = 0;
+    std::uint32_t that_command = 0; // how many have commands
+    std::uint64_t commands = 0;
+};
+
+template <int Dim, class T>
+Lanes count_lanes(const Queues<Dim, T>& queues, std::size_t moves)
+{
+    const std::thread::id me = std::this_thread::get_id();
+    Lanes lanes;
+    std::uint32_t number = 0;
+    for (const Lane<Dim, T>* lane = queues.first(); lane != nullptr; lane = lane->next) {
+        ++number;
+        const bool own = lane->owner.load(std::memory_order_relaxed) == me;
+        if (own) lanes.own = number;
+        if (!lane->taken_commands.empty() || (own && moves != 0)) ++lanes.that_command;
+        lanes.commands += lane->taken_commands.size() + lane->taken_additions.size();
+    }
+    if (lanes.own == 0) {
+        lanes.own = number + 1;
+        lanes.that_command += moves != 0;
+    }
+    lanes.commands += moves;
+    return lanes;
+}
+
+template <int Dim, class T>
+void apply_queued(const State<Dim, T>& state, const Queues<Dim, T>& queues, Writer<Dim, T>& writer)
+{
+    for (const Lane<Dim, T>* lane = queues.first(); lane != nullptr; lane = lane->next)
+        for (const Addition<Dim, T>& addition : lane->taken_additions)
+            writer.add(addition);
+    std::uint32_t number = 0;
+    for (const Lane<Dim, T>* lane = queues.first(); lane != nullptr; lane = lane->next) {
+        writer.set_lane(++number);
+        const auto& commands = lane->taken_commands;
+        for (std::size_t i = 0; i < commands.size(); ++i) {
+            if (i + fetch_ahead < commands.size())
+                state.objects.prefetch(Index{commands[i + fetch_ahead].id.index});
+            writer.apply(commands[i]);
+        }
+    }
+}
+
+template <int Dim, class T>
+void move_one_by_one(const State<Dim, T>& state, const Moves<Dim, T>& moves, Writer<Dim, T>& writer)
+{
+    for (std::size_t i = 0; i < moves.ids.size(); ++i) {
+        const ObjectId id = moves.ids[i];
+        if (i + fetch_ahead < moves.ids.size())
+            state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
+        state.ids.check(id);
+        const Aabb<Dim, T> box = moves.boxes[i];
+        check_box(box, id);
+        writer.move(id, box);
+    }
+}
+
+/// Whether objects can be moved without a look at each other: ids ascend, and bounds are what was given.
+template <int Dim, class T>
+bool are_plain(const State<Dim, T>& state, const Moves<Dim, T>& moves)
+{
+    std::atomic<bool> plain{true};
+    const auto look = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        bool all = true;
+        for (std::uint64_t i = begin; i < end; ++i) {
+            const ObjectId id = moves.ids[i];
+            if (i + fetch_ahead < end) state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
+            all &= state.ids.is_good(id) && (i == 0 || moves.ids[i - 1].index < id.index) &&
+                   (state.objects[Index{id.index}].state() & (flag::alive | flag::has_reach)) == flag::alive;
+        }
+        if (!all) plain.store(false, std::memory_order_relaxed);
+    };
+    process_items(moves.ids.size(), look, {state.executor_for(moves.ids.size()), run_length});
+    return plain;
+}
+
+/// Moves objects of which no command has spoken, in parallel. The moves are plain.
+template <int Dim, class T>
+void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim, T>& changes, Arena& arena)
+{
+    auto& moved_of_run = arena.list<std::uint32_t>("objects that a run has moved");
+    moved_of_run.resize((moves.ids.size() + run_length - 1) / run_length);
+    std::pmr::vector<Index>& changed = changes.list();
+    changed.resize(moves.ids.size());
+    std::atomic<bool> good{true};
+    const auto move = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        Index* const first = changed.data() + begin;
+        Index* to = first;
+        bool all = true;
+        for (std::uint64_t i = begin; i < end; ++i) {
+            const Index index{moves.ids[i].index};
+            if (i + fetch_ahead < end) state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
+            const auto object = state.objects[index];
+            const Aabb<Dim, T> box = moves.boxes[i];
+            all &= valid(box);
+            if (same(object.now(), box)) continue;
+            object.before() = box;
+            object.exchange_boxes();
+            *to++ = index;
+        }
+        if (!all) good.store(false, std::memory_order_relaxed);
+        moved_of_run[work.block] = static_cast<std::uint32_t>(to - first);
+    };
+    process_items(moves.ids.size(), move, {state.executor_for(moves.ids.size()), run_length});
+    std::size_t kept = 0;
+    for (std::size_t run = 0; run < moved_of_run.size(); ++run) {
+        const Index* const first = changed.data() + run * run_length;
+        if (kept != run * run_length) std::copy_n(first, moved_of_run[run], changed.data() + kept);
+        kept += moved_of_run[run];
+    }
+    changed.resize(kept);
+    if (good) return;
+    for (std::size_t i = 0; i < moves.ids.size(); ++i)
+        check_box(moves.boxes[i], moves.ids[i]);
+}
+
+} // namespace
+
+template <int Dim, class T>
+Changes<Dim, T> apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, T>& moves,
+                      Arena& arena)
+{
+    state.make_room(state.ids.end());
+    const Lanes lanes = count_lanes(queues, moves.ids.size());
+    Changes<Dim, T> changes(state, arena);
+    changes.commands = lanes.commands;
+    Writer<Dim, T> writer(state, changes, lanes.that_command > 1, arena);
+    apply_queued(state, queues, writer);
+    if (changes.objects().empty()) { // no command was about an object that is there
+        if (moves.ids.empty()) return changes;
+        if (are_plain(state, moves)) {
+            move_in_place(state, moves, changes, arena);
+            return changes;
+        }
+    }
+    writer.set_lane(lanes.own);
+    move_one_by_one(state, moves, writer);
+    if (writer.any_contested()) settle_contests(state, changes, writer, queues, moves, lanes.own, arena);
+    changes.close(arena);
+    return changes;
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template class Writer<Dim, T>;                                                                           \
+    template Changes<Dim, T> apply(State<Dim, T>&, const Queues<Dim, T>&, const Moves<Dim, T>&, Arena&);
+JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace world
+JOSTLE_NAMESPACE_END

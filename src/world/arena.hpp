@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory_resource>
+#include <new>
+#include <vector>
+
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// All memory that a world holds comes through here, so that it can be told how much it is.
+class CountedMemory final : public std::pmr::memory_resource
+{
+  public:
+    explicit CountedMemory(std::pmr::memory_resource* source) noexcept : source_(source) {}
+    [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_.load(std::memory_order_relaxed); }
+
+  private:
+    void* do_allocate(std::size_t bytes, std::size_t alignment) override
+    {
+        void* const memory = source_->allocate(bytes, alignment);
+        bytes_.fetch_add(bytes, std::memory_order_relaxed);
+        return memory;
+    }
+    void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override
+    {
+        source_->deallocate(memory, bytes, alignment);
+        bytes_.fetch_sub(bytes, std::memory_order_relaxed);
+    }
+    [[nodiscard]] bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override
+    {
+        return this == &other;
+    }
+
+    std::pmr::memory_resource* source_;
+    std::atomic<std::uint64_t> bytes_{0};
+};
+
+/// The temporary memory of updates: lists and buffers, each under the name of what is in it. The stage that
+/// takes one has it until the next update begins, and nobody else may take it until then; its memory stays
+/// for the next time, so that steady updates allocate nothing.
+class Arena
+{
+  public:
+    explicit Arena(std::pmr::memory_resource* memory) : memory_(memory), pieces_(memory) {}
+    Arena(const Arena&) = delete;
+    Arena& operator=(const Arena&) = delete;
+    ~Arena()
+    {
+        for (const Piece& piece : pieces_)
+            piece.destroy(piece.thing, memory_);
+    }
+
+    /// What was taken so far is nobody's any more.
+    void begin() noexcept
+    {
+        next_ = 0;
+        for (Piece& piece : pieces_)
+            piece.is_taken = false;
+    }
+
+    /// An empty list.
+    template <class Value>
+    [[nodiscard]] std::pmr::vector<Value>& list(const char* name)
+    {
+        auto& values = take<std::pmr::vector<Value>>(name);
+        values.clear();
+        return values;
+    }
+    /// Anything that is made from a memory resource, as it was left.
+    template <class Thing>
+    [[nodiscard]] Thing& take(const char* name)
+    {
+        Piece* piece = find(name);
+        if (piece == nullptr) {
+            pieces_.reserve(pieces_.size() + 1); // so that nothing fails once the thing is there
+            void* const place = memory_->allocate(sizeof(Thing), alignof(Thing));
+            try {
+                new (place) Thing(memory_);
+            } catch (...) {
+                memory_->deallocate(place, sizeof(Thing), alignof(Thing));
+                throw;
+            }
+            pieces_.push_back({name, place, &destroy<Thing>, false});
+            piece = &pieces_.back();
+        }
+        assert(!piece->is_taken && piece->destroy == &destroy<Thing>);
+        piece->is_taken = true;
+        return *static_cast<Thing*>(piece->thing);
+    }
+
+  private:
+    struct Piece
+    {
+        const char* name;
+        void* thing;
+        void (*destroy)(void*, std::pmr::memory_resource*);
+        bool is_taken;
+    };
+    template <class Thing>
+    static void destroy(void* thing, std::pmr::memory_resource* memory)
+    {
+        static_cast<Thing*>(thing)->~Thing();
+        memory->deallocate(thing, sizeof(Thing), alignof(Thing));
+    }
+    /// Updates mostly take the same things in the same order: the next one is looked at first. Names are
+    /// literals, which mostly are where they were the last time, too.
+    Piece* find(const char* name) noexcept
+    {
+        for (std::size_t step = 0; step < pieces_.size(); ++step) {
+            if (next_ >= pieces_.size()) next_ = 0;
+            Piece& piece = pieces_[next_++];
+            if (piece.name == name) return &piece;
+        }
+        for (Piece& piece : pieces_)
+            if (std::strcmp(piece.name, name) == 0) return &piece;
+        return nullptr;
+    }
+
+    std::pmr::memory_resource* memory_;
+    std::pmr::vector<Piece> pieces_;
+    std::size_t next_ = 0;
+};
+
+} // namespace world
+JOSTLE_NAMESPACE_END

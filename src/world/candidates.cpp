@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: MIT
+// Finding the pairs of changed objects: among all that is active by the engine behind PairFinder, and with
+// what rests by lists of neighbours or the index.
+#include "world/candidates.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+#include "base/block_buffer_access.hpp"
+#include "base/buffer.hpp"
+#include "index/box_index_access.hpp"
+#include "index/kernels/kernels.hpp"
+#include "jostle/process.hpp"
+#include "pairs/pair_finder_access.hpp"
+#include "pairs/sort_pairs.hpp"
+#include "world/instantiate.hpp"
+#include "world/sort_keys.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+// Below this many boxes all pairs are tried: a grid takes longer to choose.
+constexpr std::size_t few_boxes = 24;
+
+/// While it lives, what wakes up has no filter class. It is still in the index, and found there; whoever
+/// finds something without a class looks at the object, and sees that it is found as a changed one already.
+template <int Dim, class T>
+class WithoutClass
+{
+  public:
+    WithoutClass(State<Dim, T>& state, std::span<const std::uint32_t> waking, Arena& arena)
+        : classes_(state.classes),
+          waking_(waking),
+          kept_(arena.list<FilterClass>("filters that waking objects had"))
+    {
+        kept_.reserve(waking.size());
+        for (const std::uint32_t index : waking)
+            kept_.push_back(std::exchange(classes_[Index{index}], FilterClass::look));
+    }
+    WithoutClass(const WithoutClass&) = delete;
+    WithoutClass& operator=(const WithoutClass&) = delete;
+    ~WithoutClass()
+    {
+        for (std::size_t k = 0; k < waking_.size(); ++k)
+            classes_[Index{waking_[k]}] = kept_[k];
+    }
+
+  private:
+    FilterClasses& classes_;
+    std::span<const std::uint32_t> waking_;
+    std::pmr::vector<FilterClass>& kept_;
+};
+
+template <int Dim, class T>
+class Search
+{
+  public:
+    using Box = Aabb<Dim, T>;
+    using Boxes = BoxView<Dim, T>;
+
+    Search(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
+           NeighbourLists<Dim, T>& neighbour_lists, Arena& arena)
+        : state_(state),
+          entries_(entries),
+          finder_(finder),
+          neighbour_lists_(neighbour_lists),
+          arena_(arena),
+          found_(arena.take<PairBuffer>("pairs as they were found")),
+          all_pass_(state.classes.all_pass())
+    {
+        found_.clear();
+    }
+
+    void among_active();
+    void among_resting();
+    /// All that was found, in the memory of `to`.
+    std::span<Pair> sorted(PairBuffer& to);
+
+    [[nodiscard]] std::uint64_t looked_at() const noexcept { return looked_at_; }
+    [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
+    [[nodiscard]] std::uint64_t listed() const noexcept { return listed_; }
+
+  private:
+    using Division = typename NeighbourLists<Dim, T>::Division;
+
+    void count(std::uint64_t looked_at, std::uint64_t kept) noexcept
+    {
+        looked_at_.fetch_add(looked_at, std::memory_order_relaxed);
+        rejected_.fetch_add(looked_at - kept, std::memory_order_relaxed);
+    }
+    [[nodiscard]] bool pass(Entry a, Entry b) const noexcept
+    {
+        return pass(entries_.filter[a], entries_.index[a], entries_.filter[b], entries_.index[b]);
+    }
+    [[nodiscard]] bool pass(FilterClass class_a, Index a, FilterClass class_b, Index b) const noexcept
+    {
+        if (class_a != FilterClass::look && class_b != FilterClass::look)
+            return state_.classes.pass(class_a, class_b);
+        return passes(state_.objects[a].filter(), state_.objects[b].filter());
+    }
+    Pair* select_entries(Pair* first, const Pair* last, std::size_t first_b) noexcept;
+    template <class EntryOf>
+    std::uint32_t select_resting(Pair* first, const Pair* last, const Division& division,
+                                 const EntryOf& entry_of) noexcept;
+    void try_all(std::span<const Box> boxes);
+    void find_listed(const Division& division);
+    void find_unlisted(const Division& division);
+
+    State<Dim, T>& state_;
+    const Entries<Dim, T>& entries_;
+    PairFinder& finder_;
+    NeighbourLists<Dim, T>& neighbour_lists_;
+    Arena& arena_;
+    PairBuffer& found_; // pairs of indices, in memory of those that found them
+    const bool all_pass_;
+    std::atomic<std::uint64_t> looked_at_{0}, rejected_{0};
+    std::uint64_t listed_ = 0;
+};
+
+/// Of pairs of entries, the second ones counted from `first_b`, keeps those that agree, as pairs of indices.
+template <int Dim, class T>
+Pair* Search<Dim, T>::select_entries(Pair* const first, const Pair* last, std::size_t first_b) noexcept
+{
+    Pair* kept = first;
+    for (const Pair* pair = first; pair != last; ++pair) {
+        const Entry a{pair->a}, b{pair->b + static_cast<std::uint32_t>(first_b)};
+        if (!all_pass_ && !pass(a, b)) continue;
+        *kept++ = pair_of(entries_.index[a], entries_.index[b]);
+    }
+    count(static_cast<std::uint64_t>(last - first), static_cast<std::uint64_t>(kept - first));
+    return kept;
+}
+
+template <int Dim, class T>
+void Search<Dim, T>::try_all(std::span<const Box> boxes)
+{
+    Pair* const tried = PairBufferAccess(arena_.take<PairBuffer>("pairs of few entries"))
+                            .chunk(0, few_boxes * few_boxes / 2)
+                            .data();
+    Pair* end = tried;
+    for (std::uint32_t i = 0; i < boxes.size(); ++i)
+        for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
+            if (overlaps_branchless(boxes[i], boxes[j])) *end++ = {i, j};
+    PairBufferAccess(found_).append({tried, select_entries(tried, end, 0)});
+}
+
+/// Pairs of changed objects with each other and with idle ones.
+template <int Dim, class T>
+void Search<Dim, T>::among_active()
+{
+    // Idle objects among themselves are known; many of them are better kept apart.
+    const std::size_t idle = entries_.size() - entries_.changed;
+    const bool together = idle <= entries_.changed;
+    const std::span<const Box> all(entries_.box.values()), moved = all.first(entries_.changed);
+    const std::span<const Box> first_search = together ? all : moved;
+    PairBufferAccess found(found_);
+    if (first_search.size() <= few_boxes) {
+        try_all(first_search);
+    } else {
+        // Where the entries are all objects, from the first one on, they have the same numbers.
+        const bool same_numbers =
+            all_pass_ && idle == 0 && raw(entries_.index.values().back()) == entries_.size() - 1;
+        const auto select = [&](Pair* first, Pair* last) { return select_entries(first, last, 0); };
+        PairFinderAccess::Selection wanted;
+        if (!same_numbers) wanted = select;
+        auto& pairs = arena_.take<PairBuffer>("pairs among entries");
+        PairFinderAccess::find(finder_, Boxes(first_search), wanted, pairs);
+        if (same_numbers) count(pairs.size(), pairs.size());
+        for (const std::span<const Pair> block : pairs.blocks())
+            found.append(block);
+    }
+    if (together) return;
+    const auto select = [&](Pair* first, Pair* last) {
+        return select_entries(first, last, entries_.changed);
+    };
+    auto& pairs = arena_.take<PairBuffer>("pairs of changed entries and idle ones");
+    PairFinderAccess::find(finder_, Boxes(moved), Boxes(all.subspan(entries_.changed)), select, pairs);
+    for (const std::span<const Pair> block : pairs.blocks())
+        found.append(block);
+}
+
+/// Of pairs of an entry and a resting object keeps those that agree, as pairs of indices.
+template <int Dim, class T>
+template <class EntryOf>
+std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last, const Division& division,
+                                             const EntryOf& entry_of) noexcept
+{
+    const bool any_waking = !entries_.waking.empty();
+    Pair* kept = first;
+    std::uint64_t candidates = 0;
+    for (const Pair* each = first; each != last; ++each) {
+        const Entry entry = entry_of(each->a);
+        const Index index = entries_.index[entry], other{each->b};
+        // What a list holds and has woken up since is found elsewhere, if anywhere; what wakes up in this
+        // update, as a changed one.
+        if (neighbour_lists_.has_left(other, division.created[entry])) continue;
+        bool agree = true;
+        if (any_waking || !all_pass_) {
+            const FilterClass class_of_other = state_.classes[other];
+            if (class_of_other == FilterClass::look && state_.objects[other].has(flag::written)) continue;
+            agree = pass(entries_.filter[entry], index, class_of_other, other);
+        }
+        ++candidates;
+        if (agree) *kept++ = pair_of(index, other);
+    }
+    count(candidates, static_cast<std::uint64_t>(kept - first));
+    return static_cast<std::uint32_t>(kept - first);
+}
+
+/// Pairs of changed and resting objects.
+template <int Dim, class T>
+void Search<Dim, T>::among_resting()
+{
+    const WithoutClass<Dim, T> without_class(state_, entries_.waking, arena_);
+    const Division division = neighbour_lists_.divide(state_, entries_, arena_);
+    listed_ = division.listed;
+    if (!division.lookups.empty()) find_listed(division);
+    if (!division.unlisted.empty()) find_unlisted(division);
+}
+
+template <int Dim, class T>
+void Search<Dim, T>::find_listed(const Division& division)
+{
+    constexpr std::size_t per_run = 1024;
+    const std::span<const index::Lookup<Dim>> lookups = division.lookups;
+    const std::size_t runs = (lookups.size() + per_run - 1) / per_run;
+    auto& first_of_run = arena_.list<std::uint64_t>("room for what runs find in lists");
+    auto& kept_of_run = arena_.list<std::uint32_t>("pairs that runs find in lists");
+    kept_of_run.resize(runs);
+    std::uint64_t room = 0;
+    for (std::size_t k = 0; k < lookups.size(); ++k) {
+        if (k % per_run == 0) first_of_run.push_back(room);
+        room += lookups[k].count * index::lanes;
+    }
+    Pair* const pairs =
+        arena_.take<Buffer<Pair>>("pairs found in lists").reserve(static_cast<std::size_t>(room));
+    const auto& kernels = index::kernels_for<Dim, T>(state_.options.instruction_set);
+    const auto overlaps_object = [&](std::uint32_t entry, std::uint32_t index) {
+        return overlaps_branchless(entries_.box[Entry{entry}], state_.objects[Index{index}].now());
+    };
+    const auto look_up = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        Pair* const to = pairs + first_of_run[work.block];
+        const std::size_t count = kernels.look_up(&lookups[begin], end - begin, overlaps_object, to);
+        kept_of_run[work.block] =
+            select_resting(to, to + count, division, [](std::uint32_t entry) { return Entry{entry}; });
+    };
+    process_items(lookups.size(), look_up, {state_.executor_for(lookups.size()), per_run});
+    for (std::size_t run = 0; run < runs; ++run)
+        PairBufferAccess(found_).append({pairs + first_of_run[run], kept_of_run[run]});
+}
+
+template <int Dim, class T>
+void Search<Dim, T>::find_unlisted(const Division& division)
+{
+    const std::span<const Entry> unlisted = division.unlisted;
+    std::span<const Box> boxes = std::span<const Box>(entries_.box.values()).first(entries_.changed);
+    if (!division.lookups.empty() || division.listed != 0) { // else it is all, in order
+        auto& some = arena_.list<Box>("boxes of entries without a list of neighbours");
+        for (const Entry entry : unlisted)
+            some.push_back(entries_.box[entry]);
+        boxes = some;
+    }
+    auto& pairs = arena_.list<Pair>("pairs found in the index");
+    state_.resting.join(Boxes(boxes), pairs);
+    auto& kept_of_run = arena_.list<std::uint32_t>("pairs that runs find in the index");
+    kept_of_run.resize((pairs.size() + run_length - 1) / run_length);
+    const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        kept_of_run[work.block] = select_resting(pairs.data() + begin, pairs.data() + end, division,
+                                                 [&](std::uint32_t number) { return unlisted[number]; });
+    };
+    process_items(pairs.size(), select, {state_.executor_for(pairs.size()), run_length});
+    for (std::size_t run = 0; run < kept_of_run.size(); ++run)
+        PairBufferAccess(found_).append({pairs.data() + run * run_length, kept_of_run[run]});
+}
+
+template <int Dim, class T>
+std::span<Pair> Search<Dim, T>::sorted(PairBuffer& to)
+{
+    // The counting sort goes through all objects, if in parallel; the other through the pairs several times.
+    const std::uint64_t count = found_.size(), objects = state_.ids.end();
+    if (count >= objects ||
+        (count >= objects / 8 && count >= 16 * run_length && state_.executor->concurrency() > 1)) {
+        arena_.take<PairSorter>("sorter of pairs").sort(found_, objects, *state_.executor, to);
+        return PairBufferAccess(to).chunk(0, 0).first(to.size());
+    }
+    auto& pairs = arena_.list<Pair>("pairs being sorted");
+    for (const std::span<const Pair> block : found_.blocks())
+        pairs.insert(pairs.end(), block.begin(), block.end());
+    sort_pairs(pairs, arena_.list<Pair>("pairs being sorted, in another order"));
+    const std::span<Pair> sorted = PairBufferAccess(to).chunk(0, pairs.size());
+    std::copy(pairs.begin(), pairs.end(), sorted.begin());
+    return sorted.first(pairs.size());
+}
+
+} // namespace
+
+template <int Dim, class T>
+Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
+                NeighbourLists<Dim, T>& neighbour_lists, PairBuffer& to, Arena& arena)
+{
+    Candidates candidates;
+    Search<Dim, T> search(state, entries, finder, neighbour_lists, arena);
+    if (entries.changed != 0) {
+        const auto t0 = Clock::now();
+        search.among_active();
+        const auto t1 = Clock::now();
+        if (state.resting.size() != 0) search.among_resting();
+        candidates.us_active = microseconds(t0, t1);
+        candidates.us_resting = microseconds(t1, Clock::now());
+    }
+    candidates.touching = search.sorted(to);
+    candidates.looked_at = search.looked_at();
+    candidates.rejected = search.rejected();
+    candidates.listed = search.listed();
+    return candidates;
+}
+
+template <int Dim, class T>
+std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>& changes,
+                                     const Entries<Dim, T>& entries, Arena& arena)
+{
+    if (entries.waking.empty()) return {};
+    auto& pairs = arena.list<Pair>("old pairs of waking objects");
+    auto& joined = arena.list<Pair>("waking objects and what rested around them");
+    state.resting.join(BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(entries.boxes_before)), joined);
+    for (std::size_t k = 0; k < joined.size(); ++k) {
+        if (k + fetch_ahead < joined.size()) state.objects.prefetch(Index{joined[k + fetch_ahead].b});
+        const Index a{entries.waking[joined[k].a]}, b{joined[k].b};
+        if (a == b || (state.objects[b].has(flag::written) && b < a)) continue; // found from the other side
+        if (passes(changes.old_filter(a), changes.old_filter(b))) pairs.push_back(pair_of(a, b));
+    }
+    sort_pairs(pairs, arena.list<Pair>("old pairs of waking objects, in another order"));
+    return pairs;
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template Candidates find(State<Dim, T>&, const Entries<Dim, T>&, PairFinder&, NeighbourLists<Dim, T>&,   \
+                             PairBuffer&, Arena&);                                                           \
+    template std::span<const Pair> find_old_pairs(State<Dim, T>&, const Changes<Dim, T>&,                    \
+                                                  const Entries<Dim, T>&, Arena&);
+JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace world
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <vector>
+
+#include "jostle/find_pairs.hpp"
+#include "world/arena.hpp"
+#include "world/changes.hpp"
+#include "world/entries.hpp"
+#include "world/neighbour_lists.hpp"
+#include "world/pair_lists.hpp"
+#include "world/state.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// What a search has found.
+struct Candidates
+{
+    std::span<Pair> touching;    // ascending: pairs of entries that touch and agree, but for two idle ones
+    std::uint64_t looked_at = 0; // pairs of boxes that touch
+    std::uint64_t rejected = 0;  // of these: kept apart by filters
+    std::uint64_t listed = 0;    // objects that have got a list of neighbours
+    double us_active = 0, us_resting = 0;
+};
+
+/// The second stage of an update: finds the pairs of changed objects with all that is there, in the memory of
+/// `to`.
+template <int Dim, class T>
+[[nodiscard]] Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
+                              NeighbourLists<Dim, T>& neighbour_lists, PairBuffer& to, Arena& arena);
+
+/// The pairs that objects which wake up had with what rested. Ascending.
+template <int Dim, class T>
+[[nodiscard]] std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>& changes,
+                                                   const Entries<Dim, T>& entries, Arena& arena);
+
+using Clock = std::chrono::steady_clock;
+[[nodiscard]] inline double microseconds(Clock::time_point from, Clock::time_point to)
+{
+    return std::chrono::duration<double, std::micro>(to - from).count();
+}
+
+} // namespace world
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "world/arena.hpp"
+#include "world/commands.hpp"
+#include "world/state.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// What commands have made of the objects: which ones differ from the last update, and what they were. Unless
+/// it is kept, they become what they were when it goes.
+template <int Dim, class T>
+class Changes
+{
+  public:
+    struct OldFilter
+    {
+        Index index;
+        ObjectFilter filter;
+    };
+    struct OldReach
+    {
+        Index index;
+        bool had_reach;
+        Reach<Dim, T> reach;
+    };
+
+    Changes(State<Dim, T>& state, Arena& arena);
+    Changes(Changes&& other) noexcept
+        : commands(other.commands),
+          dropped(other.dropped),
+          state_(std::exchange(other.state_, nullptr)),
+          objects_(other.objects_),
+          old_filters_(other.old_filters_),
+          old_reaches_(other.old_reaches_),
+          scratch_(other.scratch_),
+          sorted_filters_(other.sorted_filters_),
+          sorted_reaches_(other.sorted_reaches_)
+    {
+    }
+    Changes& operator=(Changes&&) = delete;
+    ~Changes()
+    {
+        if (state_ != nullptr) undo();
+    }
+    void keep() noexcept { state_ = nullptr; }
+
+    /// Ascending once all commands are applied.
+    [[nodiscard]] std::span<const Index> objects() const noexcept { return objects_; }
+    /// Of any object: what it was after the last update.
+    [[nodiscard]] ObjectFilter old_filter(Index index) const noexcept;
+
+    std::uint64_t commands = 0;
+    std::uint64_t dropped = 0; // of these, because their objects are gone
+
+    // For those who apply commands:
+    [[nodiscard]] std::pmr::vector<Index>& list() noexcept { return objects_; }
+    void keep_filter(Index index, const ObjectFilter& filter) { old_filters_.push_back({index, filter}); }
+    void keep_reach(const OldReach& reach) { old_reaches_.push_back(reach); }
+    /// Makes an object what it was after the last update, or nothing if it is new.
+    void reset(Index index) noexcept;
+    /// So that finding what an object was is quick for all that was kept until now.
+    void sort_filters();
+    void sort_reaches() noexcept;
+    /// Brings the list into order, without the objects that commands left as they were.
+    void close(Arena& arena);
+
+  private:
+    void undo() noexcept;
+    [[nodiscard]] bool is_unchanged(Index index) const noexcept;
+
+    State<Dim, T>* state_;
+    std::pmr::vector<Index>& objects_;
+    std::pmr::vector<OldFilter>& old_filters_;
+    std::pmr::vector<OldReach>& old_reaches_;
+    std::pmr::vector<OldFilter>& scratch_;
+    std::size_t sorted_filters_ = 0, sorted_reaches_ = 0; // how many of them are in order, from the first on
+};
+
+/// Moves that the caller of update() gives, as if its thread had queued them last.
+template <int Dim, class T>
+struct Moves
+{
+    std::span<const ObjectId> ids;
+    BoxView<Dim, T> boxes;
+};
+
+/// The first stage of an update: what was taken from the queues, and `moves`, are applied to the objects.
+template <int Dim, class T>
+[[nodiscard]] Changes<Dim, T> apply(State<Dim, T>& state, const Queues<Dim, T>& queues,
+                                    const Moves<Dim, T>& moves, Arena& arena);
+
+} // namespace world
+JOSTLE_NAMESPACE_END

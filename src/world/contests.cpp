@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: MIT
+// Who wins where several threads, or commands with a sequence, set the same property of an object. First each
+// lane says by itself what it makes of the object, then the lanes are compared property by property. So a
+// lane's result doesn't depend on what the others did, nor the winner on which lane came first.
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <tuple>
+
+#include "world/instantiate.hpp"
+#include "world/writer.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+/// A property as it was set, perhaps.
+template <class Value>
+struct Setting
+{
+    bool is_given = false;
+    std::uint32_t sequence = 0;
+    Value value = {};
+
+    /// Within a lane: whether a command of this sequence sets it. Of equal ones the later does.
+    bool takes(std::uint32_t of_command) noexcept
+    {
+        if (is_given && of_command < sequence) return false;
+        is_given = true;
+        sequence = of_command;
+        return true;
+    }
+    /// Between lanes: the greater sequence, and of equal ones the greater value, whatever that means.
+    template <class Greater>
+    void compete(const Setting& other, const Greater& is_greater) noexcept
+    {
+        const bool wins = other.is_given && (!is_given || other.sequence > sequence ||
+                                             (other.sequence == sequence && is_greater(other.value, value)));
+        if (wins) *this = other;
+    }
+};
+
+/// What is made of one object.
+template <int Dim, class T>
+struct Settings
+{
+    struct Position
+    {
+        Aabb<Dim, T> box;
+        T displacement[Dim];
+    };
+    Setting<Position> position;
+    Setting<ObjectFilter> filter;
+    Setting<T> margin; // without the world's
+    Setting<bool> enabled;
+
+    void compete(const Settings& other) noexcept
+    {
+        // Any choice does that doesn't depend on who came first.
+        position.compete(other.position, [](const Position& x, const Position& y) {
+            return std::memcmp(&x, &y, sizeof x) > 0;
+        });
+        const auto numbers = [](const ObjectFilter& f) {
+            return std::array<std::uint32_t, 4>{f.category, f.mask, f.owner, f.is_static ? 1u : 0u};
+        };
+        filter.compete(other.filter,
+                       [&](const ObjectFilter& x, const ObjectFilter& y) { return numbers(x) > numbers(y); });
+        margin.compete(other.margin, std::greater<T>());
+        enabled.compete(other.enabled, [](bool x, bool) { return x; });
+    }
+};
+
+/// A command about a contested object, and its place among the others.
+template <int Dim, class T>
+struct Statement
+{
+    Index index;
+    std::uint32_t lane;
+    std::uint64_t turn;
+    Command<Dim, T> command;
+};
+
+template <int Dim, class T>
+class Contests
+{
+  public:
+    Contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim, T>& writer, Arena& arena)
+        : state_(state),
+          changes_(changes),
+          writer_(writer),
+          statements_(arena.list<Statement<Dim, T>>("commands about contested objects")),
+          additions_(arena.list<const Addition<Dim, T>*>("additions of contested objects"))
+    {
+    }
+
+    void gather(const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_lane)
+    {
+        const auto state_it = [&](const Command<Dim, T>& command, std::uint32_t lane) {
+            if (is_contested(command.id))
+                statements_.push_back({Index{command.id.index}, lane, statements_.size(), command});
+        };
+        std::uint32_t number = 0;
+        for (const Lane<Dim, T>* lane = queues.first(); lane != nullptr; lane = lane->next) {
+            ++number;
+            for (const Addition<Dim, T>& addition : lane->taken_additions)
+                if (is_contested(addition.id)) additions_.push_back(&addition);
+            for (const Command<Dim, T>& command : lane->taken_commands)
+                state_it(command, number);
+        }
+        for (std::size_t i = 0; i < moves.ids.size(); ++i)
+            state_it({moves.ids[i], 0, CommandKind::move, moves.boxes[i]}, own_lane);
+        std::sort(statements_.begin(), statements_.end(), [](const auto& x, const auto& y) {
+            return std::tie(x.index, x.lane, x.turn) < std::tie(y.index, y.lane, y.turn);
+        });
+        std::sort(additions_.begin(), additions_.end(),
+                  [](const auto* x, const auto* y) { return x->id.index < y->id.index; });
+    }
+
+    void settle()
+    {
+        const auto* next = statements_.data();
+        const auto* const end = next + statements_.size();
+        while (next != end) {
+            const Index index = next->index;
+            const bool is_removed = !state_.objects[index].has(flag::alive); // beats everything
+            Settings<Dim, T> best;
+            while (next != end && next->index == index) {
+                const std::uint32_t lane = next->lane;
+                Settings<Dim, T> of_lane;
+                restart(index);
+                for (; next != end && next->index == index && next->lane == lane; ++next)
+                    obey(next->command, of_lane);
+                best.compete(of_lane);
+            }
+            restart(index);
+            write(index, best);
+            if (is_removed) state_.objects[index].set(flag::alive, false);
+        }
+    }
+
+  private:
+    [[nodiscard]] bool is_contested(ObjectId id) const noexcept
+    {
+        return state_.ids.is_good(id) && state_.objects[Index{id.index}].has(flag::contested);
+    }
+    /// The object as it was, or as it was added.
+    void restart(Index index)
+    {
+        const auto addition =
+            std::partition_point(additions_.begin(), additions_.end(),
+                                 [index](const auto* each) { return each->id.index < raw(index); });
+        if (addition != additions_.end() && (*addition)->id.index == raw(index))
+            writer_.add(**addition);
+        else
+            changes_.reset(index);
+    }
+    void obey(const Command<Dim, T>& command, Settings<Dim, T>& settings)
+    {
+        switch (command.kind) {
+        case CommandKind::remove:
+            break; // settle() has seen it
+        case CommandKind::move:
+        case CommandKind::sweep:
+        case CommandKind::resize:
+            if (!settings.position.takes(command.sequence)) break;
+            writer_.apply(command); // what it does depends on the box so far
+            settings.position.value = position_of(Index{command.id.index});
+            break;
+        case CommandKind::filter:
+            if (settings.filter.takes(command.sequence)) settings.filter.value = command.filter;
+            break;
+        case CommandKind::margin:
+            if (settings.margin.takes(command.sequence)) settings.margin.value = command.box.lo[0];
+            break;
+        case CommandKind::enable:
+        case CommandKind::disable:
+            if (settings.enabled.takes(command.sequence))
+                settings.enabled.value = command.kind == CommandKind::enable;
+            break;
+        }
+    }
+    [[nodiscard]] typename Settings<Dim, T>::Position position_of(Index index) const noexcept
+    {
+        typename Settings<Dim, T>::Position position{state_.objects.box(index), {}};
+        if (state_.objects[index].has(flag::has_reach))
+            std::copy_n(state_.objects.reach(index).displacement, Dim, position.displacement);
+        return position;
+    }
+    void write(Index index, const Settings<Dim, T>& settings)
+    {
+        if (settings.filter.is_given) writer_.set_filter(index, settings.filter.value);
+        if (settings.margin.is_given) writer_.set_margin(index, state_.margin + settings.margin.value);
+        if (settings.position.is_given) {
+            const auto& [box, displacement] = settings.position.value;
+            writer_.set_box(index, box);
+            if (std::any_of(displacement, displacement + Dim, [](T by) { return by != 0; }))
+                writer_.set_displacement(index, displacement);
+        }
+        if (settings.enabled.is_given) state_.objects[index].set(flag::enabled, settings.enabled.value);
+    }
+
+    State<Dim, T>& state_;
+    Changes<Dim, T>& changes_;
+    Writer<Dim, T>& writer_;
+    std::pmr::vector<Statement<Dim, T>>& statements_; // by object, then lane, then the lane's order
+    std::pmr::vector<const Addition<Dim, T>*>& additions_;
+};
+
+} // namespace
+
+template <int Dim, class T>
+void settle_contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim, T>& writer,
+                     const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_lane,
+                     Arena& arena)
+{
+    changes.sort_filters();
+    changes.sort_reaches();
+    Contests<Dim, T> contests(state, changes, writer, arena);
+    contests.gather(queues, moves, own_lane);
+    contests.settle();
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template void settle_contests(State<Dim, T>&, Changes<Dim, T>&, Writer<Dim, T>&, const Queues<Dim, T>&,  \
+                                  const Moves<Dim, T>&, std::uint32_t, Arena&);
+JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace world
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#include "world/entries.hpp"
+
+#include <atomic>
+
+#include "jostle/process.hpp"
+#include "world/instantiate.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+template <int Dim, class T>
+void resize(Entries<Dim, T>& entries, std::size_t count)
+{
+    entries.box.resize(count);
+    entries.index.resize(count);
+    entries.filter.resize(count);
+    entries.moves_on.resize(count);
+}
+
+template <int Dim, class T>
+void set(Entries<Dim, T>& entries, Entry entry, const State<Dim, T>& state, Index index)
+{
+    const auto object = state.objects[index];
+    entries.box[entry] = object.now();
+    entries.index[entry] = index;
+    entries.filter[entry] = state.classes[index];
+    entries.moves_on[entry] = object.place() == Place::active;
+}
+
+/// As if each changed object only moved. Says whether it did.
+template <int Dim, class T>
+bool enter_all(Entries<Dim, T>& entries, const State<Dim, T>& state, std::span<const Index> changed)
+{
+    resize(entries, changed.size());
+    if (changed.empty()) return true;
+    std::atomic<bool> only_moves{true};
+    const auto enter_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        constexpr std::uint32_t usual =
+            flag::alive | flag::enabled | static_cast<std::uint32_t>(Place::active);
+        bool all = true;
+        for (std::uint64_t i = begin; i < end; ++i) {
+            const Index index = changed[i];
+            if (i + fetch_ahead < end) state.objects[changed[i + fetch_ahead]].prefetch_boxes();
+            all &= (state.objects[index].state() & (usual | flag::place | flag::refiltered)) == usual;
+            set(entries, Entry{static_cast<std::uint32_t>(i)}, state, index);
+        }
+        if (!all) only_moves.store(false, std::memory_order_relaxed);
+    };
+    process_items(changed.size(), enter_some, {state.executor_for(changed.size()), run_length});
+    return only_moves;
+}
+
+/// Changed objects of all kinds: those that are there, and a list of those that wake up.
+template <int Dim, class T>
+std::uint32_t enter_each(Entries<Dim, T>& entries, State<Dim, T>& state, std::span<const Index> changed)
+{
+    std::uint32_t count = 0;
+    for (const Index index : changed) {
+        const auto object = state.objects[index];
+        if (object.place() == Place::resting) {
+            entries.waking.push_back(raw(index));
+            entries.boxes_before.push_back(object.before());
+        }
+        if (!object.is_there()) continue;
+        const Entry entry{count++};
+        set(entries, entry, state, index);
+        if (object.place() == Place::none || object.has(flag::refiltered))
+            entries.filter[entry] = state.classes.of(object.filter());
+    }
+    return count;
+}
+
+} // namespace
+
+template <int Dim, class T>
+Entries<Dim, T> enter(State<Dim, T>& state, std::span<const Index> changed, Arena& arena)
+{
+    Entries<Dim, T> entries(arena);
+    entries.only_moves = enter_all(entries, state, changed);
+    entries.all_of_active = entries.only_moves && changed.size() == state.active.size();
+    auto count = static_cast<std::uint32_t>(changed.size());
+    if (!entries.only_moves) count = enter_each(entries, state, changed);
+    entries.changed = count;
+    entries.any_idle = !entries.all_of_active && !state.active.empty();
+    if (count == 0 || !entries.any_idle) {
+        resize(entries, count);
+        return entries;
+    }
+    resize(entries, count + state.active.size());
+    for (const auto& each : state.active)
+        if (!state.objects[each.index].has(flag::written)) set(entries, Entry{count++}, state, each.index);
+    resize(entries, count);
+    entries.any_idle = count != entries.changed;
+    return entries;
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template Entries<Dim, T> enter(State<Dim, T>&, std::span<const Index>, Arena&);
+JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace world
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <vector>
+
+#include "world/arena.hpp"
+#include "world/state.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// What an update searches for: changed objects that are there, then idle ones, which are active but haven't
+/// changed this time. Boxes lie side by side, so that searching doesn't visit objects.
+template <int Dim, class T>
+struct Entries
+{
+    explicit Entries(Arena& arena)
+        : box(arena.take<Table<Entry, Aabb<Dim, T>>>("boxes of entries")),
+          index(arena.take<Table<Entry, Index>>("indices of entries")),
+          filter(arena.take<Table<Entry, FilterClass>>("filters of entries")),
+          moves_on(arena.take<Table<Entry, std::uint8_t>>("entries that were active")),
+          waking(arena.list<std::uint32_t>("waking objects")),
+          boxes_before(arena.list<Aabb<Dim, T>>("boxes that waking objects had"))
+    {
+    }
+    [[nodiscard]] std::size_t size() const noexcept { return index.size(); }
+
+    Table<Entry, Aabb<Dim, T>>& box;
+    Table<Entry, Index>& index;
+    Table<Entry, FilterClass>& filter;
+    Table<Entry, std::uint8_t>& moves_on; // it was active after the last update
+    std::size_t changed = 0;              // how many of them are changed objects
+
+    // Changed objects that rested, whether they are still there or not, as the index of what rests has them.
+    std::pmr::vector<std::uint32_t>& waking;
+    std::pmr::vector<Aabb<Dim, T>>& boxes_before;
+    bool only_moves = true;     // all that changed was active and is, and has the filter that it had
+    bool all_of_active = false; // all that was active has changed, and nothing else
+    bool any_idle = false;      // some of what was active hasn't changed; entered only if something else has
+};
+
+template <int Dim, class T>
+[[nodiscard]] Entries<Dim, T> enter(State<Dim, T>& state, std::span<const Index> changed, Arena& arena);
+
+} // namespace world
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "world/arena.hpp"
+#include "world/candidates.hpp"
+#include "world/entries.hpp"
+#include "world/pair_lists.hpp"
+#include "world/state.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// The pairs that `accept` refuses, and those that it no longer does. Unless they are kept, the world refuses
+/// what it refused before when they go.
+class Refusals
+{
+  public:
+    Refusals(std::pmr::unordered_set<Key>& refused, Arena& arena)
+        : refused_(&refused),
+          added_(arena.list<Key>("pairs that are refused now")),
+          removed_(arena.list<Key>("pairs that are no longer refused"))
+    {
+    }
+    Refusals(Refusals&& other) noexcept
+        : refused_(std::exchange(other.refused_, nullptr)), added_(other.added_), removed_(other.removed_)
+    {
+    }
+    Refusals& operator=(Refusals&&) = delete;
+    ~Refusals()
+    {
+        if (refused_ == nullptr) return;
+        for (const Key key : added_)
+            refused_->erase(key);
+    }
+    [[nodiscard]] bool any() const noexcept { return !refused_->empty(); }
+    [[nodiscard]] bool has(Key key) const noexcept { return refused_->find(key) != refused_->end(); }
+    /// At once: nothing can fail later.
+    void add(Key key)
+    {
+        added_.push_back(key);
+        if (!refused_->insert(key).second) added_.pop_back();
+    }
+    /// When they are kept.
+    void remove(Key key) { removed_.push_back(key); }
+    void keep() noexcept
+    {
+        for (const Key key : removed_)
+            refused_->erase(key);
+        refused_ = nullptr;
+    }
+
+  private:
+    std::pmr::unordered_set<Key>* refused_;
+    std::pmr::vector<Key>& added_;
+    std::pmr::vector<Key>& removed_;
+};
+
+/// The third stage of an update: compares the pairs that touch now with those that did. Fills `next`;
+/// `old_pairs` are those of objects that wake up, which `last` doesn't have. Asks `accept`.
+template <int Dim, class T>
+[[nodiscard]] Refusals judge(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<Pair> touching,
+                             std::span<const Pair> old_pairs, const Lists& last, Lists& next, Arena& arena);
+
+} // namespace world
+JOSTLE_NAMESPACE_END

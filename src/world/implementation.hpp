@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <span>
+
+#include "base/in_use.hpp"
+#include "jostle/world.hpp"
+#include "world/arena.hpp"
+#include "world/changes.hpp"
+#include "world/commands.hpp"
+#include "world/neighbour_lists.hpp"
+#include "world/pair_lists.hpp"
+#include "world/state.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// A reader that calls the user's code. As long as there is one, nothing may change the world: the reader
+/// would go on in memory that is something else by now.
+class Reader
+{
+  public:
+    explicit Reader(std::atomic<std::uint32_t>* readers) noexcept : readers_(readers)
+    {
+        if (readers_ != nullptr) readers_->fetch_add(1, std::memory_order_relaxed);
+    }
+    Reader(const Reader&) = delete;
+    Reader& operator=(const Reader&) = delete;
+    ~Reader()
+    {
+        if (readers_ != nullptr) readers_->fetch_sub(1, std::memory_order_relaxed);
+    }
+    static void check_none(const std::atomic<std::uint32_t>& readers)
+    {
+        if (readers.load(std::memory_order_relaxed) != 0)
+            throw Error(
+                ErrorCode::invalid_argument,
+                "this World is in the middle of a question or of draw(), whose callback this is or "
+                "which another thread has called; queue commands there, and update the world afterwards");
+    }
+
+  private:
+    std::atomic<std::uint32_t>* readers_;
+};
+
+/// The pairs that began and persist as one list, put together when somebody asks.
+class ChangedPairs
+{
+  public:
+    explicit ChangedPairs(std::pmr::memory_resource* memory) : list_(memory) {}
+    const PairBuffer& of(const Lists& lists);
+    void forget() noexcept { is_fresh_.store(false, std::memory_order_relaxed); }
+
+  private:
+    std::mutex mutex_; // held while the list is made
+    std::atomic<bool> is_fresh_{false};
+    PairBuffer list_;
+};
+
+/// All pairs that touch and agree, searched for.
+template <int Dim, class T>
+[[nodiscard]] PairBuffer all_pairs(const State<Dim, T>& state);
+
+/// The active objects, indexed when the first question after an update is asked.
+template <int Dim, class T>
+class ActiveIndex
+{
+  public:
+    explicit ActiveIndex(const IndexOptions& options) : index_(options) {}
+    /// Null if no object is active.
+    BoxIndex<Dim, T>* of(const State<Dim, T>& state);
+    void forget() noexcept { is_fresh_.store(false, std::memory_order_relaxed); }
+
+  private:
+    void follow(const State<Dim, T>& state);
+
+    std::mutex mutex_; // held while it is brought up to date
+    std::atomic<bool> is_fresh_{false};
+    BoxIndex<Dim, T> index_;
+};
+
+} // namespace world
+
+/// docs/guide/world.md tells how it works.
+template <int Dim, Coordinate T>
+struct World<Dim, T>::Implementation
+{
+    explicit Implementation(const WorldOptions& options);
+
+    void queue(const world::Command<Dim, T>& command);
+    /// In update.cpp: an update, stage by stage.
+    void update(const world::Moves<Dim, T>& moves);
+    /// After a restore: the pairs that the last update would have left.
+    void recall_pairs();
+    [[nodiscard]] typename world::Objects<Dim, T>::ConstObject checked(ObjectId id) const;
+    [[nodiscard]] std::uint64_t bytes() const noexcept { return sizeof *this + memory.bytes(); }
+
+    std::atomic<bool> in_use{false};               // by update, restore or join
+    mutable std::atomic<std::uint32_t> readers{0}; // that call the user's code
+    world::CountedMemory memory;                   // for all that follows; what users get is made in theirs
+
+    world::Queues<Dim, T> queues;
+    world::State<Dim, T> state;
+    world::NeighbourLists<Dim, T> neighbour_lists;
+    PairFinder finder;
+    world::Arena arena;
+    world::Lists lists[2]; // those of the last update; the others are being written
+    std::uint32_t shown = 0;
+    WorldStats stats;
+
+    mutable world::ChangedPairs changed_pairs;
+    mutable world::ActiveIndex<Dim, T> active_index;
+};
+
+JOSTLE_NAMESPACE_END

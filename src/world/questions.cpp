@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: MIT
+// Questions: each is put to the resting objects and to the active ones, as if they were one index's.
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "index/answers.hpp"
+#include "index/box_index_access.hpp"
+#include "index/check.hpp"
+#include "world/implementation.hpp"
+#include "world/instantiate.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+template <int Dim, class T>
+BoxIndex<Dim, T>* ActiveIndex<Dim, T>::of(const State<Dim, T>& state)
+{
+    if (state.active.empty()) return nullptr;
+    if (!is_fresh_.load(std::memory_order_acquire)) {
+        const std::lock_guard lock(mutex_);
+        if (!is_fresh_.load(std::memory_order_relaxed)) {
+            follow(state);
+            is_fresh_.store(true, std::memory_order_release);
+        }
+    }
+    return &index_;
+}
+
+/// Brings the index to where the objects are, from where they were when somebody asked last.
+template <int Dim, class T>
+void ActiveIndex<Dim, T>::follow(const State<Dim, T>& state)
+{
+    using Box = Aabb<Dim, T>;
+    constexpr T nan = std::numeric_limits<T>::quiet_NaN();
+    Box gone;
+    std::fill_n(gone.lo.begin(), Dim, nan);
+    std::fill_n(gone.hi.begin(), Dim, nan);
+    // `accept` may ask in the middle of an update: the answer is still that of the last one.
+    const auto box_of = [&](Index index) -> const Box& {
+        const auto object = state.objects[index];
+        return object.has(flag::written) ? object.before() : object.now();
+    };
+    const auto where = [&](std::span<const std::uint32_t> indices, Box* boxes) {
+        const Box* now[index::page_capacity];
+        for (std::size_t k = 0; k < indices.size(); ++k) {
+            const Index index{indices[k]};
+            now[k] = state.objects[index].place() == Place::active ? &box_of(index) : &gone;
+            jostle::prefetch(now[k]);
+            jostle::prefetch(&now[k]->hi[Dim - 1]);
+        }
+        for (std::size_t k = 0; k < indices.size(); ++k)
+            boxes[k] = *now[k];
+    };
+    const bool followed = BoxIndexAccess::follow<Dim, T>(index_, where);
+    if (followed && index_.size() == state.active.size()) return;
+    std::pmr::vector<std::uint32_t> indices(state.options.memory);
+    std::pmr::vector<Box> boxes(state.options.memory);
+    const auto collect = [&](bool all) {
+        for (const auto& each : state.active) {
+            if (!all && index_.contains(raw(each.index))) continue;
+            indices.push_back(raw(each.index));
+            boxes.push_back(box_of(each.index));
+        }
+    };
+    if (followed && state.active.size() <= index_.size() + index_.size() / 3) {
+        collect(false);
+        BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(indices),
+                               BoxView<Dim, T>(std::span<const Box>(boxes)));
+    } else {
+        indices.reserve(state.active.size());
+        boxes.reserve(state.active.size());
+        collect(true);
+        BoxIndexAccess::rebuild(index_, std::span<const std::uint32_t>(indices),
+                                BoxView<Dim, T>(std::span<const Box>(boxes)));
+    }
+}
+
+/// Puts questions to the resting and the active objects as if they were one index's, and says which of the
+/// objects count.
+template <int Dim, class T>
+class Asking
+{
+  public:
+    using Implementation = typename World<Dim, T>::Implementation;
+
+    Asking(const Implementation& world, const ObjectQueryFilter& filter)
+        : state_(world.state),
+          reader_(filter.accept ? &world.readers : nullptr),
+          filter_(filter),
+          exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
+          numbers_(filter.category != ~0u || filter.mask != ~0u || filter.owner != Filter::no_owner),
+          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set),
+                   BoxIndexAccess::tree(state_.resting), tree_of_active(world))
+    {
+    }
+
+    [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
+    [[nodiscard]] bool takes_all() const noexcept
+    {
+        return exclude_ == Hit<T>::none && !numbers_ && !filter_.accept;
+    }
+    [[nodiscard]] bool takes(std::uint32_t question, std::uint32_t index) const
+    {
+        if (index == exclude_) return false;
+        if (numbers_) {
+            const ObjectFilter object = state_.objects[Index{index}].filter();
+            if ((object.category & filter_.mask) == 0 || (filter_.category & object.mask) == 0) return false;
+            if (object.owner == filter_.owner && filter_.owner != Filter::no_owner) return false;
+        }
+        return !filter_.accept || filter_.accept(question, state_.id_of(Index{index}));
+    }
+    /// Calls body with the filter of one question.
+    template <class Body>
+    decltype(auto) with(std::size_t question, const Body& body) const
+    {
+        const auto wanted = [&](std::uint32_t index) {
+            return takes(static_cast<std::uint32_t>(question), index);
+        };
+        return body(takes_all() ? index::Wanted() : index::Wanted(wanted));
+    }
+
+    [[nodiscard]] ObjectHit<T> given(const Hit<T>& hit) const
+    {
+        return hit.id == Hit<T>::none ? ObjectHit<T>{} : ObjectHit<T>{state_.id_of(Index{hit.id}), hit.at};
+    }
+    [[nodiscard]] ObjectId given(std::uint32_t index) const { return state_.id_of(Index{index}); }
+
+    /// A single question: find(wanted, items) is one of the answers.
+    template <class Item, class Out, class Find>
+    bool list(std::vector<Out>& out, const Find& find) const
+    {
+        out.clear();
+        std::vector<Item> items;
+        const bool more = with(0, [&](index::Wanted wanted) { return find(wanted, items); });
+        for (const Item& item : items)
+            out.push_back(given(item));
+        return more;
+    }
+    /// A batch: find(i, wanted, items).
+    template <class Item, class Out, class Find>
+    void lists(std::size_t count, std::pmr::vector<std::size_t>& first, std::pmr::vector<Out>& items,
+               std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Out>>& found,
+               const Find& find) const
+    {
+        index::Batch(*state_.executor, count)
+            .lists(first, items, more, found,
+                   [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& out) mutable {
+                       some.clear();
+                       const bool cut = with(i, [&](index::Wanted wanted) { return find(i, wanted, some); });
+                       for (const Item& item : some)
+                           out.push_back(given(item));
+                       return cut;
+                   });
+    }
+    template <class Body>
+    void each(std::size_t count, const Body& body) const
+    {
+        index::Batch(*state_.executor, count).each([&](std::size_t i) {
+            with(i, [&](index::Wanted wanted) { body(i, wanted); });
+        });
+    }
+
+  private:
+    static const index::Tree<Dim, T>* tree_of_active(const Implementation& world)
+    {
+        const BoxIndex<Dim, T>* active = world.active_index.of(world.state);
+        return active != nullptr ? &BoxIndexAccess::tree(*active) : nullptr;
+    }
+
+    const State<Dim, T>& state_;
+    Reader reader_;
+    const ObjectQueryFilter& filter_;
+    std::uint32_t exclude_;
+    bool numbers_; // objects are asked for their filters
+    index::Answers<Dim, T> answers_;
+};
+
+} // namespace world
+
+template <int Dim, Coordinate T>
+template <class Line>
+std::optional<ObjectHit<T>> World<Dim, T>::first(const Line& line, const ObjectQueryFilter& filter) const
+{
+    index::check(line, Error::no_index);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    const Hit<T> hit =
+        asking.with(0, [&](index::Wanted wanted) { return asking.answers().first(line, wanted); });
+    return hit.id == Hit<T>::none ? std::nullopt : std::optional(asking.given(hit));
+}
+
+#define JOSTLE_ALL(Question, Item, Given)                                                                    \
+    template <int Dim, Coordinate T>                                                                         \
+    bool World<Dim, T>::all(const Question<Dim, T>& question, std::vector<Given>& out,                       \
+                            const ObjectQueryFilter& filter, std::uint64_t max_results) const                \
+    {                                                                                                        \
+        index::check(question, Error::no_index);                                                             \
+        const world::Asking<Dim, T> asking(*implementation_, filter);                                        \
+        return asking.template list<Item>(out, [&](index::Wanted wanted, auto& items) {                      \
+            return asking.answers().all(question, wanted, max_results, items);                               \
+        });                                                                                                  \
+    }
+JOSTLE_ALL(Ray, Hit<T>, ObjectHit<T>)
+JOSTLE_ALL(Sweep, Hit<T>, ObjectHit<T>)
+JOSTLE_ALL(Aabb, std::uint32_t, ObjectId)
+JOSTLE_ALL(Sphere, std::uint32_t, ObjectId)
+JOSTLE_ALL(Frustum, std::uint32_t, ObjectId)
+#undef JOSTLE_ALL
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<ObjectHit<T>>& out,
+                            const ObjectQueryFilter& filter) const
+{
+    index::check(question, Error::no_index);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.template list<Hit<T>>(out, [&](index::Wanted wanted, auto& items) {
+        asking.answers().nearest(question, wanted, items);
+        return false;
+    });
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+bool World<Dim, T>::any(const Question& question, const ObjectQueryFilter& filter) const
+{
+    index::check(question, Error::no_index);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    return asking.with(0, [&](index::Wanted wanted) { return asking.answers().any(question, wanted); });
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFilter& filter) const
+{
+    index::check(question, Error::no_index);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    return asking.with(0, [&](index::Wanted wanted) { return asking.answers().count(question, wanted); });
+}
+
+// --- Many at once ----------------------------------------------------------------------------------------
+
+template <int Dim, Coordinate T>
+template <class Line>
+void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+                          const ObjectQueryFilter& filter) const
+{
+    index::check_room(lines.size(), out.size());
+    index::check_all(lines);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.each(lines.size(), [&](std::size_t i, index::Wanted wanted) {
+        out[i] = asking.given(asking.answers().first(lines[i], wanted));
+    });
+}
+
+template <int Dim, Coordinate T>
+template <class Line>
+void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
+                        const ObjectQueryFilter& filter, std::uint64_t max_results) const
+{
+    index::check_all(lines);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.template lists<Hit<T>>(lines.size(), out.first_, out.items_, out.more_, out.found_,
+                                  [&](std::size_t i, index::Wanted wanted, auto& items) {
+                                      return asking.answers().all(lines[i], wanted, max_results, items);
+                                  });
+}
+
+template <int Dim, Coordinate T>
+template <class Region>
+void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out,
+                        const ObjectQueryFilter& filter, std::uint64_t max_results) const
+{
+    index::check_all(regions);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.template lists<std::uint32_t>(regions.size(), out.first_, out.items_, out.more_, out.found_,
+                                         [&](std::size_t i, index::Wanted wanted, auto& items) {
+                                             return asking.answers().all(regions[i], wanted, max_results,
+                                                                         items);
+                                         });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
+                            const ObjectQueryFilter& filter) const
+{
+    index::check_all(questions);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.template lists<Hit<T>>(questions.size(), out.first_, out.items_, out.more_, out.found_,
+                                  [&](std::size_t i, index::Wanted wanted, auto& items) {
+                                      asking.answers().nearest(questions[i], wanted, items);
+                                      return false;
+                                  });
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out,
+                        const ObjectQueryFilter& filter) const
+{
+    index::check_room(questions.size(), out.size());
+    index::check_all(questions);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
+        out[i] = asking.answers().any(questions[i], wanted);
+    });
+}
+
+template <int Dim, Coordinate T>
+template <class Question>
+void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,
+                          const ObjectQueryFilter& filter) const
+{
+    index::check_room(questions.size(), out.size());
+    index::check_all(questions);
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
+        out[i] = asking.answers().count(questions[i], wanted);
+    });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
+{
+    Implementation& me = *implementation_;
+    const InUse call(me.in_use, "World");
+    std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
+    out.clear();
+    me.state.resting.join(boxes, all);
+    if (BoxIndex<Dim, T>* const active = me.active_index.of(me.state)) {
+        me.arena.begin();
+        auto& more = me.arena.template list<Pair>("pairs of active objects");
+        active->join(boxes, more);
+        std::size_t a = more.size(), r = all.size();
+        all.resize(r + a);
+        while (a > 0) // from the end, so that nothing is written over
+            if (r > 0 && more[a - 1] < all[r - 1])
+                --r, all[r + a] = all[r];
+            else
+                --a, all[r + a] = more[a];
+    }
+    const world::Asking<Dim, T> asking(me, filter);
+    if (!asking.takes_all())
+        all.erase(std::remove_if(all.begin(), all.end(),
+                                 [&](const Pair& pair) { return !asking.takes(pair.a, pair.b); }),
+                  all.end());
+    out.swap(all);
+}
+
+#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \
+    template JOSTLE_API bool World<Dim, T>::any(const Question<Dim, T>&, const ObjectQueryFilter&) const;    \
+    template JOSTLE_API std::uint64_t World<Dim, T>::count(const Question<Dim, T>&,                          \
+                                                           const ObjectQueryFilter&) const;                  \
+    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>,          \
+                                                const ObjectQueryFilter&) const;                             \
+    template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
+                                                  std::span<std::uint64_t>, const ObjectQueryFilter&) const;
+#define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line)                                                                \
+    template JOSTLE_API bool World<Dim, T>::all(const Line<Dim, T>&, std::vector<ObjectHit<T>>&,             \
+                                                const ObjectQueryFilter&, std::uint64_t) const;              \
+    template JOSTLE_API std::optional<ObjectHit<T>> World<Dim, T>::first(const Line<Dim, T>&,                \
+                                                                         const ObjectQueryFilter&) const;    \
+    template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
+                                                  const ObjectQueryFilter&) const;                           \
+    template JOSTLE_API void World<Dim, T>::all(std::span<const Line<Dim, T>>, ResultLists<ObjectHit<T>>&,   \
+                                                const ObjectQueryFilter&, std::uint64_t) const;
+#define JOSTLE_INSTANTIATE_REGION(Dim, T, Region)                                                            \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Region)                                                              \
+    template JOSTLE_API bool World<Dim, T>::all(const Region<Dim, T>&, std::vector<ObjectId>&,               \
+                                                const ObjectQueryFilter&, std::uint64_t) const;              \
+    template JOSTLE_API void World<Dim, T>::all(std::span<const Region<Dim, T>>, ResultLists<ObjectId>&,     \
+                                                const ObjectQueryFilter&, std::uint64_t) const;
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template class world::ActiveIndex<Dim, T>;                                                               \
+    JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
+    JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
+    JOSTLE_INSTANTIATE_REGION(Dim, T, Aabb)                                                                  \
+    JOSTLE_INSTANTIATE_REGION(Dim, T, Sphere)                                                                \
+    JOSTLE_INSTANTIATE_REGION(Dim, T, Frustum)                                                               \
+    template JOSTLE_API void World<Dim, T>::nearest(const Nearest<Dim, T>&, std::vector<ObjectHit<T>>&,      \
+                                                    const ObjectQueryFilter&) const;                         \
+    template JOSTLE_API void World<Dim, T>::nearest(                                                         \
+        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const ObjectQueryFilter&) const;       \
+    template JOSTLE_API void World<Dim, T>::join(const BoxView<Dim, T>&, std::pmr::vector<Pair>&,            \
+                                                 const ObjectQueryFilter&);
+JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,435 @@
+// SPDX-License-Identifier: MIT
+// The interface of World: arguments are checked, commands queued, results shown. What an update does stands
+// in update.cpp, questions and snapshots in files of their own.
+#include "jostle/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include "base/checks.hpp"
+#include "world/implementation.hpp"
+#include "world/instantiate.hpp"
+#include "world/writer.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+template <int Dim, Coordinate T>
+World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
+    : memory(options.memory),
+      queues(&memory),
+      state(options, &memory),
+      neighbour_lists(&memory),
+      finder({options.executor, &memory, options.instruction_set}),
+      arena(&memory),
+      lists{world::Lists(&memory), world::Lists(&memory)},
+      changed_pairs(&memory),
+      active_index({options.executor, &memory, options.instruction_set})
+{
+}
+
+template <int Dim, Coordinate T>
+auto World<Dim, T>::Implementation::checked(ObjectId id) const -> typename world::Objects<Dim, T>::ConstObject
+{
+    state.ids.check(id);
+    if (id.index >= state.objects.capacity() ||
+        !state.objects[world::Index{id.index}].has(world::flag::alive))
+        throw Error(ErrorCode::stale_id,
+                    "object " + std::to_string(id.index) +
+                        " is not in the world yet; its add() takes effect in the next update()",
+                    id.index);
+    return state.objects[world::Index{id.index}];
+}
+
+namespace world {
+namespace {
+
+/// `margin` as it was given, for a world of T.
+template <class T>
+void check_margin(double margin, const char* whose, std::uint64_t index)
+{
+    if (margin >= 0 && margin <= double{std::numeric_limits<T>::max()}) return;
+    std::ostringstream message;
+    message.imbue(std::locale::classic());
+    message << "margin " << margin << whose;
+    if (index != Error::no_index) message << index;
+    message << "; give a number from 0 to " << std::numeric_limits<T>::max();
+    throw Error(ErrorCode::invalid_argument, message.str(), index);
+}
+
+/// An object's own margin. Together with the world's it is finite, so that bounds are numbers.
+template <class T>
+void check_own_margin(T margin, T of_world, const char* whose, std::uint64_t index)
+{
+    check_margin<T>(margin, whose, index);
+    if (of_world + margin <= std::numeric_limits<T>::max()) return;
+    std::ostringstream message;
+    message.imbue(std::locale::classic());
+    message << "margin " << margin << whose;
+    if (index != Error::no_index) message << index;
+    message << " and the world's margin " << of_world << " are together more than "
+            << std::numeric_limits<T>::max() << "; give less";
+    throw Error(ErrorCode::invalid_argument, message.str(), index);
+}
+
+void check_sizes(std::size_t ids, std::size_t boxes)
+{
+    if (ids != boxes)
+        throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " + std::to_string(boxes) +
+                                                  " boxes; give one id for each box");
+}
+
+} // namespace
+} // namespace world
+
+template <int Dim, Coordinate T>
+World<Dim, T>::World(const WorldOptions& options)
+{
+    check_memory(options.memory);
+    world::check_margin<T>(options.margin, " of the world", Error::no_index);
+    implementation_ = std::make_unique<Implementation>(options);
+}
+template <int Dim, Coordinate T>
+World<Dim, T>::World(World&&) noexcept = default;
+template <int Dim, Coordinate T>
+World<Dim, T>& World<Dim, T>::operator=(World&&) noexcept = default;
+template <int Dim, Coordinate T>
+World<Dim, T>::~World() = default;
+
+// --- Commands --------------------------------------------------------------------------------------------
+
+template <int Dim, Coordinate T>
+ObjectId World<Dim, T>::add(const Box& box, const Options& options)
+{
+    ObjectId id;
+    add(Boxes(std::span<const Box>(&box, 1)), std::span<ObjectId>(&id, 1), options);
+    return id;
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options)
+{
+    world::check_sizes(ids.size(), boxes.size());
+    validate_boxes_of(boxes, "to be added ");
+    world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
+                               Error::no_index);
+    implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
+        world::reserve_more(lane.additions, ids.size());
+        implementation_->state.ids.take(ids);
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            lane.additions.push_back({ids[i], boxes[i], options});
+    });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::queue(const world::Command<Dim, T>& command)
+{
+    state.ids.check(command.id);
+    queues.with_own_lane([&](world::Lane<Dim, T>& lane) { lane.commands.push_back(command); });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::remove(ObjectId id)
+{
+    implementation_->queue({id, 0, world::CommandKind::remove});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::remove(std::span<const ObjectId> ids)
+{
+    for (const ObjectId id : ids)
+        implementation_->state.ids.check(id);
+    implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
+        world::reserve_more(lane.commands, ids.size());
+        for (const ObjectId id : ids)
+            lane.commands.push_back({id, 0, world::CommandKind::remove});
+    });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::move(ObjectId id, const Box& box, std::uint32_t sequence)
+{
+    world::check_box(box, id);
+    implementation_->queue({id, sequence, world::CommandKind::move, box});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::move(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t sequence)
+{
+    world::check_sizes(ids.size(), boxes.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        implementation_->state.ids.check(ids[i]);
+        world::check_box(boxes[i], ids[i]);
+    }
+    implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
+        world::reserve_more(lane.commands, ids.size());
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            lane.commands.push_back({ids[i], sequence, world::CommandKind::move, boxes[i]});
+    });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement, std::uint32_t sequence)
+{
+    Box moved;
+    for (int d = 0; d < Dim; ++d) {
+        moved.lo[d] = box.lo[d] + displacement[d];
+        moved.hi[d] = box.hi[d] + displacement[d];
+    }
+    implementation_->state.ids.check(id);
+    world::check_box(box, id);
+    for (int d = 0; d < Dim; ++d)
+        if (!(moved.lo[d] <= moved.hi[d])) {
+            std::ostringstream message;
+            message.imbue(std::locale::classic());
+            message << "displacement of object " << id.index << ": displacement[" << d
+                    << "] = " << displacement[d] << " doesn't take " << box.lo[d] << " to a number";
+            throw Error(ErrorCode::nan_coordinate, message.str(), id.index);
+        }
+    Box packed{};
+    packed.lo = displacement;
+    implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
+        world::reserve_more(lane.commands, 2);
+        lane.commands.push_back({id, sequence, world::CommandKind::move, box});
+        lane.commands.push_back({id, sequence, world::CommandKind::sweep, packed});
+    });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::teleport(ObjectId id, const Box& box, std::uint32_t sequence)
+{
+    world::check_box(box, id);
+    implementation_->queue({id, sequence, world::CommandKind::move, box});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::resize(ObjectId id, const Vector& size, std::uint32_t sequence)
+{
+    Box packed{};
+    for (int d = 0; d < Dim; ++d) {
+        if (!(size[d] >= 0)) {
+            std::ostringstream message;
+            message.imbue(std::locale::classic());
+            message << "size of object " << id.index << ": size[" << d << "] = " << size[d]
+                    << " is not a number >= 0";
+            throw Error(ErrorCode::invalid_argument, message.str(), id.index);
+        }
+        packed.lo[d] = size[d];
+    }
+    implementation_->queue({id, sequence, world::CommandKind::resize, packed});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::set_filter(ObjectId id, const ObjectFilter& filter, std::uint32_t sequence)
+{
+    implementation_->queue({id, sequence, filter});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::set_margin(ObjectId id, T margin, std::uint32_t sequence)
+{
+    world::check_own_margin<T>(margin, implementation_->state.margin, " of object ", id.index);
+    Box packed{};
+    packed.lo[0] = margin;
+    implementation_->queue({id, sequence, world::CommandKind::margin, packed});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::set_enabled(ObjectId id, bool enabled, std::uint32_t sequence)
+{
+    implementation_->queue(
+        {id, sequence, enabled ? world::CommandKind::enable : world::CommandKind::disable});
+}
+
+// --- Update and what it found ----------------------------------------------------------------------------
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::update()
+{
+    update({}, {});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
+{
+    const InUse call(implementation_->in_use, "World");
+    world::Reader::check_none(implementation_->readers);
+    world::check_sizes(ids.size(), boxes.size());
+    implementation_->update({ids, boxes});
+}
+
+template <int Dim, Coordinate T>
+std::span<const ObjectPair> World<Dim, T>::began() const noexcept
+{
+    return implementation_->lists[implementation_->shown].began;
+}
+
+template <int Dim, Coordinate T>
+std::span<const EndedPair> World<Dim, T>::ended() const noexcept
+{
+    return implementation_->lists[implementation_->shown].ended;
+}
+
+template <int Dim, Coordinate T>
+const PairBuffer& World<Dim, T>::persisted() const noexcept
+{
+    return implementation_->lists[implementation_->shown].persisted;
+}
+
+template <int Dim, Coordinate T>
+const PairBuffer& World<Dim, T>::changed_pairs() const
+{
+    return implementation_->changed_pairs.of(implementation_->lists[implementation_->shown]);
+}
+
+template <int Dim, Coordinate T>
+PairBuffer World<Dim, T>::pairs() const
+{
+    return world::all_pairs(implementation_->state);
+}
+
+// --- Objects ---------------------------------------------------------------------------------------------
+
+template <int Dim, Coordinate T>
+std::size_t World<Dim, T>::size() const noexcept
+{
+    return implementation_->state.alive;
+}
+
+template <int Dim, Coordinate T>
+std::uint32_t World<Dim, T>::index_end() const noexcept
+{
+    const world::State<Dim, T>& state = implementation_->state;
+    return static_cast<std::uint32_t>(std::min<std::size_t>(state.ids.end(), state.objects.capacity()));
+}
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::contains(ObjectId id) const noexcept
+{
+    const world::State<Dim, T>& state = implementation_->state;
+    return state.ids.is_good(id) && id.index < state.objects.capacity() &&
+           state.objects[world::Index{id.index}].has(world::flag::alive);
+}
+
+template <int Dim, Coordinate T>
+ObjectId World<Dim, T>::id(std::uint32_t index) const noexcept
+{
+    const world::State<Dim, T>& state = implementation_->state;
+    const bool is_there = index < index_end() && state.objects[world::Index{index}].has(world::flag::alive);
+    return is_there ? state.id_of(world::Index{index}) : ObjectId{};
+}
+
+template <int Dim, Coordinate T>
+auto World<Dim, T>::box(ObjectId id) const -> Box
+{
+    (void)implementation_->checked(id);
+    return implementation_->state.objects.box(world::Index{id.index});
+}
+
+template <int Dim, Coordinate T>
+auto World<Dim, T>::bounds(ObjectId id) const -> Box
+{
+    return implementation_->checked(id).now();
+}
+
+template <int Dim, Coordinate T>
+ObjectFilter World<Dim, T>::filter(ObjectId id) const
+{
+    return implementation_->checked(id).filter();
+}
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::enabled(ObjectId id) const
+{
+    return implementation_->checked(id).has(world::flag::enabled);
+}
+
+template <int Dim, Coordinate T>
+T World<Dim, T>::margin(ObjectId id) const
+{
+    const bool has_reach = implementation_->checked(id).has(world::flag::has_reach);
+    return has_reach ? implementation_->state.objects.reach(world::Index{id.index}).margin : T{0};
+}
+
+// --- Seeing inside ---------------------------------------------------------------------------------------
+
+template <int Dim, Coordinate T>
+const WorldStats& World<Dim, T>::stats() const noexcept
+{
+    return implementation_->stats;
+}
+
+template <int Dim, Coordinate T>
+std::string World<Dim, T>::explain() const
+{
+    const WorldStats& s = stats();
+    std::ostringstream text;
+    text.imbue(std::locale::classic());
+    text.precision(3);
+    const auto percent = [](std::uint64_t part, std::uint64_t of) {
+        return of == 0 ? 0.0 : 100 * static_cast<double>(part) / static_cast<double>(of);
+    };
+    text << s.objects << " objects: " << s.resting << " at rest, " << s.active << " active, " << s.disabled
+         << " disabled; " << s.bytes_reserved / 1024 << " KiB.\n";
+    text << "The last update took " << s.us_total << " us: " << s.us_apply << " applying " << s.commands
+         << " commands, " << s.us_active << " among active objects, " << s.us_resting
+         << " between active and resting ones, " << s.us_events << " comparing them with those before, "
+         << s.us_index << " for the index.\n";
+    text << s.changed << " objects changed (" << s.woken << " woke up), " << s.settled << " came to rest; "
+         << s.began << " pairs began, " << s.persisted << " persisted, " << s.ended << " ended.\n";
+    text << "Of " << s.candidates << " candidates " << percent(s.false_positives, s.candidates)
+         << "% were kept apart by filters.\n";
+    if (s.dropped != 0)
+        text << s.dropped << " commands were about objects that had been removed before their turn.\n";
+    if (s.refused != 0) text << s.refused << " touching pairs are refused by accept.\n";
+    if (s.candidates > 1000 && 2 * s.false_positives > s.candidates)
+        text << "Slow because: filters reject most of what touches.\n";
+    if (s.changed > 0 && s.persisted + s.began > 64 * s.changed)
+        text << "Slow because: objects that moved touch " << (s.persisted + s.began) / s.changed
+             << " others on average. A few giant boxes, or piles of boxes in one place; filter what needn't "
+                "be known.\n";
+    if (s.active > 1000 && s.active > 4 * s.changed)
+        text << "For a while: " << s.active - s.changed
+             << " objects stopped moving lately and come to rest bit by bit.\n";
+    return text.str();
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::draw(
+    FunctionRef<void(const Box& box, DrawKind kind)> draw_box,
+    FunctionRef<void(const Vector& from, const Vector& to, DrawKind kind)> draw_line) const
+{
+    const Implementation& me = *implementation_;
+    const world::Reader reader(&me.readers);
+    if (draw_box)
+        for (std::uint32_t i = 0; i < index_end(); ++i) {
+            const auto object = me.state.objects[world::Index{i}];
+            if (!object.has(world::flag::alive)) continue;
+            draw_box(object.now(), object.place() == world::Place::resting  ? DrawKind::resting
+                                   : object.place() == world::Place::active ? DrawKind::active
+                                                                            : DrawKind::disabled);
+        }
+    if (!draw_line) return;
+    const auto line = [&](std::uint32_t a, std::uint32_t b, DrawKind kind) {
+        T centre[2][Dim];
+        for (int d = 0; d < Dim; ++d)
+            for (int k = 0; k < 2; ++k) {
+                const Box& box = me.state.objects[world::Index{k == 0 ? a : b}].now();
+                centre[k][d] = box.lo[d] / 2 + box.hi[d] / 2;
+            }
+        draw_line(centre[0], centre[1], kind);
+    };
+    for (const ObjectPair& pair : began())
+        line(pair.a.index, pair.b.index, DrawKind::began);
+    for (const Pair& pair : persisted())
+        line(pair.a, pair.b, DrawKind::persisted);
+    for (const EndedPair& pair : ended())
+        if (contains(pair.a) && contains(pair.b)) line(pair.a.index, pair.b.index, DrawKind::ended);
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T) template class World<Dim, T>;
+JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+
+JOSTLE_NAMESPACE_END

@@ -1,6 +1,0 @@
-// SPDX-License-Identifier: MIT
-#include "world/world-inl.hpp"
-
-JOSTLE_NAMESPACE_BEGIN
-JOSTLE_INSTANTIATE_WORLD(3, double)
-JOSTLE_NAMESPACE_END

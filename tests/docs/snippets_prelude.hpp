@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// What the reader of a page has at hand where a snippet begins. See compile_snippets.py.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <jostle/jostle.hpp>
+
+extern std::vector<jostle::Aabb3f> boxes, new_boxes, bullets, targets;
+extern std::vector<std::uint32_t> ids;
+extern jostle::Aabb3f box, new_box, region, door_box, player_box;
+extern jostle::Vec3f eye, direction;
+extern jostle::World3f world;
+extern std::vector<jostle::Shape3> shapes;
+extern std::vector<jostle::Pose3f> poses;
+extern jostle::ContactFinder3f finder;
+extern jostle::ContactBuffer<3, float> now, last;
+
+void match(const jostle::ContactBuffer<3, float>& now, const jostle::ContactBuffer<3, float>& last);
+void open_door();
+template <class... Values>
+void use(const Values&...);

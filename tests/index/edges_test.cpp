@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+// What random questions hardly ever ask: filters at their edges, sizes that do not fit, lists used before.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "jostle/box_index.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/find_pairs.hpp"
+
+namespace {
+
+using namespace jostle;
+
+constexpr Aabb3f cube{{1, 1, 1}, {3, 3, 3}};
+
+template <class Ask>
+std::string refusal(const Ask& ask)
+{
+    try {
+        ask();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "nothing was refused";
+}
+
+TEST(QueryFilters, WhoAsksWithoutAnOwnerGetsThoseWithoutOneToo)
+{
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>(3, cube));
+    const std::vector<std::uint32_t> owner{Filter::no_owner, 5, Filter::no_owner};
+    QueryFilter filter;
+    filter.owner = std::span<const std::uint32_t>(owner);
+    EXPECT_EQ(index.count(cube, filter), 3u);
+    filter.asker_owner = 5;
+    EXPECT_EQ(index.count(cube, filter), 2u);
+}
+
+TEST(QueryFilters, OneObjectCanBeExcludedAndNothingElse)
+{
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>(3, cube));
+    QueryFilter filter;
+    filter.exclude = 1;
+    std::vector<std::uint32_t> found;
+    index.all(cube, found, filter);
+    EXPECT_EQ(found, (std::vector<std::uint32_t>{0, 2}));
+}
+
+TEST(QueryFilters, AcceptIsToldWhichQuestionOfABatchItIs)
+{
+    const auto executor = make_thread_executor(3);
+    IndexOptions options;
+    options.executor = executor.get();
+    BoxIndex3f index(options);
+    index.build(std::vector<Aabb3f>(3, cube));
+    const auto own_number = [](std::uint32_t question, std::uint32_t id) { return question % 3 == id; };
+    QueryFilter filter;
+    filter.accept = own_number;
+    const std::vector<Aabb3f> regions(200, cube);
+    const std::span<const Aabb3f> batch(regions);
+    ResultLists<std::uint32_t> lists;
+    index.all(batch, lists, filter);
+    std::vector<std::uint64_t> counts(regions.size());
+    index.count(batch, std::span<std::uint64_t>(counts), filter);
+    for (std::uint32_t q = 0; q < regions.size(); ++q) {
+        EXPECT_EQ(counts[q], 1u);
+        ASSERT_EQ(lists[q].size(), 1u);
+        EXPECT_EQ(lists[q][0], q % 3);
+    }
+}
+
+TEST(QueryFilters, EveryColumnHasAnEntryForTheLastId)
+{
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>(3, cube));
+    const std::vector<std::uint32_t> two(2, 1u);
+    QueryFilter filter;
+    filter.owner = std::span<const std::uint32_t>(two);
+    EXPECT_EQ(refusal([&] { (void)index.count(cube, filter); }),
+              "query filter owner has 2 entries, but the index has held ids up to 2; give one for every id, "
+              "or none");
+}
+
+TEST(Refusals, OfWhatDoesntFitTogether)
+{
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>(9, cube));
+    const std::vector<Aabb3f> regions(2, cube);
+    for (const std::size_t room : {1u, 3u}) {
+        std::vector<std::uint64_t> counts(room);
+        EXPECT_EQ(
+            refusal([&] { index.count(std::span<const Aabb3f>(regions), std::span<std::uint64_t>(counts)); }),
+            "room for " + std::to_string(room) + " results of 2 questions; give one for each");
+    }
+    EXPECT_EQ(refusal([&] { (void)index.count(Sweep<3, float>{{{2, 0, 0}, {1, 1, 1}}, {1, 0, 0}}); }),
+              "sweep: lo.x = 2 is greater than hi.x = 1; swap them or drop the question");
+    // Neither side by side nor in order.
+    EXPECT_EQ(refusal([&] { index.erase(std::vector<std::uint32_t>{7, 3, 8, 7}); }),
+              "entry 3: id 7 comes twice in one call");
+    EXPECT_EQ(index.size(), 9u);
+}
+
+TEST(Hits, AreNeverAtANegativeZero)
+{
+    for (const InstructionSet set : supported_instruction_sets()) {
+        IndexOptions options;
+        options.instruction_set = set;
+        BoxIndex3f index(options);
+        index.build(std::vector<Aabb3f>{cube});
+        for (const float way : {-1.0f, 1.0f}) {
+            const Ray<3, float> along_the_face{{way < 0 ? 3.0f : 1.0f, 2, 2}, {way, 0, 0}};
+            const auto first = index.first(along_the_face);
+            ASSERT_TRUE(first.has_value());
+            EXPECT_EQ(first->at, 0);
+            EXPECT_FALSE(std::signbit(first->at)) << name(set);
+            std::vector<Hit<float>> all;
+            index.all(along_the_face, all);
+            ASSERT_EQ(all.size(), 1u);
+            EXPECT_FALSE(std::signbit(all[0].at)) << name(set);
+        }
+    }
+}
+
+TEST(Join, OfManyBoxesIsInOrder)
+{
+    const auto executor = make_thread_executor(3);
+    IndexOptions options;
+    options.executor = executor.get();
+    BoxIndex2f index(options);
+    std::vector<Aabb2f> few, many;
+    for (int i = 0; i < 100; ++i)
+        few.push_back({{float(i), 0}, {float(i) + 1.5f, 1}});
+    for (int i = 0; i < 10'000; ++i)
+        many.push_back({{float(i % 97), float(i % 3)}, {float(i % 97) + 0.7f, float(i % 3) + 0.5f}});
+    index.build(few);
+    std::pmr::vector<Pair> pairs;
+    index.join(many, pairs);
+    const std::vector<Pair> expected = find_pairs_brute_force(box_view(many), box_view(few));
+    EXPECT_GT(expected.size(), 10'000u);
+    EXPECT_TRUE(std::equal(pairs.begin(), pairs.end(), expected.begin(), expected.end()));
+}
+
+TEST(Join, ForgetsWhatItsListHeld)
+{
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>(2, cube));
+    std::pmr::vector<Pair> pairs{{8, 9}};
+    index.join(std::vector<Aabb3f>{cube}, pairs);
+    EXPECT_EQ(pairs, (std::pmr::vector<Pair>{{0, 0}, {0, 1}}));
+    index.clear();
+    index.join(std::vector<Aabb3f>{cube}, pairs);
+    EXPECT_TRUE(pairs.empty());
+}
+
+} // namespace

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "jostle/find_pairs.hpp"
+
+#ifdef JOSTLE_WITH_PEERS
+#include "bench/peers.hpp"
+#endif
+
+/// What `jostle bench` and `jostle bench world` measure frame by frame.
+
+namespace jostle_tool {
+
+/// Milliseconds by the name of a stage.
+using Stages = std::vector<std::pair<std::string, double>>;
+
+/// What a system found in a frame: pairs, or what it was asked for.
+struct Answer
+{
+    std::uint64_t found = 0, checksum = 0;
+    friend bool operator==(const Answer&, const Answer&) = default;
+};
+
+template <int Dim, class T>
+class System
+{
+  public:
+    using Boxes = std::span<const jostle::Aabb<Dim, T>>;
+    /// Positions of boxes, ascending.
+    using Positions = std::span<const std::uint32_t>;
+
+    virtual ~System() = default;
+    virtual void start(Boxes) {}
+    /// What isn't timed, before each frame.
+    virtual void before(Boxes, Positions /*moved*/) {}
+    /// What is to be said about boxes that leap from one place to another. Timed, before the frame itself.
+    virtual void leap(Boxes, Positions /*leapt*/) {}
+    virtual void frame(Boxes boxes, Positions moved) = 0;
+    [[nodiscard]] virtual Answer answer() = 0;
+    [[nodiscard]] virtual Stages stages() const { return {}; }
+    virtual void stop() {}
+};
+
+/// The engine, which finds all pairs in each frame anew.
+template <int Dim, class T>
+class FinderSystem final : public System<Dim, T>
+{
+  public:
+    using typename System<Dim, T>::Boxes, typename System<Dim, T>::Positions;
+
+    explicit FinderSystem(const jostle::FinderOptions& options) : finder_(options) {}
+    void frame(Boxes boxes, Positions) override { pairs_ = &finder_.find(jostle::BoxView(boxes)); }
+    Answer answer() override { return {pairs_->size(), jostle::pair_checksum(*pairs_)}; }
+    Stages stages() const override
+    {
+        const jostle::Stats& stats = finder_.stats();
+        return {{"tune", stats.ms_tune},
+                {"scatter", stats.ms_scatter},
+                {"sweep", stats.ms_sweep},
+                {"finish", stats.ms_finish}};
+    }
+
+  private:
+    jostle::PairFinder finder_;
+    const jostle::PairBuffer* pairs_ = nullptr;
+};
+
+#ifdef JOSTLE_WITH_PEERS
+template <int Dim>
+class PeerSystem final : public System<Dim, float>
+{
+  public:
+    using typename System<Dim, float>::Boxes, typename System<Dim, float>::Positions;
+
+    PeerSystem(jostle_bench::Peer<Dim>& peer, std::uint32_t threads) : peer_(peer), threads_(threads) {}
+    void start(Boxes boxes) override
+    {
+        changed_ = std::make_unique<jostle_bench::ChangedBoxes<Dim>>(boxes);
+        peer_.start(boxes, threads_);
+    }
+    void before(Boxes boxes, Positions) override { moved_ = changed_->since_last(boxes); }
+    void frame(Boxes boxes, Positions) override { peer_.frame(boxes, moved_); }
+    Answer answer() override
+    {
+        const jostle_bench::PeerResult result = peer_.result();
+        return {result.pairs, result.checksum};
+    }
+    void stop() override { peer_.stop(); }
+
+  private:
+    jostle_bench::Peer<Dim>& peer_;
+    std::uint32_t threads_;
+    std::unique_ptr<jostle_bench::ChangedBoxes<Dim>> changed_;
+    Positions moved_;
+};
+#endif
+
+} // namespace jostle_tool
