@@ -34,7 +34,7 @@ struct Filter
     /// Called last, for the pairs that the other parts let through, with a and b as they would be reported.
     /// It is called from several threads at a time. An exception that it throws ends the search and leaves
     /// the call.
-    FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
+    StoredFunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
 };
 
 /// The same for pairs between two sets. Members that end in `_a` describe objects of the first set, those
@@ -43,7 +43,7 @@ struct CrossFilter
 {
     StridedView<std::uint32_t> category_a = {}, mask_a = {}, owner_a = {};
     StridedView<std::uint32_t> category_b = {}, mask_b = {}, owner_b = {};
-    FunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
+    StoredFunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
 };
 
 enum class Order

@@ -16,6 +16,7 @@ class FunctionRef;
 ///
 /// Lifetime  the callable must outlive the reference. A lambda written in the argument list of the call that
 ///           takes the FunctionRef does; one that is assigned would not, and doesn't compile: give it a name.
+///           What keeps a reference longer than a call, as a struct of options does, has a StoredFunctionRef.
 template <class Result, class... Args>
 class FunctionRef<Result(Args...)>
 {
@@ -24,7 +25,7 @@ class FunctionRef<Result(Args...)>
     FunctionRef() = default;
 
     template <class F>
-        requires(!std::is_same_v<std::remove_cvref_t<F>, FunctionRef> &&
+        requires(!std::is_base_of_v<FunctionRef, std::remove_cvref_t<F>> &&
                  std::is_invocable_r_v<Result, F&, Args...>)
     FunctionRef(F&& callable)
     {
@@ -61,6 +62,40 @@ class FunctionRef<Result(Args...)>
 
     Target target_;
     Result (*call_)(Target, Args...) = nullptr;
+};
+
+template <class Signature>
+class StoredFunctionRef;
+
+/// A FunctionRef that is a member, such as `accept` of a filter. Nobody can see how long the struct that it is in
+/// will live, so it takes nothing that may be gone first: functions and callables that have a name are taken, a
+/// lambda written in place doesn't compile.
+///
+///     const auto accept = [&](std::uint32_t a, std::uint32_t b) { return a + b < limit; };
+///     const jostle::Filter filter{.accept = accept};
+///
+/// Lifetime  the callable must outlive the last use of the reference, as with any reference to what has a name.
+template <class Result, class... Args>
+class StoredFunctionRef<Result(Args...)> : public FunctionRef<Result(Args...)>
+{
+    template <class F>
+    static constexpr bool lasts =
+        std::is_lvalue_reference_v<F> || std::is_function_v<std::remove_pointer_t<std::remove_cvref_t<F>>>;
+
+  public:
+    /// Refers to nothing; tests false.
+    StoredFunctionRef() = default;
+
+    template <class F>
+        requires(!std::is_same_v<std::remove_cvref_t<F>, StoredFunctionRef> && lasts<F> &&
+                 std::is_constructible_v<FunctionRef<Result(Args...)>, F>)
+    StoredFunctionRef(F&& callable) : FunctionRef<Result(Args...)>(std::forward<F>(callable))
+    {
+    }
+    /// A temporary would be gone before it is called: give it a name.
+    template <class F>
+        requires(!std::is_same_v<std::remove_cvref_t<F>, StoredFunctionRef> && !lasts<F>)
+    StoredFunctionRef(F&& temporary) = delete;
 };
 
 JOSTLE_NAMESPACE_END

@@ -159,7 +159,7 @@ struct QueryFilter
     /// Called last, with the number of the question (0 if there is only one) and an object that is a result,
     /// or may become one. How often and in which order it is called depends on the index. A batch calls it
     /// from several threads at a time. An exception that it throws ends the call.
-    FunctionRef<bool(std::uint32_t question, std::uint32_t id)> accept = {};
+    StoredFunctionRef<bool(std::uint32_t question, std::uint32_t id)> accept = {};
 };
 
 /// The answers of a batch. List i belongs to question i. The next call refills the lists and uses their

@@ -91,7 +91,7 @@ struct ObjectQueryFilter
     std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count
     ObjectId exclude = {};                  ///< nor does this one
     /// Asked last, with the number of the question (0 for a single one); see QueryFilter::accept.
-    FunctionRef<bool(std::uint32_t question, ObjectId id)> accept = {};
+    StoredFunctionRef<bool(std::uint32_t question, ObjectId id)> accept = {};
 };
 
 struct WorldOptions

@@ -3,9 +3,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <string>
+
+#include "jostle/find_pairs.hpp"
+#include "jostle/query.hpp"
+#include "jostle/world.hpp"
 
 using namespace jostle;
 
@@ -72,6 +78,74 @@ TEST(FunctionRef, KeepsFunctionsByValueAndRefusesToBeAssignedWhatWouldDie)
     };
     const auto ask = [](const Holder& holder) { return holder.accept(1); };
     EXPECT_EQ(ask({.accept = [](int x) { return x + 6; }}), 7); // lives as long as the call
+}
+
+bool is_less(std::uint32_t a, std::uint32_t b)
+{
+    return a < b;
+}
+
+/// Whether a struct of options takes what lasts and nothing that doesn't.
+template <class Stored, class Lambda>
+constexpr bool keeps_only_what_lasts()
+{
+    return std::is_base_of_v<StoredFunctionRef<bool(typename Lambda::First, typename Lambda::Second)>,
+                             Stored> &&
+           std::is_convertible_v<Lambda&, Stored> && std::is_convertible_v<const Lambda&, Stored> &&
+           !std::is_constructible_v<Stored, Lambda> && !std::is_constructible_v<Stored, const Lambda> &&
+           !std::is_convertible_v<Lambda, Stored> && std::is_assignable_v<Stored&, Lambda&> &&
+           !std::is_assignable_v<Stored&, Lambda>;
+}
+template <class A, class B>
+struct Callable
+{
+    using First = A;
+    using Second = B;
+    bool operator()(A, B) const { return true; }
+};
+static_assert(keeps_only_what_lasts<decltype(Filter::accept), Callable<std::uint32_t, std::uint32_t>>());
+static_assert(keeps_only_what_lasts<decltype(CrossFilter::accept), Callable<std::uint32_t, std::uint32_t>>());
+static_assert(keeps_only_what_lasts<decltype(QueryFilter::accept), Callable<std::uint32_t, std::uint32_t>>());
+static_assert(
+    keeps_only_what_lasts<decltype(ObjectQueryFilter::accept), Callable<std::uint32_t, ObjectId>>());
+
+TEST(FunctionRef, AStoredOneTakesNothingThatWouldBeGone)
+{
+    using Reference = FunctionRef<bool(std::uint32_t, std::uint32_t)>;
+    using Stored = decltype(Filter::accept);
+    static_assert(sizeof(Stored) == sizeof(Reference) && std::is_trivially_copyable_v<Stored>);
+    static_assert(std::is_constructible_v<Stored, Reference&> && !std::is_constructible_v<Stored, Reference>);
+    static_assert(!std::is_constructible_v<Stored, std::function<bool(std::uint32_t, std::uint32_t)>>);
+    static_assert(!std::is_constructible_v<Stored, std::string&>);
+
+    EXPECT_FALSE(Filter().accept);
+    const auto is_greater = [](std::uint32_t a, std::uint32_t b) { return a > b; };
+    Filter filter{.accept = is_greater};
+    EXPECT_TRUE(filter.accept(2, 1));
+    filter.accept = is_less; // the address of a function is a temporary, the function isn't
+    EXPECT_FALSE(filter.accept(2, 1));
+    filter.accept = &is_less;
+    EXPECT_TRUE(filter.accept(1, 2));
+    filter.accept = {};
+    EXPECT_FALSE(filter.accept);
+}
+
+TEST(FunctionRef, CopiesOfAStoredOneReferToWhatItRefersTo)
+{
+    const auto is_greater = [](std::uint32_t a, std::uint32_t b) { return a > b; };
+    FunctionRef<bool(std::uint32_t, std::uint32_t)> reference;
+    StoredFunctionRef<bool(std::uint32_t, std::uint32_t)> copy;
+    {
+        StoredFunctionRef<bool(std::uint32_t, std::uint32_t)> first = is_greater;
+        copy = first;
+        reference = first;
+        first = is_less; // neither of the others refers to the first one
+    }
+    EXPECT_TRUE(copy(2, 1));
+    EXPECT_TRUE(reference(2, 1));
+    StoredFunctionRef<bool(std::uint32_t, std::uint32_t)> from_reference = reference;
+    reference = is_less;
+    EXPECT_TRUE(from_reference(2, 1));
 }
 
 TEST(FunctionRef, PassesReferencesMoveOnlyValuesAndExceptions)
