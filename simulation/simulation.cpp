@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/prefetch.hpp"
 #include "jostle/contact.hpp"
 #include "jostle/process.hpp"
 #include "jostle/responses.hpp"
@@ -85,20 +86,6 @@ struct Push
     }
 };
 
-/// What one body gets from the points of a block.
-struct alignas(32) Sum
-{
-    Vec3 linear;
-    float points = 0;
-    Vec3 angular;
-    float unused = 0;
-
-    void add(Vec3 impulse, Vec3 turn)
-    {
-        linear = linear + impulse;
-        angular = angular + turn;
-    }
-};
 /// What a task has at hand while it works on a block: the block's bodies, each with a number of its own.
 struct alignas(128) Scratch
 {
@@ -127,107 +114,6 @@ double motion_of(const Body& body)
 {
     return 0.5 * dot(body.linear, body.linear) / body.inverse_mass +
            0.5 * dot(body.angular, body.angular) / body.inverse_inertia;
-}
-
-void put(const Columns3& columns, std::size_t k, Vec3 v)
-{
-    columns.x[k] = v.x;
-    columns.y[k] = v.y;
-    columns.z[k] = v.z;
-}
-Vec3 get(const Columns3& columns, std::size_t k)
-{
-    return {columns.x[k], columns.y[k], columns.z[k]};
-}
-void put(Lanes3& lanes, std::size_t k, Vec3 v)
-{
-    lanes.x[k] = v.x;
-    lanes.y[k] = v.y;
-    lanes.z[k] = v.z;
-}
-Vec3 get(const Lanes3& lanes, std::size_t k)
-{
-    return {lanes.x[k], lanes.y[k], lanes.z[k]};
-}
-
-/// Four numbers at a time: between lanes and the records of four bodies.
-using Four = float __attribute__((vector_size(16)));
-
-Four load(const float* from)
-{
-    Four four;
-    std::memcpy(&four, from, sizeof four);
-    return four;
-}
-void store(float* to, Four four)
-{
-    std::memcpy(to, &four, sizeof four);
-}
-void transpose(Four (&m)[4])
-{
-    const Four low01 = __builtin_shufflevector(m[0], m[1], 0, 4, 1, 5),
-               high01 = __builtin_shufflevector(m[0], m[1], 2, 6, 3, 7),
-               low23 = __builtin_shufflevector(m[2], m[3], 0, 4, 1, 5),
-               high23 = __builtin_shufflevector(m[2], m[3], 2, 6, 3, 7);
-    m[0] = __builtin_shufflevector(low01, low23, 0, 1, 4, 5);
-    m[1] = __builtin_shufflevector(low01, low23, 2, 3, 6, 7);
-    m[2] = __builtin_shufflevector(high01, high23, 0, 1, 4, 5);
-    m[3] = __builtin_shufflevector(high01, high23, 2, 3, 6, 7);
-}
-
-/// The velocities of the bodies of `count` points.
-void gather(const Body* bodies, const std::uint16_t* number, std::size_t count, Lanes3& linear,
-            Lanes3& angular)
-{
-    std::size_t k = 0;
-    for (; k + 4 <= count; k += 4)
-        for (Lanes3* const lanes : {&linear, &angular}) {
-            Four m[4];
-            for (std::size_t i = 0; i < 4; ++i) {
-                const Body& body = bodies[number[k + i]];
-                m[i] = load(lanes == &linear ? &body.linear.x : &body.angular.x); // and a number more
-            }
-            transpose(m);
-            store(lanes->x + k, m[0]);
-            store(lanes->y + k, m[1]);
-            store(lanes->z + k, m[2]);
-        }
-    for (; k < count; ++k) {
-        put(linear, k, bodies[number[k]].linear);
-        put(angular, k, bodies[number[k]].angular);
-    }
-}
-
-/// Adds the impulses of `count` points to the sums of their bodies, in their order.
-void scatter(const StripImpulses& out, const std::uint16_t* a, const std::uint16_t* b, std::size_t count,
-             Sum* sums)
-{
-    std::size_t k = 0;
-    for (; k + 4 <= count; k += 4) {
-        Four impulse[4] = {load(out.impulse.x + k), load(out.impulse.y + k), load(out.impulse.z + k)},
-             turn_a[4] = {load(out.turn_a.x + k), load(out.turn_a.y + k), load(out.turn_a.z + k)},
-             turn_b[4] = {load(out.turn_b.x + k), load(out.turn_b.y + k), load(out.turn_b.z + k)};
-        transpose(impulse);
-        transpose(turn_a);
-        transpose(turn_b);
-        for (std::size_t i = 0; i < 4; ++i) {
-            Sum &on_a = sums[a[k + i]], &on_b = sums[b[k + i]];
-            store(&on_a.linear.x, load(&on_a.linear.x) - impulse[i]);
-            store(&on_a.angular.x, load(&on_a.angular.x) - turn_a[i]);
-            store(&on_b.linear.x, load(&on_b.linear.x) + impulse[i]);
-            store(&on_b.angular.x, load(&on_b.angular.x) + turn_b[i]);
-        }
-    }
-    for (; k < count; ++k) {
-        sums[a[k]].add(-1.0f * get(out.impulse, k), -1.0f * get(out.turn_a, k));
-        sums[b[k]].add(get(out.impulse, k), get(out.turn_b, k));
-    }
-}
-
-void prefetch(const float* numbers, std::size_t bytes)
-{
-    for (std::size_t at = 0; at < bytes; at += 64)
-        __builtin_prefetch(reinterpret_cast<const char*>(numbers) + at);
 }
 
 Vec3 velocity_at(const Body& body, Vec3 from_centre)
@@ -388,7 +274,7 @@ struct Simulation::Implementation
     std::vector<std::uint32_t> feature;
     std::vector<std::uint32_t> block_bodies; ///< bodies_of says which
     std::vector<Scratch> scratches;          ///< by slot
-    Solver solver;
+    const Solver& solver;
 
     std::vector<float> points_of;          ///< by body: at least 1
     std::vector<Carried> carried;          ///< ascending by a, as the pairs are
@@ -602,8 +488,8 @@ double Simulation::Implementation::iterate(bool first)
             const std::uint16_t *const a = body_a.data() + at, *const b = body_b.data() + at;
             const Points p = strip_of(work.block, begin / strip);
             if (begin + strip < block.points)
-                prefetch(strip_of(work.block, begin / strip + 1).normal.x,
-                         strip * columns_count * sizeof(float));
+                jostle::prefetch(strip_of(work.block, begin / strip + 1).normal.x,
+                                 strip * columns_count * sizeof(float));
             if (first) {
                 StripMobility mobility;
                 for (std::size_t k = 0; k < count; ++k) {
@@ -617,11 +503,11 @@ double Simulation::Implementation::iterate(bool first)
                 solver.resist(p, mobility, count);
             }
             StripBodies strip_bodies;
-            gather(scratch.bodies.data(), a, count, strip_bodies.linear_a, strip_bodies.angular_a);
-            gather(scratch.bodies.data(), b, count, strip_bodies.linear_b, strip_bodies.angular_b);
+            solver.gather(scratch.bodies.data(), a, count, strip_bodies.linear_a, strip_bodies.angular_a);
+            solver.gather(scratch.bodies.data(), b, count, strip_bodies.linear_b, strip_bodies.angular_b);
             StripImpulses out;
             solver.solve(p, strip_bodies, count, out);
-            scatter(out, a, b, count, scratch.sums.data());
+            solver.scatter(out, a, b, count, scratch.sums.data());
             for (std::size_t k = 0; k < count; ++k)
                 block.wrong += out.wrong[k];
         }

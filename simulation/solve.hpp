@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "jostle/find_pairs.hpp"
+#include "simulation/scenes.hpp"
 
 namespace jostle_simulation {
 
@@ -49,15 +51,56 @@ struct StripImpulses
     float wrong[strip]; ///< the square of the velocity at which the surfaces would go into each other
 };
 
-/// The two for one instruction set: the same bits from each.
+inline void put(const Columns3& columns, std::size_t k, Vec3 v)
+{
+    columns.x[k] = v.x;
+    columns.y[k] = v.y;
+    columns.z[k] = v.z;
+}
+inline Vec3 get(const Columns3& columns, std::size_t k)
+{
+    return {columns.x[k], columns.y[k], columns.z[k]};
+}
+inline void put(Lanes3& lanes, std::size_t k, Vec3 v)
+{
+    lanes.x[k] = v.x;
+    lanes.y[k] = v.y;
+    lanes.z[k] = v.z;
+}
+inline Vec3 get(const Lanes3& lanes, std::size_t k)
+{
+    return {lanes.x[k], lanes.y[k], lanes.z[k]};
+}
+
+/// What one body gets from the points of a block.
+struct alignas(32) Sum
+{
+    Vec3 linear;
+    float points = 0;
+    Vec3 angular;
+    float unused = 0;
+
+    void add(Vec3 impulse, Vec3 turn)
+    {
+        linear = linear + impulse;
+        angular = angular + turn;
+    }
+};
+/// An iteration's steps for one instruction set: the same bits from each.
 struct Solver
 {
     /// Fills in mass_along and mass_across of `count` points.
     void (*resist)(const Points& points, const StripMobility& mobility, std::size_t count);
+    /// The velocities of the bodies with these numbers.
+    void (*gather)(const Body* bodies, const std::uint16_t* number, std::size_t count, Lanes3& linear,
+                   Lanes3& angular);
     /// One iteration of `count` points: changes what they carry, and says by what impulses.
     void (*solve)(const Points& points, const StripBodies& bodies, std::size_t count, StripImpulses& out);
+    /// Adds the impulses of `count` points to the sums of their bodies, point after point.
+    void (*scatter)(const StripImpulses& out, const std::uint16_t* a, const std::uint16_t* b,
+                    std::size_t count, Sum* sums);
 };
-[[nodiscard]] Solver solver_for(jostle::InstructionSet set) noexcept;
+[[nodiscard]] const Solver& solver_for(jostle::InstructionSet set) noexcept;
 
 inline constexpr float frame_time = 1.0f / 60;
 

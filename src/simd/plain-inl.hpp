@@ -124,3 +124,32 @@ inline unsigned mask_bits(Mask<T> mask)
 {
     return mask.raw ? 1 : 0;
 }
+
+struct Four
+{
+    float raw[4];
+
+    static Four loadu(const float* from) { return {{from[0], from[1], from[2], from[3]}}; }
+    void storeu(float* to) const
+    {
+        for (int i = 0; i < 4; ++i)
+            to[i] = raw[i];
+    }
+};
+inline Four operator+(const Four& a, const Four& b)
+{
+    return {{a.raw[0] + b.raw[0], a.raw[1] + b.raw[1], a.raw[2] + b.raw[2], a.raw[3] + b.raw[3]}};
+}
+inline Four operator-(const Four& a, const Four& b)
+{
+    return {{a.raw[0] - b.raw[0], a.raw[1] - b.raw[1], a.raw[2] - b.raw[2], a.raw[3] - b.raw[3]}};
+}
+inline void transpose(Four (&rows)[4])
+{
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < i; ++j) {
+            const float held = rows[i].raw[j];
+            rows[i].raw[j] = rows[j].raw[i];
+            rows[j].raw[i] = held;
+        }
+}

@@ -8,6 +8,7 @@
 //     Mask<float> below = x < Vec<float>(1); // also <=, >, >=
 //     x = choose(below, x * x, sqrt(x));     // where the mask is set, and elsewhere
 //     if (any(below & (x < y))) ...          // also all, |, and mask_bits: lane 0 is the lowest bit
+//     Four rows[4] = ...; transpose(rows);   // four floats, whatever the instruction set: records into columns
 //
 // Also min, max, abs, min_lane, max_lane, and Vec::lane_numbers(): 0, 1, 2, ... A min or max of a NaN, or of
 // zeros of both signs, differs from one instruction set to another: use choose where that can happen.
@@ -155,5 +156,39 @@ HWY_ATTR HWY_INLINE unsigned mask_bits(Mask<T> mask)
     hn::StoreMaskBits(Tag<T>(), mask.raw, bytes);
     return bytes[0] | static_cast<unsigned>(bytes[1]) << 8;
 #endif
+}
+
+/// Four floats on every instruction set, for records of four.
+struct Four
+{
+    hn::Vec<hn::Full128<float>> raw;
+
+    static HWY_ATTR HWY_INLINE Four loadu(const float* from)
+    {
+        return {hn::LoadU(hn::Full128<float>(), from)};
+    }
+    HWY_ATTR HWY_INLINE void storeu(float* to) const { hn::StoreU(raw, hn::Full128<float>(), to); }
+};
+HWY_ATTR HWY_INLINE Four operator+(Four a, Four b)
+{
+    return {hn::Add(a.raw, b.raw)};
+}
+HWY_ATTR HWY_INLINE Four operator-(Four a, Four b)
+{
+    return {hn::Sub(a.raw, b.raw)};
+}
+/// Number j of row i becomes number i of row j.
+HWY_ATTR HWY_INLINE void transpose(Four (&rows)[4])
+{
+    const hn::Full128<float> d;
+    const auto low01 = hn::InterleaveLower(d, rows[0].raw, rows[1].raw),
+               high01 = hn::InterleaveUpper(d, rows[0].raw, rows[1].raw),
+               low23 = hn::InterleaveLower(d, rows[2].raw, rows[3].raw),
+               high23 = hn::InterleaveUpper(d, rows[2].raw, rows[3].raw);
+    // 64 bits at a time: two numbers of rows 0 and 1, then those of rows 2 and 3.
+    rows[0].raw = hn::ConcatLowerLower(d, low23, low01);
+    rows[1].raw = hn::ConcatUpperUpper(d, low23, low01);
+    rows[2].raw = hn::ConcatLowerLower(d, high23, high01);
+    rows[3].raw = hn::ConcatUpperUpper(d, high23, high01);
 }
 #endif

@@ -30,7 +30,7 @@ ALLOWED = {
     "narrow": ["base", "simd", "jostle"],
     "chapter": ["base", "jostle"],
     "scenes": ["jostle"],
-    "simulation": ["scenes", "jostle"],
+    "simulation": ["scenes", "base", "simd", "jostle"],
     "bench": ["scenes", "jostle"],
     "recorder": ["scenes", "jostle"],
     "tool": ["scenes", "simulation", "bench", "jostle"],

@@ -43,6 +43,7 @@ struct Words
     void (*floats)(const Numbers<float>&, Said<float>&);
     void (*doubles)(const Numbers<double>&, Said<double>&);
     unsigned (*below)(const std::int16_t*, const std::int16_t*);
+    void (*fours)(const float* rows, float* sum, float* difference, float* columns);
     InstructionSet set;
 };
 
@@ -94,9 +95,20 @@ HWY_ATTR unsigned below(const std::int16_t* a, const std::int16_t* b)
     return bits;
 }
 
+/// Of four rows: the first and the second added and subtracted, and all of them transposed.
+HWY_ATTR void fours(const float* rows, float* sum, float* difference, float* columns)
+{
+    Four m[4] = {Four::loadu(rows), Four::loadu(rows + 4), Four::loadu(rows + 8), Four::loadu(rows + 12)};
+    (m[0] + m[1]).storeu(sum);
+    (m[0] - m[1]).storeu(difference);
+    transpose(m);
+    for (int i = 0; i < 4; ++i)
+        m[i].storeu(columns + 4 * i);
+}
+
 const Words& words()
 {
-    static constexpr Words table{say<float>, say<double>, below, JOSTLE_SIMD_SET};
+    static constexpr Words table{say<float>, say<double>, below, fours, JOSTLE_SIMD_SET};
     return table;
 }
 } // namespace HWY_NAMESPACE
@@ -173,6 +185,16 @@ TEST(Simd, SaysTheSameOnEveryInstructionSet)
             expected |= unsigned{a[k] < b[k]} << k;
         }
         EXPECT_EQ(words.below(a, b), expected);
+        float rows[16], sum[4], difference[4], columns[16];
+        for (int k = 0; k < 16; ++k)
+            rows[k] = static_cast<float>(k * k + 1) / 7;
+        words.fours(rows, sum, difference, columns);
+        for (int i = 0; i < 4; ++i) {
+            EXPECT_EQ(sum[i], rows[i] + rows[4 + i]);
+            EXPECT_EQ(difference[i], rows[i] - rows[4 + i]);
+            for (int j = 0; j < 4; ++j)
+                EXPECT_EQ(columns[4 * j + i], rows[4 * i + j]);
+        }
     }
 }
 
