@@ -12,13 +12,13 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
 template <int Dim, class T>
-Writer<Dim, T>::Writer(State<Dim, T>& state, Changes<Dim, T>& changes, bool several_lanes, Arena& arena)
+Writer<Dim, T>::Writer(State<Dim, T>& state, Changes<Dim, T>& changes, bool several_queues, Arena& arena)
     : state_(state),
       changes_(changes),
-      several_lanes_(several_lanes),
-      lane_of_(arena.take<Table<Index, std::uint32_t>>("lane that wrote to an object"))
+      several_queues_(several_queues),
+      queue_of_(arena.take<Table<Index, std::uint32_t>>("queue that wrote to an object"))
 {
-    if (several_lanes_) lane_of_.grow(state_.objects.capacity());
+    if (several_queues_) queue_of_.grow(state_.objects.capacity());
 }
 
 /// Makes the object ready to be written to; false if it is gone.
@@ -34,18 +34,18 @@ bool Writer<Dim, T>::open(ObjectId id)
     if (!object.has(flag::written)) {
         changes_.list().push_back(index);
         object.keep_box();
-        if (several_lanes_) lane_of_[index] = lane_;
-    } else if (several_lanes_ && lane_of_[index] != lane_) {
+        if (several_queues_) queue_of_[index] = queue_;
+    } else if (several_queues_ && queue_of_[index] != queue_) {
         contest(object);
     }
     return true;
 }
 
-/// A new object belongs to the first lane that says something about it.
+/// A new object belongs to the first queue that says something about it.
 template <int Dim, class T>
-void Writer<Dim, T>::note_lane(Index index) noexcept
+void Writer<Dim, T>::note_queue(Index index) noexcept
 {
-    if (several_lanes_ && lane_of_[index] == 0) lane_of_[index] = lane_;
+    if (several_queues_ && queue_of_[index] == 0) queue_of_[index] = queue_;
 }
 
 template <int Dim, class T>
@@ -67,14 +67,14 @@ void Writer<Dim, T>::add(const Addition<Dim, T>& addition)
     object.now() = object.before() = addition.box;
     object.set_filter(addition.options.filter);
     if (const T margin = state_.margin + addition.options.margin; margin != 0) set_margin(index, margin);
-    if (several_lanes_) lane_of_[index] = 0;
+    if (several_queues_) queue_of_[index] = 0;
 }
 
 template <int Dim, class T>
 void Writer<Dim, T>::apply(const Command<Dim, T>& command)
 {
     const Index index{command.id.index};
-    note_lane(index);
+    note_queue(index);
     if (!open(command.id)) return;
     const Object object = state_.objects[index];
     if (command.sequence != 0) contest(object);
@@ -107,7 +107,7 @@ void Writer<Dim, T>::apply(const Command<Dim, T>& command)
 template <int Dim, class T>
 void Writer<Dim, T>::move(ObjectId id, const Box& box)
 {
-    note_lane(Index{id.index});
+    note_queue(Index{id.index});
     if (open(id)) set_box(Index{id.index}, box);
 }
 
@@ -197,9 +197,9 @@ void Writer<Dim, T>::set_filter(Index index, const ObjectFilter& filter)
 
 namespace {
 
-/// Who speaks in this update. Lanes have numbers from 1 up, the moves given to update() that of the calling
-/// thread's lane, where they come last.
-struct Lanes
+/// Who speaks in this update. Queues have numbers from 1 up, the moves given to update() that of the calling
+/// thread's queue, where they come last.
+struct QueueCounts
 {
     std::uint32_t own = 0;
     std::uint32_t that_command = 0; // how many have commands
@@ -207,36 +207,36 @@ struct Lanes
 };
 
 template <int Dim, class T>
-Lanes count_lanes(const Queues<Dim, T>& queues, std::size_t moves)
+QueueCounts count_queues(const Queues<Dim, T>& queues, std::size_t moves)
 {
     const std::thread::id me = std::this_thread::get_id();
-    Lanes lanes;
+    QueueCounts counts;
     std::uint32_t number = 0;
-    for (const Lane<Dim, T>* lane = queues.first(); lane != nullptr; lane = lane->next) {
+    for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
         ++number;
-        const bool own = lane->owner.load(std::memory_order_relaxed) == me;
-        if (own) lanes.own = number;
-        if (!lane->taken_commands.empty() || (own && moves != 0)) ++lanes.that_command;
-        lanes.commands += lane->taken_commands.size() + lane->taken_additions.size();
+        const bool own = queue->owner.load(std::memory_order_relaxed) == me;
+        if (own) counts.own = number;
+        if (!queue->taken_commands.empty() || (own && moves != 0)) ++counts.that_command;
+        counts.commands += queue->taken_commands.size() + queue->taken_additions.size();
     }
-    if (lanes.own == 0) {
-        lanes.own = number + 1;
-        lanes.that_command += moves != 0;
+    if (counts.own == 0) {
+        counts.own = number + 1;
+        counts.that_command += moves != 0;
     }
-    lanes.commands += moves;
-    return lanes;
+    counts.commands += moves;
+    return counts;
 }
 
 template <int Dim, class T>
 void apply_queued(const State<Dim, T>& state, const Queues<Dim, T>& queues, Writer<Dim, T>& writer)
 {
-    for (const Lane<Dim, T>* lane = queues.first(); lane != nullptr; lane = lane->next)
-        for (const Addition<Dim, T>& addition : lane->taken_additions)
+    for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next)
+        for (const Addition<Dim, T>& addition : queue->taken_additions)
             writer.add(addition);
     std::uint32_t number = 0;
-    for (const Lane<Dim, T>* lane = queues.first(); lane != nullptr; lane = lane->next) {
-        writer.set_lane(++number);
-        const auto& commands = lane->taken_commands;
+    for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
+        writer.set_queue(++number);
+        const auto& commands = queue->taken_commands;
         for (std::size_t i = 0; i < commands.size(); ++i) {
             if (i + fetch_ahead < commands.size())
                 state.objects.prefetch(Index{commands[i + fetch_ahead].id.index});
@@ -325,10 +325,10 @@ Changes<Dim, T> apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const 
                       Arena& arena)
 {
     state.make_room(state.ids.end());
-    const Lanes lanes = count_lanes(queues, moves.ids.size());
+    const QueueCounts counts = count_queues(queues, moves.ids.size());
     Changes<Dim, T> changes(state, arena);
-    changes.commands = lanes.commands;
-    Writer<Dim, T> writer(state, changes, lanes.that_command > 1, arena);
+    changes.commands = counts.commands;
+    Writer<Dim, T> writer(state, changes, counts.that_command > 1, arena);
     apply_queued(state, queues, writer);
     if (changes.objects().empty()) { // no command was about an object that is there
         if (moves.ids.empty()) return changes;
@@ -337,9 +337,9 @@ Changes<Dim, T> apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const 
             return changes;
         }
     }
-    writer.set_lane(lanes.own);
+    writer.set_queue(counts.own);
     move_one_by_one(state, moves, writer);
-    if (writer.any_contested()) settle_contests(state, changes, writer, queues, moves, lanes.own, arena);
+    if (writer.any_contested()) settle_contests(state, changes, writer, queues, moves, counts.own, arena);
     changes.close(arena);
     return changes;
 }

@@ -72,9 +72,9 @@ void reserve_more(Vector& vector, std::size_t count)
 
 /// What one thread queued. Its mutex is the thread's own but for the moment in which an update takes all.
 template <int Dim, class T>
-struct alignas(128) Lane
+struct alignas(128) Queue
 {
-    explicit Lane(std::pmr::memory_resource* memory)
+    explicit Queue(std::pmr::memory_resource* memory)
         : additions(memory), commands(memory), taken_additions(memory), taken_commands(memory)
     {
     }
@@ -87,10 +87,10 @@ struct alignas(128) Lane
     // The update's own:
     std::pmr::vector<Addition<Dim, T>> taken_additions;
     std::pmr::vector<Command<Dim, T>> taken_commands;
-    Lane* next = nullptr;
+    Queue* next = nullptr;
 };
 
-/// One lane for each thread that queues.
+/// One queue for each thread that queues.
 template <int Dim, class T>
 class Queues
 {
@@ -100,28 +100,28 @@ class Queues
     Queues& operator=(const Queues&) = delete;
     ~Queues()
     {
-        for (Lane<Dim, T>* lane = first(); lane != nullptr;) {
-            Lane<Dim, T>* const next = lane->next;
-            lane->~Lane();
-            memory_->deallocate(lane, sizeof *lane, alignof(Lane<Dim, T>));
-            lane = next;
+        for (Queue<Dim, T>* queue = first(); queue != nullptr;) {
+            Queue<Dim, T>* const next = queue->next;
+            queue->~Queue();
+            memory_->deallocate(queue, sizeof *queue, alignof(Queue<Dim, T>));
+            queue = next;
         }
     }
 
-    /// Calls body(lane) with the calling thread's lane locked.
+    /// Calls body(queue) with the calling thread's queue locked.
     template <class Body>
-    decltype(auto) with_own_lane(const Body& body)
+    decltype(auto) with_own_queue(const Body& body)
     {
         const std::thread::id me = std::this_thread::get_id();
         for (;;) {
-            Lane<Dim, T>& lane = lane_of(me);
-            const std::lock_guard lock(lane.mutex);
-            // An update may have taken the lane away because it hadn't been used for long.
-            if (lane.owner.load(std::memory_order_relaxed) == me) return body(lane);
+            Queue<Dim, T>& queue = queue_of(me);
+            const std::lock_guard lock(queue.mutex);
+            // An update may have taken the queue away because it hadn't been used for long.
+            if (queue.owner.load(std::memory_order_relaxed) == me) return body(queue);
         }
     }
 
-    /// Takes everything queued so far, in all lanes at the same moment: if one command was queued before
+    /// Takes everything queued so far, in all queues at the same moment: if one command was queued before
     /// another, whichever their threads, then the other isn't taken without it. What was taken and not
     /// forgotten stays in front. On failure nothing is taken.
     void take()
@@ -129,74 +129,74 @@ class Queues
         const std::lock_guard registration(mutex_);
         struct LockAll
         {
-            Lane<Dim, T>* first;
-            explicit LockAll(Lane<Dim, T>* f) : first(f)
+            Queue<Dim, T>* first;
+            explicit LockAll(Queue<Dim, T>* f) : first(f)
             {
-                for (Lane<Dim, T>* lane = first; lane != nullptr; lane = lane->next)
-                    lane->mutex.lock();
+                for (Queue<Dim, T>* queue = first; queue != nullptr; queue = queue->next)
+                    queue->mutex.lock();
             }
             ~LockAll()
             {
-                for (Lane<Dim, T>* lane = first; lane != nullptr; lane = lane->next)
-                    lane->mutex.unlock();
+                for (Queue<Dim, T>* queue = first; queue != nullptr; queue = queue->next)
+                    queue->mutex.unlock();
             }
         } const lock(first());
-        for (Lane<Dim, T>* lane = first(); lane != nullptr; lane = lane->next) {
-            make_room(lane->taken_additions, lane->additions);
-            make_room(lane->taken_commands, lane->commands);
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+            make_room(queue->taken_additions, queue->additions);
+            make_room(queue->taken_commands, queue->commands);
         }
-        for (Lane<Dim, T>* lane = first(); lane != nullptr; lane = lane->next) {
-            const bool idle = lane->additions.empty() && lane->commands.empty() &&
-                              lane->taken_additions.empty() && lane->taken_commands.empty();
-            if (idle) lane->owner.store({}, std::memory_order_relaxed); // for whoever comes first
-            move_over(lane->taken_additions, lane->additions);
-            move_over(lane->taken_commands, lane->commands);
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+            const bool idle = queue->additions.empty() && queue->commands.empty() &&
+                              queue->taken_additions.empty() && queue->taken_commands.empty();
+            if (idle) queue->owner.store({}, std::memory_order_relaxed); // for whoever comes first
+            move_over(queue->taken_additions, queue->additions);
+            move_over(queue->taken_commands, queue->commands);
         }
     }
 
     /// What was taken is done with.
     void forget() noexcept
     {
-        for (Lane<Dim, T>* lane = first(); lane != nullptr; lane = lane->next) {
-            lane->taken_additions.clear();
-            lane->taken_commands.clear();
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+            queue->taken_additions.clear();
+            queue->taken_commands.clear();
         }
     }
 
-    [[nodiscard]] Lane<Dim, T>* first() const noexcept { return first_.load(std::memory_order_acquire); }
+    [[nodiscard]] Queue<Dim, T>* first() const noexcept { return first_.load(std::memory_order_acquire); }
 
     [[nodiscard]] std::uint64_t bytes() const
     {
         const std::lock_guard registration(mutex_);
         std::uint64_t sum = 0;
-        for (Lane<Dim, T>* lane = first(); lane != nullptr; lane = lane->next) {
-            const std::lock_guard lock(lane->mutex);
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+            const std::lock_guard lock(queue->mutex);
             sum +=
-                sizeof *lane +
-                (lane->additions.capacity() + lane->taken_additions.capacity()) * sizeof(Addition<Dim, T>) +
-                (lane->commands.capacity() + lane->taken_commands.capacity()) * sizeof(Command<Dim, T>);
+                sizeof *queue +
+                (queue->additions.capacity() + queue->taken_additions.capacity()) * sizeof(Addition<Dim, T>) +
+                (queue->commands.capacity() + queue->taken_commands.capacity()) * sizeof(Command<Dim, T>);
         }
         return sum;
     }
 
   private:
-    Lane<Dim, T>& lane_of(std::thread::id me)
+    Queue<Dim, T>& queue_of(std::thread::id me)
     {
-        for (Lane<Dim, T>* lane = first(); lane != nullptr; lane = lane->next)
-            if (lane->owner.load(std::memory_order_relaxed) == me) return *lane;
-        // New lanes wait for an update that is taking: it must not miss what was queued before it looked.
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
+            if (queue->owner.load(std::memory_order_relaxed) == me) return *queue;
+        // New queues wait for an update that is taking: it must not miss what was queued before it looked.
         const std::lock_guard registration(mutex_);
-        for (Lane<Dim, T>* lane = first(); lane != nullptr; lane = lane->next)
-            if (lane->owner.load(std::memory_order_relaxed) == std::thread::id()) {
-                lane->owner.store(me, std::memory_order_relaxed);
-                return *lane;
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
+            if (queue->owner.load(std::memory_order_relaxed) == std::thread::id()) {
+                queue->owner.store(me, std::memory_order_relaxed);
+                return *queue;
             }
-        void* const memory = memory_->allocate(sizeof(Lane<Dim, T>), alignof(Lane<Dim, T>));
-        auto* const lane = new (memory) Lane<Dim, T>(memory_);
-        lane->owner.store(me, std::memory_order_relaxed);
-        lane->next = first();
-        first_.store(lane, std::memory_order_release);
-        return *lane;
+        void* const memory = memory_->allocate(sizeof(Queue<Dim, T>), alignof(Queue<Dim, T>));
+        auto* const queue = new (memory) Queue<Dim, T>(memory_);
+        queue->owner.store(me, std::memory_order_relaxed);
+        queue->next = first();
+        first_.store(queue, std::memory_order_release);
+        return *queue;
     }
 
     template <class Vector>
@@ -216,8 +216,8 @@ class Queues
     }
 
     std::pmr::memory_resource* memory_;
-    mutable std::mutex mutex_; // held while lanes are given out, and while everything is taken
-    std::atomic<Lane<Dim, T>*> first_{nullptr};
+    mutable std::mutex mutex_; // held while queues are given out, and while everything is taken
+    std::atomic<Queue<Dim, T>*> first_{nullptr};
 };
 
 } // namespace world

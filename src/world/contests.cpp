@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Who wins where several threads, or commands with a sequence, set the same property of an object. First each
-// lane says by itself what it makes of the object, then the lanes are compared property by property. So a
-// lane's result doesn't depend on what the others did, nor the winner on which lane came first.
+// queue says by itself what it makes of the object, then the queues are compared property by property. So a
+// queue's result doesn't depend on what the others did, nor the winner on which queue came first.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -22,7 +22,7 @@ struct Setting
     std::uint32_t sequence = 0;
     Value value = {};
 
-    /// Within a lane: whether a command of this sequence sets it. Of equal ones the later does.
+    /// Within a queue: whether a command of this sequence sets it. Of equal ones the later does.
     bool takes(std::uint32_t of_command) noexcept
     {
         if (is_given && of_command < sequence) return false;
@@ -30,7 +30,7 @@ struct Setting
         sequence = of_command;
         return true;
     }
-    /// Between lanes: the greater sequence, and of equal ones the greater value, whatever that means.
+    /// Between queues: the greater sequence, and of equal ones the greater value, whatever that means.
     template <class Greater>
     void compete(const Setting& other, const Greater& is_greater) noexcept
     {
@@ -75,7 +75,7 @@ template <int Dim, class T>
 struct Statement
 {
     Index index;
-    std::uint32_t lane;
+    std::uint32_t queue;
     std::uint64_t turn;
     Command<Dim, T> command;
 };
@@ -93,24 +93,24 @@ class Contests
     {
     }
 
-    void gather(const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_lane)
+    void gather(const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue)
     {
-        const auto state_it = [&](const Command<Dim, T>& command, std::uint32_t lane) {
+        const auto state_it = [&](const Command<Dim, T>& command, std::uint32_t queue) {
             if (is_contested(command.id))
-                statements_.push_back({Index{command.id.index}, lane, statements_.size(), command});
+                statements_.push_back({Index{command.id.index}, queue, statements_.size(), command});
         };
         std::uint32_t number = 0;
-        for (const Lane<Dim, T>* lane = queues.first(); lane != nullptr; lane = lane->next) {
+        for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
             ++number;
-            for (const Addition<Dim, T>& addition : lane->taken_additions)
+            for (const Addition<Dim, T>& addition : queue->taken_additions)
                 if (is_contested(addition.id)) additions_.push_back(&addition);
-            for (const Command<Dim, T>& command : lane->taken_commands)
+            for (const Command<Dim, T>& command : queue->taken_commands)
                 state_it(command, number);
         }
         for (std::size_t i = 0; i < moves.ids.size(); ++i)
-            state_it({moves.ids[i], 0, CommandKind::move, moves.boxes[i]}, own_lane);
+            state_it({moves.ids[i], 0, CommandKind::move, moves.boxes[i]}, own_queue);
         std::sort(statements_.begin(), statements_.end(), [](const auto& x, const auto& y) {
-            return std::tie(x.index, x.lane, x.turn) < std::tie(y.index, y.lane, y.turn);
+            return std::tie(x.index, x.queue, x.turn) < std::tie(y.index, y.queue, y.turn);
         });
         std::sort(additions_.begin(), additions_.end(),
                   [](const auto* x, const auto* y) { return x->id.index < y->id.index; });
@@ -125,12 +125,12 @@ class Contests
             const bool is_removed = !state_.objects[index].has(flag::alive); // beats everything
             Settings<Dim, T> best;
             while (next != end && next->index == index) {
-                const std::uint32_t lane = next->lane;
-                Settings<Dim, T> of_lane;
+                const std::uint32_t queue = next->queue;
+                Settings<Dim, T> of_queue;
                 restart(index);
-                for (; next != end && next->index == index && next->lane == lane; ++next)
-                    obey(next->command, of_lane);
-                best.compete(of_lane);
+                for (; next != end && next->index == index && next->queue == queue; ++next)
+                    obey(next->command, of_queue);
+                best.compete(of_queue);
             }
             restart(index);
             write(index, best);
@@ -202,7 +202,7 @@ class Contests
     State<Dim, T>& state_;
     Changes<Dim, T>& changes_;
     Writer<Dim, T>& writer_;
-    std::pmr::vector<Statement<Dim, T>>& statements_; // by object, then lane, then the lane's order
+    std::pmr::vector<Statement<Dim, T>>& statements_; // by object, then queue, then the queue's order
     std::pmr::vector<const Addition<Dim, T>*>& additions_;
 };
 
@@ -210,13 +210,13 @@ class Contests
 
 template <int Dim, class T>
 void settle_contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim, T>& writer,
-                     const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_lane,
+                     const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue,
                      Arena& arena)
 {
     changes.sort_filters();
     changes.sort_reaches();
     Contests<Dim, T> contests(state, changes, writer, arena);
-    contests.gather(queues, moves, own_lane);
+    contests.gather(queues, moves, own_queue);
     contests.settle();
 }
 

@@ -115,11 +115,11 @@ void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Optio
     validate_boxes_of(boxes, "to be added ");
     world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
                                Error::no_index);
-    implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
-        world::reserve_more(lane.additions, ids.size());
+    implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
+        world::reserve_more(queue.additions, ids.size());
         implementation_->state.ids.take(ids);
         for (std::size_t i = 0; i < ids.size(); ++i)
-            lane.additions.push_back({ids[i], boxes[i], options});
+            queue.additions.push_back({ids[i], boxes[i], options});
     });
 }
 
@@ -127,7 +127,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::queue(const world::Command<Dim, T>& command)
 {
     state.ids.check(command.id);
-    queues.with_own_lane([&](world::Lane<Dim, T>& lane) { lane.commands.push_back(command); });
+    queues.with_own_queue([&](world::Queue<Dim, T>& queue) { queue.commands.push_back(command); });
 }
 
 template <int Dim, Coordinate T>
@@ -141,10 +141,10 @@ void World<Dim, T>::remove(std::span<const ObjectId> ids)
 {
     for (const ObjectId id : ids)
         implementation_->state.ids.check(id);
-    implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
-        world::reserve_more(lane.commands, ids.size());
+    implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
+        world::reserve_more(queue.commands, ids.size());
         for (const ObjectId id : ids)
-            lane.commands.push_back({id, 0, world::CommandKind::remove});
+            queue.commands.push_back({id, 0, world::CommandKind::remove});
     });
 }
 
@@ -163,10 +163,10 @@ void World<Dim, T>::move(std::span<const ObjectId> ids, const Boxes& boxes, std:
         implementation_->state.ids.check(ids[i]);
         world::check_box(boxes[i], ids[i]);
     }
-    implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
-        world::reserve_more(lane.commands, ids.size());
+    implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
+        world::reserve_more(queue.commands, ids.size());
         for (std::size_t i = 0; i < ids.size(); ++i)
-            lane.commands.push_back({ids[i], sequence, world::CommandKind::move, boxes[i]});
+            queue.commands.push_back({ids[i], sequence, world::CommandKind::move, boxes[i]});
     });
 }
 
@@ -190,10 +190,10 @@ void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement
         }
     Box packed{};
     packed.lo = displacement;
-    implementation_->queues.with_own_lane([&](world::Lane<Dim, T>& lane) {
-        world::reserve_more(lane.commands, 2);
-        lane.commands.push_back({id, sequence, world::CommandKind::move, box});
-        lane.commands.push_back({id, sequence, world::CommandKind::sweep, packed});
+    implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
+        world::reserve_more(queue.commands, 2);
+        queue.commands.push_back({id, sequence, world::CommandKind::move, box});
+        queue.commands.push_back({id, sequence, world::CommandKind::sweep, packed});
     });
 }
 

@@ -115,7 +115,7 @@ TEST(Commands, OfTwoThreadsItDoesntMatterWhoWasFirst)
         std::vector<ObjectId> ids(2);
         std::thread([&] { world.add(std::vector<jostle::Aabb3f>(2, cube(0)), ids); }).join();
         world.update();
-        world.update(); // from here on the lane is nobody's
+        world.update(); // from here on the queue is nobody's
         const auto here = [&] { world.move(ids[0], cube(10)), world.move(ids[1], cube(40)); };
         const auto there = [&] {
             std::thread([&] { world.move(ids[0], cube(20)), world.move(ids[1], cube(30)); }).join();
@@ -301,12 +301,12 @@ struct Model
             sequence = other;
         }
     };
-    struct Lane
+    struct Queue
     {
         Property place, filter, margin, enabled;
         jostle::Aabb3f box;
         float by = 0;
-    } lanes[threads];
+    } queues[threads];
     Property filter, margin, enabled;
 };
 
@@ -333,9 +333,9 @@ TEST(Commands, TheGreatestSequenceWinsPropertyByProperty)
                 expected[i] = {world.box(ids[i]), 0, world.margin(ids[i]), world.filter(ids[i]),
                                world.enabled(ids[i])};
                 expected[i].by = world.bounds(ids[i]).hi[0] - expected[i].margin - expected[i].box.hi[0];
-                for (auto& lane : models[i].lanes) {
-                    lane.box = expected[i].box;
-                    lane.by = expected[i].by;
+                for (auto& queue : models[i].queues) {
+                    queue.box = expected[i].box;
+                    queue.by = expected[i].by;
                 }
             }
             for (int k = 0; k < 200; ++k) {
@@ -343,26 +343,26 @@ TEST(Commands, TheGreatestSequenceWinsPropertyByProperty)
                 const std::uint32_t sequence = threads == 1 ? random.below(3) : t + threads * random.below(3);
                 const ObjectId id = ids[i];
                 Model& model = models[i];
-                Model::Lane& lane = model.lanes[t];
+                Model::Queue& queue = model.queues[t];
                 const auto say = [&](auto call) { said[t].emplace_back(call); };
                 const float at = static_cast<float>(random.below(64));
                 switch (random.below(6)) {
                 case 0:
                     say([&world, id, at, sequence] { world.move(id, cube(at), sequence); });
-                    if (!lane.place.takes(sequence)) break;
-                    lane.place.set(sequence);
-                    lane.box = cube(at);
-                    lane.by = 0;
+                    if (!queue.place.takes(sequence)) break;
+                    queue.place.set(sequence);
+                    queue.box = cube(at);
+                    queue.by = 0;
                     break;
                 case 1:
                     say([&world, id, at, sequence] {
                         const float by[3] = {2, 0, 0};
                         world.move(id, cube(at), by, sequence);
                     });
-                    if (!lane.place.takes(sequence)) break;
-                    lane.place.set(sequence);
-                    lane.box = cube(at);
-                    lane.by = 2;
+                    if (!queue.place.takes(sequence)) break;
+                    queue.place.set(sequence);
+                    queue.box = cube(at);
+                    queue.by = 2;
                     break;
                 case 2: {
                     const float edge = static_cast<float>(1 + random.below(3));
@@ -370,11 +370,11 @@ TEST(Commands, TheGreatestSequenceWinsPropertyByProperty)
                         const float size[3] = {edge, 1, 1};
                         world.resize(id, size, sequence);
                     });
-                    if (!lane.place.takes(sequence)) break;
-                    lane.place.set(sequence);
-                    const float centre = (lane.box.lo[0] + lane.box.hi[0]) / 2;
-                    lane.box.lo[0] = centre - edge / 2;
-                    lane.box.hi[0] = centre + edge / 2;
+                    if (!queue.place.takes(sequence)) break;
+                    queue.place.set(sequence);
+                    const float centre = (queue.box.lo[0] + queue.box.hi[0]) / 2;
+                    queue.box.lo[0] = centre - edge / 2;
+                    queue.box.hi[0] = centre + edge / 2;
                     break;
                 }
                 case 3: {
@@ -415,10 +415,10 @@ TEST(Commands, TheGreatestSequenceWinsPropertyByProperty)
                 other.join();
             world.update();
             for (std::size_t i = 0; i < ids.size(); ++i) {
-                const Model::Lane* best = nullptr;
-                for (const Model::Lane& lane : models[i].lanes)
-                    if (lane.place.given && (best == nullptr || lane.place.sequence > best->place.sequence))
-                        best = &lane;
+                const Model::Queue* best = nullptr;
+                for (const Model::Queue& queue : models[i].queues)
+                    if (queue.place.given && (best == nullptr || queue.place.sequence > best->place.sequence))
+                        best = &queue;
                 if (best != nullptr) {
                     expected[i].box = best->box;
                     expected[i].by = best->by;

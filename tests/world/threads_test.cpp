@@ -207,7 +207,7 @@ TEST(Threads, TheFirstWhoAsksForTheChangedPairsMakesTheList)
     EXPECT_GT(world.began().size(), 10u);
 }
 
-TEST(Threads, LanesOfThreadsThatAreGoneServeOthers)
+TEST(Threads, QueuesOfThreadsThatAreGoneServeOthers)
 {
     jostle::World3f world;
     const ObjectId a = world.add({{0, 0, 0}, {1, 1, 1}});

@@ -10,6 +10,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "base/prefetch.hpp"
 #include "engine/kernels/kernels.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

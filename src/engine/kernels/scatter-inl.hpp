@@ -24,7 +24,7 @@ void load(const BoxView<Dim, T>& boxes, std::size_t begin, Unit<T>& unit)
     }
     for (; i < unit.count; ++i) {
         const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(i) * stride;
-        __builtin_prefetch(lo[0] + at + static_cast<std::ptrdiff_t>(unit_size) * stride);
+        prefetch(lo[0] + at + static_cast<std::ptrdiff_t>(unit_size) * stride);
         for (int d = 0; d < Dim; ++d) {
             unit.lo[d][i] = *reinterpret_cast<const T*>(lo[d] + at);
             unit.hi[d][i] = *reinterpret_cast<const T*>(hi[d] + at);

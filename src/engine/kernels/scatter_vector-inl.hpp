@@ -38,7 +38,7 @@ inline std::uint32_t load_packed(const float* from, Unit<float>& unit)
             columns[Dim + d] = unit.hi[d] + i;
         }
         for (std::uint32_t offset = 0; offset < 8 * Dim; offset += 64 / sizeof(float))
-            __builtin_prefetch(from + 2 * Dim * (i + unit_size) + offset);
+            prefetch(from + 2 * Dim * (i + unit_size) + offset);
         transpose<Dim>(from + 2 * Dim * i, columns);
     }
     return i;

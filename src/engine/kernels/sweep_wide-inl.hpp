@@ -107,7 +107,7 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
             const __m512i flags0 = _mm512_and_si512(broadcast(object0), all_flags);
             const __m512i flags1 = _mm512_and_si512(broadcast(object1), all_flags);
             Pair* next = out.next;
-            __builtin_prefetch(next + 64, 1);
+            prefetch_to_write(next + 64);
             for (; j < stop; j += step_size) {
                 const __m512i x = _mm512_rol_epi32(_mm512_loadu_si512(column.x + j), 16);
                 const __m512i y = _mm512_rol_epi32(_mm512_loadu_si512(column.y + j), 16);
