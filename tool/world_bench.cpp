@@ -48,6 +48,8 @@ constexpr SceneInfo scenes[] = {
     {"static-2m", "2,000,000 boxes at rest, 2,000 that move", 2'000'000, 2'000},
     {"churn", "1 in 20 boxes moves, others every 8 frames; 1 in 200 is replaced, teleported or filtered anew",
      0, 0},
+    {"small", "1,000 worlds of 8 boxes are made, updated once and dropped", 8'000, 0},
+    {"others", "20,000 boxes, of which 1,000 move, others in each frame", 20'000, 0},
     {"rays", "as resting; timed are 4,000 questions after each update: the first box along a ray", 0, 0,
      QuestionBatch{QuestionKind::first, 4000}},
     {"overlaps", "... all boxes that touch a box of edge 10", 0, 0,
@@ -120,6 +122,17 @@ class Motion
                     lo = std::clamp(lo, 0.0f, extent_ - size);
                     boxes_[i].lo[d] = lo;
                     boxes_[i].hi[d] = lo + size;
+                }
+            }
+        } else if (std::string(info_.name) == "others") {
+            moved_.clear();
+            for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
+                if (random_.below(20) != 0) continue;
+                moved_.push_back(i);
+                for (int d = 0; d < 3; ++d) {
+                    const auto by = static_cast<float>(random_.uniform(-0.05, 0.05));
+                    boxes_[i].lo[d] += by;
+                    boxes_[i].hi[d] += by;
                 }
             }
         } else {
@@ -224,6 +237,30 @@ class Ours final : public WorldSystem
     jostle::World3f world_;
     std::vector<ObjectId> ids_, moved_ids_;
     std::vector<Aabb3f> moved_boxes_;
+};
+
+/// A world for every few boxes, made and dropped in each frame.
+class OursSmall final : public WorldSystem
+{
+  public:
+    explicit OursSmall(jostle::Executor& executor) : executor_(executor) {}
+    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t>) override
+    {
+        pairs_ = 0;
+        ObjectId ids[boxes_each];
+        for (std::size_t first = 0; first + boxes_each <= boxes.size(); first += boxes_each) {
+            jostle::World3f world({.executor = &executor_});
+            world.add(boxes.subspan(first, boxes_each), ids);
+            world.update();
+            pairs_ += world.began().size();
+        }
+    }
+    Answer answer() override { return {pairs_, pairs_}; }
+
+  private:
+    static constexpr std::size_t boxes_each = 8;
+    jostle::Executor& executor_;
+    std::uint64_t pairs_ = 0;
 };
 
 /// Questions to a world that has just been updated.
@@ -465,6 +502,11 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
                 one(theirs, peers[k]->name(), threads.count());
             }
 #endif
+            continue;
+        }
+        if (std::string(info.name) == "small") {
+            OursSmall ours(threads.executor());
+            one(ours, "jostle", threads.count());
             continue;
         }
         {

@@ -329,6 +329,7 @@ Changes<Dim, T> apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const 
     Changes<Dim, T> changes(state, arena);
     changes.commands = counts.commands;
     Writer<Dim, T> writer(state, changes, counts.that_command > 1, arena);
+    changes.list().reserve(counts.commands);
     apply_queued(state, queues, writer);
     if (changes.objects().empty()) { // no command was about an object that is there
         if (moves.ids.empty()) return changes;

@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <memory_resource>
 #include <new>
 #include <vector>
@@ -49,13 +48,15 @@ class CountedMemory final : public std::pmr::memory_resource
 class Arena
 {
   public:
-    explicit Arena(std::pmr::memory_resource* memory) : memory_(memory), pieces_(memory) {}
+    explicit Arena(std::pmr::memory_resource* memory) : memory_(memory), pieces_(memory), blocks_(memory) {}
     Arena(const Arena&) = delete;
     Arena& operator=(const Arena&) = delete;
     ~Arena()
     {
         for (const Piece& piece : pieces_)
-            piece.destroy(piece.thing, memory_);
+            piece.destroy(piece.thing);
+        for (std::byte* block : blocks_)
+            memory_->deallocate(block, block_size, block_alignment);
     }
 
     /// What was taken so far is nobody's any more.
@@ -80,15 +81,9 @@ class Arena
     {
         Piece* piece = find(name);
         if (piece == nullptr) {
-            pieces_.reserve(pieces_.size() + 1); // so that nothing fails once the thing is there
-            void* const place = memory_->allocate(sizeof(Thing), alignof(Thing));
-            try {
-                new (place) Thing(memory_);
-            } catch (...) {
-                memory_->deallocate(place, sizeof(Thing), alignof(Thing));
-                throw;
-            }
-            pieces_.push_back({name, place, &destroy<Thing>, false});
+            // So that nothing fails once the thing is there.
+            if (pieces_.size() == pieces_.capacity()) pieces_.reserve(pieces_.size() + 32);
+            pieces_.push_back({name, new (place_for<Thing>()) Thing(memory_), &destroy<Thing>, false});
             piece = &pieces_.back();
         }
         assert(!piece->is_taken && piece->destroy == &destroy<Thing>);
@@ -101,17 +96,37 @@ class Arena
     {
         const char* name;
         void* thing;
-        void (*destroy)(void*, std::pmr::memory_resource*);
+        void (*destroy)(void*);
         bool is_taken;
     };
     template <class Thing>
-    static void destroy(void* thing, std::pmr::memory_resource* memory)
+    static void destroy(void* thing)
     {
         static_cast<Thing*>(thing)->~Thing();
-        memory->deallocate(thing, sizeof(Thing), alignof(Thing));
+    }
+    /// The things lie side by side: they are small, and to allocate each would take a small world longer than
+    /// to work with them.
+    template <class Thing>
+    void* place_for()
+    {
+        static_assert(sizeof(Thing) <= block_size && alignof(Thing) <= block_alignment);
+        used_ = (used_ + alignof(Thing) - 1) / alignof(Thing) * alignof(Thing);
+        if (used_ + sizeof(Thing) > block_size) {
+            blocks_.push_back(nullptr); // so that nothing fails once there is a block
+            try {
+                blocks_.back() = static_cast<std::byte*>(memory_->allocate(block_size, block_alignment));
+            } catch (...) {
+                blocks_.pop_back();
+                throw;
+            }
+            used_ = 0;
+        }
+        void* const place = blocks_.back() + used_;
+        used_ += sizeof(Thing);
+        return place;
     }
     /// Updates mostly take the same things in the same order: the next one is looked at first. Names are
-    /// literals, which mostly are where they were the last time, too.
+    /// literals of one place in the code, and so known by where they lie.
     Piece* find(const char* name) noexcept
     {
         for (std::size_t step = 0; step < pieces_.size(); ++step) {
@@ -119,14 +134,16 @@ class Arena
             Piece& piece = pieces_[next_++];
             if (piece.name == name) return &piece;
         }
-        for (Piece& piece : pieces_)
-            if (std::strcmp(piece.name, name) == 0) return &piece;
         return nullptr;
     }
+
+    static constexpr std::size_t block_size = 2048, block_alignment = alignof(std::max_align_t);
 
     std::pmr::memory_resource* memory_;
     std::pmr::vector<Piece> pieces_;
     std::size_t next_ = 0;
+    std::pmr::vector<std::byte*> blocks_; // in which the things lie
+    std::size_t used_ = block_size;       // of the last one
 };
 
 } // namespace world

@@ -15,7 +15,7 @@ namespace world {
 
 /// An array that grows in chunks, which stay where they are: growing never copies what is there, so that no
 /// update pays for all objects because one was added.
-template <class T, std::uint32_t chunk_bits = 12>
+template <class T, std::uint32_t chunk_bits>
 class ChunkedArray
 {
     static_assert(std::is_trivially_destructible_v<T>);
@@ -31,7 +31,7 @@ class ChunkedArray
             memory_->deallocate(chunk, chunk_size * sizeof(T), alignof(T));
     }
 
-    /// Room for `count` elements at least; new ones are value-initialised.
+    /// Room for `count` elements at least; new ones are what their default constructor makes of them.
     void grow(std::size_t count)
     {
         while (chunks_.size() * chunk_size < count) {
@@ -43,7 +43,7 @@ class ChunkedArray
                 throw;
             }
             for (std::uint32_t i = 0; i < chunk_size; ++i)
-                new (chunks_.back() + i) T();
+                new (chunks_.back() + i) T;
         }
     }
     [[nodiscard]] std::size_t capacity() const noexcept { return chunks_.size() * chunk_size; }

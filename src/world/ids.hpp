@@ -131,7 +131,7 @@ class IdTable
 
   private:
     using Generation = std::atomic<std::uint32_t>;
-    static constexpr std::uint32_t first_bits = 10;
+    static constexpr std::uint32_t first_bits = 6;
     static constexpr std::uint32_t segments = 32 - first_bits + 1;
 
     // Segment 0 has the first 2^first_bits indices, each further one as many as all before it.

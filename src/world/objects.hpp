@@ -46,7 +46,11 @@ constexpr std::uint16_t transient = written | refiltered | reach_kept | conteste
 template <int Dim, class T>
 struct ObjectChunk
 {
-    static constexpr std::uint32_t bits = 12, size = 1u << bits;
+    static constexpr std::uint32_t size = 256; // not more: a world of a few objects has a whole chunk
+    ObjectChunk() noexcept
+    {
+        std::fill_n(state, size, std::uint16_t{0}); // the rest is written before it is read
+    }
     Aabb<Dim, T> box[2][size];
     struct FilterNumbers
     {
@@ -178,7 +182,7 @@ class Objects
 
   private:
     ChunkedArray<Chunk, 0> chunks_;
-    ChunkedArray<Reach<Dim, T>> reaches_;
+    ChunkedArray<Reach<Dim, T>, 8> reaches_;
 };
 
 [[nodiscard]] inline bool passes(const ObjectFilter& a, const ObjectFilter& b) noexcept

@@ -35,6 +35,7 @@ void choose(const State<Dim, T>& state, std::span<const Index> changed, std::uin
         else
             rest.active.push_back({index, idle});
     };
+    rest.active.reserve(state.active.size() + changed.size());
     auto active = state.active.begin();
     auto next = changed.begin();
     while (active != state.active.end() || next != changed.end()) {

@@ -119,6 +119,21 @@ TEST(Memory, AFailedQuestionOrSnapshotChangesNothing)
     EXPECT_TRUE(churn.update());
 }
 
+TEST(Memory, ASmallWorldTakesLittle)
+{
+    const std::vector<jostle::Aabb3f> boxes(8, {{0, 0, 0}, {1, 1, 1}});
+    std::vector<ObjectId> ids(8);
+    std::uint64_t before = global_new::calls;
+    jostle::World3f world({.executor = &jostle::serial_executor()});
+    EXPECT_LE(global_new::calls - before, 5u) << "only what a world itself is";
+    before = global_new::calls;
+    world.add(boxes, ids);
+    world.update();
+    EXPECT_EQ(world.began().size(), 28u);
+    EXPECT_LE(global_new::calls - before, 48u);
+    EXPECT_LE(world.stats().bytes_reserved, 64u * 1024);
+}
+
 TEST(Memory, SteadyUpdatesAllocateNothing)
 {
     const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(3);
