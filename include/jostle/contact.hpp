@@ -211,7 +211,8 @@ using ContactFinder3d = ContactFinder<3, double>;
 /// Whether two shapes share a point.
 ///
 /// If so, contacts() finds at least one contact, unless it lies beyond the rim of a height field.
-/// Cost      that of one pair; see docs/guide/contacts.md.
+/// Cost      that of one pair; see docs/guide/contacts.md. Two meshes of 50,000 triangles that touch or nearly
+///           do take about 10 us.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                                        const Pose<Dim, T>& pose_b);
@@ -231,7 +232,11 @@ contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 ///
 /// Of shapes with parts it is that of the nearest two parts; where some overlap, of the two that overlap
 /// deepest.
-/// Cost      that of one pair: the smaller `max_distance`, the fewer parts are looked at. It may be infinite.
+/// Ties      of parts of a 3D mesh that are equally near or deep, those of the lowest numbers count.
+/// Cost      that of one pair. Meshes in 3D are searched nearest first, so that an open `max_distance`
+///           costs as much as a tight one: a body and a mesh of 50,000 triangles take 5 to 30 us, two such
+///           meshes 0.1 to 2 ms, the more the wider their gap is beside their triangles. Of height fields,
+///           compounds and in 2D all parts within `max_distance` are looked at.
 /// Errors    also for a `max_distance` that is negative or not a number.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Distance<Dim, T>>

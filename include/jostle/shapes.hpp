@@ -108,7 +108,7 @@ class JOSTLE_API ConvexHull
 ///          valid: they are segments or points.
 /// Order    part numbers in contacts are positions in `elements`.
 /// Value    copies share the same read-only memory.
-/// Cost     O(n log n) to build; 200 bytes an element.
+/// Cost     O(n log n) to build, about 2 us an element; 200 bytes an element, in 3D 350.
 /// Errors   `Error` that names the first vertex that isn't finite, or the first element with an index out of
 ///          range; also where there are no elements.
 template <int Dim>

@@ -42,6 +42,8 @@ namespace HWY_NAMESPACE {
 //
 #include "narrow/kernels-inl.hpp"
 #else
+using one_pair::approaches;
+using one_pair::bounds;
 using one_pair::boxes;
 using one_pair::capsule_box;
 using one_pair::edges;
@@ -53,7 +55,8 @@ using one_pair::planes;
 
 const Kernels& kernels()
 {
-    static constexpr Kernels table{boxes, capsule_box, furthest, heights, move, planes, edges};
+    static constexpr Kernels table{boxes,  capsule_box, furthest, heights,   move,
+                                   planes, edges,       bounds,   approaches};
     return table;
 }
 

@@ -7,6 +7,7 @@
 
 #include "jostle/find_pairs.hpp"
 #include "narrow/math.hpp"
+#include "narrow/mesh_tree.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -84,6 +85,9 @@ struct Kernels
     /// normal of one of its faces to that of the other, and the arc of a's edge has to cross the negated arc
     /// of b's. Source: Gregorius, The Separating Axis Test between Convex Polyhedra, GDC 2013.
     EdgePair (*edges)(const EdgeRows& a, const EdgeRows& b);
+    /// How far a box surely is from each of 8: along its own axes and along theirs.
+    void (*bounds)(const BoxRows& rows, const OrientedBox& box, BoxBounds& out);
+    void (*approaches)(const BoxRows& rows, const OrientedBox& box, BoxApproaches& out);
 };
 [[nodiscard]] const Kernels& kernels_for(InstructionSet set) noexcept;
 /// Of supported_instruction_sets().front().

@@ -176,6 +176,7 @@ Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> 
     data->elements.assign(elements.begin(), elements.end());
     narrow::build_tree(*data);
     narrow::list_elements(*data);
+    if constexpr (Dim == 3) data->tree = narrow::mesh_tree(data->vertices, data->elements, data->order);
     data_ = std::move(data);
 }
 

@@ -2,6 +2,7 @@
 #include "narrow/pair.hpp"
 
 #include "narrow/each_part.hpp"
+#include "narrow/nearest.hpp"
 #include "narrow/simple3.hpp"
 #include "narrow/small_vector.hpp"
 
@@ -197,6 +198,8 @@ bool find_touch(const Placed<Dim>& pair)
         const Verdict verdict = simple_contact(pair, 0, manifold);
         if (verdict != Verdict::unclear) return verdict == Verdict::touch;
     }
+    if constexpr (Dim == 3)
+        if (has_mesh_tree(pair)) return any_parts_touch(pair);
     bool touch = false;
     Range<Dim> range{0};
     for_each_part_pair(pair, range,
@@ -213,6 +216,8 @@ void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& best)
     best.distance = HUGE_VAL;
     for (int d = 0; d < Dim; ++d)
         if (!(std::abs(pair.d[d]) <= farthest)) return;
+    if constexpr (Dim == 3)
+        if (has_mesh_tree(pair)) return nearest_parts(pair, enough, best);
     Range<Dim> range{enough};
     for_each_part_pair(pair, range,
                        [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {

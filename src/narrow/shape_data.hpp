@@ -9,6 +9,7 @@
 
 #include "jostle/contact.hpp"
 #include "narrow/math.hpp"
+#include "narrow/mesh_tree.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -92,6 +93,7 @@ struct MeshData
     std::vector<std::uint32_t> order; ///< elements, leaf by leaf
     /// at[first_at[v]] to at[first_at[v + 1]]: the elements that have vertex v.
     std::vector<std::uint32_t> first_at, at;
+    MeshTree tree; ///< empty in the plane
     double reach = 0;
 
     [[nodiscard]] const V<Dim>& vertex(std::uint32_t v) const { return vertices[v]; }
