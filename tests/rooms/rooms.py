@@ -29,6 +29,7 @@ ALLOWED = {
     "world": ["pairs", "index", "base", "jostle"],
     "narrow": ["base", "simd", "jostle"],
     "chapter": ["base", "jostle"],
+    "c_api": ["jostle"],
     "scenes": ["jostle"],
     "simulation": ["scenes", "base", "simd", "jostle"],
     "bench": ["scenes", "jostle"],

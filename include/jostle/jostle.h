@@ -1,0 +1,1108 @@
+/* SPDX-License-Identifier: MIT */
+#ifndef JOSTLE_JOSTLE_H
+#define JOSTLE_JOSTLE_H
+
+/// Jostle for C and for every language that can call C: which boxes touch, and what follows from it. C99;
+/// part of the library itself. docs/guide/c.md begins with a whole program;
+/// docs/decisions/021-a-c-interface.md has the reasons. What things mean stands in the C++ headers beside
+/// this one: each part names its own.
+///
+/// One rule for all functions, so that a binding can be generated (bindings/jostle.json is this header as
+/// JSON):
+///
+/// Name      jostle_OBJECT_VERB, with the object as the first parameter. Then what is read, then options,
+///           then what is written, and last `jostle_error *error`.
+/// Status    every function returns JOSTLE_OK or why not. `error`, if it isn't NULL, is told the same in
+///           words. After a failure the object is as it was, results of the call are empty or not to be used,
+///           and what `out` points to is as it was. No C++ exception ever leaves a function.
+/// Pointers  to const are read, others are written. None may be NULL unless the comment says so; an array of
+///           no elements may. Nothing is kept beyond the call unless the comment says so.
+/// Handles   are made by ..._new (shapes and executors by their kinds) and given back by ..._free, which
+///           takes NULL, too. Each knows its kind: a handle of another kind, and one of the last 1024 that
+///           were freed, is JOSTLE_BAD_HANDLE. What a handle was made with (an executor, a shape) lives as
+///           long as it needs it: the order of freeing doesn't matter.
+/// Options   structs that begin with `struct_size` are set to zero, then struct_size to their sizeof. Zero is
+///           the default of each member, and NULL in place of the struct is all defaults. A later version may
+///           add members at the end; programs compiled before run on. Structs without struct_size never
+///           change.
+/// Space     a `jostle_space` says how many coordinates there are and of which type. Pointers to void are
+///           arrays of such numbers, float or double, aligned as those are. A box is 2 dim numbers: lo, then
+///           hi.
+/// Threads   as the C++ object of the same name. Different handles may be used by different threads.
+/// Callbacks get `context` as their first parameter and return an int32_t; less than 0 means that they
+/// failed: the
+///           call ends with JOSTLE_CALLBACK_FAILED and the number in jostle_error::callback_result. They are
+///           called from several threads at a time unless the comment says otherwise; a serial executor
+///           (jostle_executor_serial) keeps them on the calling thread.
+
+#include <stdint.h>
+
+#if defined(_WIN32) && defined(JOSTLE_SHARED) && defined(JOSTLE_BUILDING)
+#define JOSTLE_C_API __declspec(dllexport)
+#elif defined(_WIN32) && defined(JOSTLE_SHARED)
+#define JOSTLE_C_API __declspec(dllimport)
+#elif defined(__GNUC__) && defined(JOSTLE_BUILDING)
+#define JOSTLE_C_API __attribute__((visibility("default")))
+#else
+#define JOSTLE_C_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---------------------------------------------------------------------------------------------------------
+// Numbers with names. Their types are of fixed width: an enum's isn't the same with every compiler.
+// ---------------------------------------------------------------------------------------------------------
+
+/// What a function returns. 1 to 99 are the codes of C++'s ErrorCode (error.hpp).
+typedef int32_t jostle_status;
+enum
+{
+    JOSTLE_OK = 0,
+    JOSTLE_NAN_COORDINATE = 1,   ///< a bound of a box is NaN
+    JOSTLE_INVERTED_BOX = 2,     ///< lo > hi on some axis
+    JOSTLE_TOO_MANY_OBJECTS = 3, ///< more objects than a 32-bit index can name, or sizes that overflow
+    JOSTLE_SIZE_MISMATCH = 4,    ///< per-object arrays of different lengths, or too short an array
+    JOSTLE_INVALID_ARGUMENT = 5, ///< NULL, unaligned, or anything else that the comment forbids
+    JOSTLE_STALE_ID = 6,         ///< an id that names no object of the world
+    JOSTLE_BAD_SNAPSHOT = 7,     ///< cut short, altered, or of another kind of world
+    JOSTLE_OUT_OF_MEMORY = 100,
+    JOSTLE_BAD_HANDLE = 101,      ///< freed, of another kind, or no handle at all
+    JOSTLE_CALLBACK_FAILED = 102, ///< a callback returned less than 0
+    JOSTLE_INTERNAL_ERROR = 103   ///< a mistake of Jostle's own: please report it
+};
+
+/// How many coordinates a point has, and their type.
+typedef int32_t jostle_space;
+enum
+{
+    JOSTLE_2F = 1, ///< 2 of float
+    JOSTLE_3F = 2, ///< 3 of float
+    JOSTLE_2D = 3, ///< 2 of double
+    JOSTLE_3D = 4  ///< 3 of double
+};
+
+/// The order of pairs: jostle::Order.
+typedef int32_t jostle_order;
+enum
+{
+    JOSTLE_CANONICAL = 0, ///< by their place in space: the fastest
+    JOSTLE_SORTED = 1     ///< ascending by (a, b)
+};
+
+/// The instruction sets there are kernels for. Results are the same on all.
+typedef int32_t jostle_instruction_set;
+enum
+{
+    JOSTLE_FASTEST = 0, ///< of those that this machine can run
+    JOSTLE_SCALAR = 1,
+    JOSTLE_SSE4 = 2,
+    JOSTLE_AVX2 = 3,
+    JOSTLE_AVX512 = 4,
+    JOSTLE_NEON = 5,
+    JOSTLE_WASM_SIMD = 6
+};
+
+/// A kind of question (query.hpp), and how one lies in memory. Numbers are those of the space, one after
+/// another.
+typedef int32_t jostle_question;
+enum
+{
+    JOSTLE_RAY = 1,     ///< origin, direction, greatest fraction: 2 dim + 1 numbers
+    JOSTLE_SWEEP = 2,   ///< box, motion, greatest fraction: 3 dim + 1 numbers
+    JOSTLE_BOX = 3,     ///< lo, hi: 2 dim numbers
+    JOSTLE_SPHERE = 4,  ///< centre, radius: dim + 1 numbers
+    JOSTLE_FRUSTUM = 5, ///< a jostle_frustum
+    JOSTLE_NEAREST = 6  ///< a jostle_nearest_2f, _3f, _2d or _3d
+};
+
+/// Why a pair of a world ended: jostle::EndReason.
+typedef int32_t jostle_end_reason;
+enum
+{
+    JOSTLE_MOVED_APART = 0,
+    JOSTLE_REMOVED = 1,
+    JOSTLE_DISABLED = 2,
+    JOSTLE_FILTERED = 3
+};
+
+/// What a world draws of itself: jostle::DrawKind.
+typedef int32_t jostle_draw_kind;
+enum
+{
+    JOSTLE_DRAW_ACTIVE = 0,
+    JOSTLE_DRAW_RESTING = 1,
+    JOSTLE_DRAW_DISABLED = 2,
+    JOSTLE_DRAW_BEGAN = 3,
+    JOSTLE_DRAW_PERSISTED = 4,
+    JOSTLE_DRAW_ENDED = 5
+};
+
+/// The types of shapes; a user's own have types from 16 on: jostle::ShapeTypes.
+typedef int32_t jostle_shape_type;
+enum
+{
+    JOSTLE_SHAPE_SPHERE = 0,
+    JOSTLE_SHAPE_CAPSULE = 1,
+    JOSTLE_SHAPE_BOX = 2,
+    JOSTLE_SHAPE_CONVEX = 3,
+    JOSTLE_SHAPE_HALF_SPACE = 4,
+    JOSTLE_SHAPE_MESH = 5,
+    JOSTLE_SHAPE_HEIGHT_FIELD = 6,
+    JOSTLE_SHAPE_COMPOUND = 7,
+    JOSTLE_SHAPE_FIRST_CUSTOM = 16
+};
+
+/// How the pairs of all objects are shared out: jostle::Schedule.
+typedef int32_t jostle_schedule;
+enum
+{
+    JOSTLE_DYNAMIC = 0,
+    JOSTLE_ZIGZAG = 1,
+    JOSTLE_EQUAL_BLOCKS = 2
+};
+
+/// The type of the numbers that responses are made of.
+typedef int32_t jostle_number;
+enum
+{
+    JOSTLE_FLOAT = 1,
+    JOSTLE_DOUBLE = 2,
+    JOSTLE_INT64 = 3
+};
+
+/// How responses are kept until they are merged: jostle::ResponseForm.
+typedef int32_t jostle_response_form;
+enum
+{
+    JOSTLE_AUTOMATIC = 0,
+    JOSTLE_DENSE = 1,
+    JOSTLE_SPARSE = 2
+};
+
+// ---------------------------------------------------------------------------------------------------------
+// Handles, and what passes by value
+// ---------------------------------------------------------------------------------------------------------
+
+typedef struct jostle_executor jostle_executor;             ///< where work runs
+typedef struct jostle_results jostle_results;               ///< what a call found, owned by the caller
+typedef struct jostle_finder jostle_finder;                 ///< jostle::PairFinder
+typedef struct jostle_index jostle_index;                   ///< jostle::BoxIndex
+typedef struct jostle_world jostle_world;                   ///< jostle::World
+typedef struct jostle_shape jostle_shape;                   ///< jostle::Shape, with what it points to
+typedef struct jostle_shapes jostle_shapes;                 ///< one shape per object
+typedef struct jostle_contact_finder jostle_contact_finder; ///< jostle::ContactFinder
+typedef struct jostle_responses jostle_responses;           ///< jostle::Responses
+
+/// Names an object of a world: the index in the low 32 bits, the generation in the high ones. 0 names
+/// nothing.
+typedef uint64_t jostle_id;
+
+/// What went wrong, in words.
+typedef struct jostle_error
+{
+    jostle_status status;
+    int32_t callback_result; ///< of the callback that failed; else 0
+    uint64_t index;          ///< the lowest object at fault; UINT64_MAX where none is
+    char message[496];       ///< UTF-8, ends with a zero, cut short where it is longer
+} jostle_error;
+
+/// One value per object, `stride` bytes apart (any multiple of the value's size; also negative, or 0). `data`
+/// NULL and `count` 0: not given.
+typedef struct jostle_values
+{
+    const void* data;
+    uint64_t count;
+    int64_t stride;
+} jostle_values;
+
+/// Boxes in the caller's memory, read in place: jostle::BoxView. lo[axis] points to the first box's lower
+/// bound on that axis, the next box's is `stride` bytes further on. Covers arrays of boxes, boxes inside
+/// bigger structs, one array per coordinate. jostle_boxes_strided fills it in.
+typedef struct jostle_boxes
+{
+    const void* lo[3]; ///< the last is not used in 2D
+    const void* hi[3];
+    uint64_t count;
+    int64_t stride;
+} jostle_boxes;
+
+/// Two touching objects, by their positions in the input.
+typedef struct jostle_pair
+{
+    uint32_t a, b;
+} jostle_pair;
+
+/// Some items, one after another.
+typedef struct jostle_block
+{
+    const void* items;
+    uint64_t count;
+} jostle_block;
+
+/// All items of a result, in its order: pairs (jostle_pair) or contacts (jostle_contact_...). What is given
+/// to a function as pairs may be one block of the caller's own.
+typedef struct jostle_blocks
+{
+    const jostle_block* blocks;
+    uint64_t block_count;
+    uint64_t count;     ///< of the items of all blocks
+    uint64_t item_size; ///< in bytes
+} jostle_blocks;
+
+/// The answers to many questions. Those to question i are [first[i], first[i + 1]) of `ids` and `at`.
+typedef struct jostle_lists
+{
+    uint64_t questions;
+    uint64_t count;        ///< of all answers
+    const uint64_t* first; ///< questions + 1 of them
+    const uint64_t* ids;   ///< an index's ids are 32-bit numbers, a world's a jostle_id
+    const double* at;      ///< as in jostle_hit; NULL where the question has none
+    const uint8_t* more;   ///< whether question i has more answers than were asked for
+} jostle_lists;
+
+/// An object found along a ray or sweep, or near a point: jostle::Hit, jostle::ObjectHit.
+typedef struct jostle_hit
+{
+    uint64_t id; ///< of an index: UINT64_MAX where there is none; of a world: 0
+    double at;   ///< the fraction, or the squared distance; a space of floats has it rounded to float
+} jostle_hit;
+
+/// The space inside some planes: jostle::Frustum. A plane is normal and offset: dim + 1 numbers.
+typedef struct jostle_frustum
+{
+    const void* planes;
+    uint64_t count;
+} jostle_frustum;
+
+/// The `count` boxes nearest to a point, no further than max_distance (it may be infinite): jostle::Nearest.
+typedef struct jostle_nearest_2f
+{
+    float point[2];
+    uint32_t count;
+    float max_distance;
+} jostle_nearest_2f;
+typedef struct jostle_nearest_3f
+{
+    float point[3];
+    uint32_t count;
+    float max_distance;
+} jostle_nearest_3f;
+typedef struct jostle_nearest_2d
+{
+    double point[2];
+    uint32_t count;
+    double max_distance;
+} jostle_nearest_2d;
+typedef struct jostle_nearest_3d
+{
+    double point[3];
+    uint32_t count;
+    double max_distance;
+} jostle_nearest_3d;
+
+/// The version of the library that runs.
+/// Errors    none but NULL.
+JOSTLE_C_API jostle_status jostle_version(uint32_t* major, uint32_t* minor, uint32_t* patch,
+                                          jostle_error* error);
+
+/// The name of a status, such as "nan_coordinate". It lives for ever.
+JOSTLE_C_API jostle_status jostle_status_name(jostle_status status, const char** name, jostle_error* error);
+
+/// The instruction sets that were compiled in and that this machine can run, fastest first. They live for
+/// ever.
+JOSTLE_C_API jostle_status jostle_instruction_sets(const jostle_instruction_set** sets, uint64_t* count,
+                                                   jostle_error* error);
+JOSTLE_C_API jostle_status jostle_instruction_set_name(jostle_instruction_set set, const char** name,
+                                                       jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Threads and memory: executor.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// Calls task(task_context, i) once for each i in [0, count), in any order, on any threads, and returns after
+/// the last. Tasks never fail.
+typedef int32_t (*jostle_run_function)(void* context, uint32_t count,
+                                       void (*task)(void* task_context, uint32_t i), void* task_context);
+
+/// Everything on the calling thread.
+JOSTLE_C_API jostle_status jostle_executor_serial(jostle_executor** out, jostle_error* error);
+/// What calls use that are given none: as many threads as the machine has cores.
+JOSTLE_C_API jostle_status jostle_executor_default(jostle_executor** out, jostle_error* error);
+/// At most `threads` threads of oneTBB, 0 for all; threads of its own where the library was built without
+/// oneTBB.
+JOSTLE_C_API jostle_status jostle_executor_tbb(uint32_t threads, jostle_executor** out, jostle_error* error);
+/// A pool of its own; 0 for as many threads as the machine has cores.
+JOSTLE_C_API jostle_status jostle_executor_threads(uint32_t threads, jostle_executor** out,
+                                                   jostle_error* error);
+/// The host's own job system. `run` and `context` are kept until the executor is freed and nothing uses it.
+JOSTLE_C_API jostle_status jostle_executor_callback(uint32_t concurrency, jostle_run_function run,
+                                                    void* context, jostle_executor** out,
+                                                    jostle_error* error);
+JOSTLE_C_API jostle_status jostle_executor_free(jostle_executor* executor, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_executor_concurrency(const jostle_executor* executor, uint32_t* threads,
+                                                       jostle_error* error);
+/// Runs tasks of the caller's own.
+JOSTLE_C_API jostle_status jostle_executor_run(jostle_executor* executor, uint32_t count,
+                                               void (*task)(void* context, uint32_t i), void* context,
+                                               jostle_error* error);
+
+/// Where memory comes from. Both functions are called from several threads at a time and must not fail but by
+/// returning NULL, which ends the call with JOSTLE_OUT_OF_MEMORY. They and `context` must outlive every
+/// handle that was made with them.
+typedef struct jostle_allocator
+{
+    uint64_t struct_size;
+    void* context;
+    void* (*allocate)(void* context, uint64_t size, uint64_t alignment);
+    void (*deallocate)(void* context, void* memory, uint64_t size, uint64_t alignment);
+} jostle_allocator;
+
+/// What every handle that works can be made with: jostle::FinderOptions.
+typedef struct jostle_options
+{
+    uint64_t struct_size;
+    const jostle_executor* executor;   ///< NULL: the default executor
+    const jostle_allocator* allocator; ///< NULL: new and delete
+    jostle_instruction_set instruction_set;
+} jostle_options;
+
+// ---------------------------------------------------------------------------------------------------------
+// Boxes: box.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// Boxes inside structs: `lo` and `hi` point to the dim consecutive coordinates of the first box, the next
+/// box's are `stride` bytes further on. For packed boxes hi is lo + dim numbers and stride 2 dim numbers.
+JOSTLE_C_API jostle_status jostle_boxes_strided(jostle_space space, const void* lo, const void* hi,
+                                                uint64_t count, int64_t stride, jostle_boxes* out,
+                                                jostle_error* error);
+/// Fails as every search would with these boxes, or does nothing. Cost: one pass.
+JOSTLE_C_API jostle_status jostle_boxes_validate(jostle_space space, const jostle_boxes* boxes,
+                                                 jostle_error* error);
+/// The definition that every index answers to: whether one box answers one question, and where
+/// (jostle_hit::at; 0 for regions). For JOSTLE_NEAREST: the squared distance, and whether its root is at most
+/// max_distance.
+JOSTLE_C_API jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const void* question,
+                                              const void* box, int32_t* answers, double* at,
+                                              jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Results
+// ---------------------------------------------------------------------------------------------------------
+
+/// An empty result, to be filled by a call and filled again by the next. What the functions below hand out is
+/// valid until then. `options` may be NULL; its allocator alone counts.
+JOSTLE_C_API jostle_status jostle_results_new(const jostle_options* options, jostle_results** out,
+                                              jostle_error* error);
+JOSTLE_C_API jostle_status jostle_results_free(jostle_results* results, jostle_error* error);
+/// The pairs or contacts of a result.
+JOSTLE_C_API jostle_status jostle_results_blocks(const jostle_results* results, jostle_blocks* out,
+                                                 jostle_error* error);
+/// The lists of answers of a result.
+JOSTLE_C_API jostle_status jostle_results_lists(const jostle_results* results, jostle_lists* out,
+                                                jostle_error* error);
+/// The bytes of a snapshot, or of a text (which a zero follows).
+JOSTLE_C_API jostle_status jostle_results_bytes(const jostle_results* results, const void** bytes,
+                                                uint64_t* count, jostle_error* error);
+/// Copies all blocks into one array with room for `room` items.
+/// Errors    JOSTLE_SIZE_MISMATCH if that is too small.
+JOSTLE_C_API jostle_status jostle_blocks_copy(const jostle_blocks* blocks, uint64_t room, void* out,
+                                              jostle_error* error);
+/// An order-independent fingerprint of pairs: jostle::pair_checksum.
+JOSTLE_C_API jostle_status jostle_pair_checksum(const jostle_blocks* pairs, uint64_t* checksum,
+                                                jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Pairs: find_pairs.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// 1: the pair is wanted. 0: it isn't.
+typedef int32_t (*jostle_accept_pair_function)(void* context, uint32_t a, uint32_t b);
+
+/// Which pairs are wanted: jostle::Filter and, between two sets, jostle::CrossFilter. The values are
+/// uint32_t, one per object; those not given filter nothing. Members that end in _b are for the second set.
+typedef struct jostle_filter
+{
+    uint64_t struct_size;
+    jostle_values category, mask; ///< give both or neither
+    jostle_values owner;          ///< objects of one owner never pair; UINT32_MAX belongs to nobody
+    jostle_values category_b, mask_b;
+    jostle_values owner_b;
+    jostle_accept_pair_function accept; ///< may be NULL
+    void* context;
+} jostle_filter;
+
+/// What the last search did: jostle::Stats.
+typedef struct jostle_stats
+{
+    uint64_t struct_size; ///< set by the caller; what the caller's struct doesn't have isn't written
+    uint64_t objects, pairs, records, candidates, ties, bricks, nested_grids, bytes_reserved;
+    double ms_total, ms_tune, ms_scatter, ms_sweep, ms_finish;
+} jostle_stats;
+
+/// Takes a piece of the result: jostle::PairChunk. 1: go on. 0: stop the search.
+typedef int32_t (*jostle_sink_function)(void* context, const jostle_pair* pairs, uint64_t count,
+                                        uint64_t block, uint64_t part);
+
+/// `options` may be NULL. One finder serves boxes of every space.
+JOSTLE_C_API jostle_status jostle_finder_new(const jostle_options* options, jostle_finder** out,
+                                             jostle_error* error);
+JOSTLE_C_API jostle_status jostle_finder_free(jostle_finder* finder, jostle_error* error);
+/// All pairs among `a` or, if `b` isn't NULL, of one box of `a` and one of `b`. `filter` may be NULL. The
+/// pairs lie in the finder and are valid until its next call.
+/// Cost      expected linear in boxes and pairs.
+JOSTLE_C_API jostle_status jostle_finder_find(jostle_finder* finder, jostle_space space,
+                                              const jostle_boxes* a, const jostle_boxes* b,
+                                              const jostle_filter* filter, jostle_order order,
+                                              jostle_blocks* pairs, jostle_error* error);
+/// The same, and the caller owns the pairs.
+JOSTLE_C_API jostle_status jostle_finder_take(jostle_finder* finder, jostle_space space,
+                                              const jostle_boxes* a, const jostle_boxes* b,
+                                              const jostle_filter* filter, jostle_order order,
+                                              jostle_results* results, jostle_error* error);
+/// Hands the pairs to `sink` instead of storing them. `finished` becomes 0 if the sink stopped it, else 1.
+JOSTLE_C_API jostle_status jostle_finder_stream(jostle_finder* finder, jostle_space space,
+                                                const jostle_boxes* a, const jostle_boxes* b,
+                                                const jostle_filter* filter, jostle_sink_function sink,
+                                                void* context, int32_t* finished, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_finder_stats(const jostle_finder* finder, jostle_stats* stats,
+                                               jostle_error* error);
+JOSTLE_C_API jostle_status jostle_finder_release_memory(jostle_finder* finder, jostle_error* error);
+
+/// Once, without a finder. `b`, `filter` and `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_find_pairs(jostle_space space, const jostle_boxes* a, const jostle_boxes* b,
+                                             const jostle_filter* filter, jostle_order order,
+                                             const jostle_options* options, jostle_results* results,
+                                             jostle_error* error);
+/// The definition: every box against every other, ascending by (a, b). For checking results.
+JOSTLE_C_API jostle_status jostle_find_pairs_brute_force(jostle_space space, const jostle_boxes* a,
+                                                         const jostle_boxes* b, const jostle_filter* filter,
+                                                         jostle_results* results, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Boxes that stay, and questions about them: box_index.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// 1: the object may be an answer to the question of this number. 0: not.
+typedef int32_t (*jostle_accept_answer_function)(void* context, uint32_t question, uint64_t id);
+
+/// The asker, as an object of a filter.
+typedef struct jostle_asker
+{
+    uint32_t category, mask;
+    uint32_t owner; ///< UINT32_MAX belongs to nobody
+} jostle_asker;
+
+/// Which objects a question is about: jostle::QueryFilter and jostle::ObjectQueryFilter.
+typedef struct jostle_query_filter
+{
+    uint64_t struct_size;
+    jostle_values category, mask, owner;  ///< uint32_t by id; of an index alone: a world knows its objects'
+    const jostle_asker* asker;            ///< may be NULL: then neither category, mask nor owner filter
+    const uint64_t* exclude;              ///< an object that doesn't count; NULL: none
+    jostle_accept_answer_function accept; ///< may be NULL
+    void* context;
+} jostle_query_filter;
+
+/// What an index is made of: jostle::IndexStats.
+typedef struct jostle_index_stats
+{
+    uint64_t struct_size; ///< set by the caller
+    uint64_t objects, pages, leaves, nodes, depth, bytes, sorts, splits;
+} jostle_index_stats;
+
+/// `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_index_new(jostle_space space, const jostle_options* options,
+                                            jostle_index** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_index_free(jostle_index* index, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_index_space(const jostle_index* index, jostle_space* space,
+                                              jostle_error* error);
+/// Forgets everything and takes these boxes. Box i gets the id ids[i] or, if `ids` is NULL, i. Below, too,
+/// there are as many ids as boxes.
+JOSTLE_C_API jostle_status jostle_index_build(jostle_index* index, const uint32_t* ids,
+                                              const jostle_boxes* boxes, jostle_error* error);
+/// No id may be in the index already, or twice in the call.
+JOSTLE_C_API jostle_status jostle_index_insert(jostle_index* index, const uint32_t* ids,
+                                               const jostle_boxes* boxes, jostle_error* error);
+/// Every id must be in the index, and once in the call.
+JOSTLE_C_API jostle_status jostle_index_erase(jostle_index* index, const uint32_t* ids, uint64_t count,
+                                              jostle_error* error);
+JOSTLE_C_API jostle_status jostle_index_move(jostle_index* index, const uint32_t* ids,
+                                             const jostle_boxes* boxes, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_index_clear(jostle_index* index, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_index_release_memory(jostle_index* index, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_index_size(const jostle_index* index, uint64_t* size, jostle_error* error);
+/// contains[i] becomes 1 if ids[i] is in the index, else 0.
+JOSTLE_C_API jostle_status jostle_index_contains(const jostle_index* index, const uint32_t* ids,
+                                                 uint64_t count, uint8_t* contains, jostle_error* error);
+/// The boxes of objects that are in the index: 2 dim numbers each.
+JOSTLE_C_API jostle_status jostle_index_boxes(const jostle_index* index, const uint32_t* ids, uint64_t count,
+                                              void* boxes, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_stats* stats,
+                                                   jostle_error* error);
+/// All pairs of one of `boxes` and an object whose box it touches, ascending by (a, b): a is the position in
+/// `boxes`, b the object's id. One call at a time.
+JOSTLE_C_API jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes,
+                                             jostle_results* results, jostle_error* error);
+
+// Questions: `count` of one kind, one after another in memory. One is answered on the calling thread, more on
+// the executor. `filter` may be NULL.
+
+/// The first object along each ray or sweep: hits[i].
+JOSTLE_C_API jostle_status jostle_index_first(const jostle_index* index, jostle_question kind,
+                                              const void* questions, uint64_t count,
+                                              const jostle_query_filter* filter, jostle_hit* hits,
+                                              jostle_error* error);
+/// All objects along each ray or sweep, ascending by (at, id), or in each box, sphere or frustum, ascending
+/// by id, or nearest to each point, ascending by (at, id). No more than max_results each: UINT64_MAX for all.
+/// (For JOSTLE_NEAREST it must be that: each question says itself how many.)
+JOSTLE_C_API jostle_status jostle_index_all(const jostle_index* index, jostle_question kind,
+                                            const void* questions, uint64_t count,
+                                            const jostle_query_filter* filter, uint64_t max_results,
+                                            jostle_results* results, jostle_error* error);
+/// Whether there is any, 1 or 0: any[i]. Not for JOSTLE_NEAREST.
+JOSTLE_C_API jostle_status jostle_index_any(const jostle_index* index, jostle_question kind,
+                                            const void* questions, uint64_t count,
+                                            const jostle_query_filter* filter, uint8_t* any,
+                                            jostle_error* error);
+/// How many there are: counts[i]. Not for JOSTLE_NEAREST.
+JOSTLE_C_API jostle_status jostle_index_count(const jostle_index* index, jostle_question kind,
+                                              const void* questions, uint64_t count,
+                                              const jostle_query_filter* filter, uint64_t* counts,
+                                              jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Objects that live, move and rest, and the pairs between them: world.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// Whom an object pairs with: jostle::ObjectFilter.
+typedef struct jostle_object_filter
+{
+    uint32_t category; ///< where none is given: 1
+    uint32_t mask;     ///< where none is given: all bits
+    uint32_t owner;    ///< where none is given: UINT32_MAX, nobody
+    int32_t is_static; ///< 1: never pairs with static ones
+} jostle_object_filter;
+
+/// 1: the pair may begin. 0: not. Called in update() on its thread, in ascending order of the pairs.
+typedef int32_t (*jostle_accept_object_pair_function)(void* context, jostle_id a, jostle_id b);
+
+/// jostle::WorldOptions. `context` and what accept needs must outlive the world.
+typedef struct jostle_world_options
+{
+    uint64_t struct_size;
+    const jostle_options* common; ///< may be NULL
+    double margin;
+    jostle_accept_object_pair_function accept; ///< may be NULL
+    void* context;
+} jostle_world_options;
+
+/// What new objects are like: jostle::ObjectOptions.
+typedef struct jostle_object_options
+{
+    uint64_t struct_size;
+    const jostle_object_filter* filter; ///< NULL: pairs with all
+    double margin;
+    int32_t disabled; ///< 1: keeps its id and box, touches nothing
+} jostle_object_options;
+
+typedef struct jostle_id_pair
+{
+    jostle_id a, b; ///< the index of a is less than that of b
+} jostle_id_pair;
+
+typedef struct jostle_ended_pair
+{
+    jostle_id a, b;
+    jostle_end_reason reason;
+    int32_t reserved; ///< 0
+} jostle_ended_pair;
+
+/// What the last update did, and what there is: jostle::WorldStats.
+typedef struct jostle_world_stats
+{
+    uint64_t struct_size; ///< set by the caller
+    uint64_t objects, resting, active, disabled, refused;
+    uint64_t commands, dropped, changed, woken, settled, candidates, false_positives, listed, began,
+        persisted, ended;
+    uint64_t bytes_reserved;
+    double us_total, us_apply, us_active, us_resting, us_events, us_index;
+} jostle_world_stats;
+
+/// A part of the picture: a box, 2 dim numbers, or a line from centre to centre, 2 dim numbers.
+typedef int32_t (*jostle_draw_function)(void* context, const void* numbers, jostle_draw_kind kind);
+
+/// `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_world_new(jostle_space space, const jostle_world_options* options,
+                                            jostle_world** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_free(jostle_world* world, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_space(const jostle_world* world, jostle_space* space,
+                                              jostle_error* error);
+
+// Commands: queued, from any thread at any time; they take effect in the next update. Each is for many
+// objects; one is a count of 1. Of equal commands of several threads for one object the greatest `sequence`
+// wins. jostle_world_add, _remove and _move without displacements are all or nothing. The others, where
+// element i is at fault (jostle_error::index), have queued the commands before it.
+
+/// As many new objects as boxes. ids[i] becomes that of box i, good at once. `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_world_add(jostle_world* world, const jostle_boxes* boxes,
+                                            const jostle_object_options* options, jostle_id* ids,
+                                            jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_remove(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                               jostle_error* error);
+/// New boxes, as many as ids. `displacements`, dim numbers each and one after another, may be NULL: during
+/// the coming step the boxes move that far, and touch what lies on their way.
+JOSTLE_C_API jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids,
+                                             const jostle_boxes* boxes, const void* displacements,
+                                             uint32_t sequence, jostle_error* error);
+/// The same as move; says that the places needn't be near each other.
+JOSTLE_C_API jostle_status jostle_world_teleport(jostle_world* world, const jostle_id* ids,
+                                                 const jostle_boxes* boxes, uint32_t sequence,
+                                                 jostle_error* error);
+/// New edge lengths, dim numbers each, the same centres.
+JOSTLE_C_API jostle_status jostle_world_resize(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                               const void* sizes, uint32_t sequence, jostle_error* error);
+/// A filter for each object.
+JOSTLE_C_API jostle_status jostle_world_set_filter(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                                   const jostle_object_filter* filters, uint32_t sequence,
+                                                   jostle_error* error);
+/// A margin for each object, on top of the world's.
+JOSTLE_C_API jostle_status jostle_world_set_margin(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                                   const double* margins, uint32_t sequence,
+                                                   jostle_error* error);
+/// 1 or 0 for each object.
+JOSTLE_C_API jostle_status jostle_world_set_enabled(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                                    const uint8_t* enabled, uint32_t sequence,
+                                                    jostle_error* error);
+
+/// Applies what was queued before and finds out what that did to the pairs.
+JOSTLE_C_API jostle_status jostle_world_update(jostle_world* world, jostle_error* error);
+/// Moves these objects and updates; the boxes are read in place. As many ids as boxes.
+JOSTLE_C_API jostle_status jostle_world_update_moves(jostle_world* world, const jostle_id* ids,
+                                                     const jostle_boxes* boxes, jostle_error* error);
+
+// The pairs, as of the last update and valid until the next.
+
+/// Those that touch now and didn't before, ascending by index.
+JOSTLE_C_API jostle_status jostle_world_began(const jostle_world* world, const jostle_id_pair** pairs,
+                                              uint64_t* count, jostle_error* error);
+/// Those that touched before and don't now, ascending by index, and why.
+JOSTLE_C_API jostle_status jostle_world_ended(const jostle_world* world, const jostle_ended_pair** pairs,
+                                              uint64_t* count, jostle_error* error);
+/// Those that touched before and still do, and of which one object changed: jostle_pair by index.
+JOSTLE_C_API jostle_status jostle_world_persisted(const jostle_world* world, jostle_blocks* pairs,
+                                                  jostle_error* error);
+/// Began and persisted as one list, by index: what jostle_contact_finder_find wants.
+JOSTLE_C_API jostle_status jostle_world_changed_pairs(const jostle_world* world, jostle_blocks* pairs,
+                                                      jostle_error* error);
+/// All pairs that touch, by index, owned by the caller. Costs as much as finding them anew.
+JOSTLE_C_API jostle_status jostle_world_pairs(const jostle_world* world, jostle_results* results,
+                                              jostle_error* error);
+
+// Questions, about the objects as of the last update: as those of jostle_index.
+
+JOSTLE_C_API jostle_status jostle_world_first(const jostle_world* world, jostle_question kind,
+                                              const void* questions, uint64_t count,
+                                              const jostle_query_filter* filter, jostle_hit* hits,
+                                              jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_all(const jostle_world* world, jostle_question kind,
+                                            const void* questions, uint64_t count,
+                                            const jostle_query_filter* filter, uint64_t max_results,
+                                            jostle_results* results, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_any(const jostle_world* world, jostle_question kind,
+                                            const void* questions, uint64_t count,
+                                            const jostle_query_filter* filter, uint8_t* any,
+                                            jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_count(const jostle_world* world, jostle_question kind,
+                                              const void* questions, uint64_t count,
+                                              const jostle_query_filter* filter, uint64_t* counts,
+                                              jostle_error* error);
+/// All pairs of one of `boxes` and an object that it touches, ascending by (a, b): a is the position in
+/// `boxes`, b the object's index. One call at a time.
+JOSTLE_C_API jostle_status jostle_world_join(jostle_world* world, const jostle_boxes* boxes,
+                                             const jostle_query_filter* filter, jostle_results* results,
+                                             jostle_error* error);
+
+// The objects, as of the last update.
+
+JOSTLE_C_API jostle_status jostle_world_size(const jostle_world* world, uint64_t* size, jostle_error* error);
+/// Every index is less than this.
+JOSTLE_C_API jostle_status jostle_world_index_end(const jostle_world* world, uint32_t* end,
+                                                  jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_contains(const jostle_world* world, const jostle_id* ids,
+                                                 uint64_t count, uint8_t* contains, jostle_error* error);
+/// The ids of the objects with these indices; 0 where there is none.
+JOSTLE_C_API jostle_status jostle_world_ids(const jostle_world* world, const uint32_t* indices,
+                                            uint64_t count, jostle_id* ids, jostle_error* error);
+/// As they were given: 2 dim numbers each.
+JOSTLE_C_API jostle_status jostle_world_boxes(const jostle_world* world, const jostle_id* ids, uint64_t count,
+                                              void* boxes, jostle_error* error);
+/// As they are compared, margins and displacements included.
+JOSTLE_C_API jostle_status jostle_world_bounds(const jostle_world* world, const jostle_id* ids,
+                                               uint64_t count, void* boxes, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_filters(const jostle_world* world, const jostle_id* ids,
+                                                uint64_t count, jostle_object_filter* filters,
+                                                jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_enabled(const jostle_world* world, const jostle_id* ids,
+                                                uint64_t count, uint8_t* enabled, jostle_error* error);
+/// The world's and the object's own together.
+JOSTLE_C_API jostle_status jostle_world_margins(const jostle_world* world, const jostle_id* ids,
+                                                uint64_t count, double* margins, jostle_error* error);
+
+/// What the world is, as bytes: the same on every machine.
+JOSTLE_C_API jostle_status jostle_world_save(const jostle_world* world, jostle_results* results,
+                                             jostle_error* error);
+/// Becomes the world that was saved.
+JOSTLE_C_API jostle_status jostle_world_restore(jostle_world* world, const void* snapshot, uint64_t size,
+                                                jostle_error* error);
+/// Another world like this one, with the same accept and context.
+JOSTLE_C_API jostle_status jostle_world_fork(const jostle_world* world, jostle_world** out,
+                                             jostle_error* error);
+
+JOSTLE_C_API jostle_status jostle_world_stats_read(const jostle_world* world, jostle_world_stats* stats,
+                                                   jostle_error* error);
+/// What the world looks like, in words.
+JOSTLE_C_API jostle_status jostle_world_explain(const jostle_world* world, jostle_results* results,
+                                                jostle_error* error);
+/// Calls `box` for every object and `line` for every pair of the last update's lists, on the calling thread.
+/// Either may be NULL.
+JOSTLE_C_API jostle_status jostle_world_draw(const jostle_world* world, jostle_draw_function box,
+                                             jostle_draw_function line, void* context, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Shapes: shapes.hpp. Numbers of shapes are double whatever the space. `dim` is 2 or 3.
+// ---------------------------------------------------------------------------------------------------------
+
+/// A point of a user's own shape furthest in `direction`: dim doubles each. It never fails and depends on
+/// `direction` alone.
+typedef void (*jostle_support_function)(void* context, const double* direction, double* point);
+
+/// What a shape is.
+typedef struct jostle_shape_info
+{
+    int32_t dim;
+    jostle_shape_type type;
+    double radius;
+    double size[3];
+    double offset;
+    void* context; ///< of a user's own shape; else NULL
+} jostle_shape_info;
+
+/// In 2D a circle.
+JOSTLE_C_API jostle_status jostle_shape_sphere(int32_t dim, double radius, jostle_shape** out,
+                                               jostle_error* error);
+/// All points within `radius` of a segment along the local y axis.
+JOSTLE_C_API jostle_status jostle_shape_capsule(int32_t dim, double half_length, double radius,
+                                                jostle_shape** out, jostle_error* error);
+/// Half the edges: dim numbers.
+JOSTLE_C_API jostle_status jostle_shape_box(int32_t dim, const double* half, jostle_shape** out,
+                                            jostle_error* error);
+/// Everything below a plane. The normal has dim numbers.
+JOSTLE_C_API jostle_status jostle_shape_half_space(int32_t dim, const double* normal, double offset,
+                                                   jostle_shape** out, jostle_error* error);
+/// The convex hull of points: dim numbers of the space each, one after another.
+JOSTLE_C_API jostle_status jostle_shape_hull(jostle_space space, const void* points, uint64_t count,
+                                             jostle_shape** out, jostle_error* error);
+/// Triangles or, in 2D, segments: dim indices each.
+JOSTLE_C_API jostle_status jostle_shape_mesh(jostle_space space, const void* vertices, uint64_t vertex_count,
+                                             const uint32_t* elements, uint64_t element_count,
+                                             jostle_shape** out, jostle_error* error);
+/// Terrain: columns x rows heights, row by row; jostle::HeightGrid. `space` is JOSTLE_3F or JOSTLE_3D.
+JOSTLE_C_API jostle_status jostle_shape_height_field(jostle_space space, const void* heights,
+                                                     uint32_t columns, uint32_t rows, double spacing_x,
+                                                     double spacing_z, double thickness, jostle_shape** out,
+                                                     jostle_error* error);
+/// Several shapes that move as one. Their poses are dim + 4 (3D) or dim + 2 (2D) doubles each.
+JOSTLE_C_API jostle_status jostle_shape_compound(int32_t dim, const jostle_shape* const* children,
+                                                 const double* poses, uint64_t count, jostle_shape** out,
+                                                 jostle_error* error);
+/// A user's own shape, of a type from JOSTLE_SHAPE_FIRST_CUSTOM on, within `radius` of its origin. `support`
+/// may be NULL: then it meets what jostle_contact_finder_add_test says. `context` must outlive it.
+JOSTLE_C_API jostle_status jostle_shape_custom(int32_t dim, jostle_shape_type type, double radius,
+                                               jostle_support_function support, void* context,
+                                               jostle_shape** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_shape_free(jostle_shape* shape, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_shape_info_read(const jostle_shape* shape, jostle_shape_info* info,
+                                                  jostle_error* error);
+/// The corners of a hull: dim doubles each; valid while the shape is.
+JOSTLE_C_API jostle_status jostle_shape_vertices(const jostle_shape* shape, const double** vertices,
+                                                 uint64_t* count, jostle_error* error);
+/// The faces of a hull (edges in 2D), the elements of a mesh.
+JOSTLE_C_API jostle_status jostle_shape_face_count(const jostle_shape* shape, uint64_t* count,
+                                                   jostle_error* error);
+/// The corners of one face of a hull in 3D, counterclockwise seen from outside; valid while the shape is.
+JOSTLE_C_API jostle_status jostle_shape_face(const jostle_shape* shape, uint64_t face,
+                                             const uint32_t** corners, uint64_t* count, jostle_error* error);
+
+/// A list with one shape per object. It may be read by several threads, and changed by one.
+JOSTLE_C_API jostle_status jostle_shapes_new(int32_t dim, jostle_shapes** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_shapes_free(jostle_shapes* shapes, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_shapes_clear(jostle_shapes* shapes, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_shapes_size(const jostle_shapes* shapes, uint64_t* size,
+                                              jostle_error* error);
+/// Appends the same shape for `count` objects.
+JOSTLE_C_API jostle_status jostle_shapes_add(jostle_shapes* shapes, const jostle_shape* shape, uint64_t count,
+                                             jostle_error* error);
+/// Appends a sphere for each radius, a capsule for each half length and radius, a box for each dim half
+/// edges.
+JOSTLE_C_API jostle_status jostle_shapes_add_spheres(jostle_shapes* shapes, const double* radii,
+                                                     uint64_t count, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_shapes_add_capsules(jostle_shapes* shapes, const double* half_lengths,
+                                                      const double* radii, uint64_t count,
+                                                      jostle_error* error);
+JOSTLE_C_API jostle_status jostle_shapes_add_boxes(jostle_shapes* shapes, const double* halves,
+                                                   uint64_t count, jostle_error* error);
+/// Gives one object another shape.
+JOSTLE_C_API jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object,
+                                             const jostle_shape* shape, jostle_error* error);
+
+/// Objects with a shape and a pose. A pose is a position and, in 3D, a quaternion x, y, z, w; in 2D cosine
+/// and sine: 7 or 4 numbers of the space. Where a motion is wanted, linear and angular velocity follow: 13 or
+/// 7 numbers.
+typedef struct jostle_objects
+{
+    const jostle_shapes* shapes;
+    jostle_values poses;
+} jostle_objects;
+
+/// The tightest box around each object, rounded outwards, with `margin` added: 2 dim numbers each. `executor`
+/// may be NULL: the calling thread.
+JOSTLE_C_API jostle_status jostle_bounds(jostle_space space, const jostle_objects* objects, double margin,
+                                         jostle_executor* executor, void* boxes, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Contacts, distances, impacts: contact.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// Where two objects touch: jostle::Contact.
+typedef struct jostle_contact_point_2f
+{
+    float from_a[2], from_b[2], depth;
+    uint32_t feature;
+} jostle_contact_point_2f;
+typedef struct jostle_contact_2f
+{
+    jostle_pair pair;
+    uint32_t part_a, part_b;
+    float normal[2];
+    uint32_t count;
+    jostle_contact_point_2f point[2];
+} jostle_contact_2f;
+typedef struct jostle_contact_point_3f
+{
+    float from_a[3], from_b[3], depth;
+    uint32_t feature;
+} jostle_contact_point_3f;
+typedef struct jostle_contact_3f
+{
+    jostle_pair pair;
+    uint32_t part_a, part_b;
+    float normal[3];
+    uint32_t count;
+    jostle_contact_point_3f point[4];
+} jostle_contact_3f;
+typedef struct jostle_contact_point_2d
+{
+    double from_a[2], from_b[2], depth;
+    uint32_t feature;
+} jostle_contact_point_2d;
+typedef struct jostle_contact_2d
+{
+    jostle_pair pair;
+    uint32_t part_a, part_b;
+    double normal[2];
+    uint32_t count;
+    jostle_contact_point_2d point[2];
+} jostle_contact_2d;
+typedef struct jostle_contact_point_3d
+{
+    double from_a[3], from_b[3], depth;
+    uint32_t feature;
+} jostle_contact_point_3d;
+typedef struct jostle_contact_3d
+{
+    jostle_pair pair;
+    uint32_t part_a, part_b;
+    double normal[3];
+    uint32_t count;
+    jostle_contact_point_3d point[4];
+} jostle_contact_3d;
+
+/// What a user's own test is given: jostle::PairTestInput. Poses are position and rotation, counted from a's
+/// position: 7 or 4 doubles.
+typedef struct jostle_pair_test_input
+{
+    jostle_shape_info shape_a, shape_b;
+    const double *pose_a, *pose_b;
+    double margin;
+} jostle_pair_test_input;
+
+/// Calls emit(emit_context, contact) for each contact, a jostle_contact_2d or _3d by the finder's space. It
+/// never fails.
+typedef void (*jostle_pair_test_function)(void* context, const jostle_pair_test_input* input,
+                                          void (*emit)(void* emit_context, const void* contact),
+                                          void* emit_context);
+
+/// `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_contact_finder_new(jostle_space space, const jostle_options* options,
+                                                     jostle_contact_finder** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_contact_finder_free(jostle_contact_finder* finder, jostle_error* error);
+/// A user's own test for the shapes of two types. `context` must outlive the finder.
+JOSTLE_C_API jostle_status jostle_contact_finder_add_test(jostle_contact_finder* finder,
+                                                          jostle_shape_type type_a, jostle_shape_type type_b,
+                                                          jostle_pair_test_function test, void* context,
+                                                          jostle_error* error);
+
+// Below, pairs are among the objects `a` or, if `b` isn't NULL, of one of `a` and one of `b`. Results are in
+// the order of the pairs. Lengths are rounded to the numbers of the space.
+
+/// All contacts of shapes that touch or have a gap of up to `margin`. They lie in the finder and are valid
+/// until its next call.
+JOSTLE_C_API jostle_status jostle_contact_finder_find(jostle_contact_finder* finder, const jostle_objects* a,
+                                                      const jostle_objects* b, const jostle_blocks* pairs,
+                                                      double margin, jostle_blocks* contacts,
+                                                      jostle_error* error);
+/// Moves the contacts of the last find into `results`.
+JOSTLE_C_API jostle_status jostle_contact_finder_take(jostle_contact_finder* finder, jostle_results* results,
+                                                      jostle_error* error);
+/// Whether the shapes of each pair touch: 1 or 0.
+JOSTLE_C_API jostle_status jostle_contact_finder_touching(jostle_contact_finder* finder,
+                                                          const jostle_objects* a, const jostle_objects* b,
+                                                          const jostle_blocks* pairs, uint8_t* touching,
+                                                          jostle_error* error);
+/// Distance, normal, point on a, point on b: 3 dim + 1 numbers of the space each. The distance is infinite
+/// where it is more than max_distance.
+JOSTLE_C_API jostle_status jostle_contact_finder_distances(jostle_contact_finder* finder,
+                                                           const jostle_objects* a, const jostle_objects* b,
+                                                           const jostle_blocks* pairs, double max_distance,
+                                                           void* distances, jostle_error* error);
+/// Time, normal, point from a, point from b: 3 dim + 1 numbers of the space each. The time is infinite where
+/// there is no impact. The objects have motions in place of poses.
+JOSTLE_C_API jostle_status jostle_contact_finder_impacts(jostle_contact_finder* finder,
+                                                         const jostle_objects* a, const jostle_objects* b,
+                                                         const jostle_blocks* pairs, double tolerance,
+                                                         void* impacts, jostle_error* error);
+
+// One pair at a time, with the same bits. Poses and motions are numbers of the space.
+
+JOSTLE_C_API jostle_status jostle_touching(jostle_space space, const jostle_shape* a, const void* pose_a,
+                                           const jostle_shape* b, const void* pose_b, int32_t* touching,
+                                           jostle_error* error);
+JOSTLE_C_API jostle_status jostle_contacts(jostle_space space, const jostle_shape* a, const void* pose_a,
+                                           const jostle_shape* b, const void* pose_b, double margin,
+                                           jostle_results* results, jostle_error* error);
+/// As one element of jostle_contact_finder_distances.
+JOSTLE_C_API jostle_status jostle_distance(jostle_space space, const jostle_shape* a, const void* pose_a,
+                                           const jostle_shape* b, const void* pose_b, double max_distance,
+                                           void* distance, jostle_error* error);
+/// As one element of jostle_contact_finder_impacts.
+JOSTLE_C_API jostle_status jostle_time_of_impact(jostle_space space, const jostle_shape* a,
+                                                 const void* motion_a, const jostle_shape* b,
+                                                 const void* motion_b, double tolerance, void* impact,
+                                                 jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Work on pairs: process.hpp, responses.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// How work is cut: jostle::ProcessOptions.
+typedef struct jostle_process_options
+{
+    uint64_t struct_size;
+    const jostle_executor* executor; ///< NULL: the default executor
+    uint64_t block_items;            ///< 0: chosen by their number
+} jostle_process_options;
+
+/// jostle::WorkPlan.
+typedef struct jostle_work_plan
+{
+    uint64_t items;
+    uint64_t block_items;
+    uint32_t blocks;
+    uint32_t slots;
+} jostle_work_plan;
+
+/// Where a callback stands: jostle::Work.
+typedef struct jostle_work
+{
+    uint32_t slot;
+    uint32_t block;
+} jostle_work;
+
+/// Works on the items [begin, end). 0: done.
+typedef int32_t (*jostle_process_items_function)(void* context, uint64_t begin, uint64_t end,
+                                                 jostle_work work);
+/// Works on some items of a result; the first of them is number `first`. 0: done.
+typedef int32_t (*jostle_process_blocks_function)(void* context, const void* items, uint64_t count,
+                                                  uint64_t first, jostle_work work);
+/// Works on the pairs of `a` with b_begin to b_end - 1. 0: done.
+typedef int32_t (*jostle_process_row_function)(void* context, uint32_t a, uint32_t b_begin, uint32_t b_end,
+                                               jostle_work work);
+
+/// How the functions below cut that much work. `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_plan_work(uint64_t items, const jostle_process_options* options,
+                                            jostle_work_plan* plan, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_plan_all_pairs(uint32_t objects, const jostle_process_options* options,
+                                                 jostle_work_plan* plan, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_process_items(uint64_t items, jostle_process_items_function process,
+                                                void* context, const jostle_process_options* options,
+                                                jostle_error* error);
+/// Works on all pairs, or contacts, of a result.
+JOSTLE_C_API jostle_status jostle_process_blocks(const jostle_blocks* blocks,
+                                                 jostle_process_blocks_function process, void* context,
+                                                 const jostle_process_options* options, jostle_error* error);
+/// Works on all pairs a < b of so many objects.
+JOSTLE_C_API jostle_status jostle_process_all_pairs(uint32_t objects, jostle_process_row_function process,
+                                                    void* context, const jostle_process_options* options,
+                                                    jostle_schedule schedule, jostle_error* error);
+
+/// Merges `value` into `into`, both of the responses' width; zeros must be neutral. It never fails.
+typedef void (*jostle_merge_function)(void* context, void* into, const void* value);
+/// Takes the merged values of the objects from `first` on. It never fails.
+typedef void (*jostle_apply_function)(void* context, uint32_t first, uint32_t count, const void* values);
+
+typedef struct jostle_responses_options
+{
+    uint64_t struct_size;
+    const jostle_options* common; ///< may be NULL
+    jostle_response_form form;
+    jostle_merge_function merge; ///< NULL: adds up
+    void* context;               ///< must outlive the responses
+} jostle_responses_options;
+
+/// What happens to objects, put together from all cores with the same bits whoever worked. A response is 1 to
+/// 8 numbers of one type. `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_responses_new(jostle_number number, uint32_t width,
+                                                const jostle_responses_options* options,
+                                                jostle_responses** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_responses_free(jostle_responses* responses, jostle_error* error);
+/// Forgets everything, and makes room for work that was cut by `plan` and adds to `objects` objects.
+JOSTLE_C_API jostle_status jostle_responses_start(jostle_responses* responses, uint32_t objects,
+                                                  const jostle_work_plan* plan, jostle_error* error);
+/// Adds `count` responses of objects, `width` numbers each, while working on `work`. From several threads at
+/// a time if their slots differ.
+JOSTLE_C_API jostle_status jostle_responses_add(jostle_responses* responses, jostle_work work, uint64_t count,
+                                                const uint32_t* objects, const void* values,
+                                                jostle_error* error);
+/// The merged responses of all objects, `width` numbers each; valid until the next start. `apply` may be
+/// NULL; else it is given runs of objects as soon as they are merged, from several threads at a time.
+JOSTLE_C_API jostle_status jostle_responses_merge(jostle_responses* responses, jostle_apply_function apply,
+                                                  void* context, const void** values, uint64_t* count,
+                                                  jostle_error* error);
+/// Start, add and merge in one: responses i belongs to object objects[i]. Bit for bit the same for any number
+/// of threads.
+JOSTLE_C_API jostle_status jostle_responses_sum(jostle_responses* responses, uint32_t object_count,
+                                                const uint32_t* objects, const void* values, uint64_t count,
+                                                const void** sums, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_responses_form(const jostle_responses* responses,
+                                                 jostle_response_form* form, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_responses_bytes_reserved(const jostle_responses* responses, uint64_t* bytes,
+                                                           jostle_error* error);
+JOSTLE_C_API jostle_status jostle_responses_release_memory(jostle_responses* responses, jostle_error* error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

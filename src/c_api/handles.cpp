@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#include "c_api/handles.hpp"
+
+#include <array>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+
+namespace jostle::c_api {
+namespace {
+
+constexpr std::uint64_t freed = 0x6a6f73746c65ff00U;
+
+// Handles that were freed, the last 1024 of them: a pointer to one of these still says that it was freed. It is
+// memory and nothing else: no result depends on it.
+constexpr std::size_t remembered = 1024;
+constinit std::array<std::atomic<Handle*>, remembered> graveyard{};
+constinit std::atomic<std::size_t> next_grave{0};
+
+void tell(jostle_error* error, jostle_status status, const char* message, std::uint64_t index,
+          std::int32_t callback_result) noexcept
+{
+    if (error == nullptr) return;
+    error->status = status;
+    error->callback_result = callback_result;
+    error->index = index;
+    std::size_t size = std::strlen(message);
+    if (size >= sizeof error->message) {
+        size = sizeof error->message - 1;
+        while (size > 0 &&
+               (static_cast<unsigned char>(message[size]) & 0xC0U) == 0x80U) // not within a character
+            --size;
+    }
+    std::memcpy(error->message, message, size);
+    error->message[size] = '\0';
+}
+
+} // namespace
+
+Content::~Content() = default;
+
+jostle_status report(jostle_error* error) noexcept
+{
+    constexpr std::uint64_t none = UINT64_MAX;
+    try {
+        throw;
+    } catch (const Failure& failure) {
+        tell(error, failure.status, failure.message.c_str(), failure.index, failure.callback_result);
+        return failure.status;
+    } catch (const Error& thrown) {
+        const auto status = static_cast<jostle_status>(thrown.code());
+        tell(error, status, thrown.what(), thrown.index(), 0);
+        return status;
+    } catch (const std::bad_alloc&) {
+        tell(error, JOSTLE_OUT_OF_MEMORY, "out of memory", none, 0);
+        return JOSTLE_OUT_OF_MEMORY;
+    } catch (const std::length_error&) {
+        tell(error, JOSTLE_TOO_MANY_OBJECTS, "more elements than memory can hold", none, 0);
+        return JOSTLE_TOO_MANY_OBJECTS;
+    } catch (const std::exception& thrown) {
+        tell(error, JOSTLE_INTERNAL_ERROR, thrown.what(), none, 0);
+    } catch (...) {
+        tell(error, JOSTLE_INTERNAL_ERROR, "an unknown exception", none, 0);
+    }
+    return JOSTLE_INTERNAL_ERROR;
+}
+
+Content& open(const void* handle, std::uint64_t mark, const char* name)
+{
+    if (handle == nullptr) refuse(std::string("the ") + name + " is NULL");
+    if (reinterpret_cast<std::uintptr_t>(handle) % alignof(Handle) != 0)
+        refuse(std::string("this is no ") + name, JOSTLE_BAD_HANDLE);
+    const Handle& opened = *static_cast<const Handle*>(handle);
+    const std::uint64_t found = opened.mark.load(std::memory_order_relaxed);
+    if (found == mark) return *opened.content;
+    if (found == freed) refuse(std::string("this ") + name + " was freed", JOSTLE_BAD_HANDLE);
+    refuse(std::string("this is no ") + name, JOSTLE_BAD_HANDLE);
+}
+
+void release(void* handle, std::uint64_t mark, const char* name)
+{
+    open(handle, mark, name);
+    Handle& opened = *static_cast<Handle*>(handle);
+    std::uint64_t expected = mark;
+    // Of two threads that free one handle, one does.
+    if (!opened.mark.compare_exchange_strong(expected, freed))
+        refuse(std::string("this ") + name + " was freed", JOSTLE_BAD_HANDLE);
+    delete std::exchange(opened.content, nullptr);
+    delete graveyard[next_grave.fetch_add(1) % remembered].exchange(&opened);
+}
+
+void refuse_space(jostle_space space)
+{
+    refuse("the space is " + std::to_string(space) +
+           ": it must be JOSTLE_2F, JOSTLE_3F, JOSTLE_2D or JOSTLE_3D");
+}
+
+void check_stride(std::uint64_t count, std::int64_t stride, std::size_t alignment, const char* name)
+{
+    if (stride % static_cast<std::int64_t>(alignment) != 0)
+        refuse(std::string("the stride of ") + name + " is " + std::to_string(stride) +
+               " bytes: it must be a multiple of " + std::to_string(alignment));
+    const std::uint64_t step =
+        stride < 0 ? 0 - static_cast<std::uint64_t>(stride) : static_cast<std::uint64_t>(stride);
+    if (count > static_cast<std::uint64_t>(PTRDIFF_MAX) / (step == 0 ? 1 : step))
+        refuse(std::string(name) + " can't have " + std::to_string(count) + " elements, " +
+                   std::to_string(stride) + " bytes apart",
+               JOSTLE_TOO_MANY_OBJECTS);
+}
+
+const jostle_blocks& wanted_blocks(const jostle_blocks* blocks, const char* name)
+{
+    const jostle_blocks& given = wanted(blocks, name);
+    wanted_array(given.blocks, given.block_count, name);
+    std::uint64_t count = 0;
+    for (std::uint64_t i = 0; i < given.block_count; ++i) {
+        const jostle_block& block = given.blocks[i];
+        if (block.count != 0 && block.items == nullptr)
+            refuse(std::string(name) + "::blocks[" + std::to_string(i) + "].items is NULL");
+        if (given.item_size != 0 && block.count > static_cast<std::uint64_t>(PTRDIFF_MAX) / given.item_size)
+            refuse(std::string(name) + "::blocks[" + std::to_string(i) + "] can't have " +
+                       std::to_string(block.count) + " items",
+                   JOSTLE_TOO_MANY_OBJECTS);
+        if (block.count > given.count - count) {
+            count = UINT64_MAX;
+            break;
+        }
+        count += block.count;
+    }
+    if (count != given.count)
+        refuse(std::string(name) + "::count is " + std::to_string(given.count) +
+                   ", which isn't what its blocks have",
+               JOSTLE_SIZE_MISMATCH);
+    return given;
+}
+
+std::span<const Pair> read_pairs(const jostle_blocks* pairs, std::vector<Pair>& scratch)
+{
+    static_assert(sizeof(Pair) == sizeof(jostle_pair));
+    const jostle_blocks& given = wanted_blocks(pairs, "pairs");
+    if (given.item_size != sizeof(Pair))
+        refuse("pairs::item_size is " + std::to_string(given.item_size) + ": these are no jostle_pair");
+    const auto span_of = [](const jostle_block& block) {
+        return std::span(wanted_array_of<Pair>(block.items, block.count, "pairs"),
+                         static_cast<std::size_t>(block.count));
+    };
+    if (given.block_count == 1) return span_of(given.blocks[0]);
+    scratch.clear();
+    scratch.reserve(static_cast<std::size_t>(given.count));
+    for (std::uint64_t i = 0; i < given.block_count; ++i) {
+        const std::span<const Pair> block = span_of(given.blocks[i]);
+        scratch.insert(scratch.end(), block.begin(), block.end());
+    }
+    return scratch;
+}
+
+} // namespace jostle::c_api

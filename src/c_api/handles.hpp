@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <memory_resource>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "jostle/block_buffer.hpp"
+#include "jostle/error.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/jostle.h"
+
+// What every function of the C interface begins and ends with: handles opened, exceptions turned into a status.
+
+namespace jostle::c_api {
+
+/// Leaves a function as this status.
+struct Failure
+{
+    jostle_status status;
+    std::string message;
+    std::uint64_t index = UINT64_MAX;
+    std::int32_t callback_result = 0;
+};
+
+[[noreturn]] inline void refuse(std::string message, jostle_status status = JOSTLE_INVALID_ARGUMENT,
+                                std::uint64_t index = UINT64_MAX)
+{
+    throw Failure{status, std::move(message), index};
+}
+
+/// What the exception being handled says as a status, which `error` is told if there is one.
+jostle_status report(jostle_error* error) noexcept;
+
+/// Runs the inside of a function. What it throws becomes the status.
+template <class F>
+jostle_status guarded(jostle_error* error, F&& inside) noexcept
+{
+    // Ids and hits are read and written here as other types of the same layout. With link-time optimisation
+    // the caller's own accesses must not move across.
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    jostle_status status = JOSTLE_OK;
+    try {
+        inside();
+        if (error != nullptr) {
+            error->status = JOSTLE_OK;
+            error->callback_result = 0;
+            error->index = UINT64_MAX;
+            error->message[0] = '\0';
+        }
+    } catch (...) {
+        status = report(error);
+    }
+    std::atomic_signal_fence(std::memory_order_seq_cst);
+    return status;
+}
+
+/// Leaves the call if a callback failed.
+inline bool agreed(std::int32_t result)
+{
+    if (result < 0)
+        throw Failure{JOSTLE_CALLBACK_FAILED, "a callback failed: it returned " + std::to_string(result),
+                      UINT64_MAX, result};
+    return result != 0;
+}
+
+/// A pointer that must not be NULL.
+template <class T>
+T& wanted(T* pointer, const char* name)
+{
+    if (pointer == nullptr) refuse(std::string(name) + " is NULL");
+    return *pointer;
+}
+template <class Function>
+void wanted_function(Function function, const char* name)
+{
+    if (function == nullptr) refuse(std::string(name) + " is NULL");
+}
+
+/// `count` elements of memory that the caller gave as `pointer`: there, aligned, and not longer than memory is.
+template <class T>
+T* wanted_array(T* pointer, std::uint64_t count, const char* name)
+{
+    if (count == 0) return pointer;
+    if (pointer == nullptr) refuse(std::string(name) + " is NULL");
+    if (reinterpret_cast<std::uintptr_t>(pointer) % alignof(T) != 0)
+        refuse(std::string(name) + " isn't aligned to " + std::to_string(alignof(T)) + " bytes");
+    if (count > static_cast<std::uint64_t>(PTRDIFF_MAX) / sizeof(T))
+        refuse(std::string(name) + " can't have " + std::to_string(count) + " elements",
+               JOSTLE_TOO_MANY_OBJECTS);
+    return pointer;
+}
+/// The same where the interface says void.
+template <class T>
+const T* wanted_array_of(const void* pointer, std::uint64_t count, const char* name)
+{
+    return wanted_array(static_cast<const T*>(pointer), count, name);
+}
+template <class T>
+T* wanted_array_of(void* pointer, std::uint64_t count, const char* name)
+{
+    return wanted_array(static_cast<T*>(pointer), count, name);
+}
+
+/// An option struct that begins with its size: what the caller has of it, and zeros.
+template <class Options>
+Options read_options(const Options* given, const char* name)
+{
+    Options options{};
+    if (given == nullptr) return options;
+    const std::uint64_t size = given->struct_size;
+    if (size < sizeof size || size > 4096)
+        refuse(std::string(name) + "::struct_size is " + std::to_string(size) + ": set it to sizeof(" + name +
+               ")");
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(given);
+    const std::size_t known = size < sizeof(Options) ? static_cast<std::size_t>(size) : sizeof(Options);
+    std::copy_n(bytes, known, reinterpret_cast<unsigned char*>(&options));
+    for (std::size_t i = known; i < size; ++i)
+        if (bytes[i] != 0)
+            refuse(std::string(name) + " has a member that this version of Jostle doesn't know");
+    return options;
+}
+/// The other way round: as much of `values` as the caller has room for.
+template <class Stats>
+void write_stats(Stats* into, Stats values, const char* name)
+{
+    const std::uint64_t size = wanted(into, name).struct_size;
+    if (size < sizeof size || size > 4096)
+        refuse(std::string(name) + "::struct_size is " + std::to_string(size) + ": set it to sizeof(" + name +
+               ")");
+    values.struct_size = size;
+    std::copy_n(reinterpret_cast<const unsigned char*>(&values),
+                size < sizeof values ? static_cast<std::size_t>(size) : sizeof values,
+                reinterpret_cast<unsigned char*>(into));
+}
+
+// --- Handles ---
+
+/// What a handle stands for.
+class Content
+{
+  public:
+    Content() = default;
+    Content(const Content&) = delete;
+    Content& operator=(const Content&) = delete;
+    virtual ~Content();
+};
+
+/// What a pointer to an opaque struct really points to. It outlives its content for a while, so that a handle
+/// that was freed can be told from one that wasn't: see release().
+struct Handle
+{
+    std::atomic<std::uint64_t> mark;
+    Content* content;
+};
+
+/// Kind, name and content of an opaque struct.
+template <class Opaque>
+struct Behind;
+
+Content& open(const void* handle, std::uint64_t mark, const char* name);
+void release(void* handle, std::uint64_t mark, const char* name);
+
+template <class Opaque>
+auto& open(const Opaque* handle)
+{
+    using Of = Behind<Opaque>;
+    return static_cast<typename Of::type&>(open(handle, Of::mark, Of::name));
+}
+template <class Opaque>
+void release(Opaque* handle)
+{
+    if (handle != nullptr) release(handle, Behind<Opaque>::mark, Behind<Opaque>::name);
+}
+/// A handle of this content; `out` is written last, when nothing can fail any more.
+template <class Opaque>
+void hand_out(Opaque** out, std::unique_ptr<typename Behind<Opaque>::type> content)
+{
+    wanted(out, "out");
+    auto* const handle = new Handle{{Behind<Opaque>::mark}, content.release()};
+    *out = reinterpret_cast<Opaque*>(handle);
+}
+
+// --- Options ---
+
+class ExecutorContent final : public Content
+{
+  public:
+    explicit ExecutorContent(std::shared_ptr<Executor> given) : executor(std::move(given)) {}
+    std::shared_ptr<Executor> executor;
+};
+
+/// What a handle was made with, kept as long as it lives.
+struct Kept
+{
+    std::shared_ptr<Executor> executor; // null: the default one
+    std::shared_ptr<std::pmr::memory_resource> memory;
+    InstructionSet instruction_set = supported_instruction_sets().front();
+
+    [[nodiscard]] std::pmr::memory_resource* resource() const noexcept
+    {
+        return memory == nullptr ? std::pmr::get_default_resource() : memory.get();
+    }
+    /// FinderOptions, ContactOptions or WorldOptions.
+    template <class Options>
+    [[nodiscard]] Options options() const
+    {
+        Options options;
+        options.executor = executor.get();
+        options.memory = resource();
+        options.instruction_set = instruction_set;
+        return options;
+    }
+};
+Kept keep(const jostle_options* options);
+std::shared_ptr<Executor> keep_executor(const jostle_executor* executor);
+
+// --- Spaces ---
+
+template <int Dimensions, Coordinate Number>
+struct Space
+{
+    static constexpr int dim = Dimensions;
+    using T = Number;
+};
+
+[[noreturn]] void refuse_space(jostle_space space);
+
+template <class F>
+void in_space(jostle_space space, F&& inside)
+{
+    switch (space) {
+    case JOSTLE_2F:
+        return inside(Space<2, float>{});
+    case JOSTLE_3F:
+        return inside(Space<3, float>{});
+    case JOSTLE_2D:
+        return inside(Space<2, double>{});
+    case JOSTLE_3D:
+        return inside(Space<3, double>{});
+    default:
+        refuse_space(space);
+    }
+}
+template <int Dim, Coordinate T>
+constexpr jostle_space space_of =
+    Dim == 2 ? (sizeof(T) == 4 ? JOSTLE_2F : JOSTLE_2D) : (sizeof(T) == 4 ? JOSTLE_3F : JOSTLE_3D);
+
+// --- Input that is read in place ---
+
+void check_stride(std::uint64_t count, std::int64_t stride, std::size_t alignment, const char* name);
+
+template <int Dim, Coordinate T>
+BoxView<Dim, T> view(const jostle_boxes* boxes, const char* name)
+{
+    const jostle_boxes& given = wanted(boxes, name);
+    if (given.count == 0) return {};
+    check_stride(given.count, given.stride, alignof(T), name);
+    std::array<const T*, detail::axes<Dim>> lo, hi;
+    for (std::size_t d = 0; d < Dim; ++d) {
+        lo[d] = wanted_array_of<T>(given.lo[d], 1, name);
+        hi[d] = wanted_array_of<T>(given.hi[d], 1, name);
+    }
+    return BoxView<Dim, T>::arrays(lo, hi, static_cast<std::size_t>(given.count),
+                                   static_cast<std::ptrdiff_t>(given.stride));
+}
+template <class T>
+StridedView<T> view(const jostle_values& values, const char* name)
+{
+    if (values.count == 0) return {};
+    check_stride(values.count, values.stride, alignof(T), name);
+    return {wanted_array_of<T>(values.data, 1, name), static_cast<std::size_t>(values.count),
+            static_cast<std::ptrdiff_t>(values.stride)};
+}
+
+/// Blocks as the caller sees them; `table` is where they are listed.
+template <class Item>
+jostle_blocks list_blocks(std::span<const std::span<const Item>> blocks, std::uint64_t count,
+                          std::vector<jostle_block>& table)
+{
+    table.clear();
+    table.reserve(blocks.size());
+    for (const std::span<const Item> block : blocks)
+        table.push_back({block.data(), block.size()});
+    return {table.data(), table.size(), count, sizeof(Item)};
+}
+/// Pairs of the caller's: where they lie if that is one block, else copied to `scratch`.
+std::span<const Pair> read_pairs(const jostle_blocks* pairs, std::vector<Pair>& scratch);
+/// Checks blocks that a caller gave.
+const jostle_blocks& wanted_blocks(const jostle_blocks* blocks, const char* name);
+
+} // namespace jostle::c_api

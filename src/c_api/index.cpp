@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: MIT
+#include <variant>
+
+#include "c_api/questions.hpp"
+#include "jostle/box_index.hpp"
+
+namespace jostle::c_api {
+namespace {
+
+class IndexContent final : public Content
+{
+  public:
+    IndexContent(jostle_space in, Kept given) : kept(std::move(given)), space(in)
+    {
+        in_space(space, [&](auto of) {
+            index.emplace<BoxIndex<decltype(of)::dim, typename decltype(of)::T>>(
+                kept.options<IndexOptions>());
+        });
+    }
+    template <class F>
+    void on(F&& inside)
+    {
+        std::visit(
+            [&](auto& typed) {
+                if constexpr (!std::same_as<decltype(typed), std::monostate&>) inside(typed);
+            },
+            index);
+    }
+    template <class F>
+    void on(F&& inside) const
+    {
+        std::visit(
+            [&](const auto& typed) {
+                if constexpr (!std::same_as<decltype(typed), const std::monostate&>) inside(typed);
+            },
+            index);
+    }
+
+    Kept kept;
+    jostle_space space;
+    std::variant<std::monostate, BoxIndex2f, BoxIndex3f, BoxIndex2d, BoxIndex3d> index;
+};
+
+/// A filter of the caller's as QueryFilter, which refers to it.
+class IndexFilter
+{
+  public:
+    explicit IndexFilter(const jostle_query_filter* given)
+        : given_(read_options(given, "jostle_query_filter"))
+    {
+        filter.category = view<std::uint32_t>(given_.category, "category");
+        filter.mask = view<std::uint32_t>(given_.mask, "mask");
+        filter.owner = view<std::uint32_t>(given_.owner, "owner");
+        if (given_.asker != nullptr) {
+            filter.asker_category = given_.asker->category;
+            filter.asker_mask = given_.asker->mask;
+            filter.asker_owner = given_.asker->owner;
+        }
+        if (given_.exclude != nullptr) {
+            if (*given_.exclude > UINT32_MAX)
+                refuse("exclude is " + std::to_string(*given_.exclude) + ", which is no id of an index");
+            filter.exclude = static_cast<std::uint32_t>(*given_.exclude);
+        }
+        if (given_.accept != nullptr) filter.accept = accept_;
+    }
+    IndexFilter(const IndexFilter&) = delete;
+    IndexFilter& operator=(const IndexFilter&) = delete;
+
+    QueryFilter filter;
+
+  private:
+    struct Accept
+    {
+        const jostle_query_filter* given;
+        bool operator()(std::uint32_t question, std::uint32_t id) const
+        {
+            return agreed(given->accept(given->context, question, id));
+        }
+    };
+    jostle_query_filter given_;
+    Accept accept_{&given_};
+};
+
+std::uint64_t id_of_hit(std::uint32_t id) noexcept
+{
+    return id == Hitf::none ? UINT64_MAX : id;
+}
+
+/// inside(index, questions, filter) with everything in its type.
+template <class F>
+void ask(const jostle_index* index, jostle_question kind, const void* questions, std::uint64_t count,
+         const jostle_query_filter* filter, unsigned kinds, F&& inside);
+
+} // namespace
+
+template <>
+struct Behind<jostle_index>
+{
+    using type = IndexContent;
+    static constexpr std::uint64_t mark = 0x6a6f73746c650004U;
+    static constexpr const char* name = "jostle_index";
+};
+
+namespace {
+
+template <class F>
+void ask(const jostle_index* index, jostle_question kind, const void* questions, std::uint64_t count,
+         const jostle_query_filter* filter, unsigned kinds, F&& inside)
+{
+    const IndexContent& content = open(index);
+    const IndexFilter wish(filter);
+    content.on([&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed) {
+        with_questions<Dim, T>(kind, questions, count, kinds,
+                               [&](auto asked) { inside(typed, asked, wish.filter); });
+    });
+}
+
+std::span<const std::uint32_t> ids_of(const std::uint32_t* ids, std::uint64_t count)
+{
+    return {wanted_array(ids, count, "ids"), static_cast<std::size_t>(count)};
+}
+
+} // namespace
+} // namespace jostle::c_api
+
+using namespace jostle;
+using namespace jostle::c_api;
+
+extern "C" {
+
+jostle_status jostle_index_new(jostle_space space, const jostle_options* options, jostle_index** out,
+                               jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        hand_out(out, std::make_unique<IndexContent>(space, keep(options)));
+    });
+}
+jostle_status jostle_index_free(jostle_index* index, jostle_error* error)
+{
+    return guarded(error, [&] { release(index); });
+}
+jostle_status jostle_index_space(const jostle_index* index, jostle_space* space, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const IndexContent& content = open(index);
+        wanted(space, "space") = content.space;
+    });
+}
+
+jostle_status jostle_index_build(jostle_index* index, const uint32_t* ids, const jostle_boxes* boxes,
+                                 jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(index).on([&]<int Dim, Coordinate T>(BoxIndex<Dim, T>& typed) {
+            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
+            if (ids == nullptr)
+                typed.build(all);
+            else
+                typed.build(ids_of(ids, all.size()), all);
+        });
+    });
+}
+jostle_status jostle_index_insert(jostle_index* index, const uint32_t* ids, const jostle_boxes* boxes,
+                                  jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(index).on([&]<int Dim, Coordinate T>(BoxIndex<Dim, T>& typed) {
+            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
+            typed.insert(ids_of(ids, all.size()), all);
+        });
+    });
+}
+jostle_status jostle_index_erase(jostle_index* index, const uint32_t* ids, uint64_t count,
+                                 jostle_error* error)
+{
+    return guarded(error, [&] { open(index).on([&](auto& typed) { typed.erase(ids_of(ids, count)); }); });
+}
+jostle_status jostle_index_move(jostle_index* index, const uint32_t* ids, const jostle_boxes* boxes,
+                                jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(index).on([&]<int Dim, Coordinate T>(BoxIndex<Dim, T>& typed) {
+            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
+            typed.move(ids_of(ids, all.size()), all);
+        });
+    });
+}
+jostle_status jostle_index_clear(jostle_index* index, jostle_error* error)
+{
+    return guarded(error, [&] { open(index).on([](auto& typed) { typed.clear(); }); });
+}
+jostle_status jostle_index_release_memory(jostle_index* index, jostle_error* error)
+{
+    return guarded(error, [&] { open(index).on([](auto& typed) { typed.release_memory(); }); });
+}
+jostle_status jostle_index_size(const jostle_index* index, uint64_t* size, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const IndexContent& content = open(index);
+        wanted(size, "size");
+        content.on([&](const auto& typed) { *size = typed.size(); });
+    });
+}
+jostle_status jostle_index_contains(const jostle_index* index, const uint32_t* ids, uint64_t count,
+                                    uint8_t* contains, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const IndexContent& content = open(index);
+        const auto asked = ids_of(ids, count);
+        wanted_array(contains, count, "contains");
+        content.on([&](const auto& typed) {
+            for (std::size_t i = 0; i < asked.size(); ++i)
+                contains[i] = typed.contains(asked[i]) ? 1 : 0;
+        });
+    });
+}
+jostle_status jostle_index_boxes(const jostle_index* index, const uint32_t* ids, uint64_t count, void* boxes,
+                                 jostle_error* error)
+{
+    return guarded(error, [&] {
+        const IndexContent& content = open(index);
+        const auto asked = ids_of(ids, count);
+        content.on([&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed) {
+            auto* const out = wanted_array_of<Aabb<Dim, T>>(boxes, count, "boxes");
+            for (std::size_t i = 0; i < asked.size(); ++i) {
+                if (!typed.contains(asked[i]))
+                    refuse("ids[" + std::to_string(i) + "] is " + std::to_string(asked[i]) +
+                               ", which isn't in the index",
+                           JOSTLE_INVALID_ARGUMENT, i);
+                out[i] = typed.box(asked[i]);
+            }
+        });
+    });
+}
+jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_stats* stats,
+                                      jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(index).on([&](auto& typed) {
+            const IndexStats s = typed.stats();
+            write_stats(stats,
+                        jostle_index_stats{0, s.objects, s.pages, s.leaves, s.nodes, s.depth, s.bytes,
+                                           s.sorts, s.splits},
+                        "jostle_index_stats");
+        });
+    });
+}
+jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes, jostle_results* results,
+                                jostle_error* error)
+{
+    return guarded(error, [&] {
+        IndexContent& content = open(index);
+        ResultsContent& into = open(results);
+        content.on([&]<int Dim, Coordinate T>(BoxIndex<Dim, T>& typed) {
+            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
+            into.begin();
+            typed.join(all, into.joined);
+            into.show(std::span<const Pair>(into.joined));
+        });
+    });
+}
+
+jostle_status jostle_index_first(const jostle_index* index, jostle_question kind, const void* questions,
+                                 uint64_t count, const jostle_query_filter* filter, jostle_hit* hits,
+                                 jostle_error* error)
+{
+    return guarded(error, [&] {
+        ask(index, kind, questions, count, filter, lines,
+            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const QueryFilter& wish) {
+                if constexpr (is_line<typename decltype(asked)::value_type>)
+                    ask_first<Hit<T>>(typed, asked, wish, hits, id_of_hit);
+            });
+    });
+}
+jostle_status jostle_index_all(const jostle_index* index, jostle_question kind, const void* questions,
+                               uint64_t count, const jostle_query_filter* filter, uint64_t max_results,
+                               jostle_results* results, jostle_error* error)
+{
+    return guarded(error, [&] {
+        ResultsContent& into = open(results);
+        ask(index, kind, questions, count, filter, any_kind,
+            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const QueryFilter& wish) {
+                ask_all<Hit<T>, std::uint32_t>(typed, asked, wish, max_results, into, plain_id);
+            });
+    });
+}
+jostle_status jostle_index_any(const jostle_index* index, jostle_question kind, const void* questions,
+                               uint64_t count, const jostle_query_filter* filter, uint8_t* any,
+                               jostle_error* error)
+{
+    return guarded(error, [&] {
+        ask(index, kind, questions, count, filter, lines | regions,
+            [&](const auto& typed, auto asked, const QueryFilter& wish) {
+                ask_any(typed, asked, wish, any);
+            });
+    });
+}
+jostle_status jostle_index_count(const jostle_index* index, jostle_question kind, const void* questions,
+                                 uint64_t count, const jostle_query_filter* filter, uint64_t* counts,
+                                 jostle_error* error)
+{
+    return guarded(error, [&] {
+        ask(index, kind, questions, count, filter, lines | regions,
+            [&](const auto& typed, auto asked, const QueryFilter& wish) {
+                ask_count(typed, asked, wish, counts);
+            });
+    });
+}
+
+} // extern "C"

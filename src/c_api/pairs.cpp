@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: MIT
+#include "c_api/results.hpp"
+#include "jostle/find_pairs.hpp"
+
+namespace jostle::c_api {
+namespace {
+
+class FinderContent final : public Content
+{
+  public:
+    explicit FinderContent(Kept given) : kept(std::move(given)), finder(kept.options<FinderOptions>()) {}
+    Kept kept;
+    PairFinder finder;
+    std::vector<jostle_block> table;
+};
+
+/// A search's arguments, as the C++ interface wants them.
+class Search
+{
+  public:
+    explicit Search(const jostle_filter* given) : given_(read_options(given, "jostle_filter")) {}
+
+    [[nodiscard]] Filter filter()
+    {
+        if (given_.category_b.count != 0 || given_.mask_b.count != 0 || given_.owner_b.count != 0)
+            refuse("a filter for one set has values for a second one");
+        Filter filter;
+        filter.category = view<std::uint32_t>(given_.category, "category");
+        filter.mask = view<std::uint32_t>(given_.mask, "mask");
+        filter.owner = view<std::uint32_t>(given_.owner, "owner");
+        if (given_.accept != nullptr) filter.accept = accept_;
+        return filter;
+    }
+    [[nodiscard]] CrossFilter cross_filter()
+    {
+        CrossFilter filter;
+        filter.category_a = view<std::uint32_t>(given_.category, "category");
+        filter.mask_a = view<std::uint32_t>(given_.mask, "mask");
+        filter.owner_a = view<std::uint32_t>(given_.owner, "owner");
+        filter.category_b = view<std::uint32_t>(given_.category_b, "category_b");
+        filter.mask_b = view<std::uint32_t>(given_.mask_b, "mask_b");
+        filter.owner_b = view<std::uint32_t>(given_.owner_b, "owner_b");
+        if (given_.accept != nullptr) filter.accept = accept_;
+        return filter;
+    }
+
+  private:
+    struct Accept
+    {
+        const jostle_filter* given;
+        bool operator()(std::uint32_t a, std::uint32_t b) const
+        {
+            return agreed(given->accept(given->context, a, b));
+        }
+    };
+    jostle_filter given_;
+    Accept accept_{&given_};
+};
+
+Order order_of(jostle_order order)
+{
+    if (order != JOSTLE_CANONICAL && order != JOSTLE_SORTED)
+        refuse("the order is " + std::to_string(order) + ": it must be JOSTLE_CANONICAL or JOSTLE_SORTED");
+    return order == JOSTLE_SORTED ? Order::sorted : Order::canonical;
+}
+
+/// Calls one(a, filter) or two(a, b, filter).
+template <class One, class Two>
+void search(jostle_space space, const jostle_boxes* a, const jostle_boxes* b, const jostle_filter* filter,
+            One&& one, Two&& two)
+{
+    Search given(filter);
+    in_space(space, [&](auto in) {
+        constexpr int dim = decltype(in)::dim;
+        using T = typename decltype(in)::T;
+        const BoxView<dim, T> first = view<dim, T>(a, "a");
+        if (b == nullptr)
+            one(first, given.filter());
+        else
+            two(first, view<dim, T>(b, "b"), given.cross_filter());
+    });
+}
+
+} // namespace
+
+template <>
+struct Behind<jostle_finder>
+{
+    using type = FinderContent;
+    static constexpr std::uint64_t mark = 0x6a6f73746c650003U;
+    static constexpr const char* name = "jostle_finder";
+};
+
+} // namespace jostle::c_api
+
+using namespace jostle;
+using namespace jostle::c_api;
+
+extern "C" {
+
+jostle_status jostle_finder_new(const jostle_options* options, jostle_finder** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        hand_out(out, std::make_unique<FinderContent>(keep(options)));
+    });
+}
+jostle_status jostle_finder_free(jostle_finder* finder, jostle_error* error)
+{
+    return guarded(error, [&] { release(finder); });
+}
+
+jostle_status jostle_finder_find(jostle_finder* finder, jostle_space space, const jostle_boxes* a,
+                                 const jostle_boxes* b, const jostle_filter* filter, jostle_order order,
+                                 jostle_blocks* pairs, jostle_error* error)
+{
+    return guarded(error, [&] {
+        FinderContent& content = open(finder);
+        wanted(pairs, "pairs");
+        const Order wanted_order = order_of(order);
+        const auto list = [&](const PairBuffer& found) {
+            *pairs = list_blocks<Pair>(found.blocks(), found.size(), content.table);
+        };
+        search(
+            space, a, b, filter,
+            [&](const auto& boxes, const Filter& wish) {
+                list(content.finder.find(boxes, wish, wanted_order));
+            },
+            [&](const auto& first, const auto& second, const CrossFilter& wish) {
+                list(content.finder.find(first, second, wish, wanted_order));
+            });
+    });
+}
+
+jostle_status jostle_finder_take(jostle_finder* finder, jostle_space space, const jostle_boxes* a,
+                                 const jostle_boxes* b, const jostle_filter* filter, jostle_order order,
+                                 jostle_results* results, jostle_error* error)
+{
+    return guarded(error, [&] {
+        FinderContent& content = open(finder);
+        ResultsContent& into = open(results);
+        const Order wanted_order = order_of(order);
+        into.begin();
+        search(
+            space, a, b, filter,
+            [&](const auto& boxes, const Filter& wish) {
+                into.take(content.finder.take(boxes, wish, wanted_order), content.kept.memory);
+            },
+            [&](const auto& first, const auto& second, const CrossFilter& wish) {
+                into.take(content.finder.take(first, second, wish, wanted_order), content.kept.memory);
+            });
+    });
+}
+
+jostle_status jostle_finder_stream(jostle_finder* finder, jostle_space space, const jostle_boxes* a,
+                                   const jostle_boxes* b, const jostle_filter* filter,
+                                   jostle_sink_function sink, void* context, int32_t* finished,
+                                   jostle_error* error)
+{
+    return guarded(error, [&] {
+        FinderContent& content = open(finder);
+        wanted_function(sink, "sink");
+        wanted(finished, "finished");
+        const auto hand_over = [&](const PairChunk& chunk) {
+            return agreed(sink(context, reinterpret_cast<const jostle_pair*>(chunk.pairs.data()),
+                               chunk.pairs.size(), chunk.block, chunk.part));
+        };
+        bool to_the_end = true;
+        search(
+            space, a, b, filter,
+            [&](const auto& boxes, const Filter& wish) {
+                to_the_end = content.finder.stream(boxes, hand_over, wish);
+            },
+            [&](const auto& first, const auto& second, const CrossFilter& wish) {
+                to_the_end = content.finder.stream(first, second, hand_over, wish);
+            });
+        *finished = to_the_end ? 1 : 0;
+    });
+}
+
+jostle_status jostle_finder_stats(const jostle_finder* finder, jostle_stats* stats, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const Stats s = open(finder).finder.stats();
+        write_stats(stats,
+                    jostle_stats{0, s.objects, s.pairs, s.records, s.candidates, s.ties, s.bricks,
+                                 s.nested_grids, s.bytes_reserved, s.ms_total, s.ms_tune, s.ms_scatter,
+                                 s.ms_sweep, s.ms_finish},
+                    "jostle_stats");
+    });
+}
+
+jostle_status jostle_finder_release_memory(jostle_finder* finder, jostle_error* error)
+{
+    return guarded(error, [&] { open(finder).finder.release_memory(); });
+}
+
+jostle_status jostle_find_pairs(jostle_space space, const jostle_boxes* a, const jostle_boxes* b,
+                                const jostle_filter* filter, jostle_order order,
+                                const jostle_options* options, jostle_results* results, jostle_error* error)
+{
+    return guarded(error, [&] {
+        ResultsContent& into = open(results);
+        const Kept kept = keep(options);
+        const Order wanted_order = order_of(order);
+        into.begin();
+        search(
+            space, a, b, filter,
+            [&](const auto& boxes, const Filter& wish) {
+                into.take(find_pairs(boxes, wish, wanted_order, kept.options<FinderOptions>()), kept.memory);
+            },
+            [&](const auto& first, const auto& second, const CrossFilter& wish) {
+                into.take(find_pairs(first, second, wish, wanted_order, kept.options<FinderOptions>()),
+                          kept.memory);
+            });
+    });
+}
+
+jostle_status jostle_find_pairs_brute_force(jostle_space space, const jostle_boxes* a, const jostle_boxes* b,
+                                            const jostle_filter* filter, jostle_results* results,
+                                            jostle_error* error)
+{
+    return guarded(error, [&] {
+        ResultsContent& into = open(results);
+        into.begin();
+        search(
+            space, a, b, filter,
+            [&](const auto& boxes, const Filter& wish) { into.pairs = find_pairs_brute_force(boxes, wish); },
+            [&](const auto& first, const auto& second, const CrossFilter& wish) {
+                into.pairs = find_pairs_brute_force(first, second, wish);
+            });
+        into.show(std::span<const Pair>(into.pairs));
+    });
+}
+
+} // extern "C"

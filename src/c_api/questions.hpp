@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <bit>
+#include <cstring>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "c_api/results.hpp"
+#include "jostle/query.hpp"
+
+// Questions to an index and to a world: one way for both.
+
+namespace jostle::c_api {
+
+template <class Question>
+inline constexpr bool is_line = false;
+template <int Dim, Coordinate T>
+inline constexpr bool is_line<Ray<Dim, T>> = true;
+template <int Dim, Coordinate T>
+inline constexpr bool is_line<Sweep<Dim, T>> = true;
+
+template <class Question>
+inline constexpr bool is_nearest = false;
+template <int Dim, Coordinate T>
+inline constexpr bool is_nearest<Nearest<Dim, T>> = true;
+
+// Which kinds a call takes, as bits.
+inline constexpr unsigned lines = 1U << JOSTLE_RAY | 1U << JOSTLE_SWEEP;
+inline constexpr unsigned regions = 1U << JOSTLE_BOX | 1U << JOSTLE_SPHERE | 1U << JOSTLE_FRUSTUM;
+inline constexpr unsigned any_kind = lines | regions | 1U << JOSTLE_NEAREST;
+
+template <int Dim, Coordinate T>
+constexpr bool laid_out_as_documented()
+{
+    constexpr std::size_t dim = Dim;
+    return sizeof(Ray<Dim, T>) == (2 * dim + 1) * sizeof(T) &&
+           sizeof(Sweep<Dim, T>) == (3 * dim + 1) * sizeof(T) &&
+           sizeof(Aabb<Dim, T>) == 2 * dim * sizeof(T) && sizeof(Sphere<Dim, T>) == (dim + 1) * sizeof(T) &&
+           sizeof(Plane<Dim, T>) == (dim + 1) * sizeof(T);
+}
+static_assert(laid_out_as_documented<2, float>() && laid_out_as_documented<3, float>() &&
+              laid_out_as_documented<2, double>() && laid_out_as_documented<3, double>());
+static_assert(sizeof(Nearest2f) == sizeof(jostle_nearest_2f) &&
+              sizeof(Nearest3f) == sizeof(jostle_nearest_3f) &&
+              sizeof(Nearest2d) == sizeof(jostle_nearest_2d) &&
+              sizeof(Nearest3d) == sizeof(jostle_nearest_3d));
+static_assert(offsetof(Nearest3f, count) == offsetof(jostle_nearest_3f, count) &&
+              offsetof(Nearest3d, count) == offsetof(jostle_nearest_3d, count) &&
+              offsetof(Nearest3f, max_distance) == offsetof(jostle_nearest_3f, max_distance) &&
+              offsetof(Nearest3d, max_distance) == offsetof(jostle_nearest_3d, max_distance));
+
+/// The caller's questions as a span of what they are. `kinds` are those that the call takes. Instantiates
+/// `inside` for all of them: where it can't take one, it must say so with `if constexpr`.
+template <int Dim, Coordinate T, class F>
+void with_questions(jostle_question kind, const void* questions, std::uint64_t count, unsigned kinds,
+                    F&& inside)
+{
+    if (kind < JOSTLE_RAY || kind > JOSTLE_NEAREST || (kinds >> kind & 1U) == 0)
+        refuse("kind is " + std::to_string(kind) + ", which this call doesn't take");
+    if (count > UINT32_MAX) refuse("more than 2^32 - 1 questions", JOSTLE_TOO_MANY_OBJECTS);
+    const auto size = static_cast<std::size_t>(count);
+    const auto ask = [&](auto* typed) { inside(std::span(wanted_array(typed, count, "questions"), size)); };
+    switch (kind) {
+    case JOSTLE_RAY:
+        return ask(static_cast<const Ray<Dim, T>*>(questions));
+    case JOSTLE_SWEEP:
+        return ask(static_cast<const Sweep<Dim, T>*>(questions));
+    case JOSTLE_BOX:
+        return ask(static_cast<const Aabb<Dim, T>*>(questions));
+    case JOSTLE_SPHERE:
+        return ask(static_cast<const Sphere<Dim, T>*>(questions));
+    case JOSTLE_NEAREST:
+        return ask(static_cast<const Nearest<Dim, T>*>(questions));
+    default:
+        break;
+    }
+    // Frusta are spans in C++. A few need no memory.
+    const auto* const given = wanted_array_of<jostle_frustum>(questions, count, "questions");
+    const auto frustum_of = [](const jostle_frustum& frustum) {
+        return Frustum<Dim, T>{
+            std::span(wanted_array_of<Plane<Dim, T>>(frustum.planes, frustum.count, "planes"),
+                      static_cast<std::size_t>(frustum.count))};
+    };
+    if (count == 1) {
+        const Frustum<Dim, T> one = frustum_of(given[0]);
+        return inside(std::span(&one, 1));
+    }
+    std::vector<Frustum<Dim, T>> many;
+    many.reserve(size);
+    for (std::size_t i = 0; i < size; ++i)
+        many.push_back(frustum_of(given[i]));
+    inside(std::span<const Frustum<Dim, T>>(many));
+}
+
+inline std::uint64_t plain_id(std::uint32_t id) noexcept
+{
+    return id;
+}
+
+/// Widens `count` answers that lie at the beginning of `hits` to what the caller is given, in place: the last
+/// first, since none of them is bigger than a jostle_hit.
+template <class Hit, class IdOf>
+void widen(jostle_hit* hits, std::uint64_t count, IdOf id_of)
+{
+    static_assert(sizeof(Hit) <= sizeof(jostle_hit) && alignof(Hit) <= alignof(jostle_hit));
+    const auto* const bytes = reinterpret_cast<const unsigned char*>(hits);
+    for (std::uint64_t i = count; i-- > 0;) {
+        Hit hit;
+        std::memcpy(static_cast<void*>(&hit), bytes + i * sizeof(Hit), sizeof hit);
+        hits[i] = {id_of(hit.id), hit.at};
+    }
+}
+
+/// One answer of a list, as C sees it.
+template <class Item, class IdOf>
+void append(Lists& lists, std::span<const Item> items, bool more, IdOf id_of)
+{
+    for (const Item& item : items)
+        if constexpr (requires { item.at; }) {
+            lists.ids.push_back(id_of(item.id));
+            lists.at.push_back(item.at);
+        } else {
+            lists.ids.push_back(id_of(item));
+        }
+    lists.more.push_back(more ? 1 : 0);
+    lists.first.push_back(lists.ids.size());
+}
+inline void start(Lists& lists, bool has_at)
+{
+    lists.first.assign(1, 0);
+    lists.ids.clear();
+    lists.at.clear();
+    lists.more.clear();
+    lists.has_at = has_at;
+}
+
+/// Asks `asked` (a BoxIndex or a World) for the first hits.
+template <class Hit, class Asked, class Line, class Filter, class IdOf>
+void ask_first(const Asked& asked, std::span<const Line> questions, const Filter& filter, jostle_hit* out,
+               IdOf id_of)
+{
+    jostle_hit* const hits = wanted_array(out, questions.size(), "hits");
+    if (questions.empty()) return;
+    if (questions.size() == 1) {
+        const auto hit = asked.first(questions.front(), filter);
+        const Hit found = hit ? *hit : Hit{};
+        hits[0] = {id_of(found.id), found.at};
+        return;
+    }
+    auto* const narrow = reinterpret_cast<Hit*>(hits);
+    std::uninitialized_default_construct_n(narrow, questions.size());
+    asked.first(questions, std::span(narrow, questions.size()), filter);
+    widen<Hit>(hits, questions.size(), id_of);
+}
+
+template <class Hit, class Id, class Asked, class Question, class Filter, class IdOf>
+void ask_all(const Asked& asked, std::span<const Question> questions, const Filter& filter,
+             std::uint64_t max_results, ResultsContent& results, IdOf id_of)
+{
+    using Item = std::conditional_t<is_line<Question> || is_nearest<Question>, Hit, Id>;
+    if (is_nearest<Question> && max_results != UINT64_MAX)
+        refuse("max_results must be UINT64_MAX: each question says itself how many it wants");
+    results.begin();
+    start(results.lists, !std::same_as<Item, Id>);
+    if (questions.size() == 1) {
+        std::vector<Item> found;
+        bool more = false;
+        if constexpr (is_nearest<Question>)
+            asked.nearest(questions.front(), found, filter);
+        else
+            more = asked.all(questions.front(), found, filter, max_results);
+        append(results.lists, std::span<const Item>(found), more, id_of);
+    } else {
+        ResultLists<Item> found(results.kept.resource());
+        if constexpr (is_nearest<Question>)
+            asked.nearest(questions, found, filter);
+        else
+            asked.all(questions, found, filter, max_results);
+        results.lists.ids.reserve(found.items().size());
+        if (!std::same_as<Item, Id>) results.lists.at.reserve(found.items().size());
+        results.lists.first.reserve(found.size() + 1);
+        results.lists.more.reserve(found.size());
+        for (std::size_t i = 0; i < found.size(); ++i)
+            append(results.lists, found[i], found.more(i), id_of);
+    }
+    results.holds = ResultsContent::Holds::lists;
+}
+
+template <class Asked, class Question, class Filter>
+void ask_any(const Asked& asked, std::span<const Question> questions, const Filter& filter, std::uint8_t* out)
+{
+    static_assert(sizeof(bool) == 1);
+    std::uint8_t* const any = wanted_array(out, questions.size(), "any");
+    if constexpr (!is_nearest<Question>) {
+        if (questions.size() == 1)
+            any[0] = asked.any(questions.front(), filter) ? 1 : 0;
+        else if (!questions.empty())
+            asked.any(questions, std::span(reinterpret_cast<bool*>(any), questions.size()), filter);
+    }
+}
+template <class Asked, class Question, class Filter>
+void ask_count(const Asked& asked, std::span<const Question> questions, const Filter& filter,
+               std::uint64_t* out)
+{
+    std::uint64_t* const counts = wanted_array(out, questions.size(), "counts");
+    if constexpr (!is_nearest<Question>) {
+        if (questions.size() == 1)
+            counts[0] = asked.count(questions.front(), filter);
+        else if (!questions.empty())
+            asked.count(questions, std::span(counts, questions.size()), filter);
+    }
+}
+
+} // namespace jostle::c_api

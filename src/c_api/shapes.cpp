@@ -1,0 +1,389 @@
+// SPDX-License-Identifier: MIT
+#include "c_api/shapes.hpp"
+
+#include <cstring>
+
+namespace jostle::c_api {
+namespace {
+
+template <class F>
+void in_dimensions(std::int32_t dim, F&& inside)
+{
+    if (dim == 2)
+        inside(std::integral_constant<int, 2>{});
+    else if (dim == 3)
+        inside(std::integral_constant<int, 3>{});
+    else
+        refuse("dim is " + std::to_string(dim) + ": it must be 2 or 3");
+}
+
+template <int Dim>
+Vec<Dim, double> vector_of(const double* numbers, const char* name)
+{
+    wanted_array(numbers, Dim, name);
+    Vec<Dim, double> vector;
+    for (int d = 0; d < Dim; ++d)
+        vector[d] = numbers[d];
+    return vector;
+}
+
+template <int Dim>
+void hand_out_shape(jostle_shape** out, Shape<Dim> shape, std::shared_ptr<const Owned<Dim>> owned = nullptr)
+{
+    auto content = std::make_unique<ShapeContent>();
+    content->shape = OneShape<Dim>{shape, std::move(owned)};
+    hand_out(out, std::move(content));
+}
+
+ShapesContent& open_shapes(jostle_shapes* shapes)
+{
+    return open(shapes);
+}
+
+/// Appends what make(i) makes for each i, or nothing: then the error says which.
+template <int Dim, class F>
+void append(ManyShapes<Dim>& many, std::uint64_t count, F&& make)
+{
+    const std::size_t before = many.shapes.size();
+    if (count > UINT32_MAX || before + count > UINT32_MAX)
+        refuse("more than 2^32 - 1 shapes", JOSTLE_TOO_MANY_OBJECTS);
+    many.shapes.reserve(before + static_cast<std::size_t>(count));
+    for (std::uint64_t i = 0; i < count; ++i)
+        try {
+            many.shapes.push_back(make(i));
+        } catch (const Error& error) {
+            many.shapes.resize(before);
+            throw Failure{static_cast<jostle_status>(error.code()), error.what(), i};
+        }
+}
+
+} // namespace
+} // namespace jostle::c_api
+
+using namespace jostle;
+using namespace jostle::c_api;
+
+extern "C" {
+
+jostle_status jostle_shape_sphere(int32_t dim, double radius, jostle_shape** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_dimensions(dim, [&](auto in) { hand_out_shape<in()>(out, Shape<in()>::sphere(radius)); });
+    });
+}
+jostle_status jostle_shape_capsule(int32_t dim, double half_length, double radius, jostle_shape** out,
+                                   jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_dimensions(dim,
+                      [&](auto in) { hand_out_shape<in()>(out, Shape<in()>::capsule(half_length, radius)); });
+    });
+}
+jostle_status jostle_shape_box(int32_t dim, const double* half, jostle_shape** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_dimensions(dim, [&](auto in) {
+            hand_out_shape<in()>(out, Shape<in()>::box(vector_of<in()>(half, "half")));
+        });
+    });
+}
+jostle_status jostle_shape_half_space(int32_t dim, const double* normal, double offset, jostle_shape** out,
+                                      jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_dimensions(dim, [&](auto in) {
+            hand_out_shape<in()>(out, Shape<in()>::half_space(vector_of<in()>(normal, "normal"), offset));
+        });
+    });
+}
+jostle_status jostle_shape_hull(jostle_space space, const void* points, uint64_t count, jostle_shape** out,
+                                jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_space(space, [&](auto in) {
+            constexpr int dim = decltype(in)::dim;
+            using Point = Vec<dim, typename decltype(in)::T>;
+            auto owned = std::make_shared<Owned<dim>>();
+            owned->hull.emplace(
+                std::span(wanted_array_of<Point>(points, count, "points"), static_cast<std::size_t>(count)));
+            const Shape<dim> shape(*owned->hull);
+            hand_out_shape<dim>(out, shape, std::move(owned));
+        });
+    });
+}
+jostle_status jostle_shape_mesh(jostle_space space, const void* vertices, uint64_t vertex_count,
+                                const uint32_t* elements, uint64_t element_count, jostle_shape** out,
+                                jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_space(space, [&](auto in) {
+            constexpr int dim = decltype(in)::dim;
+            using Point = Vec<dim, typename decltype(in)::T>;
+            using Element = typename Mesh<dim>::Element;
+            auto owned = std::make_shared<Owned<dim>>();
+            owned->mesh.emplace(std::span(wanted_array_of<Point>(vertices, vertex_count, "vertices"),
+                                          static_cast<std::size_t>(vertex_count)),
+                                std::span(wanted_array_of<Element>(static_cast<const void*>(elements),
+                                                                   element_count, "elements"),
+                                          static_cast<std::size_t>(element_count)));
+            const Shape<dim> shape(*owned->mesh);
+            hand_out_shape<dim>(out, shape, std::move(owned));
+        });
+    });
+}
+jostle_status jostle_shape_height_field(jostle_space space, const void* heights, uint32_t columns,
+                                        uint32_t rows, double spacing_x, double spacing_z, double thickness,
+                                        jostle_shape** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_space(space, [&](auto in) {
+            using T = typename decltype(in)::T;
+            if constexpr (decltype(in)::dim == 3) {
+                const std::uint64_t count = static_cast<std::uint64_t>(columns) * rows;
+                auto owned = std::make_shared<Owned<3>>();
+                owned->field.emplace(HeightGrid<T>{
+                    std::span(wanted_array_of<T>(heights, count, "heights"), static_cast<std::size_t>(count)),
+                    columns, rows, static_cast<T>(spacing_x), static_cast<T>(spacing_z),
+                    static_cast<T>(thickness)});
+                const Shape<3> shape(*owned->field);
+                hand_out_shape<3>(out, shape, std::move(owned));
+            } else {
+                refuse("a height field is in 3D: the space must be JOSTLE_3F or JOSTLE_3D");
+            }
+        });
+    });
+}
+jostle_status jostle_shape_compound(int32_t dim, const jostle_shape* const* children, const double* poses,
+                                    uint64_t count, jostle_shape** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_dimensions(dim, [&](auto in) {
+            constexpr int d = in();
+            wanted_array(children, count, "children");
+            const auto* const placed =
+                wanted_array_of<Pose<d, double>>(static_cast<const void*>(poses), count, "poses");
+            auto owned = std::make_shared<Owned<d>>();
+            std::vector<typename Compound<d>::Child> parts;
+            for (std::uint64_t i = 0; i < count; ++i) {
+                const OneShape<d>& child = shape_of<d>(children[i], "a child");
+                parts.push_back({child.shape, placed[i]});
+                if (child.owned != nullptr) owned->children.push_back(child.owned);
+            }
+            owned->compound.emplace(std::span<const typename Compound<d>::Child>(parts));
+            const Shape<d> shape(*owned->compound);
+            hand_out_shape<d>(out, shape, std::move(owned));
+        });
+    });
+}
+jostle_status jostle_shape_custom(int32_t dim, jostle_shape_type type, double radius,
+                                  jostle_support_function support, void* context, jostle_shape** out,
+                                  jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        if (type < JOSTLE_SHAPE_FIRST_CUSTOM || type > UINT16_MAX)
+            refuse("the type is " + std::to_string(type) + ": a user's own are from 16 to 65535");
+        in_dimensions(dim, [&](auto in) {
+            constexpr int d = in();
+            auto owned = std::make_shared<Owned<d>>();
+            owned->custom.emplace(radius, support, context);
+            const Shape<d> shape(*owned->custom, static_cast<ShapeType>(type));
+            hand_out_shape<d>(out, shape, std::move(owned));
+        });
+    });
+}
+jostle_status jostle_shape_free(jostle_shape* shape, jostle_error* error)
+{
+    return guarded(error, [&] { release(shape); });
+}
+jostle_status jostle_shape_info_read(const jostle_shape* shape, jostle_shape_info* info, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const ShapeContent& content = open(shape);
+        wanted(info, "info");
+        std::visit([&](const auto& one) { *info = info_of(one.shape); }, content.shape);
+    });
+}
+jostle_status jostle_shape_vertices(const jostle_shape* shape, const double** vertices, uint64_t* count,
+                                    jostle_error* error)
+{
+    return guarded(error, [&] {
+        const ShapeContent& content = open(shape);
+        wanted(vertices, "vertices");
+        wanted(count, "count");
+        std::visit(
+            [&](const auto& one) {
+                if (one.owned == nullptr || !one.owned->hull) refuse("the shape is no hull");
+                const auto corners = one.owned->hull->vertices();
+                *vertices = corners.empty() ? nullptr : corners.front().data();
+                *count = corners.size();
+            },
+            content.shape);
+    });
+}
+jostle_status jostle_shape_face_count(const jostle_shape* shape, uint64_t* count, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const ShapeContent& content = open(shape);
+        wanted(count, "count");
+        std::visit(
+            [&](const auto& one) {
+                if (one.owned != nullptr && one.owned->hull)
+                    *count = one.owned->hull->face_count();
+                else if (one.owned != nullptr && one.owned->mesh)
+                    *count = one.owned->mesh->size();
+                else
+                    refuse("the shape is neither a hull nor a mesh");
+            },
+            content.shape);
+    });
+}
+jostle_status jostle_shape_face(const jostle_shape* shape, uint64_t face, const uint32_t** corners,
+                                uint64_t* count, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(corners, "corners");
+        wanted(count, "count");
+        const OneShape<3>& one = shape_of<3>(shape, "shape");
+        if (one.owned == nullptr || !one.owned->hull) refuse("the shape is no hull");
+        if (face >= one.owned->hull->face_count())
+            refuse("the hull has " + std::to_string(one.owned->hull->face_count()) +
+                   " faces, and none of number " + std::to_string(face));
+        const auto found = one.owned->hull->face(static_cast<std::size_t>(face));
+        *corners = found.data();
+        *count = found.size();
+    });
+}
+
+// --- One per object ---
+
+jostle_status jostle_shapes_new(int32_t dim, jostle_shapes** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_dimensions(dim, [&](auto in) {
+            auto content = std::make_unique<ShapesContent>();
+            content->shapes.template emplace<ManyShapes<in()>>();
+            hand_out(out, std::move(content));
+        });
+    });
+}
+jostle_status jostle_shapes_free(jostle_shapes* shapes, jostle_error* error)
+{
+    return guarded(error, [&] { release(shapes); });
+}
+jostle_status jostle_shapes_clear(jostle_shapes* shapes, jostle_error* error)
+{
+    return guarded(error, [&] {
+        std::visit(
+            [](auto& many) {
+                many.shapes.clear();
+                many.owned.clear();
+            },
+            open_shapes(shapes).shapes);
+    });
+}
+jostle_status jostle_shapes_size(const jostle_shapes* shapes, uint64_t* size, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const ShapesContent& content = open(shapes);
+        wanted(size, "size");
+        std::visit([&](const auto& many) { *size = many.shapes.size(); }, content.shapes);
+    });
+}
+jostle_status jostle_shapes_add(jostle_shapes* shapes, const jostle_shape* shape, uint64_t count,
+                                jostle_error* error)
+{
+    return guarded(error, [&] {
+        std::visit(
+            [&]<int Dim>(ManyShapes<Dim>& many) {
+                const OneShape<Dim>& one = shape_of<Dim>(shape, "shape");
+                if (one.owned != nullptr && count != 0) many.owned.insert(one.owned);
+                append(many, count, [&](std::uint64_t) { return one.shape; });
+            },
+            open_shapes(shapes).shapes);
+    });
+}
+jostle_status jostle_shapes_add_spheres(jostle_shapes* shapes, const double* radii, uint64_t count,
+                                        jostle_error* error)
+{
+    return guarded(error, [&] {
+        std::visit(
+            [&]<int Dim>(ManyShapes<Dim>& many) {
+                wanted_array(radii, count, "radii");
+                append(many, count, [&](std::uint64_t i) { return Shape<Dim>::sphere(radii[i]); });
+            },
+            open_shapes(shapes).shapes);
+    });
+}
+jostle_status jostle_shapes_add_capsules(jostle_shapes* shapes, const double* half_lengths,
+                                         const double* radii, uint64_t count, jostle_error* error)
+{
+    return guarded(error, [&] {
+        std::visit(
+            [&]<int Dim>(ManyShapes<Dim>& many) {
+                wanted_array(half_lengths, count, "half_lengths");
+                wanted_array(radii, count, "radii");
+                append(many, count,
+                       [&](std::uint64_t i) { return Shape<Dim>::capsule(half_lengths[i], radii[i]); });
+            },
+            open_shapes(shapes).shapes);
+    });
+}
+jostle_status jostle_shapes_add_boxes(jostle_shapes* shapes, const double* halves, uint64_t count,
+                                      jostle_error* error)
+{
+    return guarded(error, [&] {
+        std::visit(
+            [&]<int Dim>(ManyShapes<Dim>& many) {
+                const auto* const all =
+                    wanted_array_of<Vec<Dim, double>>(static_cast<const void*>(halves), count, "halves");
+                append(many, count, [&](std::uint64_t i) { return Shape<Dim>::box(all[i]); });
+            },
+            open_shapes(shapes).shapes);
+    });
+}
+jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object, const jostle_shape* shape,
+                                jostle_error* error)
+{
+    return guarded(error, [&] {
+        std::visit(
+            [&]<int Dim>(ManyShapes<Dim>& many) {
+                const OneShape<Dim>& one = shape_of<Dim>(shape, "shape");
+                if (object >= many.shapes.size())
+                    refuse("there are " + std::to_string(many.shapes.size()) +
+                               " shapes, and none of number " + std::to_string(object),
+                           JOSTLE_INVALID_ARGUMENT, object);
+                if (one.owned != nullptr) many.owned.insert(one.owned);
+                many.shapes[static_cast<std::size_t>(object)] = one.shape;
+            },
+            open_shapes(shapes).shapes);
+    });
+}
+
+jostle_status jostle_bounds(jostle_space space, const jostle_objects* objects, double margin,
+                            jostle_executor* executor, void* boxes, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const std::shared_ptr<Executor> kept = keep_executor(executor);
+        in_space(space, [&](auto in) {
+            constexpr int dim = decltype(in)::dim;
+            using T = typename decltype(in)::T;
+            const auto given = objects_of<dim, Pose<dim, T>>(objects, "objects");
+            const std::size_t count = given.shapes.size();
+            auto* const out = wanted_array_of<Aabb<dim, T>>(boxes, count, "boxes");
+            bounds<dim, T>(given.shapes, given.placed, std::span(out, count), static_cast<T>(margin),
+                           kept == nullptr ? serial_executor() : *kept);
+        });
+    });
+}
+
+} // extern "C"

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <variant>
+#include <vector>
+
+#include "c_api/handles.hpp"
+#include "jostle/contact.hpp"
+#include "jostle/shapes.hpp"
+
+namespace jostle::c_api {
+
+/// A user's own shape by its C function.
+template <int Dim>
+class CallbackShape final : public CustomShape<Dim>
+{
+  public:
+    CallbackShape(double radius, jostle_support_function function, void* given)
+        : context(given), radius_(radius), support_(function)
+    {
+    }
+    [[nodiscard]] double radius() const noexcept override { return radius_; }
+    [[nodiscard]] Vec<Dim, double> support(const Vec<Dim, double>& direction) const noexcept override
+    {
+        Vec<Dim, double> point{};
+        if (support_ != nullptr) support_(context, direction.data(), point.data());
+        return point;
+    }
+    [[nodiscard]] bool has_support() const noexcept override { return support_ != nullptr; }
+
+    void* const context;
+
+  private:
+    double radius_;
+    jostle_support_function support_;
+};
+
+/// What a shape points to.
+template <int Dim>
+struct Owned
+{
+    std::optional<ConvexHull<Dim>> hull;
+    std::optional<Mesh<Dim>> mesh;
+    std::optional<HeightField> field;
+    std::optional<Compound<Dim>> compound;
+    std::optional<CallbackShape<Dim>> custom;
+    std::vector<std::shared_ptr<const Owned>> children;
+};
+
+template <int Dim>
+struct OneShape
+{
+    Shape<Dim> shape;
+    std::shared_ptr<const Owned<Dim>> owned; // null: nothing
+};
+
+class ShapeContent final : public Content
+{
+  public:
+    std::variant<OneShape<2>, OneShape<3>> shape;
+};
+
+/// One shape per object, and what they point to, once each.
+template <int Dim>
+struct ManyShapes
+{
+    std::vector<Shape<Dim>> shapes;
+    std::set<std::shared_ptr<const Owned<Dim>>> owned;
+};
+
+class ShapesContent final : public Content
+{
+  public:
+    std::variant<ManyShapes<2>, ManyShapes<3>> shapes;
+};
+
+template <>
+struct Behind<jostle_shape>
+{
+    using type = ShapeContent;
+    static constexpr std::uint64_t mark = 0x6a6f73746c650006U;
+    static constexpr const char* name = "jostle_shape";
+};
+template <>
+struct Behind<jostle_shapes>
+{
+    using type = ShapesContent;
+    static constexpr std::uint64_t mark = 0x6a6f73746c650007U;
+    static constexpr const char* name = "jostle_shapes";
+};
+
+/// The shape of a handle, if it is one of `Dim` dimensions.
+template <int Dim>
+const OneShape<Dim>& shape_of(const jostle_shape* shape, const char* name)
+{
+    if (shape == nullptr) refuse(std::string(name) + " is NULL");
+    const auto* const found = std::get_if<OneShape<Dim>>(&open(shape).shape);
+    if (found == nullptr) refuse(std::string(name) + " isn't a shape in " + std::to_string(Dim) + "D");
+    return *found;
+}
+
+/// Shapes and poses, or motions, of objects.
+template <int Dim, class Placed>
+struct Objects
+{
+    StridedView<Shape<Dim>> shapes;
+    StridedView<Placed> placed;
+};
+template <int Dim, class Placed>
+Objects<Dim, Placed> objects_of(const jostle_objects* objects, const char* name)
+{
+    const jostle_objects& given = wanted(objects, name);
+    const auto* const shapes = std::get_if<ManyShapes<Dim>>(&open(given.shapes).shapes);
+    if (shapes == nullptr) refuse(std::string(name) + "'s shapes aren't in " + std::to_string(Dim) + "D");
+    return {shapes->shapes, view<Placed>(given.poses, "poses")};
+}
+
+/// What a shape is, for C.
+template <int Dim>
+jostle_shape_info info_of(const Shape<Dim>& shape) noexcept
+{
+    jostle_shape_info info{};
+    info.dim = Dim;
+    info.type = shape.type();
+    info.radius = shape.radius();
+    for (int d = 0; d < Dim; ++d)
+        info.size[d] = shape.size()[d];
+    info.offset = shape.offset();
+    // Every custom shape that comes through this interface is one of ours.
+    if (shape.custom() != nullptr)
+        info.context = static_cast<const CallbackShape<Dim>*>(shape.custom())->context;
+    return info;
+}
+
+template <int Dim, Coordinate T>
+constexpr bool poses_as_documented = sizeof(Pose<Dim, T>) == (Dim == 3 ? 7 : 4) * sizeof(T) &&
+                                     sizeof(Motion<Dim, T>) == (Dim == 3 ? 13 : 7) * sizeof(T) &&
+                                     sizeof(Distance<Dim, T>) == (3 * Dim + 1) * sizeof(T) &&
+                                     sizeof(Impact<Dim, T>) == (3 * Dim + 1) * sizeof(T);
+static_assert(poses_as_documented<2, float> && poses_as_documented<3, float> &&
+              poses_as_documented<2, double> && poses_as_documented<3, double>);
+
+} // namespace jostle::c_api

@@ -1,0 +1,1160 @@
+/* SPDX-License-Identifier: MIT
+   The C interface, by a C compiler: every function does what its C++ twin does, and says what is wrong with bad
+   input. Prints what failed and returns how much. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "jostle/jostle.h"
+
+static int failures = 0;
+static jostle_error error;
+
+#define CHECK(condition)                                                                                     \
+    do {                                                                                                     \
+        if (!(condition)) {                                                                                  \
+            printf("%s:%d: %s\n", __FILE__, __LINE__, #condition);                                           \
+            ++failures;                                                                                      \
+        }                                                                                                    \
+    } while (0)
+#define OK(call)                                                                                             \
+    do {                                                                                                     \
+        if ((call) != JOSTLE_OK) {                                                                           \
+            printf("%s:%d: %s: %s\n", __FILE__, __LINE__, #call, error.message);                             \
+            ++failures;                                                                                      \
+        }                                                                                                    \
+    } while (0)
+/* The call fails with this status, and its message has these words in it. */
+#define FAILS(call, code, words)                                                                             \
+    do {                                                                                                     \
+        jostle_status got = (call);                                                                          \
+        if (got != (code) || error.status != (code) || strstr(error.message, words) == NULL) {               \
+            printf("%s:%d: %s: status %d, \"%s\"\n", __FILE__, __LINE__, #call, (int)got, error.message);    \
+            ++failures;                                                                                      \
+        }                                                                                                    \
+    } while (0)
+
+enum
+{
+    boxes_made = 300
+};
+typedef union numbers
+{
+    float f[boxes_made * 6];
+    double d[boxes_made * 6];
+} numbers;
+
+static uint32_t random_state = 1;
+static double next_random(void)
+{
+    random_state = random_state * 1664525u + 1013904223u;
+    return (random_state >> 8) / 16777216.0;
+}
+static int dim_of(jostle_space space)
+{
+    return space == JOSTLE_2F || space == JOSTLE_2D ? 2 : 3;
+}
+static int is_float(jostle_space space)
+{
+    return space == JOSTLE_2F || space == JOSTLE_3F;
+}
+static int64_t number_size(jostle_space space)
+{
+    return is_float(space) ? (int64_t)sizeof(float) : (int64_t)sizeof(double);
+}
+static void set_number(jostle_space space, numbers* all, int i, double value)
+{
+    if (is_float(space))
+        all->f[i] = (float)value;
+    else
+        all->d[i] = value;
+}
+
+/* Random boxes, packed. */
+static jostle_boxes make_boxes(jostle_space space, numbers* memory, int count)
+{
+    const int dim = dim_of(space);
+    jostle_boxes boxes;
+    int i, d;
+    for (i = 0; i < count; ++i)
+        for (d = 0; d < dim; ++d) {
+            const double lo = 10 * next_random();
+            set_number(space, memory, i * 2 * dim + d, lo);
+            set_number(space, memory, i * 2 * dim + dim + d, lo + 2 * next_random());
+        }
+    OK(jostle_boxes_strided(space, memory->f, (const char*)memory->f + dim * number_size(space),
+                            (uint64_t)count, 2 * dim * number_size(space), &boxes, &error));
+    return boxes;
+}
+
+static int32_t accept_even(void* context, uint32_t a, uint32_t b)
+{
+    (void)context;
+    return (a + b) % 2 == 0;
+}
+static int32_t fail_pair(void* context, uint32_t a, uint32_t b)
+{
+    (void)a;
+    (void)b;
+    return *(const int32_t*)context;
+}
+struct sums
+{
+    uint64_t pairs, calls;
+    int32_t answer;
+};
+static int32_t count_pairs(void* context, const jostle_pair* pairs, uint64_t count, uint64_t block,
+                           uint64_t part)
+{
+    struct sums* sums = context;
+    (void)pairs;
+    (void)block;
+    (void)part;
+    sums->pairs += count;
+    ++sums->calls;
+    return sums->answer;
+}
+
+static jostle_options serial_options(jostle_executor** executor)
+{
+    jostle_options options;
+    memset(&options, 0, sizeof options);
+    options.struct_size = sizeof options;
+    OK(jostle_executor_serial(executor, &error));
+    options.executor = *executor;
+    return options;
+}
+
+static void test_general(void)
+{
+    uint32_t major, minor, patch, threads;
+    uint64_t count;
+    const char* name;
+    const jostle_instruction_set* sets;
+    jostle_executor* executor;
+    OK(jostle_version(&major, &minor, &patch, &error));
+    CHECK(major + minor > 0);
+    OK(jostle_status_name(JOSTLE_STALE_ID, &name, &error));
+    CHECK(strcmp(name, "stale_id") == 0);
+    FAILS(jostle_status_name(50, &name, &error), JOSTLE_INVALID_ARGUMENT, "50");
+    OK(jostle_instruction_sets(&sets, &count, &error));
+    CHECK(count >= 1 && sets[count - 1] == JOSTLE_SCALAR);
+    OK(jostle_instruction_set_name(JOSTLE_SCALAR, &name, &error));
+    CHECK(strcmp(name, "scalar") == 0);
+    OK(jostle_executor_default(&executor, &error));
+    OK(jostle_executor_concurrency(executor, &threads, &error));
+    CHECK(threads >= 1);
+    OK(jostle_executor_free(executor, &error));
+    OK(jostle_executor_tbb(2, &executor, &error));
+    OK(jostle_executor_free(executor, NULL));
+    CHECK(jostle_version(NULL, &minor, &patch, NULL) == JOSTLE_INVALID_ARGUMENT);
+}
+
+static void test_pairs(jostle_space space)
+{
+    static numbers memory_a, memory_b;
+    const jostle_boxes a = make_boxes(space, &memory_a, boxes_made),
+                       b = make_boxes(space, &memory_b, boxes_made / 2);
+    uint32_t owners[boxes_made];
+    jostle_pair copied[boxes_made * boxes_made / 4];
+    jostle_finder* finder;
+    jostle_results *expected, *taken;
+    jostle_blocks pairs, right;
+    jostle_filter filter;
+    jostle_stats stats;
+    struct sums sums = {0, 0, 1};
+    uint64_t sum, right_sum;
+    int32_t finished, code = -7;
+    int two, i;
+    OK(jostle_finder_new(NULL, &finder, &error));
+    OK(jostle_results_new(NULL, &expected, &error));
+    OK(jostle_results_new(NULL, &taken, &error));
+    memset(&filter, 0, sizeof filter);
+    filter.struct_size = sizeof filter;
+    filter.accept = accept_even;
+    for (i = 0; i < boxes_made; ++i)
+        owners[i] = (uint32_t)(i / 3);
+    filter.owner.data = owners;
+    filter.owner.count = boxes_made;
+    filter.owner.stride = sizeof owners[0];
+    for (two = 0; two < 2; ++two) {
+        const jostle_boxes* second = two ? &b : NULL;
+        if (two) { /* the second set needs owners, too */
+            filter.owner_b = filter.owner;
+            filter.owner_b.count = b.count;
+        }
+        OK(jostle_find_pairs_brute_force(space, &a, second, &filter, expected, &error));
+        OK(jostle_results_blocks(expected, &right, &error));
+        CHECK(right.count > 20 && right.item_size == sizeof(jostle_pair));
+        OK(jostle_pair_checksum(&right, &right_sum, &error));
+
+        OK(jostle_finder_find(finder, space, &a, second, &filter, JOSTLE_SORTED, &pairs, &error));
+        CHECK(pairs.count == right.count);
+        OK(jostle_blocks_copy(&pairs, pairs.count, copied, &error));
+        CHECK(memcmp(copied, right.blocks[0].items, right.count * sizeof copied[0]) == 0);
+        FAILS(jostle_blocks_copy(&pairs, pairs.count - 1, copied, &error), JOSTLE_SIZE_MISMATCH, "room");
+
+        OK(jostle_finder_take(finder, space, &a, second, &filter, JOSTLE_CANONICAL, taken, &error));
+        OK(jostle_results_blocks(taken, &pairs, &error));
+        OK(jostle_pair_checksum(&pairs, &sum, &error));
+        CHECK(sum == right_sum);
+        OK(jostle_find_pairs(space, &a, second, &filter, JOSTLE_CANONICAL, NULL, taken, &error));
+        OK(jostle_results_blocks(taken, &pairs, &error));
+        OK(jostle_pair_checksum(&pairs, &sum, &error));
+        CHECK(sum == right_sum);
+    }
+    stats.struct_size = sizeof stats;
+    OK(jostle_finder_stats(finder, &stats, &error));
+    CHECK(stats.objects == a.count + b.count && stats.ms_total >= 0);
+    stats.struct_size = 2 * sizeof(uint64_t); /* a program that knows the first member alone */
+    stats.pairs = 12345;
+    OK(jostle_finder_stats(finder, &stats, &error));
+    CHECK(stats.pairs == 12345);
+
+    memset(&filter, 0, sizeof filter);
+    filter.struct_size = sizeof filter;
+    {
+        jostle_executor* executor;
+        const jostle_options options = serial_options(&executor);
+        jostle_finder* serial;
+        OK(jostle_finder_new(&options, &serial, &error));
+        OK(jostle_executor_free(executor, &error)); /* the finder keeps what it needs */
+        OK(jostle_finder_stream(serial, space, &a, NULL, NULL, count_pairs, &sums, &finished, &error));
+        OK(jostle_find_pairs_brute_force(space, &a, NULL, NULL, expected, &error));
+        OK(jostle_results_blocks(expected, &right, &error));
+        CHECK(finished == 1 && sums.pairs == right.count);
+        sums.answer = 0;
+        sums.calls = 0;
+        OK(jostle_finder_stream(serial, space, &a, &b, NULL, count_pairs, &sums, &finished, &error));
+        CHECK(finished == 0 && sums.calls == 1);
+        sums.answer = -3;
+        FAILS(jostle_finder_stream(serial, space, &a, NULL, NULL, count_pairs, &sums, &finished, &error),
+              JOSTLE_CALLBACK_FAILED, "returned -3");
+        CHECK(error.callback_result == -3);
+        OK(jostle_finder_free(serial, &error));
+    }
+    filter.accept = fail_pair;
+    filter.context = &code;
+    FAILS(jostle_finder_find(finder, space, &a, NULL, &filter, JOSTLE_CANONICAL, &pairs, &error),
+          JOSTLE_CALLBACK_FAILED, "-7");
+    OK(jostle_finder_find(finder, space, &a, NULL, NULL, JOSTLE_CANONICAL, &pairs, &error));
+    CHECK(pairs.count == right.count); /* as good as before */
+
+    set_number(space, &memory_a, 2 * dim_of(space) * 5, NAN);
+    FAILS(jostle_finder_find(finder, space, &a, NULL, NULL, JOSTLE_CANONICAL, &pairs, &error),
+          JOSTLE_NAN_COORDINATE, "5");
+    CHECK(error.index == 5);
+    FAILS(jostle_boxes_validate(space, &a, &error), JOSTLE_NAN_COORDINATE, "5");
+    set_number(space, &memory_a, 2 * dim_of(space) * 5, 1e9);
+    FAILS(jostle_boxes_validate(space, &a, &error), JOSTLE_INVERTED_BOX, "5");
+    OK(jostle_boxes_validate(space, &b, &error));
+    OK(jostle_finder_release_memory(finder, &error));
+    OK(jostle_finder_free(finder, &error));
+    OK(jostle_results_free(expected, &error));
+    OK(jostle_results_free(taken, &error));
+}
+
+/* Index and world are asked the same; what each box answers is the definition. */
+static void check_answers(jostle_space space, const jostle_index* index, const jostle_world* world,
+                          const jostle_id* ids, const numbers* memory)
+{
+    const int dim = dim_of(space), asked = 3;
+    numbers questions;
+    jostle_frustum frusta[3];
+    jostle_nearest_2f near_2f[3];
+    jostle_nearest_3f near_3f[3];
+    jostle_nearest_2d near_2d[3];
+    jostle_nearest_3d near_3d[3];
+    jostle_results *of_index, *of_world;
+    OK(jostle_results_new(NULL, &of_index, &error));
+    OK(jostle_results_new(NULL, &of_world, &error));
+    for (jostle_question kind = JOSTLE_RAY; kind <= JOSTLE_NEAREST; ++kind) {
+        const int sizes[] = {0, 2 * dim + 1, 3 * dim + 1, 2 * dim, dim + 1, dim + 1, dim};
+        const void* array = questions.f;
+        const char* one_question;
+        int64_t step = sizes[kind] * number_size(space);
+        jostle_lists lists, same;
+        jostle_hit hits[3], world_hits[3];
+        uint8_t any[3], world_any[3];
+        uint64_t counts[3], world_counts[3];
+        uint64_t q;
+        int i, d;
+        for (i = 0; i < asked; ++i) {
+            for (d = 0; d < sizes[kind]; ++d)
+                set_number(space, &questions, i * sizes[kind] + d, 1 + i + next_random());
+            if (kind == JOSTLE_SWEEP || kind == JOSTLE_BOX)
+                for (d = 0; d < dim; ++d)
+                    set_number(space, &questions, i * sizes[kind] + dim + d, 4 + i + next_random());
+            for (d = 0; d < dim; ++d) {
+                near_2f[i].point[d % 2] = near_3f[i].point[d] = questions.f[i * sizes[kind] + d];
+                near_2d[i].point[d % 2] = near_3d[i].point[d] = questions.d[i * sizes[kind] + d];
+            }
+            near_2f[i].count = near_3f[i].count = near_2d[i].count = near_3d[i].count = 7;
+            near_2f[i].max_distance = near_3f[i].max_distance = 3;
+            near_2d[i].max_distance = near_3d[i].max_distance = 3;
+            if (kind == JOSTLE_FRUSTUM) { /* dim + 1 numbers are one plane */
+                set_number(space, &questions, i * sizes[kind] + dim - 1, -1);
+                frusta[i].planes = (const char*)questions.f + i * step;
+                frusta[i].count = 1;
+            }
+        }
+        if (kind == JOSTLE_FRUSTUM) {
+            array = frusta;
+            step = sizeof frusta[0];
+        } else if (kind == JOSTLE_NEAREST) {
+            array = space == JOSTLE_2F   ? (const void*)near_2f
+                    : space == JOSTLE_3F ? (const void*)near_3f
+                    : space == JOSTLE_2D ? (const void*)near_2d
+                                         : (const void*)near_3d;
+            step = space == JOSTLE_2F   ? sizeof near_2f[0]
+                   : space == JOSTLE_3F ? sizeof near_3f[0]
+                   : space == JOSTLE_2D ? sizeof near_2d[0]
+                                        : sizeof near_3d[0];
+        }
+        OK(jostle_index_all(index, kind, array, 3, NULL, UINT64_MAX, of_index, &error));
+        OK(jostle_world_all(world, kind, array, 3, NULL, UINT64_MAX, of_world, &error));
+        OK(jostle_results_lists(of_index, &lists, &error));
+        OK(jostle_results_lists(of_world, &same, &error));
+        CHECK(lists.questions == 3 && same.questions == 3 && lists.count == same.count && lists.count > 0);
+        CHECK((lists.at != NULL) == (kind == JOSTLE_RAY || kind == JOSTLE_SWEEP || kind == JOSTLE_NEAREST));
+        for (q = 0; q < lists.count && q < same.count; ++q) {
+            CHECK(same.ids[q] == ids[lists.ids[q]]);
+            CHECK(lists.at == NULL || lists.at[q] == same.at[q]);
+        }
+        for (i = 0; i < asked; ++i) { /* box by box */
+            uint64_t found = 0;
+            one_question = (const char*)array + i * step;
+            for (d = 0; d < boxes_made; ++d) {
+                int32_t answers;
+                double at;
+                uint64_t k;
+                OK(jostle_box_answers(space, kind, one_question,
+                                      (const char*)memory->f + d * 2 * dim * number_size(space), &answers,
+                                      &at, &error));
+                found += (uint64_t)answers;
+                for (k = lists.first[i]; k < lists.first[i + 1]; ++k)
+                    if (lists.ids[k] == (uint64_t)d) {
+                        CHECK(answers && (lists.at == NULL || lists.at[k] == at));
+                        break;
+                    }
+                CHECK((k < lists.first[i + 1]) == (answers != 0) || kind == JOSTLE_NEAREST);
+            }
+            if (kind == JOSTLE_NEAREST) found = found < 7 ? found : 7;
+            CHECK(found == lists.first[i + 1] - lists.first[i]);
+        }
+        if (kind == JOSTLE_NEAREST) {
+            FAILS(jostle_index_any(index, kind, array, 3, NULL, any, &error), JOSTLE_INVALID_ARGUMENT,
+                  "kind");
+            FAILS(jostle_index_all(index, kind, array, 3, NULL, 2, of_index, &error), JOSTLE_INVALID_ARGUMENT,
+                  "max_results");
+            continue;
+        }
+        OK(jostle_index_any(index, kind, array, 3, NULL, any, &error));
+        OK(jostle_world_any(world, kind, array, 3, NULL, world_any, &error));
+        OK(jostle_index_count(index, kind, array, 3, NULL, counts, &error));
+        OK(jostle_world_count(world, kind, array, 3, NULL, world_counts, &error));
+        for (i = 0; i < asked; ++i) {
+            CHECK(counts[i] == lists.first[i + 1] - lists.first[i] && world_counts[i] == counts[i]);
+            CHECK(any[i] == (counts[i] != 0) && world_any[i] == any[i]);
+        }
+        if (lists.at != NULL) {
+            OK(jostle_index_first(index, kind, array, 3, NULL, hits, &error));
+            OK(jostle_world_first(world, kind, array, 3, NULL, world_hits, &error));
+            for (i = 0; i < asked; ++i)
+                if (counts[i] == 0)
+                    CHECK(hits[i].id == UINT64_MAX && world_hits[i].id == 0);
+                else {
+                    CHECK(hits[i].id == lists.ids[lists.first[i]] && hits[i].at == lists.at[lists.first[i]]);
+                    CHECK(world_hits[i].id == ids[hits[i].id] && world_hits[i].at == hits[i].at);
+                }
+            OK(jostle_index_first(index, kind, (const char*)array + step, 1, NULL, &world_hits[0], &error));
+            CHECK(world_hits[0].id == hits[1].id &&
+                  world_hits[0].at == hits[1].at); /* alone, as in the batch */
+        } else {
+            FAILS(jostle_world_first(world, kind, array, 3, NULL, hits, &error), JOSTLE_INVALID_ARGUMENT,
+                  "kind");
+        }
+        /* Filters, and lists that are cut short. */
+        if (counts[0] > 1) {
+            jostle_query_filter filter;
+            const uint64_t excluded = lists.ids[lists.first[0]], excluded_object = ids[excluded];
+            uint64_t left;
+            memset(&filter, 0, sizeof filter);
+            filter.struct_size = sizeof filter;
+            filter.exclude = &excluded;
+            OK(jostle_index_count(index, kind, array, 1, &filter, &left, &error));
+            CHECK(left == counts[0] - 1);
+            filter.exclude = &excluded_object;
+            OK(jostle_world_count(world, kind, array, 1, &filter, &left, &error));
+            CHECK(left == counts[0] - 1);
+            OK(jostle_index_all(index, kind, array, 1, NULL, 1, of_world, &error));
+            OK(jostle_results_lists(of_world, &same, &error));
+            CHECK(same.count == 1 && same.more[0] == 1);
+        }
+    }
+    OK(jostle_results_free(of_index, &error));
+    OK(jostle_results_free(of_world, &error));
+}
+
+static int32_t refuse_objects(void* context, jostle_id a, jostle_id b)
+{
+    ++*(int*)context;
+    return a != 0 && b != 0 && *(int*)context < 0;
+}
+static int32_t fail_answer(void* context, uint32_t question, uint64_t id)
+{
+    (void)context;
+    (void)question;
+    (void)id;
+    return -11;
+}
+static int32_t count_drawn(void* context, const void* shown, jostle_draw_kind kind)
+{
+    ++((int*)context)[kind];
+    return shown != NULL;
+}
+static int32_t fail_drawing(void* context, const void* shown, jostle_draw_kind kind)
+{
+    (void)context;
+    (void)shown;
+    (void)kind;
+    return -2;
+}
+
+static void test_index_and_world(jostle_space space)
+{
+    static numbers memory, other, read;
+    const int dim = dim_of(space);
+    const jostle_boxes boxes = make_boxes(space, &memory, boxes_made);
+    jostle_id ids[boxes_made], some[boxes_made];
+    uint32_t indices[boxes_made], plain[boxes_made];
+    uint8_t flags[boxes_made];
+    double margins[boxes_made];
+    jostle_object_filter filters[boxes_made];
+    jostle_index* index;
+    jostle_world *world, *fork;
+    jostle_space told;
+    jostle_results *results, *expected;
+    jostle_blocks pairs, right;
+    const jostle_id_pair* began;
+    const jostle_ended_pair* ended;
+    const void* bytes;
+    uint64_t count, size, sum, right_sum;
+    uint32_t end;
+    jostle_index_stats index_stats;
+    jostle_world_stats world_stats;
+    int drawn[6] = {0}, i;
+    OK(jostle_results_new(NULL, &results, &error));
+    OK(jostle_results_new(NULL, &expected, &error));
+    for (i = 0; i < boxes_made; ++i)
+        plain[i] = (uint32_t)i;
+
+    OK(jostle_index_new(space, NULL, &index, &error));
+    OK(jostle_index_space(index, &told, &error));
+    CHECK(told == space);
+    OK(jostle_index_insert(index, plain, &boxes, &error));
+    FAILS(jostle_index_insert(index, plain, &boxes, &error), JOSTLE_INVALID_ARGUMENT, "0");
+    OK(jostle_index_build(index, NULL, &boxes, &error));
+    OK(jostle_index_size(index, &size, &error));
+    CHECK(size == boxes_made);
+    OK(jostle_index_boxes(index, plain, boxes_made, read.f, &error));
+    CHECK(memcmp(read.f, memory.f, (size_t)(boxes_made * 2 * dim * number_size(space))) == 0);
+    plain[1] = 5000;
+    OK(jostle_index_contains(index, plain, 2, flags, &error));
+    CHECK(flags[0] == 1 && flags[1] == 0);
+    FAILS(jostle_index_boxes(index, plain, 2, read.f, &error), JOSTLE_INVALID_ARGUMENT, "5000");
+    CHECK(error.index == 1);
+    plain[1] = 1;
+    index_stats.struct_size = sizeof index_stats;
+    OK(jostle_index_stats_read(index, &index_stats, &error));
+    CHECK(index_stats.objects == boxes_made);
+
+    OK(jostle_world_new(space, NULL, &world, &error));
+    OK(jostle_world_space(world, &told, &error));
+    CHECK(told == space);
+    OK(jostle_world_add(world, &boxes, NULL, ids, &error));
+    OK(jostle_world_update(world, &error));
+    OK(jostle_world_size(world, &size, &error));
+    OK(jostle_world_index_end(world, &end, &error));
+    CHECK(size == boxes_made && end == boxes_made);
+    for (i = 0; i < boxes_made; ++i)
+        indices[i] = (uint32_t)ids[i];
+    OK(jostle_world_ids(world, indices, boxes_made, some, &error));
+    CHECK(memcmp(ids, some, sizeof ids) == 0);
+    check_answers(space, index, world, ids, &memory);
+
+    OK(jostle_find_pairs_brute_force(space, &boxes, NULL, NULL, expected, &error));
+    OK(jostle_results_blocks(expected, &right, &error));
+    OK(jostle_world_began(world, &began, &count, &error));
+    CHECK(count == right.count && (uint32_t)began[0].a < (uint32_t)began[0].b);
+    OK(jostle_world_pairs(world, results, &error));
+    OK(jostle_results_blocks(results, &pairs, &error));
+    OK(jostle_pair_checksum(&pairs, &sum, &error));
+    OK(jostle_pair_checksum(&right, &right_sum, &error));
+    CHECK(sum == right_sum);
+    OK(jostle_world_changed_pairs(world, &pairs, &error));
+    CHECK(pairs.count == right.count);
+
+    /* Joins are pairs between two sets. */
+    OK(jostle_find_pairs_brute_force(space, &boxes, &boxes, NULL, expected, &error));
+    OK(jostle_results_blocks(expected, &right, &error));
+    OK(jostle_pair_checksum(&right, &right_sum, &error));
+    OK(jostle_index_join(index, &boxes, results, &error));
+    OK(jostle_results_blocks(results, &pairs, &error));
+    OK(jostle_pair_checksum(&pairs, &sum, &error));
+    CHECK(sum == right_sum);
+    OK(jostle_world_join(world, &boxes, NULL, results, &error));
+    OK(jostle_results_blocks(results, &pairs, &error));
+    OK(jostle_pair_checksum(&pairs, &sum, &error));
+    CHECK(sum == right_sum);
+
+    /* A snapshot, a fork, and what became of them. */
+    OK(jostle_world_save(world, results, &error));
+    OK(jostle_results_bytes(results, &bytes, &count, &error));
+    CHECK(count > 44 * boxes_made / 2);
+    OK(jostle_world_fork(world, &fork, &error));
+    OK(jostle_world_restore(world, bytes, count, &error));
+    FAILS(jostle_world_restore(world, bytes, count - 1, &error), JOSTLE_BAD_SNAPSHOT, "");
+    OK(jostle_world_began(world, &began, &count, &error));
+    OK(jostle_world_size(fork, &size, &error));
+    CHECK(size == boxes_made);
+
+    /* Commands. */
+    make_boxes(space, &other, boxes_made);
+    {
+        jostle_boxes moved;
+        OK(jostle_boxes_strided(space, other.f, (const char*)other.f + dim * number_size(space), boxes_made,
+                                2 * dim * number_size(space), &moved, &error));
+        OK(jostle_world_update_moves(world, ids, &moved, &error));
+        OK(jostle_world_move(fork, ids, &moved, NULL, 0, &error));
+        OK(jostle_world_update(fork, &error));
+        OK(jostle_world_boxes(fork, ids, boxes_made, read.f, &error));
+        CHECK(memcmp(read.f, other.f, (size_t)(boxes_made * 2 * dim * number_size(space))) == 0);
+        OK(jostle_world_ended(world, &ended, &count, &error));
+        CHECK(count > 0 && ended[0].reason == JOSTLE_MOVED_APART);
+        OK(jostle_world_persisted(world, &pairs, &error));
+        OK(jostle_world_teleport(fork, ids, &boxes, 1, &error));
+        OK(jostle_world_move(fork, ids, &boxes, memory.f, 2, &error)); /* any displacements */
+        OK(jostle_world_update(fork, &error));
+        OK(jostle_world_bounds(fork, ids, boxes_made, read.f, &error));
+        CHECK(memcmp(read.f, memory.f, (size_t)(boxes_made * 2 * dim * number_size(space))) != 0);
+        OK(jostle_index_move(index, plain, &moved, &error));
+        OK(jostle_index_boxes(index, plain, boxes_made, read.f, &error));
+        CHECK(memcmp(read.f, other.f, (size_t)(boxes_made * 2 * dim * number_size(space))) == 0);
+    }
+    for (i = 0; i < boxes_made; ++i) {
+        filters[i].category = 2;
+        filters[i].mask = 1;
+        filters[i].owner = UINT32_MAX;
+        filters[i].is_static = 0;
+        margins[i] = 0.5;
+        flags[i] = i != 0;
+    }
+    OK(jostle_world_set_filter(world, ids, boxes_made, filters, 0, &error));
+    OK(jostle_world_set_margin(world, ids, boxes_made, margins, 0, &error));
+    OK(jostle_world_set_enabled(world, ids, boxes_made, flags, 0, &error));
+    OK(jostle_world_resize(world, ids, 1, memory.f, 0, &error));
+    OK(jostle_world_update(world, &error));
+    OK(jostle_world_filters(world, ids, boxes_made, filters, &error));
+    CHECK(filters[3].category == 2 && filters[3].mask == 1);
+    OK(jostle_world_margins(world, ids, boxes_made, margins, &error));
+    CHECK(margins[9] == 0.5);
+    OK(jostle_world_enabled(world, ids, boxes_made, flags, &error));
+    CHECK(flags[0] == 0 && flags[1] == 1);
+    OK(jostle_world_pairs(world, results, &error));
+    OK(jostle_results_blocks(results, &pairs, &error));
+    CHECK(pairs.count == 0); /* category and mask never meet */
+    world_stats.struct_size = sizeof world_stats;
+    OK(jostle_world_stats_read(world, &world_stats, &error));
+    CHECK(world_stats.objects == boxes_made && world_stats.disabled == 1 && world_stats.commands > 0);
+    OK(jostle_world_explain(world, results, &error));
+    OK(jostle_results_bytes(results, &bytes, &count, &error));
+    CHECK(strlen(bytes) == count && count > 20);
+    OK(jostle_world_draw(world, count_drawn, count_drawn, drawn, &error));
+    CHECK(drawn[0] + drawn[1] + drawn[2] == boxes_made && drawn[JOSTLE_DRAW_ENDED] > 0);
+    OK(jostle_world_draw(world, count_drawn, NULL, drawn, &error));
+    FAILS(jostle_world_draw(world, fail_drawing, NULL, NULL, &error), JOSTLE_CALLBACK_FAILED, "-2");
+
+    /* Mistakes name the object, and leave the world as it was. */
+    OK(jostle_world_remove(world, ids, 1, &error));
+    OK(jostle_world_update(world, &error));
+    OK(jostle_world_contains(world, ids, 2, flags, &error));
+    CHECK(flags[0] == 0 && flags[1] == 1);
+    FAILS(jostle_world_boxes(world, ids, 2, read.f, &error), JOSTLE_STALE_ID, "");
+    CHECK(error.index == 0);
+    FAILS(jostle_world_remove(world, ids, 2, &error), JOSTLE_STALE_ID, "");
+    some[0] = ids[1];
+    some[1] = ids[0];
+    FAILS(jostle_world_resize(world, some, 2, memory.f, 0, &error), JOSTLE_STALE_ID, "");
+    CHECK(error.index == 1);
+    OK(jostle_world_ids(world, indices, 1, some, &error));
+    CHECK(some[0] == 0);
+    {
+        jostle_query_filter filter;
+        uint8_t any;
+        memset(&filter, 0, sizeof filter);
+        filter.struct_size = sizeof filter;
+        filter.accept = fail_answer;
+        OK(jostle_index_build(index, NULL, &boxes, &error));
+        FAILS(jostle_index_any(index, JOSTLE_BOX, memory.f, 1, &filter, &any, &error), JOSTLE_CALLBACK_FAILED,
+              "-11");
+        FAILS(jostle_world_join(fork, &boxes, &filter, results, &error), JOSTLE_CALLBACK_FAILED, "-11");
+        filter.accept = NULL;
+        filter.owner.data = plain;
+        filter.owner.count = boxes_made;
+        filter.owner.stride = 4;
+        FAILS(jostle_world_any(world, JOSTLE_BOX, memory.f, 1, &filter, &any, &error),
+              JOSTLE_INVALID_ARGUMENT, "world knows");
+    }
+    OK(jostle_world_free(fork, &error));
+    {
+        jostle_world_options options;
+        jostle_object_options object;
+        int asked = 0;
+        memset(&options, 0, sizeof options);
+        options.struct_size = sizeof options;
+        options.margin = 0.25;
+        options.accept = refuse_objects;
+        options.context = &asked;
+        OK(jostle_world_new(space, &options, &fork, &error));
+        memset(&object, 0, sizeof object);
+        object.struct_size = sizeof object;
+        object.margin = 0.25;
+        OK(jostle_world_add(fork, &boxes, &object, some, &error));
+        OK(jostle_world_update(fork, &error));
+        CHECK(asked > 0);
+        OK(jostle_world_began(fork, &began, &count, &error));
+        CHECK(count == 0);
+        OK(jostle_world_margins(fork, some, 1, margins, &error));
+        CHECK(margins[0] == 0.5);
+        OK(jostle_world_free(fork, &error));
+    }
+    OK(jostle_world_free(world, &error));
+    OK(jostle_index_erase(index, plain, 5, &error));
+    OK(jostle_index_size(index, &size, &error));
+    CHECK(size == boxes_made - 5);
+    OK(jostle_index_clear(index, &error));
+    OK(jostle_index_release_memory(index, &error));
+    OK(jostle_index_free(index, &error));
+    OK(jostle_results_free(results, &error));
+    OK(jostle_results_free(expected, &error));
+}
+
+static void support_of_point(void* context, const double* direction, double* point)
+{
+    (void)direction;
+    memcpy(point, context, 3 * sizeof(double));
+}
+static void always_one(void* context, const jostle_pair_test_input* input,
+                       void (*emit)(void* emit_context, const void* contact), void* emit_context)
+{
+    jostle_contact_3d contact;
+    memset(&contact, 0, sizeof contact);
+    contact.normal[1] = 1;
+    contact.count = 1;
+    contact.point[0].depth =
+        0.125 + input->margin + *(const double*)context + *(double*)input->shape_a.context;
+    emit(emit_context, &contact);
+}
+
+static void test_shapes_and_contacts(void)
+{
+    const double half[3] = {1, 1, 1}, up[3] = {0, 1, 0};
+    const float corners[8][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0},
+                                 {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
+    const uint32_t triangle[3] = {0, 1, 2};
+    const float heights[4] = {0, 0, 0, 0};
+    float poses[3][13] = {{0, 0, 0, 0, 0, 0, 1}, {1.5f, 0, 0, 0, 0, 0, 1}, {9, 0, 0, 0, 0, 0, 1, -10, 0, 0}};
+    double child_poses[2][7] = {{0, 0, 0, 0, 0, 0, 1}, {2, 0, 0, 0, 0, 0, 1}};
+    double point[3] = {0, 0, 0}, radii[2] = {1, 2};
+    float one[10], many[2][10], bounds[3][6];
+    uint8_t flags[2];
+    int32_t touching;
+    uint64_t count;
+    jostle_shape *sphere, *box, *capsule, *space_below, *hull, *mesh, *field, *compound, *custom, *flat,
+        *bad = NULL;
+    const jostle_shape* children[2];
+    jostle_shapes *shapes, *flat_shapes;
+    jostle_objects objects;
+    jostle_pair pairs[2] = {{0, 1}, {0, 2}};
+    jostle_block block = {0, 0};
+    jostle_blocks given = {0, 0, 0, 0}, contacts;
+    jostle_contact_finder* finder;
+    jostle_results* results;
+    jostle_shape_info info;
+    const double* vertices;
+    const uint32_t* face;
+    block.items = pairs;
+    block.count = 2;
+    given.blocks = &block;
+    given.block_count = 1;
+    given.count = 2;
+    given.item_size = sizeof(jostle_pair);
+
+    OK(jostle_shape_sphere(3, 1, &sphere, &error));
+    OK(jostle_shape_box(3, half, &box, &error));
+    OK(jostle_shape_capsule(3, 1, 0.5, &capsule, &error));
+    OK(jostle_shape_half_space(3, up, 0, &space_below, &error));
+    OK(jostle_shape_hull(JOSTLE_3F, corners, 8, &hull, &error));
+    OK(jostle_shape_mesh(JOSTLE_3F, corners, 8, triangle, 1, &mesh, &error));
+    OK(jostle_shape_height_field(JOSTLE_3F, heights, 2, 2, 1, 1, 0, &field, &error));
+    OK(jostle_shape_custom(3, 20, 1, support_of_point, point, &custom, &error));
+    OK(jostle_shape_sphere(2, 1, &flat, &error));
+    children[0] = sphere;
+    children[1] = hull;
+    OK(jostle_shape_compound(3, children, child_poses[0], 2, &compound, &error));
+    OK(jostle_shape_vertices(hull, &vertices, &count, &error));
+    CHECK(count == 8 && vertices[3] == 1);
+    OK(jostle_shape_face_count(hull, &count, &error));
+    CHECK(count == 6);
+    OK(jostle_shape_face(hull, 5, &face, &count, &error));
+    CHECK(count == 4 && face[0] < 8);
+    FAILS(jostle_shape_face(hull, 6, &face, &count, &error), JOSTLE_INVALID_ARGUMENT, "6");
+    FAILS(jostle_shape_face(sphere, 0, &face, &count, &error), JOSTLE_INVALID_ARGUMENT, "hull");
+    OK(jostle_shape_face_count(mesh, &count, &error));
+    CHECK(count == 1);
+    OK(jostle_shape_info_read(capsule, &info, &error));
+    CHECK(info.dim == 3 && info.type == JOSTLE_SHAPE_CAPSULE && info.radius == 0.5 && info.size[1] == 1);
+    OK(jostle_shape_info_read(custom, &info, &error));
+    CHECK(info.type == 20 && info.context == point);
+    FAILS(jostle_shape_sphere(3, -1, &bad, &error), JOSTLE_INVALID_ARGUMENT, "-1");
+    FAILS(jostle_shape_sphere(4, 1, &bad, &error), JOSTLE_INVALID_ARGUMENT, "dim");
+    FAILS(jostle_shape_height_field(JOSTLE_2F, heights, 2, 2, 1, 1, 0, &bad, &error), JOSTLE_INVALID_ARGUMENT,
+          "3D");
+    FAILS(jostle_shape_custom(3, 3, 1, NULL, NULL, &bad, &error), JOSTLE_INVALID_ARGUMENT, "type");
+    FAILS(jostle_shape_hull(JOSTLE_3F, NULL, 8, &bad, &error), JOSTLE_INVALID_ARGUMENT, "points");
+    CHECK(bad == NULL);
+
+    OK(jostle_shapes_new(3, &shapes, &error));
+    OK(jostle_shapes_new(2, &flat_shapes, &error));
+    OK(jostle_shapes_add(shapes, compound, 1, &error));
+    OK(jostle_shapes_add_spheres(shapes, radii, 2, &error));
+    OK(jostle_shapes_add_boxes(shapes, half, 1, &error));
+    OK(jostle_shapes_add_capsules(shapes, radii, radii, 2, &error));
+    OK(jostle_shapes_size(shapes, &count, &error));
+    CHECK(count == 6);
+    radii[1] = -5;
+    FAILS(jostle_shapes_add_spheres(shapes, radii, 2, &error), JOSTLE_INVALID_ARGUMENT, "-5");
+    CHECK(error.index == 1);
+    OK(jostle_shapes_size(shapes, &count, &error));
+    CHECK(count == 6);
+    FAILS(jostle_shapes_add(flat_shapes, sphere, 1, &error), JOSTLE_INVALID_ARGUMENT, "2D");
+    FAILS(jostle_shapes_add(shapes, sphere, UINT64_MAX, &error), JOSTLE_TOO_MANY_OBJECTS, "shapes");
+    FAILS(jostle_shapes_set(shapes, 6, sphere, &error), JOSTLE_INVALID_ARGUMENT, "6");
+    OK(jostle_shapes_clear(shapes, &error));
+    OK(jostle_shapes_add(shapes, hull, 1, &error));
+    OK(jostle_shapes_add(shapes, sphere, 2, &error));
+    OK(jostle_shapes_set(shapes, 0, compound, &error)); /* at 0: a sphere of 1; at 2: a cube up to 3 */
+    OK(jostle_shape_free(compound, &error));            /* the list keeps what it needs */
+    OK(jostle_shape_free(hull, &error));
+
+    objects.shapes = shapes;
+    objects.poses.data = poses;
+    objects.poses.count = 3;
+    objects.poses.stride = sizeof poses[0];
+    OK(jostle_bounds(JOSTLE_3F, &objects, 0.5, NULL, bounds, &error));
+    CHECK(bounds[1][0] <= 0 && bounds[1][0] > -0.01 && bounds[1][3] >= 3 && bounds[0][3] >= 3.5);
+    FAILS(jostle_bounds(JOSTLE_2F, &objects, 0, NULL, bounds, &error), JOSTLE_INVALID_ARGUMENT, "2D");
+    FAILS(jostle_bounds(JOSTLE_3F, &objects, -1, NULL, bounds, &error), JOSTLE_INVALID_ARGUMENT, "");
+
+    OK(jostle_contact_finder_new(JOSTLE_3F, NULL, &finder, &error));
+    OK(jostle_results_new(NULL, &results, &error));
+    OK(jostle_contact_finder_find(finder, &objects, NULL, &given, 0.01, &contacts, &error));
+    CHECK(contacts.count == 2 && contacts.item_size == sizeof(jostle_contact_3f)); /* of both children */
+    {
+        const jostle_contact_3f* contact = contacts.blocks[0].items;
+        CHECK(contact->pair.a == 0 && contact->pair.b == 1 && contact->part_a == 0 && contact->count == 1);
+        CHECK(contact->normal[0] == 1 && contact->point[0].depth == 0.5f);
+    }
+    OK(jostle_contact_finder_take(finder, results, &error));
+    OK(jostle_results_blocks(results, &contacts, &error));
+    CHECK(contacts.count == 2);
+    OK(jostle_contact_finder_find(finder, &objects, &objects, &given, 0, &contacts, &error));
+    CHECK(contacts.count == 2);
+    OK(jostle_contact_finder_touching(finder, &objects, NULL, &given, flags, &error));
+    CHECK(flags[0] == 1 && flags[1] == 0);
+    OK(jostle_contact_finder_distances(finder, &objects, NULL, &given, HUGE_VAL, many, &error));
+    CHECK(many[0][0] < 0 && many[1][0] > 4.9f && many[1][0] < 5.1f);
+    OK(jostle_contact_finder_distances(finder, &objects, &objects, &given, 1, many, &error));
+    CHECK(many[1][0] == HUGE_VALF);
+    OK(jostle_contact_finder_impacts(finder, &objects, NULL, &given, 0.001, many, &error));
+    CHECK(many[0][0] == 0 && many[1][0] > 0.49f && many[1][0] < 0.51f);
+    pairs[1].b = 3;
+    FAILS(jostle_contact_finder_touching(finder, &objects, NULL, &given, flags, &error),
+          JOSTLE_INVALID_ARGUMENT, "3");
+    pairs[1].b = 2;
+    given.count = 3;
+    FAILS(jostle_contact_finder_touching(finder, &objects, NULL, &given, flags, &error), JOSTLE_SIZE_MISMATCH,
+          "3");
+    given.count = 2;
+    given.item_size = 12;
+    FAILS(jostle_contact_finder_touching(finder, &objects, NULL, &given, flags, &error),
+          JOSTLE_INVALID_ARGUMENT, "12");
+    given.item_size = sizeof(jostle_pair);
+    {
+        /* Two blocks are as good as one. */
+        jostle_block two[2];
+        jostle_blocks split = given;
+        two[0].items = pairs;
+        two[1].items = pairs + 1;
+        two[0].count = two[1].count = 1;
+        split.blocks = two;
+        split.block_count = 2;
+        OK(jostle_contact_finder_touching(finder, &objects, NULL, &split, flags, &error));
+        CHECK(flags[0] == 1 && flags[1] == 0);
+    }
+    {
+        double more = 0.25;
+        point[0] = 1; /* what support_of_point answers, and the first number of the shape's context */
+        OK(jostle_shapes_set(shapes, 0, custom, &error));
+        OK(jostle_contact_finder_touching(finder, &objects, NULL, &given, flags, &error));
+        CHECK(flags[0] == 1 && flags[1] == 0); /* the point (1, 0, 0) in a sphere around (1.5, 0, 0) */
+        OK(jostle_contact_finder_add_test(finder, 20, JOSTLE_SHAPE_SPHERE, always_one, &more, &error));
+        OK(jostle_contact_finder_find(finder, &objects, NULL, &given, 0, &contacts, &error));
+        CHECK(contacts.count == 2);
+        CHECK(((const jostle_contact_3f*)contacts.blocks[0].items)->point[0].depth == 1.375f);
+        FAILS(jostle_contact_finder_add_test(finder, -1, 0, always_one, NULL, &error),
+              JOSTLE_INVALID_ARGUMENT, "-1");
+    }
+    OK(jostle_touching(JOSTLE_3F, sphere, poses[0], box, poses[1], &touching, &error));
+    CHECK(touching == 1);
+    OK(jostle_contacts(JOSTLE_3F, sphere, poses[0], box, poses[1], 0, results, &error));
+    OK(jostle_results_blocks(results, &contacts, &error));
+    CHECK(contacts.count == 1);
+    OK(jostle_distance(JOSTLE_3F, sphere, poses[0], box, poses[2], 100, one, &error));
+    CHECK(one[0] == 7);
+    OK(jostle_distance(JOSTLE_3F, sphere, poses[0], box, poses[2], 1, one, &error));
+    CHECK(one[0] == HUGE_VALF);
+    OK(jostle_time_of_impact(JOSTLE_3F, sphere, poses[0], sphere, poses[2], 0.001, one, &error));
+    CHECK(one[0] > 0.69f && one[0] < 0.71f);
+    FAILS(jostle_touching(JOSTLE_3F, sphere, poses[0], flat, poses[1], &touching, &error),
+          JOSTLE_INVALID_ARGUMENT, "3D");
+    FAILS(jostle_distance(JOSTLE_3F, sphere, poses[0], NULL, poses[1], 1, one, &error),
+          JOSTLE_INVALID_ARGUMENT, "b is NULL");
+    OK(jostle_contact_finder_free(finder, &error));
+    OK(jostle_results_free(results, &error));
+    OK(jostle_shapes_free(shapes, &error));
+    OK(jostle_shapes_free(flat_shapes, &error));
+    OK(jostle_shape_free(sphere, &error));
+    OK(jostle_shape_free(box, &error));
+    OK(jostle_shape_free(capsule, &error));
+    OK(jostle_shape_free(space_below, &error));
+    OK(jostle_shape_free(mesh, &error));
+    OK(jostle_shape_free(field, &error));
+    OK(jostle_shape_free(custom, &error));
+    OK(jostle_shape_free(flat, &error));
+}
+
+static int32_t run_serially(void* context, uint32_t count, void (*task)(void* task_context, uint32_t i),
+                            void* task_context)
+{
+    uint32_t i;
+    const int32_t answer = *(const int32_t*)context;
+    for (i = 0; i < count && answer == 0; ++i)
+        task(task_context, i);
+    return answer;
+}
+static void count_up(void* context, uint32_t i)
+{
+    *(uint32_t*)context += i;
+}
+/* An allocator that counts, and refuses when it is told to. */
+struct memory
+{
+    int64_t bytes;
+    int refuse;
+};
+static void* allocate(void* context, uint64_t size, uint64_t alignment)
+{
+    struct memory* memory = context;
+    char *got, *aligned;
+    if (memory->refuse) return NULL;
+    got = malloc((size_t)(size + alignment + sizeof(char*)));
+    if (got == NULL) return NULL;
+    memory->bytes += (int64_t)size;
+    aligned = got + sizeof(char*);
+    aligned += alignment - (uintptr_t)aligned % alignment;
+    memcpy(aligned - sizeof(char*), &got, sizeof(char*)); /* in front: what free() wants */
+    return aligned;
+}
+static void deallocate(void* context, void* given, uint64_t size, uint64_t alignment)
+{
+    char* got;
+    (void)alignment;
+    memcpy(&got, (char*)given - sizeof(char*), sizeof(char*));
+    ((struct memory*)context)->bytes -= (int64_t)size;
+    free(got);
+}
+
+struct adding
+{
+    jostle_responses* responses;
+    int32_t answer;
+};
+static int32_t add_one(void* context, const void* items, uint64_t count, uint64_t first, jostle_work work)
+{
+    const struct adding* adding = context;
+    const jostle_pair* pairs = items;
+    const int64_t ones[2] = {1, 2};
+    uint64_t i;
+    (void)first;
+    for (i = 0; i < count; ++i)
+        if (jostle_responses_add(adding->responses, work, 1, &pairs[i].b, ones, NULL) != JOSTLE_OK) return -1;
+    return adding->answer;
+}
+static int32_t add_items(void* context, uint64_t begin, uint64_t end, jostle_work work)
+{
+    (void)work;
+    *(uint64_t*)context += end - begin;
+    return 0;
+}
+static int32_t add_row(void* context, uint32_t a, uint32_t b_begin, uint32_t b_end, jostle_work work)
+{
+    (void)a;
+    (void)work;
+    *(uint64_t*)context += b_end - b_begin;
+    return 0;
+}
+static void merge_greatest(void* context, void* into, const void* value)
+{
+    (void)context;
+    if (*(const double*)value > *(double*)into) *(double*)into = *(const double*)value;
+}
+static void apply_count(void* context, uint32_t first, uint32_t count, const void* values)
+{
+    (void)first;
+    (void)values;
+    *(uint32_t*)context += count;
+}
+
+static void test_hosts_and_responses(void)
+{
+    static numbers memory;
+    const jostle_boxes boxes = make_boxes(JOSTLE_3F, &memory, boxes_made);
+    int32_t answer = 0;
+    uint32_t sum = 0, applied = 0;
+    uint64_t items = 0, count, bytes;
+    struct memory counted = {0, 0};
+    jostle_allocator allocator;
+    jostle_options options;
+    jostle_process_options process;
+    jostle_responses_options responses_options;
+    jostle_executor* executor;
+    jostle_finder* finder;
+    jostle_results* results;
+    jostle_blocks pairs;
+    jostle_responses* responses;
+    jostle_response_form form;
+    jostle_work_plan plan;
+    struct adding adding;
+    const void* values;
+    const double numbers_given[4] = {1, 5, 3, 2};
+    const uint32_t objects[4] = {0, 1, 1, 9};
+    jostle_work work = {0, 0};
+    OK(jostle_executor_callback(2, run_serially, &answer, &executor, &error));
+    OK(jostle_executor_run(executor, 4, count_up, &sum, &error));
+    CHECK(sum == 6);
+    memset(&allocator, 0, sizeof allocator);
+    allocator.struct_size = sizeof allocator;
+    allocator.context = &counted;
+    allocator.allocate = allocate;
+    allocator.deallocate = deallocate;
+    memset(&options, 0, sizeof options);
+    options.struct_size = sizeof options;
+    options.executor = executor;
+    options.allocator = &allocator;
+    options.instruction_set = JOSTLE_SCALAR;
+    OK(jostle_finder_new(&options, &finder, &error));
+    OK(jostle_results_new(NULL, &results, &error));
+    counted.refuse = 1;
+    FAILS(jostle_finder_take(finder, JOSTLE_3F, &boxes, NULL, NULL, 0, results, &error), JOSTLE_OUT_OF_MEMORY,
+          "memory");
+    counted.refuse = 0;
+    answer = -9; /* so few boxes are searched without it */
+    FAILS(jostle_executor_run(executor, 4, count_up, &sum, &error), JOSTLE_CALLBACK_FAILED, "-9");
+    memset(&process, 0, sizeof process);
+    process.struct_size = sizeof process;
+    process.executor = executor;
+    FAILS(jostle_process_items(100000, add_items, &items, &process, &error), JOSTLE_CALLBACK_FAILED, "-9");
+    items = 0;
+    answer = 0;
+    OK(jostle_finder_take(finder, JOSTLE_3F, &boxes, NULL, NULL, 0, results, &error));
+    CHECK(counted.bytes > 0);
+    OK(jostle_finder_free(finder, &error));
+    OK(jostle_results_blocks(results, &pairs, &error));
+    CHECK(pairs.count > 20);
+
+    OK(jostle_plan_work(pairs.count, &process, &plan, &error));
+    CHECK(plan.items == pairs.count && plan.slots >= 1);
+    memset(&responses_options, 0, sizeof responses_options);
+    responses_options.struct_size = sizeof responses_options;
+    responses_options.common = &options;
+    responses_options.form = JOSTLE_SPARSE;
+    OK(jostle_responses_new(JOSTLE_INT64, 2, &responses_options, &responses, &error));
+    OK(jostle_responses_form(responses, &form, &error));
+    OK(jostle_responses_start(responses, boxes_made, &plan, &error));
+    adding.responses = responses;
+    adding.answer = 0;
+    OK(jostle_process_blocks(&pairs, add_one, &adding, &process, &error));
+    OK(jostle_responses_merge(responses, NULL, NULL, &values, &count, &error));
+    CHECK(count == boxes_made);
+    {
+        const int64_t* each = values;
+        int64_t total = 0;
+        uint64_t i;
+        for (i = 0; i < count; ++i) {
+            total += each[2 * i];
+            CHECK(each[2 * i + 1] == 2 * each[2 * i]);
+        }
+        CHECK(total == (int64_t)pairs.count);
+    }
+    FAILS(jostle_responses_add(responses, work, 1, objects, numbers_given, &error), JOSTLE_INVALID_ARGUMENT,
+          "merge");
+    adding.answer = -4;
+    OK(jostle_responses_start(responses, boxes_made, &plan, &error));
+    FAILS(jostle_process_blocks(&pairs, add_one, &adding, &process, &error), JOSTLE_CALLBACK_FAILED, "-4");
+    OK(jostle_responses_bytes_reserved(responses, &bytes, &error));
+    CHECK(bytes > 0);
+    OK(jostle_responses_release_memory(responses, &error));
+    OK(jostle_responses_free(responses, &error));
+
+    responses_options.merge = merge_greatest;
+    OK(jostle_responses_new(JOSTLE_DOUBLE, 1, &responses_options, &responses, &error));
+    OK(jostle_responses_sum(responses, 10, objects, numbers_given, 4, &values, &error));
+    CHECK(((const double*)values)[1] == 5 && ((const double*)values)[9] == 2 &&
+          ((const double*)values)[5] == 0);
+    FAILS(jostle_responses_sum(responses, 9, objects, numbers_given, 4, &values, &error),
+          JOSTLE_INVALID_ARGUMENT, "9");
+    CHECK(error.index == 3);
+    OK(jostle_plan_work(1, &process, &plan, &error));
+    OK(jostle_responses_start(responses, 10, &plan, &error));
+    OK(jostle_responses_add(responses, work, 4, objects, numbers_given, &error));
+    OK(jostle_responses_merge(responses, apply_count, &applied, &values, &count, &error));
+    CHECK(applied == 10);
+    OK(jostle_responses_free(responses, &error));
+    FAILS(jostle_responses_new(JOSTLE_DOUBLE, 9, NULL, &responses, &error), JOSTLE_INVALID_ARGUMENT, "9");
+    FAILS(jostle_responses_new(4, 1, NULL, &responses, &error), JOSTLE_INVALID_ARGUMENT, "4");
+
+    OK(jostle_process_items(1000, add_items, &items, &process, &error));
+    CHECK(items == 1000);
+    items = 0;
+    OK(jostle_process_all_pairs(10, add_row, &items, &process, JOSTLE_ZIGZAG, &error));
+    CHECK(items == 45);
+    OK(jostle_plan_all_pairs(10, &process, &plan, &error));
+    CHECK(plan.blocks == 9);
+    OK(jostle_executor_free(executor, &error));
+    OK(jostle_results_free(results, &error)); /* gives the finder's memory back, long after the finder */
+    CHECK(counted.bytes == 0);
+}
+
+static void test_bad_input(void)
+{
+    static numbers memory;
+    jostle_boxes boxes = make_boxes(JOSTLE_3F, &memory, 10), wrong;
+    jostle_options options;
+    struct
+    {
+        jostle_options known;
+        uint64_t from_the_future;
+    } newer;
+    jostle_finder *finder, *untouched = NULL;
+    jostle_index* index;
+    jostle_results* results;
+    jostle_blocks pairs;
+    jostle_lists lists;
+    uint64_t size, nothing[4] = {0, 0, 0, 0};
+    int i;
+    OK(jostle_finder_new(NULL, &finder, &error));
+    OK(jostle_index_new(JOSTLE_3F, NULL, &index, &error));
+    OK(jostle_results_new(NULL, &results, &error));
+
+    FAILS(jostle_finder_find(NULL, JOSTLE_3F, &boxes, NULL, NULL, 0, &pairs, &error), JOSTLE_INVALID_ARGUMENT,
+          "jostle_finder is NULL");
+    FAILS(jostle_finder_find((jostle_finder*)index, JOSTLE_3F, &boxes, NULL, NULL, 0, &pairs, &error),
+          JOSTLE_BAD_HANDLE, "no jostle_finder");
+    FAILS(jostle_finder_find((jostle_finder*)nothing, JOSTLE_3F, &boxes, NULL, NULL, 0, &pairs, &error),
+          JOSTLE_BAD_HANDLE, "no jostle_finder");
+    FAILS(jostle_index_size((const jostle_index*)((const char*)nothing + 1), &size, &error),
+          JOSTLE_BAD_HANDLE, "");
+    FAILS(jostle_index_free((jostle_index*)finder, &error), JOSTLE_BAD_HANDLE, "no jostle_index");
+    OK(jostle_index_free(NULL, &error));
+    OK(jostle_index_free(index, &error));
+    FAILS(jostle_index_size(index, &size, &error), JOSTLE_BAD_HANDLE, "was freed");
+    FAILS(jostle_index_free(index, &error), JOSTLE_BAD_HANDLE, "was freed");
+    for (i = 0; i < 2000; ++i) { /* more than are remembered: none leaks */
+        OK(jostle_index_new(JOSTLE_2D, NULL, &index, &error));
+        OK(jostle_index_free(index, &error));
+    }
+    FAILS(jostle_finder_find(finder, 0, &boxes, NULL, NULL, 0, &pairs, &error), JOSTLE_INVALID_ARGUMENT,
+          "space is 0");
+    FAILS(jostle_finder_find(finder, JOSTLE_3F, NULL, NULL, NULL, 0, &pairs, &error), JOSTLE_INVALID_ARGUMENT,
+          "a is NULL");
+    FAILS(jostle_finder_find(finder, JOSTLE_3F, &boxes, NULL, NULL, 2, &pairs, &error),
+          JOSTLE_INVALID_ARGUMENT, "order");
+    FAILS(jostle_finder_find(finder, JOSTLE_3F, &boxes, NULL, NULL, 0, NULL, &error), JOSTLE_INVALID_ARGUMENT,
+          "pairs");
+    wrong = boxes;
+    wrong.hi[2] = NULL;
+    FAILS(jostle_finder_find(finder, JOSTLE_3F, &wrong, NULL, NULL, 0, &pairs, &error),
+          JOSTLE_INVALID_ARGUMENT, "a is NULL");
+    wrong = boxes;
+    wrong.lo[0] = (const char*)boxes.lo[0] + 1;
+    FAILS(jostle_finder_find(finder, JOSTLE_3F, &wrong, NULL, NULL, 0, &pairs, &error),
+          JOSTLE_INVALID_ARGUMENT, "aligned");
+    wrong = boxes;
+    wrong.stride = 6;
+    FAILS(jostle_finder_find(finder, JOSTLE_3F, &wrong, NULL, NULL, 0, &pairs, &error),
+          JOSTLE_INVALID_ARGUMENT, "stride");
+    wrong = boxes;
+    wrong.count = UINT64_MAX / 8;
+    FAILS(jostle_finder_find(finder, JOSTLE_3F, &wrong, NULL, NULL, 0, &pairs, &error),
+          JOSTLE_TOO_MANY_OBJECTS, "a");
+    wrong.count = UINT64_C(1) << 33;
+    FAILS(jostle_finder_find(finder, JOSTLE_3F, &wrong, NULL, NULL, 0, &pairs, &error),
+          JOSTLE_TOO_MANY_OBJECTS, "");
+    wrong = boxes;
+    wrong.count = 0;
+    wrong.lo[0] = NULL;
+    OK(jostle_finder_find(finder, JOSTLE_3F, &wrong, NULL, NULL, 0, &pairs, &error));
+    CHECK(pairs.count == 0);
+
+    FAILS(jostle_results_lists(results, &lists, &error), JOSTLE_INVALID_ARGUMENT, "lists");
+    OK(jostle_finder_take(finder, JOSTLE_3F, &boxes, NULL, NULL, 0, results, &error));
+    FAILS(jostle_results_lists(results, &lists, &error), JOSTLE_INVALID_ARGUMENT, "lists");
+
+    /* Options of programs compiled earlier and later. */
+    memset(&options, 0, sizeof options);
+    FAILS(jostle_finder_new(&options, &untouched, &error), JOSTLE_INVALID_ARGUMENT, "struct_size is 0");
+    CHECK(untouched == NULL);
+    options.struct_size = sizeof(uint64_t);
+    options.instruction_set = 77; /* not read */
+    OK(jostle_finder_new(&options, &untouched, &error));
+    OK(jostle_finder_free(untouched, &error));
+    options.struct_size = sizeof options;
+    FAILS(jostle_finder_new(&options, &untouched, &error), JOSTLE_INVALID_ARGUMENT, "77");
+    memset(&newer, 0, sizeof newer);
+    newer.known.struct_size = sizeof newer;
+    OK(jostle_finder_new(&newer.known, &untouched, &error));
+    OK(jostle_finder_free(untouched, &error));
+    newer.from_the_future = 1;
+    FAILS(jostle_finder_new(&newer.known, &untouched, &error), JOSTLE_INVALID_ARGUMENT, "doesn't know");
+
+    OK(jostle_finder_free(finder, &error));
+    OK(jostle_results_free(results, &error));
+}
+
+int main(void)
+{
+    jostle_space space;
+    test_general();
+    for (space = JOSTLE_2F; space <= JOSTLE_3D; ++space) {
+        test_pairs(space);
+        test_index_and_world(space);
+    }
+    test_shapes_and_contacts();
+    test_hosts_and_responses();
+    test_bad_input();
+    printf(failures == 0 ? "all good\n" : "%d failures\n", failures);
+    return failures == 0 ? 0 : 1;
+}
