@@ -7,6 +7,7 @@
 #include "base/block_buffer_access.hpp"
 #include "base/exact_floats.hpp"
 #include "base/run_tasks.hpp"
+#include "engine/apart.hpp"
 #include "engine/output.hpp"
 #include "engine/scatter.hpp"
 #include "engine/slot.hpp"
@@ -29,10 +30,26 @@ constexpr int deepest_nesting = 24;
 // worker's.
 constexpr std::uint32_t job_records = 1u << 15;
 constexpr double job_steps = 1 << 19;
+constexpr std::uint64_t job_candidates = std::uint64_t{1 << 19} * step_size;
 constexpr std::uint32_t job_rows = 2048; // per block of a brick that is shared out; even
 // Bricks are claimed in blocks, so many a grid that claiming costs nothing and the last block doesn't keep
 // all waiting.
 constexpr std::uint32_t blocks_per_grid = 512;
+
+// Of two sets, one is far the smaller if it is this many times smaller. Among fewer boxes it doesn't matter.
+constexpr std::uint64_t far_smaller = 32;
+constexpr std::uint64_t many_boxes = 1u << 15;
+
+/// The share of a window that is of the other set than the row, twice, for testing it takes more than its
+/// share of the time; 1 unless one of the sets is far the smaller.
+template <int Dim, class T>
+double share_of_windows(const Boxes<Dim, T>& boxes)
+{
+    const std::uint64_t a = boxes.a.size(), b = boxes.b.size();
+    if (!boxes.cross || a + b < many_boxes || std::min(a, b) * far_smaller > std::max(a, b)) return 1;
+    const double n = static_cast<double>(a + b);
+    return 4 * (static_cast<double>(a) / n) * (static_cast<double>(b) / n);
+}
 
 using Clock = std::chrono::steady_clock;
 double milliseconds(Clock::time_point from, Clock::time_point to)
@@ -53,6 +70,7 @@ class Engine::Search
           boxes_(boxes),
           request_(request),
           shared_{boxes, request, engine.chunks_},
+          share_(share_of_windows(boxes)),
           blocks_(engine.blocks_),
           jobs_(engine.jobs_),
           stores_(engine.stores_)
@@ -101,7 +119,7 @@ class Engine::Search
     {
         Sample& sample = *slot(0).sample.reserve_exactly(1);
         sample_boxes(boxes_, sample);
-        return tune<Dim, T>(sample, boxes_.size()).grid;
+        return tune<Dim, T>(sample, boxes_.size(), share_).grid;
     }
 
     /// Stores all boxes in the slots' stores.
@@ -156,10 +174,23 @@ class Engine::Search
         const std::uint32_t count = bricks.records(brick);
         mine.counts.records += count;
         mine.counts.bricks += count != 0;
-        if (count < 2) return;
+        if (count < 2 || (boxes_.cross && !holds_both_sets(bricks, brick, depth == 0))) return;
         const std::uint64_t windows = sort_brick(bricks, brick, count, mine);
         const double steps_per_row = static_cast<double>(windows) / step_size / count + 0.5;
-        if (steps_per_row > crowded_steps && divide(mine, out, count, steps_per_row, depth)) return;
+        if (steps_per_row > crowded_steps) {
+            // Where few meet many, a brick is swept apart rather than divided, unless that is too much for one.
+            Apart apart;
+            const auto make_apart = [&] {
+                return apart.make(mine.sorted.data(), mine.window_end.data(), count, kernels_, mine);
+            };
+            bool made = share_ < 1 && make_apart() && apart.candidates() <= job_candidates;
+            if (!made && divide(mine, out, count, steps_per_row, depth)) return;
+            made = made || (boxes_.cross && make_apart());
+            if (made) {
+                sweep_rows_apart(mine, out, apart, 0, count);
+                return;
+            }
+        }
         const SortedBrick sorted = arrange(mine, mine.sorted.data(), mine.window_end.data(), count);
         sweep_rows(mine, out, sorted, 0, count);
     }
@@ -176,6 +207,12 @@ class Engine::Search
     void sweep_rows(Slot& mine, Out& out, const SortedBrick& brick, std::uint32_t first, std::uint32_t last)
     {
         mine.counts.steps += kernels_.template sweep<Dim>()(brick, first, last, out);
+        out.resolve_ties();
+    }
+
+    void sweep_rows_apart(Slot& mine, Out& out, const Apart& brick, std::uint32_t first, std::uint32_t last)
+    {
+        mine.counts.steps += brick.sweep<Dim>(kernels_, first, last, mine, out);
         out.resolve_ties();
     }
 
@@ -280,9 +317,23 @@ class Engine::Search
     /// Sweeps a brick that can't be divided, by rows: all tasks read the same columns.
     void sweep_by_rows(const Job& job)
     {
+        const auto each_part = [&](const auto& sweep) {
+            claim_blocks((job.count + job_rows - 1) / job_rows,
+                         [&](Slot& mine, Out& out, std::uint32_t part) {
+                             sweep(mine, out, part * job_rows, std::min(job.count, (part + 1) * job_rows));
+                         });
+        };
+        Apart apart;
+        if (boxes_.cross &&
+            apart.make(job.records.data(), job.window_end.data(), job.count, kernels_, slot(0))) {
+            each_part([&](Slot& mine, Out& out, std::uint32_t first, std::uint32_t last) {
+                sweep_rows_apart(mine, out, apart, first, last);
+            });
+            return;
+        }
         const SortedBrick brick = arrange(slot(0), job.records.data(), job.window_end.data(), job.count);
-        claim_blocks((job.count + job_rows - 1) / job_rows, [&](Slot& mine, Out& out, std::uint32_t part) {
-            sweep_rows(mine, out, brick, part * job_rows, std::min(job.count, (part + 1) * job_rows));
+        each_part([&](Slot& mine, Out& out, std::uint32_t first, std::uint32_t last) {
+            sweep_rows(mine, out, brick, first, last);
         });
     }
 
@@ -367,6 +418,7 @@ class Engine::Search
     const Boxes<Dim, T>& boxes_;
     const Request& request_;
     Shared<Dim, T> shared_;
+    const double share_; // of a window that a row is tested against
     std::uint32_t slots_;
     std::pmr::vector<Block>& blocks_;
     std::pmr::vector<Job*>& jobs_;

@@ -59,6 +59,13 @@ class JobPool
     std::vector<std::unique_ptr<Job>> jobs_;
 };
 
+/// A candidate that a row touches, by the number of its record and the object; perhaps.
+struct ApartHit
+{
+    std::uint32_t place, object;
+    bool tie;
+};
+
 /// What a task counts.
 struct Counts
 {
@@ -84,6 +91,13 @@ struct alignas(128) Slot
     Buffer<Record> sorted{memory};
     Buffer<std::uint32_t> window_end{memory};
     Buffer<std::uint32_t> columns{memory};
+
+    // The same set by set: see apart.hpp.
+    Buffer<Record> apart{memory};
+    Buffer<std::uint32_t> apart_place{memory};
+    Buffer<std::uint32_t> before{memory};
+    Buffer<Outcome> outcomes{memory};
+    Buffer<ApartHit> hits{memory};
 
     // What is found.
     Buffer<Pair> ties{memory};
@@ -118,7 +132,8 @@ struct alignas(128) Slot
     static auto buffers(Self& self)
     {
         return std::tie(self.unit_float, self.unit_double, self.sample, self.bucket, self.sorted,
-                        self.window_end, self.columns, self.ties, self.to_sink);
+                        self.window_end, self.columns, self.apart, self.apart_place, self.before,
+                        self.outcomes, self.hits, self.ties, self.to_sink);
     }
 };
 

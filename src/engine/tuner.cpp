@@ -18,6 +18,7 @@ constexpr double brick_records = 800;  // records that, sorted and arranged, sti
 constexpr double most_cells_x = 4096;  // along the sweep axis
 constexpr std::int32_t most_cells_per_axis = 1 << 16; // cells * 2^14 stays below 2^31
 constexpr double least_boxes_per_brick = 8;           // bounds the memory for bricks by that for boxes
+constexpr double most_crossing = 0.25;                // copies of a box where rows have few candidates
 constexpr double finer = 1.19;                        // each edge that is tried is this much shorter
 
 struct Bounds
@@ -108,6 +109,7 @@ struct Crowding
     double size[3] = {0, 0, 0};
     double samples = 1;
     double density = 0; // boxes around an average box, if as many were all over the place
+    double share = 1;   // of them that a row is tested against
     ExtentClass total;
     ExtentClass classes[24]; // by halvings of the extent on the sweep axis; those that are empty are left out
     int class_count = 0;
@@ -219,6 +221,9 @@ struct Cost
 ///
 /// Steps are worked out for each class of extents alone, and are at least one: mean extents would hide that a
 /// few large boxes have most of the candidates.
+///
+/// Where rows are tested against a share of their windows only, in two sets of which one is much the smaller,
+/// bricks may hold more than fits the L1 cache, so no cut of the sweep axis is worth a copy of each box.
 Cost cost_of(const Crowding& crowding, double boxes, std::int32_t cy, std::int32_t cz)
 {
     const double along_y = crowding.size[1] > 0 ? cy : 0, along_z = crowding.size[2] > 0 ? cz : 0;
@@ -230,16 +235,21 @@ Cost cost_of(const Crowding& crowding, double boxes, std::int32_t cy, std::int32
     double steps = 0;
     for (int k = 0; k < crowding.class_count; ++k) {
         const ExtentClass& c = crowding.classes[k];
-        const double window = c.x / c.count * crowding.density * section * records / 16 + 0.5;
+        const double window =
+            c.x / c.count * crowding.density * section * records * crowding.share / 16 + 0.5;
         steps += copies(c) * std::max(1.0, window);
     }
     steps /= crowding.samples;
     const double columns = static_cast<double>(cy) * cz;
     std::int32_t cx = 1;
-    if (crowding.size[0] > 0)
+    const double mean_x = crowding.total.x / crowding.samples;
+    if (crowding.size[0] > 0) {
+        double most = most_cells_x;
+        if (crowding.share < 1) most = std::min(most, 1 + most_crossing / std::max(mean_x, 1e-9));
         cx = static_cast<std::int32_t>(
-            std::clamp(std::floor(boxes * records / columns / brick_records) + 1, 1.0, most_cells_x));
-    const double crossing = cx > 1 ? crowding.total.x / crowding.samples * cx : 0;
+            std::clamp(std::floor(boxes * records / columns / brick_records) + 1, 1.0, most));
+    }
+    const double crossing = cx > 1 ? mean_x * cx : 0;
     return {(ns_per_record * records + ns_per_step * steps) * (1 + crossing) +
                 ns_per_brick * columns * cx / boxes,
             cx};
@@ -283,10 +293,11 @@ double sweep_cost(double steps) noexcept
 }
 
 template <int Dim, class T>
-TunedGrid<T> tune(Sample& sample, std::size_t boxes)
+TunedGrid<T> tune(Sample& sample, std::size_t boxes, double share)
 {
     const double n = static_cast<double>(boxes);
-    const Crowding crowding = crowding_of<Dim>(sample, n);
+    Crowding crowding = crowding_of<Dim>(sample, n);
+    crowding.share = share;
     TunedGrid<T> tuned;
     Grid<T>& grid = tuned.grid;
     tuned.cost = search_cells(crowding, n, grid.cells);
@@ -306,10 +317,10 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes)
     return tuned;
 }
 
-template TunedGrid<float> tune<2, float>(Sample&, std::size_t);
-template TunedGrid<float> tune<3, float>(Sample&, std::size_t);
-template TunedGrid<double> tune<2, double>(Sample&, std::size_t);
-template TunedGrid<double> tune<3, double>(Sample&, std::size_t);
+template TunedGrid<float> tune<2, float>(Sample&, std::size_t, double);
+template TunedGrid<float> tune<3, float>(Sample&, std::size_t, double);
+template TunedGrid<double> tune<2, double>(Sample&, std::size_t, double);
+template TunedGrid<double> tune<3, double>(Sample&, std::size_t, double);
 
 } // namespace engine
 JOSTLE_NAMESPACE_END

@@ -18,9 +18,9 @@ struct TunedGrid
 };
 
 /// Chooses a grid for `boxes` boxes of which `sample` was drawn. Deterministic: no library function whose
-/// result may differ between machines.
+/// result may differ between machines. `share`: rows are tested against that share of their windows.
 template <int Dim, class T>
-TunedGrid<T> tune(Sample& sample, std::size_t boxes);
+TunedGrid<T> tune(Sample& sample, std::size_t boxes, double share = 1);
 
 /// The model cost per box of sweeping one brick whose rows have windows of `steps` steps each on average.
 double sweep_cost(double steps) noexcept;

@@ -95,6 +95,23 @@ Question<3, float> crowds_side_by_side()
     return question;
 }
 
+/// Few boxes among so many more that are `world` wide together that the grid is cut for the few.
+template <int Dim, class T>
+Question<Dim, T> few_in_a_crowd(std::size_t few, T world)
+{
+    Question<Dim, T> question;
+    question.cross = true;
+    Random random(few);
+    for (std::size_t i = 0; i < 40'000 + few; ++i) {
+        jostle::Aabb<Dim, T>& box = (i < few ? question.b : question.a).emplace_back();
+        for (int d = 0; d < Dim; ++d) {
+            box.lo[d] = random.unit<T>() * world;
+            box.hi[d] = box.lo[d] + (i % 3 == 0 ? 1 : random.unit<T>());
+        }
+    }
+    return question;
+}
+
 /// The same for a few scenes that are large enough for every thread to have its share.
 template <class F>
 void for_each_large_question(F&& f)
@@ -106,6 +123,9 @@ void for_each_large_question(F&& f)
     f(question_of<3, float>(Scene::touching_voxels, n, true), "3fx_touching_voxels_large");
     f(two_piles(), "3fx_two_piles_large");
     f(crowds_side_by_side(), "3f_crowds_side_by_side_large");
+    f(few_in_a_crowd<3, float>(9, 3), "3fx_few_in_a_crowd_large");
+    f(few_in_a_crowd<2, double>(1'000, 30), "2dx_few_in_a_crowd_large");
+    f(few_in_a_crowd<3, double>(200, 2), "3dx_few_in_one_place_large");
 }
 
 class OrderOn : public ::testing::TestWithParam<std::size_t>

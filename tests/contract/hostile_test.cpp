@@ -61,6 +61,37 @@ TEST_P(Hostile, StaysNearLinear)
     });
 }
 
+// Crowds within one set are nothing to a search between two.
+TEST(HostileSets, FewInACrowdTakeNoQuadraticTime)
+{
+    for_each_kind([]<class K>(K) {
+        using T = typename K::Number;
+        for (const std::size_t few : {1u, 50u})
+            for (const T world : {T(0), T(1), T(4), T(20)}) {
+                Random random(few);
+                Boxes<K::dim, T> crowd(80'000), others(few);
+                for (Boxes<K::dim, T>* set : {&crowd, &others})
+                    for (Aabb<K::dim, T>& box : *set)
+                        for (int d = 0; d < K::dim; ++d) {
+                            box.lo[d] = random.unit<T>() * world;
+                            box.hi[d] = box.lo[d] + random.unit<T>();
+                        }
+                jostle::PairFinder finder;
+                const auto count = [](const jostle::PairChunk&) { return true; };
+                for (const bool swapped : {false, true}) {
+                    const BoxView<K::dim, T> a(swapped ? others : crowd), b(swapped ? crowd : others);
+                    EXPECT_TRUE(finder.stream(a, b, count));
+                    const jostle::Stats& stats = finder.stats();
+                    const double work = static_cast<double>(stats.objects) + static_cast<double>(stats.pairs);
+                    const std::string what =
+                        kind_name<K::dim, T>() + ", " + std::to_string(few) + " in " + std::to_string(world);
+                    EXPECT_LE(static_cast<double>(stats.candidates) / work, 60) << what;
+                    EXPECT_LE(static_cast<double>(stats.records) / 80'000, 8) << what;
+                }
+            }
+    });
+}
+
 TEST(HostileMemory, AllInOnePlaceStreamsInBoundedMemory)
 {
     // 200 million pairs would take 1.6 GB.

@@ -8,8 +8,10 @@
 #include <memory_resource>
 #include <vector>
 
+#include "engine/apart.hpp"
 #include "engine/brick_store.hpp"
 #include "engine/kernels/kernels.hpp"
+#include "engine/sort_brick.hpp"
 #include "engine/tuner.hpp"
 #include "pairs/pair_finder_access.hpp"
 #include "scenes/scenes.hpp"
@@ -157,6 +159,184 @@ TEST(BrickStore, GivesBackWhatWasAppendedInItsOrder)
             }
         }
     }
+}
+
+/// Takes what a sweep finds, in the order in which a result would have it: ties where they are decided.
+struct Ledger : engine::PairOutput
+{
+    std::vector<Pair> memory, tie_memory, all;
+    bool stops = false; // at the first look for room
+
+    Ledger() : memory(3 * engine::sweep_room), tie_memory(engine::tie_capacity)
+    {
+        next = memory.data();
+        end = next + memory.size();
+        ties = tie_memory.data();
+        tie_count = 0;
+        make_room = [](PairOutput& self) {
+            auto& own = static_cast<Ledger&>(self);
+            own.pass_pairs();
+            if (own.tie_count > engine::tie_capacity - engine::sweep_room) own.pass_ties();
+            return !own.stops;
+        };
+    }
+    void pass_pairs()
+    {
+        all.insert(all.end(), memory.data(), next);
+        next = memory.data();
+    }
+    void pass_ties()
+    {
+        for (std::uint32_t k = 0; k < tie_count; ++k)
+            all.push_back({~ties[k].a, ~ties[k].b});
+        tie_count = 0;
+    }
+    std::vector<Pair> close()
+    {
+        pass_pairs();
+        pass_ties();
+        return all;
+    }
+};
+
+/// A brick of two sets, `of_b` in a thousand of the second, as dense as `length` quanta make it. Bounds are
+/// multiples of `grain`: the coarser, the more ties.
+void fill_brick(engine::BrickStore& store, std::uint32_t seed, std::uint32_t count, std::uint32_t of_b,
+                std::uint32_t length, std::uint32_t grain)
+{
+    std::uint32_t state = seed;
+    const auto random = [&](std::uint32_t below) {
+        state = state * 1664525 + 1013904223;
+        return (state >> 8) % below;
+    };
+    store.clear(1);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        engine::Record record{};
+        record.object = i | (random(1000) < of_b ? engine::side_b : engine::side_a);
+        for (int d = 0; d < 3; ++d) {
+            const bool copy = random(6) == 0;
+            const auto lo = static_cast<std::int32_t>(copy ? 0 : random(engine::quanta / 2) / grain * grain);
+            const auto hi = std::min(lo + static_cast<std::int32_t>(random(length) / grain * grain),
+                                     static_cast<std::int32_t>(engine::quanta));
+            record.axis[d] = engine::pack_axis(copy ? 0 : -(lo + 1), hi + 1);
+            if (copy) record.object |= engine::copy_flag(d);
+        }
+        store.append(0, record);
+    }
+    store.close();
+}
+
+template <int Dim>
+void compare_apart(std::uint32_t count, std::uint32_t of_b, std::uint32_t length, std::uint32_t grain,
+                   std::uint64_t& found, std::uint64_t& ties)
+{
+    engine::Slot slot(std::pmr::get_default_resource());
+    engine::BrickStore store(std::pmr::get_default_resource());
+    fill_brick(store, count * 7 + of_b * 3 + length + grain, count, of_b, length, grain);
+    const engine::BrickStore* const stores[] = {&store};
+    (void)engine::sort_brick({stores, 1}, 0, count, slot);
+    std::vector<Pair> expected;
+    for (const InstructionSet set : supported_instruction_sets()) {
+        const engine::Kernels& kernels = engine::kernels_for(set);
+        const auto what = [&] {
+            return std::string(name(set)) + ' ' + std::to_string(count) + " records, " +
+                   std::to_string(of_b) + " in a thousand of b, grain " + std::to_string(grain);
+        };
+        std::vector<std::uint32_t> columns(std::size_t{engine::padded(count)} * engine::columns_per_record +
+                                           16);
+        auto* aligned = reinterpret_cast<std::uint32_t*>(
+            (reinterpret_cast<std::uintptr_t>(columns.data()) + 63) / 64 * 64);
+        engine::SortedBrick brick{count, aligned, slot.window_end.data()};
+        kernels.arrange(slot.sorted.data(), brick);
+        Ledger together;
+        (void)kernels.sweep<Dim>()(brick, 0, count, together);
+        if (expected.empty()) expected = together.close();
+        for (const Pair& pair : expected)
+            ties += pair.a > engine::index_mask && pair.b > engine::index_mask ? 1 : 0;
+        found += expected.size();
+
+        engine::Apart apart;
+        ASSERT_TRUE(apart.make(slot.sorted.data(), slot.window_end.data(), count, kernels, slot)) << what();
+        Ledger own;
+        (void)apart.sweep<Dim>(kernels, 0, count, slot, own);
+        EXPECT_TRUE(own.close() == expected) << what();
+
+        // In parts, as several threads take it, each with working memory of its own.
+        Ledger first, rest;
+        engine::Slot other(std::pmr::get_default_resource());
+        const std::uint32_t middle = count / 4 * 2;
+        (void)apart.sweep<Dim>(kernels, 0, middle, other, first);
+        (void)apart.sweep<Dim>(kernels, middle, count, other, rest);
+        Ledger first_together, rest_together;
+        (void)kernels.sweep<Dim>()(brick, 0, middle, first_together);
+        (void)kernels.sweep<Dim>()(brick, middle, count, rest_together);
+        EXPECT_TRUE(first.close() == first_together.close()) << what();
+        EXPECT_TRUE(rest.close() == rest_together.close()) << what();
+
+        // A sink that has enough is asked for nothing more.
+        Ledger stopped;
+        stopped.stops = true;
+        (void)apart.sweep<Dim>(kernels, 0, count, slot, stopped);
+        EXPECT_LE(stopped.all.size(), stopped.memory.size() + stopped.tie_memory.size());
+    }
+}
+
+TEST(Apart, FindsTheSameInTheSameOrder)
+{
+    std::uint64_t found = 0, ties = 0;
+    for (const auto& [count, of_b] :
+         {std::pair{501u, 2u}, std::pair{2'501u, 2u}, std::pair{2'501u, 970u}, std::pair{3'002u, 110u}}) {
+        for (const std::uint32_t grain : {1u, 512u, 4'096u}) {
+            compare_apart<2>(count, of_b, engine::quanta, grain, found, ties);
+            compare_apart<3>(count, of_b, engine::quanta, grain, found, ties);
+        }
+    }
+    EXPECT_GT(found, 1'000'000u);
+    EXPECT_GT(ties, 100'000u);
+}
+
+TEST(Apart, IsOfNoUseWhereMostOfAWindowIsOfTheOtherSet)
+{
+    engine::Slot slot(std::pmr::get_default_resource());
+    engine::BrickStore store(std::pmr::get_default_resource());
+    const engine::BrickStore* const stores[] = {&store};
+    for (const auto& [count, of_b, length] :
+         {std::array{3'000u, 500u, 16'384u}, std::array{3'000u, 20u, 64u}, std::array{40u, 20u, 16'384u}}) {
+        fill_brick(store, 1, count, of_b, length, 1);
+        (void)engine::sort_brick({stores, 1}, 0, count, slot);
+        engine::Apart apart;
+        EXPECT_FALSE(apart.make(slot.sorted.data(), slot.window_end.data(), count,
+                                engine::kernels_for(InstructionSet::scalar), slot))
+            << count << ' ' << of_b << ' ' << length;
+    }
+}
+
+TEST(Sets, ABrickIsKnownToHoldBoth)
+{
+    for (const bool as_given : {true, false})
+        for (const std::uint32_t a : {0u, 1u, 32u, 100u})
+            for (const std::uint32_t b : {0u, 1u, 32u, 100u}) {
+                engine::BrickStore store(std::pmr::get_default_resource()),
+                    none(std::pmr::get_default_resource());
+                store.clear(2);
+                none.clear(2);
+                for (std::uint32_t i = 0; i < a + b; ++i)
+                    store.append(1, {{0, 0, 0}, i | (i < a ? engine::side_a : engine::side_b)});
+                store.close();
+                none.close();
+                const engine::BrickStore* const stores[] = {&none, &store};
+                EXPECT_EQ(engine::holds_both_sets({stores, 2}, 1, as_given), a != 0 && b != 0)
+                    << a << ' ' << b;
+                EXPECT_FALSE(engine::holds_both_sets({stores, 2}, 0, as_given));
+            }
+    // In a nested grid, where records are sorted along an axis, any of them may be of the other set.
+    engine::BrickStore store(std::pmr::get_default_resource());
+    store.clear(1);
+    for (std::uint32_t i = 0; i < 100; ++i)
+        store.append(0, {{0, 0, 0}, i | (i != 50 ? engine::side_a : engine::side_b)});
+    store.close();
+    const engine::BrickStore* const stores[] = {&store};
+    EXPECT_TRUE(engine::holds_both_sets({stores, 1}, 0, false));
 }
 
 /// Every instruction set must turn boxes into the very same records.

@@ -95,7 +95,9 @@ inline const Kernels& kernels()
                                       quantise<3, double>,
                                       arrange,
                                       sweep<2>,
-                                      sweep<3>};
+                                      sweep<3>,
+                                      test<2>,
+                                      test<3>};
     return table;
 }
 } // namespace HWY_NAMESPACE

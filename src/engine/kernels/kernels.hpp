@@ -87,6 +87,12 @@ inline constexpr std::uint32_t padded(std::uint32_t count)
     return (count / step_size + 2) * step_size;
 }
 
+/// What a row touches among the 16 candidates of a step: surely, and perhaps.
+struct Outcome
+{
+    std::uint16_t sure, ties;
+};
+
 /// The hot loops of one instruction set. All sets leave the same bytes.
 struct Kernels
 {
@@ -108,6 +114,12 @@ struct Kernels
                              PairOutput& out);
     std::uint64_t (*sweep_3)(const SortedBrick& brick, std::uint32_t first, std::uint32_t last,
                              PairOutput& out);
+    /// Tests one row against any candidates: an outcome for each step from `first`, a multiple of 4, on that
+    /// begins before `last`. For rows that don't meet what lies behind them: see apart.hpp.
+    void (*test_2)(const SortedBrick& brick, std::uint32_t row, std::uint32_t first, std::uint32_t last,
+                   Outcome* outcomes);
+    void (*test_3)(const SortedBrick& brick, std::uint32_t row, std::uint32_t first, std::uint32_t last,
+                   Outcome* outcomes);
 
     template <int Dim, class T>
     auto load() const noexcept
@@ -137,6 +149,11 @@ struct Kernels
     auto sweep() const noexcept
     {
         return Dim == 2 ? sweep_2 : sweep_3;
+    }
+    template <int Dim>
+    auto test() const noexcept
+    {
+        return Dim == 2 ? test_2 : test_3;
     }
 };
 

@@ -151,3 +151,19 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
     }
     return steps;
 }
+
+template <int Dim>
+void test(const SortedBrick& brick, std::uint32_t row, std::uint32_t first, std::uint32_t last,
+          Outcome* outcomes)
+{
+    const Columns column(brick);
+    const Row<Dim> own(column, row);
+    for (std::uint32_t j = first; j < last; j += step_size, ++outcomes) {
+        const unsigned hits = own.hits(column, j);
+        unsigned ties = 0;
+        for (unsigned left = hits; left != 0; left &= left - 1)
+            if (own.is_tie(column, j + static_cast<std::uint32_t>(std::countr_zero(left))))
+                ties |= left & (0u - left);
+        *outcomes = {static_cast<std::uint16_t>(hits ^ ties), static_cast<std::uint16_t>(ties)};
+    }
+}

@@ -271,3 +271,18 @@ HWY_ATTR std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std:
     queue.flush(queued, out);
     return steps;
 }
+
+template <int Dim>
+HWY_ATTR void test(const SortedBrick& brick, std::uint32_t row, std::uint32_t first, std::uint32_t last,
+                   Outcome* outcomes_of_steps)
+{
+    const Columns column(brick);
+    const Rows<Dim> rows(column, row); // the second one isn't wanted
+    for (std::uint32_t j = first; j < last; j += step_size, ++outcomes_of_steps) {
+        hn::Vec<Words> gap[parts], unwanted;
+        for (std::uint32_t part = 0; part < parts; ++part)
+            rows.gaps(column, j + part * lanes16, gap[part], unwanted);
+        const Hits hits = outcomes(gap, gap);
+        *outcomes_of_steps = {static_cast<std::uint16_t>(hits.sure), static_cast<std::uint16_t>(hits.ties)};
+    }
+}

@@ -143,3 +143,29 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
     }
     return steps;
 }
+
+template <int Dim>
+void test(const SortedBrick& brick, std::uint32_t row, std::uint32_t first, std::uint32_t last,
+          Outcome* outcomes)
+{
+    const Columns column(brick);
+    const __m512i signs = _mm512_set1_epi32(static_cast<int>(0x80008000u));
+    const __m512i ones = _mm512_set1_epi16(1);
+    const auto broadcast = [](std::uint32_t word)
+                               HWY_ATTR { return _mm512_set1_epi32(static_cast<int>(word)); };
+    const __m512i x0 = broadcast(column.x[row]), y0 = broadcast(column.y[row]), z0 = broadcast(column.z[row]);
+    const __m512i flags0 = broadcast(column.object[row] & ~index_mask);
+    for (std::uint32_t j = first; j < last; j += step_size, ++outcomes) {
+        const __m512i x = _mm512_rol_epi32(_mm512_loadu_si512(column.x + j), 16);
+        const __m512i y = _mm512_rol_epi32(_mm512_loadu_si512(column.y + j), 16);
+        __m512i gap = _mm512_min_epi16(_mm512_add_epi16(x, x0), _mm512_add_epi16(y, y0));
+        if constexpr (Dim == 3) {
+            const __m512i z = _mm512_rol_epi32(_mm512_loadu_si512(column.z + j), 16);
+            gap = _mm512_min_epi16(gap, _mm512_add_epi16(z, z0));
+        }
+        __mmask16 hits = _mm512_testn_epi32_mask(gap, signs);
+        hits = _mm512_mask_testn_epi32_mask(hits, _mm512_loadu_si512(column.object + j), flags0);
+        const __mmask16 sure = _mm512_mask_testn_epi32_mask(hits, _mm512_sub_epi16(gap, ones), signs);
+        *outcomes = {sure, static_cast<std::uint16_t>(hits ^ sure)};
+    }
+}
