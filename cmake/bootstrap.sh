@@ -6,7 +6,7 @@ packages_library=(g++ cmake ninja-build libtbb-dev libhwy-dev)
 packages_run=("${packages_library[@]}" libcli11-dev nlohmann-json3-dev libfast-float-dev libassimp-dev libzstd-dev
               zlib1g-dev) # which libassimp-dev links with but doesn't bring
 packages_test=("${packages_run[@]}" libgtest-dev librapidcheck-dev clang-19 libclang-rt-19-dev clang-format-19
-               pkg-config assimp-testmodels python3 gnuplot-nox)
+               pkg-config assimp-testmodels python3 gnuplot-nox rustc golang-go luajit)
 
 say() { printf '%s\n' "$*" >&2; }
 fail() {

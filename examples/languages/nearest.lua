@@ -1,0 +1,58 @@
+-- SPDX-License-Identifier: MIT
+-- Boxes that stay, and questions about them, from LuaJIT.
+--     luajit nearest.lua LIBJOSTLE FOLDER_OF_JOSTLE_JOSTLE_H
+local ffi = require("ffi")
+local library, include = arg[1] or "jostle", arg[2] or "/usr/include"
+
+-- The header as it is, after the preprocessor.
+local header = assert(io.popen("cc -E -P -I" .. include .. " " .. include .. "/jostle/jostle.h"))
+ffi.cdef(header:read("*a"))
+header:close()
+local jostle = ffi.load(library)
+
+-- Every call ends with an error; here it becomes Lua's.
+local err = ffi.new("jostle_error")
+local function call(name, ...)
+    local arguments = { ... }
+    arguments[select("#", ...) + 1] = err
+    if jostle["jostle_" .. name](unpack(arguments, 1, select("#", ...) + 1)) ~= 0 then
+        error(ffi.string(err.message), 2)
+    end
+end
+
+-- A row of 100 squares in 2D, one apart.
+local n = 100
+local rows = ffi.new("double[?]", 4 * n)
+for i = 0, n - 1 do
+    rows[4 * i], rows[4 * i + 1], rows[4 * i + 2], rows[4 * i + 3] = 2 * i, 0, 2 * i + 1, 1
+end
+local boxes = ffi.new("jostle_boxes")
+call("boxes_strided", jostle.JOSTLE_2D, rows, rows + 2, n, 4 * 8, boxes)
+
+local out = ffi.new("jostle_index*[1]")
+call("index_new", jostle.JOSTLE_2D, nil, out)
+local index = out[0]
+call("index_build", index, nil, boxes)
+
+local results_out = ffi.new("jostle_results*[1]")
+call("results_new", nil, results_out)
+local results, lists = results_out[0], ffi.new("jostle_lists")
+
+-- The three that are nearest to a point.
+local near = ffi.new("jostle_nearest_2d[1]", { { { 20.5, 3 }, 3, math.huge } })
+call("index_all", index, jostle.JOSTLE_NEAREST, near, 1, nil, -1ULL, results)
+call("results_lists", results, lists)
+for i = 0, tonumber(lists.count) - 1 do
+    print(("near: %d at %.3f"):format(tonumber(lists.ids[i]), math.sqrt(lists.at[i])))
+end
+
+-- What a ray meets first: origin, direction, how far.
+local ray, hit = ffi.new("double[5]", -3, 0.5, 1, 0, math.huge), ffi.new("jostle_hit[1]")
+call("index_first", index, jostle.JOSTLE_RAY, ray, 1, nil, hit)
+print(("ray: %d at %g"):format(tonumber(hit[0].id), hit[0].at))
+
+-- A mistake is an error that names the object.
+rows[4 * 7] = 0 / 0
+print(select(2, pcall(call, "index_build", index, nil, boxes)):match("box 7") or "no error")
+call("index_free", index)
+call("results_free", results)
