@@ -2,6 +2,7 @@
 #include "narrow/motion.hpp"
 
 #include "narrow/each_part.hpp"
+#include "narrow/nearest.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -29,11 +30,16 @@ double safe_time(const Flight<Dim>& flight, const Part<Dim>& a, const Part<Dim>&
     return time;
 }
 
+/// Of two meshes that are far apart many parts are safe for nearly as long. A step that is shorter than it could
+/// be needn't tell them apart: nothing is looked at that is safe for this share of the best so far.
+constexpr double share = 0.75;
+
 /// `now` is the pair as it is at the moment. Looks ahead for `time`.
 template <int Dim>
 Outlook<Dim> look_ahead(const Moving<Dim>& pair, const Placed<Dim>& now, double tolerance, double time)
 {
     const Flight<Dim> flight(pair, now, tolerance);
+    const bool by_tree = has_mesh_tree(now);
     Outlook<Dim> outlook;
     outlook.gap.distance = HUGE_VAL;
     const double sliding = length(flight.linear), rounding = 1e-14 * length(now.d);
@@ -43,15 +49,23 @@ Outlook<Dim> look_ahead(const Moving<Dim>& pair, const Placed<Dim>& now, double 
         range.reach = flight.tolerance + flight.turn(to) + rounding;
     };
     shorten(time);
-    for_each_part_pair(now, range, [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {
+    const auto look_at = [&](const Part<Dim>& a, const Part<Dim>& b) {
         const double enough = range.reach + sliding * range.time;
         Gap<Dim> gap;
         moving_gap(a, b, enough, gap);
         if (!(gap.distance <= enough)) return; // not within that time
         if (gap.distance < outlook.gap.distance) outlook.gap = gap;
         const double safe = gap.distance <= flight.tolerance ? 0 : safe_time(flight, a, b, gap);
-        outlook.safe = std::min(outlook.safe, safe);
+        outlook.safe = std::min(outlook.safe, by_tree ? share * safe : safe);
         if (outlook.safe < range.time) shorten(outlook.safe);
+    };
+    if constexpr (Dim == 3)
+        if (by_tree) {
+            for_each_approaching(now, flight, range, look_at);
+            return outlook;
+        }
+    for_each_part_pair(now, range, [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {
+        look_at(a, b);
     });
     return outlook;
 }
@@ -77,6 +91,11 @@ Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance)
             hit.time = time;
             hit.d = now.d;
             hit.gap = outlook.gap;
+            if constexpr (Dim == 3) // whose search ends with any that are near enough
+                if (has_mesh_tree(now)) {
+                    find_gap(now, std::max(0.0, outlook.gap.distance), hit.gap);
+                    if (hit.gap.distance == HUGE_VAL) hit.gap = outlook.gap;
+                }
             return hit;
         }
         if (last || time >= 1 || (outlook.safe == HUGE_VAL && look >= 1 - time)) break;

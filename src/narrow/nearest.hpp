@@ -5,6 +5,8 @@
 // 2000.
 #pragma once
 
+#include "jostle/function_ref.hpp"
+#include "narrow/pair.hpp"
 #include "narrow/part.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -24,6 +26,10 @@ bool has_mesh_tree(const Placed<Dim>& pair)
 void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best);
 /// As find_touch.
 bool any_parts_touch(const Placed<3>& pair);
+/// Visits pairs of parts until all others surely stay further apart than half the tolerance for `range.time`
+/// from now on. That may become less meanwhile.
+void for_each_approaching(const Placed<3>& pair, const Flight<3>& flight, const Range<3>& range,
+                          FunctionRef<void(const Part<3>&, const Part<3>&)> visit);
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

@@ -112,6 +112,83 @@ struct Ground
     }
 };
 
+/// A closed bumpy surface of 4 n n triangles, often long and beside its origin.
+Mesh<3> bumpy_ball(Random& random, std::uint32_t n)
+{
+    std::vector<Vec<3, double>> vertices;
+    std::vector<Mesh<3>::Element> elements;
+    const double shift = random.uniform(0, 6), bump = random.uniform(0, 0.4);
+    const double length = random.chance(0.7) ? 2 : 0.7, width = random.uniform(0.1, 0.8),
+                 beside = random.uniform(-2, 2);
+    for (std::uint32_t i = 0; i <= n; ++i)
+        for (std::uint32_t j = 0; j < 2 * n; ++j) {
+            const double t = 3.141592653589793 * i / n, p = 3.141592653589793 * j / n;
+            const double r = 1 + bump * std::sin(3 * t + shift) * std::cos(4 * p);
+            vertices.push_back({beside + length * r * std::sin(t) * std::cos(p), width * r * std::cos(t),
+                                width * r * std::sin(t) * std::sin(p)});
+        }
+    for (std::uint32_t i = 0; i < n; ++i)
+        for (std::uint32_t j = 0; j < 2 * n; ++j) {
+            const std::uint32_t k = (j + 1) % (2 * n);
+            elements.push_back({i * 2 * n + j, (i + 1) * 2 * n + j, (i + 1) * 2 * n + k});
+            elements.push_back({i * 2 * n + j, (i + 1) * 2 * n + k, i * 2 * n + k});
+        }
+    return Mesh<3>(vertices, elements);
+}
+
+TEST(Impact, OfMeshesIsNeverLateAndNoEarlierThanTheTolerance)
+{
+    Random random(41);
+    int hits = 0, misses = 0;
+    for (int round = 0; round < 300; ++round) {
+        const Mesh<3> mesh = bumpy_ball(random, 3 + random.below(6)), other = bumpy_ball(random, 5);
+        const Zoo<3> zoo(random, 1);
+        std::vector<Shape3> shapes{other,
+                                   other,
+                                   Shape3::sphere(0.3),
+                                   Shape3::capsule(1.5, 0.05),
+                                   Shape3::box({0.05, 0.1, 1.8}),
+                                   Shape3::box({1.8, 0.1, 0.1})};
+        for (const Shape3& shape : zoo.shapes)
+            if (shape.type() != ShapeTypes::height_field) shapes.push_back(shape);
+        const Shape3 a(mesh), b = shapes[random.below(static_cast<std::uint32_t>(shapes.size()))];
+        Motion<3, double> moving_a{random.pose<double>(0.5), {}, {}},
+            moving_b{random.pose<double>(4), {}, {}};
+        const bool turns_b = b.type() != ShapeTypes::half_space && b.type() != ShapeTypes::compound;
+        const double turn = round % 3 == 0 ? 0 : round % 3 == 1 ? 1.5 : 12;
+        for (std::size_t d = 0; d < 3; ++d) {
+            moving_b.linear[d] =
+                random.uniform(0, 1.6) * (moving_a.pose.position[d] - moving_b.pose.position[d]);
+            moving_a.angular[d] = random.uniform(-turn, turn);
+            if (turns_b) moving_b.angular[d] = random.uniform(-turn, turn);
+        }
+        if (random.chance(0.4)) moving_a.angular = {};
+        const double tolerance = random.chance(0.5) ? 1e-2 : 1e-5;
+        SCOPED_TRACE(testing::Message() << "round " << round << " type " << b.type());
+        const auto impact = time_of_impact(a, moving_a, b, moving_b, tolerance);
+        const auto overlap = first_overlap(a, moving_a, b, moving_b, 300);
+        if (!impact) {
+            ASSERT_FALSE(overlap) << *overlap;
+            ++misses;
+            continue;
+        }
+        ++hits;
+        if (overlap) {
+            ASSERT_LE(impact->time, *overlap);
+        }
+        const double gap = gap_at(a, moving_a, b, moving_b, impact->time);
+        ASSERT_LE(gap, tolerance * 1.001 + 1e-9);
+        if (impact->time == 0) continue;
+        ASSERT_GE(gap, 0.4 * tolerance);
+        // The points are those of the least gap at that time.
+        const auto there = distance(a, at(moving_a, impact->time), b, at(moving_b, impact->time), INFINITY);
+        for (std::size_t d = 0; d < 3; ++d)
+            ASSERT_NEAR(impact->normal[d], there->normal[d], 1e-3) << "gap " << gap;
+    }
+    EXPECT_GT(hits, 40);
+    EXPECT_GT(misses, 20);
+}
+
 TEST(Impact, BesideAHeightFieldsRimIsNeverLate)
 {
     Random random(11);
