@@ -22,8 +22,7 @@ template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool same(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
 {
     bool all = true;
-    for (int d = 0; d < Dim; ++d)
-    {
+    for (int d = 0; d < Dim; ++d) {
         all &= a.lo[d] == b.lo[d];
         all &= a.hi[d] == b.hi[d];
     }
@@ -35,8 +34,7 @@ template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool inside(const Aabb<Dim, T>& inner, const Aabb<Dim, T>& outer) noexcept
 {
     bool all = true;
-    for (int d = 0; d < Dim; ++d)
-    {
+    for (int d = 0; d < Dim; ++d) {
         all &= outer.lo[d] <= inner.lo[d];
         all &= inner.hi[d] <= outer.hi[d];
     }
@@ -49,8 +47,7 @@ template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool overlaps_branchless(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
 {
     bool all = true;
-    for (int d = 0; d < Dim; ++d)
-    {
+    for (int d = 0; d < Dim; ++d) {
         all &= a.lo[d] <= b.hi[d];
         all &= b.lo[d] <= a.hi[d];
     }
