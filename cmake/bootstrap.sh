@@ -6,7 +6,9 @@ packages_library=(g++ cmake ninja-build libtbb-dev libhwy-dev)
 packages_run=("${packages_library[@]}" libcli11-dev nlohmann-json3-dev libfast-float-dev libassimp-dev libzstd-dev
               zlib1g-dev) # which libassimp-dev links with but doesn't bring
 packages_test=("${packages_run[@]}" libgtest-dev librapidcheck-dev clang-19 libclang-rt-19-dev clang-format-19
-               pkg-config assimp-testmodels python3 gnuplot-nox rustc golang-go luajit)
+               pkg-config assimp-testmodels python3 gnuplot-nox)
+packages_c=(rustc golang-go luajit) # languages that call the C interface
+packages_platforms=(g++-mingw-w64-x86-64-posix wine wine64 g++-aarch64-linux-gnu g++-s390x-linux-gnu qemu-user googletest)
 
 say() { printf '%s\n' "$*" >&2; }
 fail() {
@@ -78,7 +80,8 @@ job_count() {
 build() {
     local preset=$1 dir=build/$1 key
     shift
-    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD
+    # What CMake found, or didn't, stays so until it is asked again.
+    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD$(command -v wine qemu-aarch64 qemu-s390x | tr '\n' ' ')
     if [ ! -f "$dir/build.ninja" ] || [ "$(cat "$dir/configured" 2>/dev/null)" != "$key" ]; then
         if grep -qs '^CMAKE_HOME_DIRECTORY' "$dir/CMakeCache.txt" &&
             ! grep -q "^CMAKE_HOME_DIRECTORY:INTERNAL=$PWD\$" "$dir/CMakeCache.txt"; then

@@ -101,6 +101,12 @@ class BlockIterator
 
 /// All results of one call, as blocks of contiguous memory: a `PairBuffer` or a `ContactBuffer`.
 ///
+///     const jostle::PairBuffer& pairs = finder.find(boxes);
+///     for (jostle::Pair pair : pairs) ...                        // one by one
+///     for (std::span<const jostle::Pair> block : pairs.blocks()) // faster: arrays, a loop each
+///         for (jostle::Pair pair : block) ...
+///     std::vector<jostle::Pair> copy = pairs.to_vector();
+///
 /// One contiguous array would cost a copy of everything; blocks are where the workers wrote them. Iterate
 /// over the blocks in the hot path, over the buffer itself where convenience matters more.
 ///

@@ -84,6 +84,11 @@ class StridedView
 
 /// Boxes in the user's own memory, read in place, never copied or written.
 ///
+///     struct Enemy { int id; float min[3], max[3]; };
+///     std::vector<Enemy> enemies = ...;
+///     finder.find(jostle::BoxView<3, float>::strided(enemies[0].min, enemies[0].max, enemies.size(),
+///                                                    sizeof(Enemy)));
+///
 /// Shape     one pointer per coordinate to the first box's value and one stride in bytes for all. That
 ///           covers arrays of boxes, boxes inside bigger structs, one array per coordinate, and NumPy views.
 /// Order     box i of the view is object i of every result.

@@ -9,6 +9,14 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
+// What the library throws:
+//
+//     try {
+//         finder.find(boxes);
+//     } catch (const jostle::Error& error) {
+//         std::fprintf(stderr, "%s\n", error.what()); // "box 7: lo.y is NaN; ..."; error.index() is 7
+//     }
+
 /// What was wrong with the data that a call was given.
 enum class ErrorCode
 {

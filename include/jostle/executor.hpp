@@ -9,6 +9,12 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
+// Every class and function that uses threads takes an Executor:
+//
+//     const auto two = jostle::make_tbb_executor(2);
+//     jostle::PairFinder finder({.executor = two.get()});
+//     jostle::PairFinder quiet({.executor = &jostle::serial_executor()}); // no thread but the caller's
+
 /// Where Jostle's work runs: the one thing asked of a host's job system. Implement these two functions to
 /// keep every thread under the host's control.
 ///

@@ -1,7 +1,29 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Everything. The parts are usable on their own.
+/// All of Jostle. Each header can be included on its own, and brings what it needs.
+///
+/// | header                | what it is for                                                      | settled |
+/// |-----------------------|---------------------------------------------------------------------|---------|
+/// | find_pairs.hpp        | all pairs of touching boxes, of one set or of two                   | yes     |
+/// | world.hpp             | objects that come, move, rest and go; begin and end events          | yes     |
+/// | query.hpp             | rays, sweeps, overlaps, nearest, views: what can be asked           | yes     |
+/// | box_index.hpp         | those questions about boxes that seldom change                      | yes     |
+/// | shapes.hpp            | spheres, capsules, boxes, hulls, meshes, height fields, your own    | mostly  |
+/// | contact.hpp           | contacts, distances and times of impact of shapes                   | mostly  |
+/// | process.hpp           | work on pairs, balanced over the cores                              | yes     |
+/// | responses.hpp         | results per object, added up by all cores without locks             | yes     |
+/// | box.hpp, vec.hpp      | boxes, views of boxes in your own memory, vectors                   | yes     |
+/// | pair_buffer.hpp, block_buffer.hpp, stats.hpp | what a search hands back                     | yes     |
+/// | error.hpp             | what bad data is answered with                                      | yes     |
+/// | executor.hpp          | the threads that Jostle runs on                                     | yes     |
+/// | function_ref.hpp      | references to callbacks                                             | yes     |
+/// | chapter.hpp           | the thesis chapter that Jostle grew from, for study                 | no      |
+/// | version.hpp           | the version, and macros of the headers' own                         | yes     |
+///
+/// Settled: programs that use it will compile with 1.0. "Mostly": what is there stays; shapes and results may
+/// gain members. Names in a namespace `detail` are nobody's to use. Before 1.0 the binary interface changes
+/// with every minor version.
 #include "jostle/box.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/chapter.hpp"

@@ -13,6 +13,9 @@
 /// Work on pairs, or on anything that can be numbered, shared out evenly over the cores however unevenly it
 /// is spread: contacts, responses, whatever follows from "these two boxes touch".
 ///
+///     jostle::process_pairs(finder.find(boxes), [&](jostle::Pair pair) { collide(pair.a, pair.b); });
+///     jostle::process_items(n, [&](std::uint64_t begin, std::uint64_t end, jostle::Work) { ... });
+///
 /// Work is cut into blocks of consecutive items. How it is cut depends on the number of items alone, never on
 /// threads, so that what is kept per block is the same on every machine (see responses.hpp). Tasks claim one
 /// block after another, in ascending order; a claim costs one atomic addition.

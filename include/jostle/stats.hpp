@@ -7,7 +7,13 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// What the last call did, always counted. Counts don't depend on threads or instruction set; times do.
+/// What a finder's last call did. It is always counted:
+///
+///     finder.find(boxes);
+///     std::printf("%.2f ms, %llu pairs\n", finder.stats().ms_total,
+///                 static_cast<unsigned long long>(finder.stats().pairs));
+///
+/// Counts don't depend on threads or instruction set; times do.
 struct Stats
 {
     std::uint64_t objects = 0;    ///< boxes read

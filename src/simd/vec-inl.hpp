@@ -8,7 +8,7 @@
 //     Mask<float> below = x < Vec<float>(1); // also <=, >, >=
 //     x = choose(below, x * x, sqrt(x));     // where the mask is set, and elsewhere
 //     if (any(below & (x < y))) ...          // also all, |, and mask_bits: lane 0 is the lowest bit
-//     Four rows[4] = ...; transpose(rows);   // four floats, whatever the instruction set: records into columns
+//     Four rows[4] = ...; transpose(rows);   // of four floats on every instruction set: records into columns
 //
 // Also min, max, abs, min_lane, max_lane, and Vec::lane_numbers(): 0, 1, 2, ... A min or max of a NaN, or of
 // zeros of both signs, differs from one instruction set to another: use choose where that can happen.
