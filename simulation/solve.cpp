@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The arithmetic of an iteration. Compiled once per instruction set: see simd/targets.hpp. The same bits come out
-// of each: every point's numbers go through the same operations, however many points a vector holds.
+// The arithmetic of an iteration. Compiled once per instruction set: see simd/targets.hpp. The same bits come
+// out of each: every point's numbers go through the same operations, however many points a vector holds.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "simulation/solve.cpp"
 #include "simd/targets.hpp"

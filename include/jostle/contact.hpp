@@ -211,8 +211,8 @@ using ContactFinder3d = ContactFinder<3, double>;
 /// Whether two shapes share a point.
 ///
 /// If so, contacts() finds at least one contact, unless it lies beyond the rim of a height field.
-/// Cost      that of one pair; see docs/guide/contacts.md. Two meshes of 50,000 triangles that touch or nearly
-///           do take about 10 us.
+/// Cost      that of one pair; see docs/guide/contacts.md. Two meshes of 50,000 triangles that touch or
+///           nearly do take about 10 us.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                                        const Pose<Dim, T>& pose_b);

@@ -67,9 +67,9 @@ class FunctionRef<Result(Args...)>
 template <class Signature>
 class StoredFunctionRef;
 
-/// A FunctionRef that is a member, such as `accept` of a filter. Nobody can see how long the struct that it is
-/// in will live, so it takes nothing that may be gone first: functions and callables that have a name are taken,
-/// a lambda written in place doesn't compile.
+/// A FunctionRef that is a member, such as `accept` of a filter. Nobody can see how long the struct that it
+/// is in will live, so it takes nothing that may be gone first: functions and callables that have a name are
+/// taken, a lambda written in place doesn't compile.
 ///
 ///     const auto accept = [&](std::uint32_t a, std::uint32_t b) { return a + b < limit; };
 ///     const jostle::Filter filter{.accept = accept};

@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::uint64_t freed = 0x6a6f73746c65ff00U;
 
-// Handles that were freed, the last 1024 of them: a pointer to one of these still says that it was freed. It is
-// memory and nothing else: no result depends on it.
+// Handles that were freed, the last 1024 of them: a pointer to one of these still says that it was freed. It
+// is memory and nothing else: no result depends on it.
 constexpr std::size_t remembered = 1024;
 constinit std::array<std::atomic<Handle*>, remembered> graveyard{};
 constinit std::atomic<std::size_t> next_grave{0};

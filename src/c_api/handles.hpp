@@ -15,7 +15,8 @@
 #include "jostle/find_pairs.hpp"
 #include "jostle/jostle.h"
 
-// What every function of the C interface begins and ends with: handles opened, exceptions turned into a status.
+// What every function of the C interface begins and ends with: handles opened, exceptions turned into a
+// status.
 
 namespace jostle::c_api {
 
@@ -82,7 +83,8 @@ void wanted_function(Function function, const char* name)
     if (function == nullptr) refuse(std::string(name) + " is NULL");
 }
 
-/// `count` elements of memory that the caller gave as `pointer`: there, aligned, and not longer than memory is.
+/// `count` elements of memory that the caller gave as `pointer`: there, aligned, and not longer than memory
+/// is.
 template <class T>
 T* wanted_array(T* pointer, std::uint64_t count, const char* name)
 {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Distances and touching of meshes, which are searched through trees, and their slow twin: all pairs of parts.
+// Distances and touching of meshes, which are searched through trees, and their slow twin: all pairs of
+// parts.
 #include <gtest/gtest.h>
 
 #include <cmath>
