@@ -81,7 +81,7 @@ build() {
     local preset=$1 dir=build/$1 key
     shift
     # What CMake found, or didn't, stays so until it is asked again.
-    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD$(command -v wine qemu-aarch64 qemu-s390x | tr '\n' ' ')
+    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD$(command -v wine qemu-aarch64 qemu-s390x rustc go luajit | tr '\n' ' ')
     if [ ! -f "$dir/build.ninja" ] || [ "$(cat "$dir/configured" 2>/dev/null)" != "$key" ]; then
         if grep -qs '^CMAKE_HOME_DIRECTORY' "$dir/CMakeCache.txt" &&
             ! grep -q "^CMAKE_HOME_DIRECTORY:INTERNAL=$PWD\$" "$dir/CMakeCache.txt"; then

@@ -254,8 +254,8 @@ distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 /// Limit     1000 steps, each a look at what is near. Gentle motions take 3 to 15. A shape that turns
 ///           hundreds of times while something is within its reach may need more: then the answer is the time
 ///           reached so far, an early impact at which the shapes are further apart than the tolerance.
-/// Cost      that of one look for each step, of which 3D meshes take a few more. Two meshes of 50,000 triangles
-///           that turn by 1 radian take about 1 ms, if they only slide 0.3.
+/// Cost      that of one look for each step, of which 3D meshes take a few more. Two meshes of 50,000
+///           triangles that turn by 1 radian take about 1 ms, if they only slide 0.3.
 /// Errors    also for a motion with numbers that are not finite, beyond 1e60, or 1e9 radians; for a
 ///           half-space that turns; for a tolerance that isn't above 0.
 /// Source    conservative advancement: Mirtich, Impulse-based Dynamic Simulation (1996), sec. 2.3.

@@ -178,7 +178,8 @@ class Engine::Search
         const std::uint64_t windows = sort_brick(bricks, brick, count, mine);
         const double steps_per_row = static_cast<double>(windows) / step_size / count + 0.5;
         if (steps_per_row > crowded_steps) {
-            // Where few meet many, a brick is swept apart rather than divided, unless that is too much for one.
+            // Where few meet many, a brick is swept apart rather than divided, unless that is too much for
+            // one.
             Apart apart;
             const auto make_apart = [&] {
                 return apart.make(mine.sorted.data(), mine.window_end.data(), count, kernels_, mine);

@@ -26,8 +26,8 @@ struct Bricks
     }
 };
 
-/// Whether a brick has records of two sets. In a grid over a call's boxes (`as_given`) those of the first come
-/// first in each store, so that few need to be looked at.
+/// Whether a brick has records of two sets. In a grid over a call's boxes (`as_given`) those of the first
+/// come first in each store, so that few need to be looked at.
 bool holds_both_sets(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept;
 
 /// Sorts the records of a brick by the bucket of their lower bound on the sweep axis, into `slot.sorted`,

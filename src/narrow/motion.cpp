@@ -30,8 +30,8 @@ double safe_time(const Flight<Dim>& flight, const Part<Dim>& a, const Part<Dim>&
     return time;
 }
 
-/// Of two meshes that are far apart many parts are safe for nearly as long. A step that is shorter than it could
-/// be needn't tell them apart: nothing is looked at that is safe for this share of the best so far.
+/// Of two meshes that are far apart many parts are safe for nearly as long. A step that is shorter than it
+/// could be needn't tell them apart: nothing is looked at that is safe for this share of the best so far.
 constexpr double share = 0.75;
 
 /// `now` is the pair as it is at the moment. Looks ahead for `time`.

@@ -132,7 +132,8 @@ struct Opening
     }
 };
 
-/// Looks at pairs of leaves, the most promising ones of a neighbourhood first. `judge` says what is promising:
+/// Looks at pairs of leaves, the most promising ones of a neighbourhood first. `judge` says what is
+/// promising:
 ///   keys(opening, key): of the other box and each of those within the opened one;
 ///   excludes(key): nothing with this key, or a greater one, is wanted any more;
 ///   visit(at_a, at_b): two leaves.
@@ -307,8 +308,8 @@ struct Turned
     }
 };
 
-/// Parts that may come nearer than half the tolerance before the range's time is over, soonest first as far as boxes
-/// tell.
+/// Parts that may come nearer than half the tolerance before the range's time is over, soonest first as far
+/// as boxes tell.
 struct Approaching : Judge
 {
     const Flight<3>& flight;
