@@ -4,24 +4,62 @@
 
 #include <limits>
 
+#include "narrow/gaps3.hpp"
 #include "narrow/motion.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
+/// From the gap of an arranged pair to the user's; b is at d from a as they were arranged.
 template <int Dim, class T>
-Distance<Dim, T> distance_of(Placed<Dim> pair, T max_distance)
+Distance<Dim, T> finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped)
 {
-    const bool swapped = arrange(pair);
-    Gap<Dim> gap;
-    find_gap(pair, double{max_distance}, gap);
     Distance<Dim, T> answer{};
     answer.distance = static_cast<T>(gap.distance);
     if (gap.distance == HUGE_VAL) return answer;
-    store(swapped ? -gap.normal : gap.normal, answer.normal);
-    store(swapped ? gap.on_b - pair.d : gap.on_a, answer.point_a);
-    store(swapped ? gap.on_a : gap.on_b - pair.d, answer.point_b);
+    store(gap.normal * (swapped ? -1.0 : 1.0), answer.normal); // which is hard to predict: no branch
+    store(gap.on_a, swapped ? answer.point_b : answer.point_a);
+    store(gap.on_b - d, swapped ? answer.point_a : answer.point_b);
     return answer;
+}
+
+/// Spheres, capsules and boxes, where a closed form tells. Puts the pair in order as `arrange` would.
+template <class T>
+Verdict simple_distance(const Shape<3>& given_a, const Pose<3, T>& given_pose_a, const Shape<3>& given_b,
+                        const Pose<3, T>& given_pose_b, double enough, Distance<3, T>& answer)
+{
+    const Vec3 way = load(given_pose_b.position) - load(given_pose_a.position);
+    const int type_a = given_a.type(), type_b = given_b.type();
+    const double decides = way.x != 0 ? way.x : way.y != 0 ? way.y : way.z;
+    if (type_a == type_b && decides == 0) return Verdict::unclear;
+    const bool swapped = ((type_a == type_b) & (decides < 0)) | (type_a > type_b);
+    const Shape<3>&a = swapped ? given_b : given_a, &b = swapped ? given_a : given_b;
+    const Pose<3, T>&pose_a = swapped ? given_pose_b : given_pose_a,
+                  &pose_b = swapped ? given_pose_a : given_pose_b;
+    const Vec3 d = way * (swapped ? -1.0 : 1.0);
+    Gap<3> gap;
+    const Verdict verdict =
+        simple_gap(a, b, d, [&] { return rotation(pose_a); }, [&] { return rotation(pose_b); }, enough, gap);
+    if (verdict == Verdict::apart) answer.distance = std::numeric_limits<T>::infinity();
+    if (verdict == Verdict::touch) answer = finish<3, T>(gap, d, swapped);
+    return verdict;
+}
+
+template <int Dim, class T>
+Distance<Dim, T> distance_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                             const Pose<Dim, T>& pose_b, T max_distance, const Kernels& kernels)
+{
+    if constexpr (Dim == 3)
+        if (a.type() <= ShapeTypes::box && b.type() <= ShapeTypes::box) {
+            Distance<Dim, T> answer{};
+            if (simple_distance(a, pose_a, b, pose_b, double{max_distance}, answer) != Verdict::unclear)
+                return answer;
+        }
+    Placed<Dim> pair = place(a, pose_a, b, pose_b, kernels);
+    const bool swapped = arrange(pair);
+    Gap<Dim> gap;
+    find_gap(pair, double{max_distance}, gap);
+    return finish<Dim, T>(gap, pair.d, swapped);
 }
 
 template <class T>

@@ -330,7 +330,7 @@ void ContactFinder<Dim, T>::Implementation::distances(const Objects& set_a, cons
     ask(set_a, set_b, pairs, out, narrow::block_pairs,
         [&](const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
             const Pose<Dim, T>& pose_b) {
-            return narrow::distance_of(narrow::place(a, pose_a, b, pose_b), max_distance);
+            return narrow::distance_of(a, pose_a, b, pose_b, max_distance, *kernels);
         });
 }
 

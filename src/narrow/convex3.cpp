@@ -12,6 +12,27 @@ namespace {
 /// Projections of vertices at which the expanding polytope gets faster than looking along all axes.
 constexpr double most_axes_cost = 1500;
 
+/// The gap of cores of which GJK has found that they touch.
+void overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap)
+{
+    const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
+                             (a.polytope.vertices + b.polytope.vertices);
+    if (a.custom == nullptr && b.custom == nullptr && axes_cost < most_axes_cost)
+        return gap_by_axes(a, b, gap);
+    expand(a, b, simplex, gap);
+}
+/// As core_gap, for what is mostly apart.
+void distant_core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+{
+    Simplex simplex;
+    if (gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::apart) return;
+    if (are_small_polyhedra(a, b) && polyhedra_gap(a, b, enough, gap)) {
+        gap.distance = std::min(0.0, gap.distance);
+        return;
+    }
+    overlap(a, b, simplex, gap);
+}
+
 } // namespace
 
 void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
@@ -27,18 +48,13 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
             if (gap.distance <= 0 || gap.distance == HUGE_VAL) return;
         }
     }
-    if (gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::apart) return;
-    const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
-                             (a.polytope.vertices + b.polytope.vertices);
-    if (a.custom == nullptr && b.custom == nullptr && axes_cost < most_axes_cost)
-        return gap_by_axes(a, b, gap);
-    expand(a, b, simplex, gap);
+    if (gjk(a, b, {}, enough, all_steps, simplex, gap) != Verdict::apart) overlap(a, b, simplex, gap);
 }
 
 void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 {
     Gap<3> cores;
-    core_gap(a, b, enough + a.radius + b.radius, cores);
+    distant_core_gap(a, b, enough + a.radius + b.radius, cores);
     gap.distance = cores.distance - a.radius - b.radius;
     gap.normal = cores.normal;
     if (cores.distance == HUGE_VAL) return;

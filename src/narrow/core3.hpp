@@ -47,7 +47,9 @@ inline Support support(const Core3& core, const Vec3& direction)
     if (core.custom != nullptr) return {0, core.frame * load(core.custom->support({d.x, d.y, d.z}))};
     const Polytope& hull = core.polytope;
     std::uint32_t best = 0;
-    if (hull.vertices > 3) {
+    if (core.is_box) { // bit i of a corner's number is set where coordinate i is positive
+        best = (d.x > 0 ? 1u : 0u) | (d.y > 0 ? 2u : 0u) | (d.z > 0 ? 4u : 0u);
+    } else if (hull.vertices > 3) {
         best = core.kernels->furthest(hull.x, hull.stride, d.x, d.y, d.z);
     } else {
         double most = -HUGE_VAL;

@@ -5,64 +5,60 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-void keep(Simplex& s, std::initializer_list<int> which, std::initializer_list<double> weights)
+/// The point of up to three others' hull that is nearest to the origin.
+struct Nearest
 {
-    SimplexPoint kept[4];
-    int n = 0;
-    for (const int i : which)
-        kept[n++] = s.point[i];
-    for (int i = 0; i < n; ++i)
-        s.point[i] = kept[i];
-    n = 0;
-    for (const double w : weights)
-        s.weight[n++] = w;
-    s.count = n;
+    int count;
+    int of[3]; ///< which of them it lies between
+    double weight[3];
+};
+
+void keep(Simplex& s, const Nearest& nearest)
+{
+    for (int i = 0; i < nearest.count; ++i) { // in ascending order
+        if (nearest.of[i] != i) s.point[i] = s.point[nearest.of[i]];
+        s.weight[i] = nearest.weight[i];
+    }
+    s.count = nearest.count;
 }
 
-void closest_on_segment(Simplex& s)
+Nearest nearest_on_segment(const Vec3& a, const Vec3& b)
 {
-    const Vec3 a = s.point[0].w, ab = s.point[1].w - a;
+    const Vec3 ab = b - a;
     const double t = -dot(a, ab), size = length2(ab);
-    if (t <= 0 || size == 0) return keep(s, {0}, {1});
-    if (t >= size) return keep(s, {1}, {1});
-    s.weight[1] = t / size;
-    s.weight[0] = 1 - s.weight[1];
+    if (t <= 0 || size == 0) return {1, {0}, {1}};
+    if (t >= size) return {1, {1}, {1}};
+    return {2, {0, 1}, {1 - t / size, t / size}};
 }
 
 /// Ericson sec. 5.1.5, for the origin.
-void closest_on_triangle(Simplex& s)
+Nearest nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c)
 {
-    const Vec3 a = s.point[0].w, b = s.point[1].w, c = s.point[2].w;
     const Vec3 ab = b - a, ac = c - a;
     const double d1 = -dot(ab, a), d2 = -dot(ac, a);
-    if (d1 <= 0 && d2 <= 0) return keep(s, {0}, {1});
+    if (d1 <= 0 && d2 <= 0) return {1, {0}, {1}};
     const double d3 = -dot(ab, b), d4 = -dot(ac, b);
-    if (d3 >= 0 && d4 <= d3) return keep(s, {1}, {1});
+    if (d3 >= 0 && d4 <= d3) return {1, {1}, {1}};
     const double d5 = -dot(ab, c), d6 = -dot(ac, c);
-    if (d6 >= 0 && d5 <= d6) return keep(s, {2}, {1});
+    if (d6 >= 0 && d5 <= d6) return {1, {2}, {1}};
     const Vec3 n = cross(ab, ac);
     // The signed areas as the origin sees them; as triple products, which lose less than d1 * d4 - d3 * d2.
     const double vc = dot(n, cross(a, b)), va = dot(n, cross(b, c)), vb = dot(n, cross(c, a));
     if (vc <= 0 && d1 >= 0 && d3 <= 0) {
         const double t = d1 / (d1 - d3);
-        return keep(s, {0, 1}, {1 - t, t});
+        return {2, {0, 1}, {1 - t, t}};
     }
     if (vb <= 0 && d2 >= 0 && d6 <= 0) {
         const double t = d2 / (d2 - d6);
-        return keep(s, {0, 2}, {1 - t, t});
+        return {2, {0, 2}, {1 - t, t}};
     }
     if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
         const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return keep(s, {1, 2}, {1 - t, t});
+        return {2, {1, 2}, {1 - t, t}};
     }
     const double sum = va + vb + vc;
-    if (!(sum > 0)) { // no area
-        s.count = 2;
-        return closest_on_segment(s);
-    }
-    s.weight[0] = va / sum;
-    s.weight[1] = vb / sum;
-    s.weight[2] = vc / sum;
+    if (!(sum > 0)) return nearest_on_segment(a, b); // no area
+    return {3, {0, 1, 2}, {va / sum, vb / sum, vc / sum}};
 }
 
 Vec3 position(const Simplex& s)
@@ -76,31 +72,30 @@ Vec3 position(const Simplex& s)
 /// Returns true if the origin is inside, unless the caller knows that it isn't.
 bool closest_on_tetrahedron(Simplex& s, bool surely_outside = false)
 {
-    static constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 3, 1, 2}, {0, 2, 3, 1}, {1, 3, 2, 0}};
-    Simplex best;
+    static constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};
+    Nearest best{};
     double least = HUGE_VAL;
     bool outside = false;
     for (const auto& face : faces) {
-        const Vec3 a = s.point[face[0]].w;
-        const Vec3 n = cross(s.point[face[1]].w - a, s.point[face[2]].w - a);
-        const double origin = -dot(a, n), other = dot(s.point[face[3]].w - a, n);
+        const Vec3 &a = s.point[face[0]].w, &b = s.point[face[1]].w, &c = s.point[face[2]].w;
+        const Vec3 n = cross(b - a, c - a), up = s.point[face[3]].w - a;
+        const double origin = -dot(a, n), other = dot(up, n);
         // On the inner side; but a flat tetrahedron has no inside, whatever rounding says.
-        if (!surely_outside && origin * other > 0 &&
-            other * other > 1e-24 * length2(n) * length2(s.point[face[3]].w - a))
+        if (!surely_outside && origin * other > 0 && other * other > 1e-24 * length2(n) * length2(up))
             continue;
         outside = true;
-        Simplex candidate;
-        candidate.count = 3;
-        for (int i = 0; i < 3; ++i)
-            candidate.point[i] = s.point[face[i]];
-        closest_on_triangle(candidate);
-        const double distance = length2(position(candidate));
-        if (distance < least) {
+        Nearest nearest = nearest_on_triangle(a, b, c);
+        Vec3 p;
+        for (int i = 0; i < nearest.count; ++i) {
+            nearest.of[i] = face[nearest.of[i]];
+            p += s.point[nearest.of[i]].w * nearest.weight[i];
+        }
+        if (const double distance = length2(p); distance < least) {
             least = distance;
-            best = candidate;
+            best = nearest;
         }
     }
-    if (outside) s = best;
+    if (outside) keep(s, best);
     return !outside;
 }
 
@@ -144,9 +139,9 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, in
         s.weight[s.count] = 1;
         ++s.count;
         if (s.count == 2)
-            closest_on_segment(s);
+            keep(s, nearest_on_segment(s.point[0].w, s.point[1].w));
         else if (s.count == 3)
-            closest_on_triangle(s);
+            keep(s, nearest_on_triangle(s.point[0].w, s.point[1].w, s.point[2].w));
         else if (s.count == 4 && closest_on_tetrahedron(s)) {
             // A smooth shape's points lie so close that rounding can say so of shapes that a plane parts.
             if (!(widest > 0 && widest * widest > 1e-24 * extent)) return Verdict::touch;

@@ -9,11 +9,16 @@ namespace narrow {
 namespace {
 
 template <int Dim, class T>
-Placed<Dim> checked(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
-                    const Pose<Dim, T>& pose_b)
+void check_poses(const Pose<Dim, T>& pose_a, const Pose<Dim, T>& pose_b)
 {
     for (const Pose<Dim, T>* pose : {&pose_a, &pose_b})
         if (!valid(*pose)) refuse_pose(*pose, Error::no_index);
+}
+template <int Dim, class T>
+Placed<Dim> checked(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                    const Pose<Dim, T>& pose_b)
+{
+    check_poses(pose_a, pose_b);
     return place(a, pose_a, b, pose_b);
 }
 
@@ -53,7 +58,8 @@ std::optional<Distance<Dim, T>> distance(const Shape<Dim>& a, const Pose<Dim, T>
                                          const Pose<Dim, T>& pose_b, std::type_identity_t<T> max_distance)
 {
     narrow::check_max_distance(max_distance);
-    const auto answer = narrow::distance_of(narrow::checked(a, pose_a, b, pose_b), max_distance);
+    narrow::check_poses(pose_a, pose_b);
+    const auto answer = narrow::distance_of(a, pose_a, b, pose_b, max_distance, narrow::best_kernels());
     if (answer.distance == std::numeric_limits<T>::infinity()) return {};
     return answer;
 }

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: MIT
+// Distances in closed form, and their slow twin: the search that knows any two convex shapes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "narrow/answers.hpp"
+#include "narrow/pair.hpp"
+#include "tests/narrow/random_pairs.hpp"
+
+using namespace jostle;
+
+namespace {
+
+struct Case
+{
+    Shape3 a, b;
+    Pose3d pose_a, pose_b;
+    double scale = 1;
+};
+
+/// Spheres, capsules and boxes, often flat, in one place, parallel or nearly.
+Case random_case(Random& random)
+{
+    Case c;
+    c.scale = random.chance(0.2) ? std::pow(10.0, random.uniform(-40, 40)) : 1;
+    const auto size = [&] { return random.chance(0.15) ? 0.0 : c.scale * random.uniform(0.1, 1); };
+    const auto shape = [&] {
+        switch (random.below(3)) {
+        case 0:
+            return Shape3::sphere(size());
+        case 1:
+            return Shape3::capsule(size(), size());
+        default:
+            return Shape3::box({size(), size(), size()});
+        }
+    };
+    c.a = shape();
+    c.b = shape();
+    const double spread = random.chance(0.5) ? 3 : random.chance(0.5) ? 1 : random.uniform(0, 1000);
+    c.pose_a = random.pose<double>(spread);
+    c.pose_b = random.pose<double>(spread);
+    if (random.chance(0.2)) c.pose_b.rotation = c.pose_a.rotation;
+    if (random.chance(0.1)) { // nearly parallel
+        c.pose_b.rotation = c.pose_a.rotation;
+        c.pose_b.rotation[random.below(4)] += std::pow(10.0, random.uniform(-17, -5));
+    }
+    if (random.chance(0.05)) c.pose_b.position = c.pose_a.position;
+    if (random.chance(0.1))
+        for (double& q : c.pose_a.rotation)
+            q *= 1e-3; // normalised as it is read
+    for (Pose3d* pose : {&c.pose_a, &c.pose_b})
+        for (double& x : pose->position)
+            x *= c.scale;
+    return c;
+}
+
+TEST(ClosedForms, AreTheSearchsDistances)
+{
+    Random random(51);
+    int compared = 0;
+    for (int round = 0; round < 60'000; ++round) {
+        const Case c = random_case(random);
+        SCOPED_TRACE(testing::Message()
+                     << "round " << round << " types " << c.a.type() << " and " << c.b.type());
+        narrow::Placed<3> pair = narrow::place(c.a, c.pose_a, c.b, c.pose_b);
+        const bool swapped = narrow::arrange(pair);
+        narrow::Gap<3> gap;
+        narrow::find_gap(pair, HUGE_VAL, gap);
+        const auto d = distance(c.a, c.pose_a, c.b, c.pose_b, HUGE_VAL);
+        ASSERT_TRUE(d);
+        const double size =
+            narrow::length(pair.d) + narrow::ShapeAccess::reach(c.a) + narrow::ShapeAccess::reach(c.b);
+        ASSERT_NEAR(d->distance, gap.distance, 3e-9 * size); // what lies nearer than that has no direction
+        if (gap.distance > 1e-6 * size) {
+            ASSERT_NEAR(d->distance, gap.distance, 1e-13 * size);
+            for (int k = 0; k < 3; ++k)
+                ASSERT_NEAR(d->normal[static_cast<std::size_t>(k)], (swapped ? -1 : 1) * gap.normal[k], 1e-6);
+            ++compared;
+        }
+        // The points are that far from each other, along the normal.
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double way = c.pose_b.position[k] - c.pose_a.position[k] + d->point_b[k] - d->point_a[k];
+            ASSERT_NEAR(way, d->normal[k] * d->distance, 1e-8 * size);
+        }
+        // Bounds cut off at the distance, not elsewhere.
+        if (!(d->distance > 0)) continue;
+        ASSERT_TRUE(distance(c.a, c.pose_a, c.b, c.pose_b, d->distance * (1 + 1e-9)));
+        ASSERT_FALSE(distance(c.a, c.pose_a, c.b, c.pose_b, d->distance * (1 - 1e-9) - 1e-12 * size));
+        const auto mirrored = distance(c.b, c.pose_b, c.a, c.pose_a, HUGE_VAL);
+        ASSERT_EQ(mirrored->distance, d->distance);
+        ASSERT_EQ(mirrored->point_a, d->point_b);
+        ASSERT_EQ(mirrored->point_b, d->point_a);
+    }
+    EXPECT_GT(compared, 20'000);
+}
+
+template <class T>
+class Batches : public testing::Test
+{
+};
+using Numbers = testing::Types<float, double>;
+TYPED_TEST_SUITE(Batches, Numbers);
+
+TYPED_TEST(Batches, OfDistancesHaveTheBitsOfSinglePairs)
+{
+    using T = TypeParam;
+    Random random(52);
+    std::vector<Shape3> shapes;
+    std::vector<Pose<3, T>> poses;
+    const Zoo<3> zoo(random, 1);
+    for (int i = 0; i < 4000; ++i) {
+        const Case c = random_case(random);
+        for (const auto& [shape, pose] : {std::pair(c.a, c.pose_a), std::pair(c.b, c.pose_b)}) {
+            const std::uint32_t odd = random.below(static_cast<std::uint32_t>(20 * zoo.shapes.size()));
+            shapes.push_back(odd < zoo.shapes.size() ? zoo.shapes[odd] : shape);
+            Pose<3, T> converted;
+            for (std::size_t k = 0; k < 3; ++k)
+                converted.position[k] = static_cast<T>(std::clamp(pose.position[k], -1e37, 1e37));
+            for (std::size_t k = 0; k < 4; ++k)
+                converted.rotation[k] = static_cast<T>(pose.rotation[k]);
+            if (converted.rotation == std::array<T, 4>{}) converted.rotation[3] = 1;
+            poses.push_back(converted);
+        }
+    }
+    std::vector<Pair> pairs;
+    for (std::uint32_t i = 0; i < 4000; ++i)
+        pairs.push_back(random.chance(0.5) ? Pair{2 * i, 2 * i + 1} : Pair{2 * i + 1, 2 * i});
+    for (const T bound : {std::numeric_limits<T>::infinity(), T(1), T(0)})
+        for (const InstructionSet set : supported_instruction_sets()) {
+            SCOPED_TRACE(testing::Message() << name(set) << " within " << bound);
+            ContactOptions options;
+            options.executor = &serial_executor();
+            options.instruction_set = set;
+            ContactFinder<3, T> finder(options);
+            std::vector<Distance<3, T>> out(pairs.size());
+            finder.distances(shapes, poses, pairs, bound, std::span(out));
+            for (std::size_t i = 0; i < pairs.size(); ++i) {
+                const auto [a, b] = pairs[i];
+                SCOPED_TRACE(testing::Message()
+                             << "pair " << i << " types " << shapes[a].type() << " and " << shapes[b].type());
+                const auto d = distance(shapes[a], poses[a], shapes[b], poses[b], bound);
+                if (!d) {
+                    ASSERT_EQ(out[i].distance, std::numeric_limits<T>::infinity());
+                    continue;
+                }
+                ASSERT_EQ(out[i].distance, d->distance);
+                ASSERT_EQ(out[i].normal, d->normal);
+                ASSERT_EQ(out[i].point_a, d->point_a);
+                ASSERT_EQ(out[i].point_b, d->point_b);
+            }
+        }
+}
+
+} // namespace
