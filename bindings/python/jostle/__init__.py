@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: MIT
+"""Jostle: which boxes touch, on all cores, exactly, and what follows from it.
+
+    import jostle, numpy as np
+    boxes = np.random.random((1000, 2, 3)); boxes[:, 1] = boxes[:, 0] + 0.05
+    pairs = jostle.find_pairs(boxes)          # (m, 2) uint32
+
+Boxes are arrays of shape (n, 2, d) or (n, 2 d), d = 2 or 3, float32 or float64: lower bounds, then upper ones. They are read
+in place, strided or not. Whatever holds numbers will do: NumPy, the buffer protocol, __array_interface__, DLPack, lists.
+
+Closed boxes, compared in their own numbers: touching counts, nothing is missed or invented. The answer and its order depend on
+the boxes alone, not on threads or machine. Python's lock is released while the library works.
+
+Mistakes raise `Error`, a ValueError, with the object's `index`; ids that name nothing an IndexError as well. A call that failed
+changed nothing, unless it says otherwise.
+"""
+from __future__ import annotations
+
+from ._contacts import (ContactFinder, Shape, Shapes, bounds, box, capsule, compound, contacts, distances, half_space,
+                        height_field, hull, impacts, mesh, poses, sphere, sum_by_object, touching)
+from ._core import instruction_sets, version
+from ._errors import Error, NoSuchObjectError, StaleIdError
+from ._index import (Answers, BoxIndex, Hits, Questions, frustums, nearest, overlapping, rays, spheres,
+                     sweeps)
+from ._pairs import find_pairs, iter_pairs, join
+from ._plot import plot
+from ._world import EndedPairs, World
+
+__version__ = version()
+__all__ = ["Answers", "BoxIndex", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError", "Questions", "Shape",
+           "Shapes", "StaleIdError", "World", "bounds", "box", "capsule", "compound", "contacts", "distances", "find_pairs",
+           "frustums", "half_space", "height_field", "hull", "impacts", "instruction_sets", "iter_pairs", "join", "mesh",
+           "nearest", "overlapping", "plot", "poses", "rays", "sphere", "spheres", "sum_by_object", "sweeps", "touching",
+           "version"]

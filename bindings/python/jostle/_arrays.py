@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: MIT
+"""Arguments brought into shape: whatever holds numbers becomes an array of NumPy, without a copy where that is possible."""
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ._errors import Error
+
+SPACES = {(2, np.dtype(np.float32)): 1, (3, np.dtype(np.float32)): 2,
+          (2, np.dtype(np.float64)): 3, (3, np.dtype(np.float64)): 4}
+
+
+def array(given: Any) -> np.ndarray:
+    """Arrays, buffers, what has __array_interface__ or __dlpack__, sequences of numbers."""
+    if isinstance(given, np.ndarray):
+        return given
+    if hasattr(given, "__dlpack__") and not hasattr(given, "__array_interface__"):
+        return np.from_dlpack(given)
+    out = np.asarray(given)
+    if isinstance(given, (list, tuple)) and out.dtype.kind in "iu":
+        out = out.astype(np.float64)  # Python's numbers are of no size
+    return out
+
+
+def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
+    """float32 or float64, or `dtype` where that is asked for; in place if it is so already."""
+    weak = isinstance(given, (list, tuple, int, float))
+    out = array(given)
+    if out.dtype.kind != "f" or out.dtype.itemsize not in (4, 8):
+        if weak and out.dtype.kind in "iu":
+            out = out.astype(np.float64)
+        else:
+            raise Error(f"{name} has the dtype {out.dtype}: it must be float32 or float64, as "
+                        f"{name}.astype(numpy.float64) is")
+    if dtype is not None and out.dtype != dtype:
+        if not weak and np.dtype(dtype).itemsize < out.dtype.itemsize:
+            raise Error(f"{name} is {out.dtype} and would have to be rounded to {np.dtype(dtype)}: "
+                        f"say so with {name}.astype(numpy.{np.dtype(dtype)})")
+        out = out.astype(dtype)
+    if not out.dtype.isnative or not out.flags.aligned:
+        out = out.astype(out.dtype.newbyteorder("="))
+    return out
+
+
+def boxes(given: Any, name: str = "boxes", dtype: Any = None) -> np.ndarray:
+    """Boxes where they lie. One box alone, (2, d), is a batch of one."""
+    out = floats(given, name, dtype)
+    size = out.dtype.itemsize
+    if any(stride % size for stride in out.strides):
+        out = np.ascontiguousarray(out)
+    if out.size == 0 and out.ndim == 1:  # an empty list
+        out = out.reshape(0, 2, 3)
+    return out
+
+
+def dim_of(boxes_array: np.ndarray, name: str = "boxes") -> int:
+    """2 or 3."""
+    if boxes_array.ndim == 3 and boxes_array.shape[1] == 2 and boxes_array.shape[2] in (2, 3):
+        return int(boxes_array.shape[2])
+    if boxes_array.ndim == 2 and boxes_array.shape[1] in (4, 6):
+        return int(boxes_array.shape[1]) // 2
+    raise Error(f"{name} has the shape {boxes_array.shape}: it must be (n, 2, d) or (n, 2 d), with d 2 or 3, lower "
+                "bounds before upper ones")
+
+
+def rows(given: Any, name: str, dtype: Any = None) -> np.ndarray:
+    """Packed rows of numbers."""
+    return np.ascontiguousarray(floats(given, name, dtype))
+
+
+def integers(given: Any, name: str, dtype: Any) -> np.ndarray:
+    """Whole numbers of this dtype, checked rather than wrapped around; in place if they are so already."""
+    out = array(given)
+    if isinstance(given, (list, tuple)):
+        out = np.asarray(given) if len(given) else np.empty(0, dtype)
+    if out.dtype == dtype:
+        return out if out.dtype.isnative and out.flags.aligned else out.astype(dtype)
+    if out.dtype.kind == "b":
+        return out.astype(dtype)
+    if out.dtype.kind not in "iu":
+        raise Error(f"{name} has the dtype {out.dtype}: it must be whole numbers")
+    limits = np.iinfo(dtype)
+    if out.size:
+        wrong = (out < limits.min) | (out > limits.max) if out.dtype.kind == "i" else out > limits.max
+        if wrong.any():
+            at = int(np.flatnonzero(wrong.reshape(-1))[0])
+            raise Error(f"{name}[{at}] is {out.reshape(-1)[at]}, and must be from 0 to {limits.max}", at)
+    return out.astype(dtype)
+
+
+def optional_integers(given: Any, name: str) -> np.ndarray | None:
+    return None if given is None else integers(given, name, np.uint32)
+
+
+def packed(given: Any, name: str, dtype: Any) -> np.ndarray:
+    return np.ascontiguousarray(integers(given, name, dtype))
+
+
+def ids(given: Any, name: str = "ids") -> np.ndarray:
+    """Ids of a world; one alone is a batch of one."""
+    return np.atleast_1d(packed(given if not isinstance(given, int) else [given], name, np.uint64))
+
+
+def pairs(given: Any) -> np.ndarray:
+    out = packed(given, "pairs", np.uint32)
+    return out.reshape(0, 2) if out.size == 0 else out

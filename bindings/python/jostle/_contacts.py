@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: MIT
+"""Shapes, and where they touch."""
+from __future__ import annotations
+
+from typing import Any, Sequence
+
+import numpy as np
+
+from . import _arrays, _core
+from ._errors import Error, NoSuchObjectError
+
+Shape = _core.Shape
+
+
+def sphere(radius: float, dim: int = 3) -> Shape:
+    """All points within `radius`; in 2D a circle."""
+    return _core.sphere(dim, radius)
+
+
+def capsule(half_length: float, radius: float, dim: int = 3) -> Shape:
+    """All points within `radius` of the segment from -half_length to half_length on the y axis."""
+    return _core.capsule(dim, half_length, radius)
+
+
+def box(half: Any) -> Shape:
+    """|x| <= half[0] and so on: 2 or 3 numbers."""
+    return _core.box(_arrays.rows(half, "half", np.float64))
+
+
+def half_space(normal: Any, offset: float = 0.0) -> Shape:
+    """The points p with normal . p <= offset * |normal|: everything below a plane."""
+    return _core.half_space(_arrays.rows(normal, "normal", np.float64), offset)
+
+
+def hull(points: Any) -> Shape:
+    """The convex hull of points (n, d). hull.vertices() and hull.faces() say what it has become."""
+    given = _arrays.rows(points, "points")
+    return _core.hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given)
+
+
+def mesh(vertices: Any, elements: Any) -> Shape:
+    """A surface: vertices (n, 3) and triangles (m, 3), or in 2D (n, 2) and segments (m, 2)."""
+    given = _arrays.rows(vertices, "vertices")
+    return _core.mesh(_space(given, "vertices", given.shape[-1] if given.ndim else 0), given,
+                      _arrays.packed(elements, "elements", np.uint32))
+
+
+def height_field(heights: Any, spacing_x: float = 1.0, spacing_z: float = 1.0, thickness: float = 0.0) -> Shape:
+    """Terrain: heights (rows, columns) along y, over the x-z plane, solid below."""
+    return _core.height_field(_arrays.rows(heights, "heights", np.float64), spacing_x, spacing_z, thickness)
+
+
+def compound(shapes: Sequence[Shape], poses: Any) -> Shape:
+    """Several shapes that move as one, each with its pose."""
+    if not shapes:
+        raise Error("a compound needs at least one shape")
+    return _core.compound(shapes[0].dim, list(shapes), np.atleast_2d(_arrays.rows(poses, "poses", np.float64)))
+
+
+def _space(given: np.ndarray, name: str, dim: int) -> int:
+    if (dim, given.dtype) not in _arrays.SPACES:
+        raise Error(f"{name} has the shape {given.shape}: it must be (n, 2) or (n, 3)")
+    return _arrays.SPACES[dim, given.dtype]
+
+
+class Shapes:
+    """One shape per object, at the object's position.
+
+        shapes = jostle.Shapes.spheres(radii)
+        shapes = jostle.Shapes([jostle.sphere(1), jostle.box([1, 2, 3])])
+        shapes = jostle.Shapes.same(hull, 1000)
+    """
+
+    def __init__(self, shapes: Sequence[Shape] = (), dim: int | None = None) -> None:
+        self._shapes = _core.Shapes(dim if dim is not None else shapes[0].dim if len(shapes) else 3)
+        self.extend(shapes)
+
+    @classmethod
+    def same(cls, shape: Shape, count: int) -> Shapes:
+        """`count` objects of one shape."""
+        made = cls(dim=shape.dim)
+        made.append(shape, count)
+        return made
+
+    @classmethod
+    def spheres(cls, radii: Any, dim: int = 3) -> Shapes:
+        made = cls(dim=dim)
+        made._shapes.add_spheres(_arrays.rows(radii, "radii", np.float64))
+        return made
+
+    @classmethod
+    def capsules(cls, half_lengths: Any, radii: Any, dim: int = 3) -> Shapes:
+        made = cls(dim=dim)
+        made._shapes.add_capsules(_arrays.rows(half_lengths, "half_lengths", np.float64),
+                                  _arrays.rows(radii, "radii", np.float64))
+        return made
+
+    @classmethod
+    def boxes(cls, halves: Any) -> Shapes:
+        given = _arrays.rows(halves, "halves", np.float64)
+        made = cls(dim=given.shape[-1] if given.ndim == 2 else 3)
+        made._shapes.add_boxes(given)
+        return made
+
+    @property
+    def dim(self) -> int:
+        return self._shapes.dim
+
+    def append(self, shape: Shape, count: int = 1) -> None:
+        """Adds an object, or several of the same shape."""
+        if count < 0:
+            raise Error(f"count is {count}")
+        self._shapes.add(shape, count)
+
+    def extend(self, shapes: Sequence[Shape]) -> None:
+        for shape in shapes:
+            self._shapes.add(shape, 1)
+
+    def clear(self) -> None:
+        self._shapes.clear()
+
+    def __setitem__(self, i: int, shape: Shape) -> None:
+        if not -len(self) <= i < len(self):
+            raise IndexError(f"there are {len(self)} shapes, and none of number {i}")
+        self._shapes.set(i % len(self), shape)
+
+    def __len__(self) -> int:
+        return self._shapes.size()
+
+    def __repr__(self) -> str:
+        return f"Shapes({len(self)}, {self.dim}D)"
+
+
+def poses(positions: Any, rotations: Any = None) -> np.ndarray:
+    """Poses from positions (n, d) and rotations: in 3D quaternions x, y, z, w, (n, 4) or (4,); in 2D angles, (n,) or one."""
+    at = _arrays.floats(positions, "positions")
+    if at.ndim != 2 or at.shape[1] not in (2, 3):
+        raise Error(f"positions has the shape {at.shape}: it must be (n, 2) or (n, 3)")
+    flat = at.shape[1] == 2
+    out = np.zeros((len(at), 4 if flat else 7), at.dtype)
+    out[:, :at.shape[1]] = at
+    if flat:
+        angle = np.asarray(0.0 if rotations is None else rotations, np.float64)
+        out[:, 2], out[:, 3] = np.cos(angle), np.sin(angle)
+    else:
+        out[:, 3:] = (0, 0, 0, 1) if rotations is None else rotations
+    return out
+
+
+def _dtype(dim: int, number: Any) -> np.dtype:
+    vector = (number, (dim,))
+    point = np.dtype([("from_a", *vector), ("from_b", *vector), ("depth", number), ("feature", np.uint32)], align=True)
+    return np.dtype([("pair", np.uint32, (2,)), ("part_a", np.uint32), ("part_b", np.uint32), ("normal", *vector),
+                     ("count", np.uint32), ("point", point, (4 if dim == 3 else 2,))], align=True)
+
+
+CONTACTS = {(dim, np.dtype(number)): _dtype(dim, number) for dim in (2, 3) for number in (np.float32, np.float64)}
+
+
+def _rows_dtype(dim: int, number: Any, names: tuple[str, ...]) -> np.dtype:
+    return np.dtype([(names[0], number)] + [(name, number, (dim,)) for name in names[1:]])
+
+
+class ContactFinder:
+    """Finds where the objects of pairs touch.
+
+        pairs = jostle.find_pairs(jostle.bounds(shapes, poses))
+        contacts = jostle.ContactFinder(3, np.float64).find(shapes, poses, pairs)
+
+    A pose is a row of 7 numbers in 3D (position, quaternion x, y, z, w), of 4 in 2D (position, cosine, sine): jostle.poses makes
+    them. A motion has 6 (3) more: how far it goes and how it turns, per whole motion. Pairs are (m, 2), positions in the shapes;
+    with a second set (shapes_b, poses_b) the second column is of that.
+
+    Keeps its working memory: use one again and again. One call at a time. The functions contacts, touching, distances and impacts do
+    the same once.
+    """
+
+    def __init__(self, dim: int = 3, dtype: Any = np.float64, threads: int = 0) -> None:
+        self.dim, self.dtype = dim, np.dtype(dtype)
+        if (self.dim, self.dtype) not in _arrays.SPACES:
+            raise Error(f"a contact finder is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
+        self._finder = _core.ContactFinder(_arrays.SPACES[self.dim, self.dtype], threads)
+
+    def _given(self, shapes: Shapes, rows: Any, pairs: Any, shapes_b: Shapes | None,
+               rows_b: Any) -> tuple[Any, np.ndarray, Any, np.ndarray | None, np.ndarray]:
+        b = None if rows_b is None else self._rows(rows_b)
+        named = _arrays.pairs(pairs)
+        if named.ndim == 2 and named.shape[1] == 2:
+            for column, many in enumerate((len(shapes), len(shapes) if shapes_b is None else len(shapes_b))):
+                if len(named) and named[:, column].max() >= many:
+                    at = int(np.argmax(named[:, column] >= many))
+                    raise NoSuchObjectError(f"pairs[{at}] names object {named[at, column]}, and there are {many}", at)
+        return shapes._shapes, self._rows(rows), None if shapes_b is None else shapes_b._shapes, b, named
+
+    def _rows(self, rows: Any) -> np.ndarray:
+        out = _arrays.floats(rows, "poses", self.dtype)
+        good = out.ndim == 2 and out.strides[1] == out.itemsize and out.strides[0] % out.itemsize == 0
+        return out if good else np.ascontiguousarray(out)
+
+    def find(self, shapes: Shapes, poses: Any, pairs: Any, margin: float = 0.0, shapes_b: Shapes | None = None,
+             poses_b: Any = None) -> np.ndarray:
+        """All contacts of shapes that touch or have a gap of up to `margin`, in the order of the pairs.
+
+        A structured array: pair (2,), part_a, part_b, normal (d,), count, and point (4,) or in 2D (2,) with from_a, from_b (d,),
+        depth, feature, of which the first `count` are set and the others zero.
+        """
+        return self._finder.find(*self._given(shapes, poses, pairs, shapes_b, poses_b), margin, CONTACTS[self.dim, self.dtype])
+
+    def touching(self, shapes: Shapes, poses: Any, pairs: Any, shapes_b: Shapes | None = None,
+                 poses_b: Any = None) -> np.ndarray:
+        """Whether the shapes of each pair touch: (m,) bool."""
+        return self._finder.touching(*self._given(shapes, poses, pairs, shapes_b, poses_b)).astype(bool)
+
+    def distances(self, shapes: Shapes, poses: Any, pairs: Any, max_distance: float = np.inf, shapes_b: Shapes | None = None,
+                  poses_b: Any = None) -> np.ndarray:
+        """The signed distance of each pair, infinite above max_distance: a structured array of distance, normal, point_a,
+        point_b."""
+        rows = self._finder.rows(*self._given(shapes, poses, pairs, shapes_b, poses_b), max_distance, False)
+        names = ("distance", "normal", "point_a", "point_b")
+        return rows.view(_rows_dtype(self.dim, self.dtype, names)).reshape(-1)
+
+    def impacts(self, shapes: Shapes, motions: Any, pairs: Any, tolerance: float = 1e-3, shapes_b: Shapes | None = None,
+                motions_b: Any = None) -> np.ndarray:
+        """When and where the objects of each pair first touch, infinite where they don't: a structured array of time, normal,
+        from_a, from_b."""
+        rows = self._finder.rows(*self._given(shapes, motions, pairs, shapes_b, motions_b), tolerance, True)
+        return rows.view(_rows_dtype(self.dim, self.dtype, ("time", "normal", "from_a", "from_b"))).reshape(-1)
+
+
+def _finder(shapes: Shapes, rows: Any, rows_b: Any) -> ContactFinder:
+    given = [_arrays.floats(x, "poses") for x in (rows, rows_b) if x is not None]
+    return ContactFinder(shapes.dim, np.result_type(*(x.dtype for x in given)))
+
+
+def contacts(shapes: Shapes, poses: Any, pairs: Any, margin: float = 0.0, shapes_b: Shapes | None = None,
+             poses_b: Any = None) -> np.ndarray:
+    """ContactFinder.find, once."""
+    return _finder(shapes, poses, poses_b).find(shapes, poses, pairs, margin, shapes_b, poses_b)
+
+
+def touching(shapes: Shapes, poses: Any, pairs: Any, shapes_b: Shapes | None = None, poses_b: Any = None) -> np.ndarray:
+    """ContactFinder.touching, once."""
+    return _finder(shapes, poses, poses_b).touching(shapes, poses, pairs, shapes_b, poses_b)
+
+
+def distances(shapes: Shapes, poses: Any, pairs: Any, max_distance: float = np.inf, shapes_b: Shapes | None = None,
+              poses_b: Any = None) -> np.ndarray:
+    """ContactFinder.distances, once."""
+    return _finder(shapes, poses, poses_b).distances(shapes, poses, pairs, max_distance, shapes_b, poses_b)
+
+
+def impacts(shapes: Shapes, motions: Any, pairs: Any, tolerance: float = 1e-3, shapes_b: Shapes | None = None,
+            motions_b: Any = None) -> np.ndarray:
+    """ContactFinder.impacts, once."""
+    return _finder(shapes, motions, motions_b).impacts(shapes, motions, pairs, tolerance, shapes_b, motions_b)
+
+
+def bounds(shapes: Shapes, poses: Any, margin: float = 0.0) -> np.ndarray:
+    """The tightest box around each object, rounded outwards: (n, 2, d)."""
+    given = ContactFinder._rows(_finder(shapes, poses, None), poses)
+    if given.ndim != 2 or len(given) != len(shapes):
+        raise Error(f"poses has the shape {given.shape}, and there are {len(shapes)} shapes", None, "size_mismatch")
+    return _core.bounds(_arrays.SPACES[shapes.dim, given.dtype], shapes._shapes, given, margin)
+
+
+def sum_by_object(objects: Any, values: Any, count: int, threads: int = 0) -> np.ndarray:
+    """What happens to objects, added up: row i of the result is the sum of values[k] over all k with objects[k] == i.
+
+    objects  (m,) whole numbers below `count`
+    values   (m,) or (m, k) of float32, float64 or int64, k up to 8
+
+    On all cores, and bit for bit the same for any number of them. Returns (count,) or (count, k).
+    """
+    given = _arrays.array(values)
+    if given.dtype.kind in "iu" and given.dtype != np.int64:
+        given = given.astype(np.int64)
+    flat = given.ndim == 1
+    sums = _core.sum_by_object(_arrays.packed(objects, "objects", np.uint32),
+                               np.ascontiguousarray(given[:, None] if flat else given), count, threads)
+    return sums[:, 0] if flat else sums

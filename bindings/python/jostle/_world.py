@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: MIT
+"""Objects that live, move and rest."""
+from __future__ import annotations
+
+from typing import Any, Callable, NamedTuple
+
+import numpy as np
+
+from . import _arrays, _core
+from ._errors import Error
+from ._index import ALL, AcceptAnswer, Answers, Asker, Hits, Questions, _asking, _question, _table
+
+
+class EndedPairs(NamedTuple):
+    """Pairs that touch no more."""
+
+    pairs: np.ndarray  #: (m, 2) uint64, ids
+    reasons: np.ndarray  #: (m,) uint8: 0 moved apart, 1 removed, 2 disabled, 3 filtered
+
+
+class World:
+    """Objects with ids, and the pairs between them: which began, persist and ended.
+
+        world = jostle.World(dim=3, dtype=np.float32)
+        ids = world.add(boxes)            # (n,) uint64
+        world.update()
+        world.move(ids, new_boxes); world.update()
+        world.began(), world.ended()
+
+    Commands are queued and take effect, all at once, in the next update(). Ids are whole numbers; their low 32 bits are a small
+    index, good for indexing arrays: jostle.World.index(ids).
+
+    margin    every box is this much bigger on every side
+    accept    accept(id_a, id_b) is asked once for each pair that would begin
+    threads   0 for one per core
+
+    Resting objects cost nothing. Commands may be given from several threads; update() by one at a time. A world can be pickled,
+    unless it has an `accept`.
+    """
+
+    def __init__(self, dim: int = 3, dtype: Any = np.float64, *, margin: float = 0.0,
+                 accept: Callable[[int, int], bool] | None = None, threads: int = 0) -> None:
+        self.dim, self.dtype = dim, np.dtype(dtype)
+        if (self.dim, self.dtype) not in _arrays.SPACES:
+            raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
+        self._threads = threads
+        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, accept, threads)
+
+    @staticmethod
+    def index(ids: Any) -> np.ndarray:
+        """The small indices in ids: (n,) uint32."""
+        return (_arrays.ids(ids) & np.uint64(0xFFFFFFFF)).astype(np.uint32)
+
+    # --- Commands ---
+
+    def add(self, boxes: Any, *, category: int = 1, mask: int = 2**32 - 1, owner: int = 2**32 - 1, is_static: bool = False,
+            margin: float = 0.0, enabled: bool = True) -> np.ndarray:
+        """New objects, all with this filter: their ids, (n,) uint64, good at once."""
+        return self._world.add(self._boxes(boxes), (category, mask, owner, int(is_static)), margin, enabled)
+
+    def remove(self, ids: Any) -> None:
+        """Removes objects: all of them, or none where one isn't there."""
+        self._world.remove(_arrays.ids(ids))
+
+    def move(self, ids: Any, boxes: Any, displacements: Any = None, sequence: int = 0) -> None:
+        """New boxes, and how far they move in the coming step, (n, d): they touch what lies on their way."""
+        by = None if displacements is None else np.atleast_2d(_arrays.rows(displacements, "displacements", self.dtype))
+        self._world.move(_arrays.ids(ids), self._boxes(boxes), by, sequence)
+
+    def teleport(self, ids: Any, boxes: Any, sequence: int = 0) -> None:
+        """As move; says that the places needn't be near each other."""
+        self._world.teleport(_arrays.ids(ids), self._boxes(boxes), sequence)
+
+    def resize(self, ids: Any, sizes: Any, sequence: int = 0) -> None:
+        """New edge lengths, (n, d), about the same centres."""
+        self._world.resize(_arrays.ids(ids), np.atleast_2d(_arrays.rows(sizes, "sizes", self.dtype)), sequence)
+
+    def set_filter(self, ids: Any, category: Any = 1, mask: Any = 2**32 - 1, owner: Any = 2**32 - 1, is_static: Any = False,
+                   sequence: int = 0) -> None:
+        """One number for all, or one for each object."""
+        of = _arrays.ids(ids)
+        filters = np.empty((len(of), 4), np.uint32)
+        for column, (name, value) in enumerate((("category", category), ("mask", mask), ("owner", owner),
+                                                ("is_static", is_static))):
+            filters[:, column] = _arrays.integers(np.atleast_1d(value), name, np.uint32)
+        self._world.set_filter(of, filters, sequence)
+
+    def set_margin(self, ids: Any, margins: Any, sequence: int = 0) -> None:
+        """Each object's own margin, on top of the world's."""
+        of = _arrays.ids(ids)
+        self._world.set_margin(of, np.ascontiguousarray(np.broadcast_to(np.asarray(margins, np.float64), of.shape)), sequence)
+
+    def set_enabled(self, ids: Any, enabled: Any, sequence: int = 0) -> None:
+        """Disabled objects keep their id and box, and touch nothing."""
+        of = _arrays.ids(ids)
+        self._world.set_enabled(of, np.ascontiguousarray(np.broadcast_to(np.asarray(enabled, np.uint8), of.shape)), sequence)
+
+    def update(self, ids: Any = None, boxes: Any = None) -> None:
+        """Applies what was queued and finds out what that did to the pairs; with ids and boxes, moves those first."""
+        if ids is None:
+            self._world.update()
+        else:
+            self._world.update_moves(_arrays.ids(ids), self._boxes(boxes))
+
+    # --- Pairs, as of the last update ---
+
+    def began(self) -> np.ndarray:
+        """Pairs that touch now and didn't before: (m, 2) uint64, ids, ascending by index."""
+        return self._world.began()
+
+    def ended(self) -> EndedPairs:
+        """Pairs that touched before and don't now, and why."""
+        return EndedPairs(*self._world.ended())
+
+    def persisted(self) -> np.ndarray:
+        """Pairs that touched before and still do, and of which one object changed: (m, 2) uint32, by index."""
+        return self._world.persisted()
+
+    def changed_pairs(self) -> np.ndarray:
+        """Began and persisted as one list, by index: what contacts() wants."""
+        return self._world.changed_pairs()
+
+    def pairs(self) -> np.ndarray:
+        """All pairs that touch, by index: (m, 2) uint32. As costly as finding them anew."""
+        return self._world.pairs()
+
+    # --- Questions, as those of BoxIndex, with ids of this world ---
+
+    def first(self, questions: Questions, *, asker: Asker | None = None, exclude: int | None = None,
+              accept: AcceptAnswer | None = None) -> Hits:
+        """What each ray or sweep meets first."""
+        return Hits(*self._world.first(_question(questions)._packed(self.dim, self.dtype), _asking(asker, exclude, accept)))
+
+    def all(self, questions: Any, max_results: int | None = None, *, asker: Asker | None = None, exclude: int | None = None,
+            accept: AcceptAnswer | None = None) -> Answers:
+        """Everything that answers, of each question."""
+        first, ids, at, more = self._world.all(_question(questions)._packed(self.dim, self.dtype),
+                                               _asking(asker, exclude, accept), ALL if max_results is None else max_results)
+        return Answers(first, ids, at, more.astype(bool))
+
+    def any(self, questions: Any, *, asker: Asker | None = None, exclude: int | None = None,
+            accept: AcceptAnswer | None = None) -> np.ndarray:
+        """Whether anything answers: (n,) bool."""
+        return self._world.any(_question(questions)._packed(self.dim, self.dtype),
+                               _asking(asker, exclude, accept)).astype(bool)
+
+    def count(self, questions: Any, *, asker: Asker | None = None, exclude: int | None = None,
+              accept: AcceptAnswer | None = None) -> np.ndarray:
+        """How many answer: (n,) uint64."""
+        return self._world.count(_question(questions)._packed(self.dim, self.dtype), _asking(asker, exclude, accept))
+
+    def join(self, boxes: Any, *, asker: Asker | None = None, exclude: int | None = None,
+             accept: AcceptAnswer | None = None) -> np.ndarray:
+        """All pairs of one of `boxes` and an object that it touches: (m, 2) uint32, position and index."""
+        return self._world.join(self._boxes(boxes), _asking(asker, exclude, accept))
+
+    # --- Objects, as of the last update ---
+
+    def __len__(self) -> int:
+        return self._world.size()
+
+    def __contains__(self, id: int) -> bool:
+        return bool(self.contains([id])[0])
+
+    def index_end(self) -> int:
+        """Every index is less than this."""
+        return self._world.index_end()
+
+    def contains(self, ids: Any) -> np.ndarray:
+        """Which of these ids name an object: (n,) bool."""
+        return self._world.contains(_arrays.ids(ids)).astype(bool)
+
+    def ids(self, indices: Any = None) -> np.ndarray:
+        """The ids of these indices (0 where there is none), or of all objects: (n,) uint64."""
+        if indices is None:
+            all_ids = self._world.ids(np.arange(self.index_end(), dtype=np.uint32))
+            return all_ids[all_ids != 0]
+        return self._world.ids(_arrays.packed(indices, "indices", np.uint32))
+
+    def boxes(self, ids: Any) -> np.ndarray:
+        """As they were given: (n, 2, d)."""
+        return self._world.boxes(_arrays.ids(ids))
+
+    def bounds(self, ids: Any) -> np.ndarray:
+        """As they are compared, margins and displacements included: (n, 2, d)."""
+        return self._world.bounds(_arrays.ids(ids))
+
+    def filters(self, ids: Any) -> np.ndarray:
+        """Category, mask, owner, is_static: (n, 4) uint32."""
+        return self._world.filters(_arrays.ids(ids))
+
+    def enabled(self, ids: Any) -> np.ndarray:
+        """(n,) bool."""
+        return self._world.enabled(_arrays.ids(ids)).astype(bool)
+
+    def margins(self, ids: Any) -> np.ndarray:
+        """The world's and the object's own together: (n,) float64."""
+        return self._world.margins(_arrays.ids(ids))
+
+    # --- Snapshots ---
+
+    def save(self) -> bytes:
+        """What the world is, as of the last update; the same bytes on every machine."""
+        return self._world.save()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Becomes the world that was saved."""
+        self._world.restore(bytes(snapshot))
+
+    def fork(self) -> World:
+        """Another world like this one."""
+        other = World.__new__(World)
+        other.dim, other.dtype, other._threads, other._world = self.dim, self.dtype, self._threads, self._world.fork()
+        return other
+
+    __copy__ = fork
+
+    def __getstate__(self) -> tuple[int, str, int, bytes]:
+        if self._world.accept is not None:
+            raise Error("a world with an `accept` can't be pickled: functions aren't part of a snapshot. Use save() and restore()")
+        return self.dim, self.dtype.str, self._threads, self.save()
+
+    def __setstate__(self, state: tuple[int, str, int, bytes]) -> None:
+        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2])
+        self.restore(state[3])
+
+    # --- Seeing inside ---
+
+    def stats(self) -> dict[str, float]:
+        """What the last update did, and what there is."""
+        return self._world.stats()
+
+    def explain(self) -> str:
+        """What the world looks like, in words."""
+        return self._world.explain()
+
+    def __repr__(self) -> str:
+        stats = self.stats()
+        return f"World({stats['objects']} objects, {stats['resting']} at rest, {self.dim}D {self.dtype})"
+
+    def _repr_html_(self) -> str:
+        return _table(repr(self), {name: value for name, value in self.stats().items() if not name.startswith("us_")})
+
+    def _boxes(self, given: Any) -> np.ndarray:
+        out = _arrays.boxes(given, dtype=self.dtype)
+        if out.ndim == 2 and out.shape == (2, self.dim) or out.ndim == 1 and out.shape == (2 * self.dim,):
+            out = out.reshape(1, 2, self.dim)  # one box
+        return out

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: MIT
+"""python -m jostle, jostle.plot, and what a user's tools see."""
+import inspect
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import jostle
+
+CRATES = """id,lo_x,lo_y,lo_z,hi_x,hi_y,hi_z
+crate,0,0,0,2,1,1
+barrel,1.5,0,0,2.5,1,1
+lamp,8,0,3,8.2,0.2,3.5
+floor,-inf,-1,-inf,inf,0,inf
+"""
+
+
+def run(*arguments, text=None, rc=0):
+    done = subprocess.run([sys.executable, "-m", "jostle", *map(str, arguments)], input=text, capture_output=True, text=True)
+    assert done.returncode == rc, done.stderr
+    return done.stdout if rc == 0 else done.stderr
+
+
+def test_pairs_of_a_file(tmp_path):
+    crates = tmp_path / "boxes.csv"
+    crates.write_text(CRATES)
+    expected = "a,b\ncrate,barrel\ncrate,floor\nbarrel,floor\nlamp,floor\n"
+    assert run(crates) == expected and run("-", text="\ufeff" + CRATES.replace("\n", "\r\n")) == expected
+    run(crates, "-o", tmp_path / "pairs.jsonl")
+    assert (tmp_path / "pairs.jsonl").read_text().splitlines()[0] == '{"a":"crate","b":"barrel"}'
+    boxes = np.array([[0, 0, 1, 1], [1, 1, 2, 2], [5, 5, 6, 6]], np.float32)
+    np.save(tmp_path / "boxes.npy", boxes)
+    run(tmp_path / "boxes.npy", "-o", tmp_path / "pairs.npy")
+    assert np.load(tmp_path / "pairs.npy").tolist() == [[0, 1]]
+    stats = json.loads(run(crates, "--stats"))
+    assert stats["objects"] == 4 and stats["pairs"] == 4
+    assert jostle.__version__ in run("--version")
+
+
+@pytest.mark.parametrize("text,words", [
+    ("lo_x,lo_y,hi_x\n1,2,3\n", "columns"), ("lo_x,lo_y,hi_x,hi_y\n1,2,3\n", "line 2"), ("lo_x,lo_y,hi_x,hi_y\n1,2,3,x\n", "line 2"),
+    ("id,lo_x,lo_y,hi_x,hi_y\na,0,0,1,1\na,0,0,1,1\n", "twice"), ("lo_x,lo_y,hi_x,hi_y\n1,2,0,3\n", "box 0"), ("", "none"),
+])
+def test_bad_files(text, words):
+    assert words in run("-", text=text, rc=1)
+
+
+def test_a_file_is_there_whole_or_not_at_all(tmp_path):
+    (tmp_path / "boxes.csv").write_text(CRATES)
+    assert "whole numbers" in run(tmp_path / "boxes.csv", "-o", tmp_path / "pairs.npy", rc=1)
+    assert [file.name for file in tmp_path.iterdir()] == ["boxes.csv"]
+    assert "ends in" in run(tmp_path / "boxes.csv", "-o", tmp_path / "pairs.txt", rc=1)
+    assert "No such file" in run(tmp_path / "missing.csv", rc=1)
+
+
+def test_plot():
+    matplotlib = pytest.importorskip("matplotlib") if "matplotlib" in sys.modules else __import__("matplotlib")
+    matplotlib.use("Agg")
+    boxes = np.array([[0, 0, 1, 1], [1, 1, 2, 2], [5, 5, 6, 6]], float)
+    axes = jostle.plot(boxes, jostle.find_pairs(boxes))
+    lines, lone, paired = axes.collections
+    assert len(lines.get_segments()) == 1 and len(lone.get_paths()) == 1 and len(paired.get_paths()) == 2
+    jostle.plot(np.random.default_rng(1).random((1, 2, 3)).cumsum(axis=1), axes=(0, 2))
+
+
+def test_everything_says_what_it_is():
+    for name in jostle.__all__:
+        thing = getattr(jostle, name)
+        assert inspect.getdoc(thing), name
+        if inspect.isclass(thing) and thing.__module__.startswith("jostle") and thing.__module__ != "jostle._core":
+            for member, function in inspect.getmembers(thing, inspect.isfunction):
+                if not member.startswith("_") and member not in ("spheres", "capsules", "boxes", "extend", "clear"):
+                    assert function.__doc__, f"{name}.{member}"
+
+
+def test_the_stub_has_what_the_compiled_part_has():
+    import ast
+    import pathlib
+
+    from jostle import _core
+    stub = ast.parse(pathlib.Path(_core.__file__).with_name("_core.pyi").read_text())
+    public = lambda names: {name for name in names if not name.startswith("_")}
+    functions = {node.name for node in stub.body if isinstance(node, ast.FunctionDef)}
+    classes = {node.name: node for node in stub.body if isinstance(node, ast.ClassDef)}
+    assert functions | set(classes) == public(dir(_core))
+    for name, node in classes.items():
+        assert public(part.name for part in node.body if isinstance(part, ast.FunctionDef)) == public(dir(getattr(_core, name))), name
+
+
+def test_nothing_leaks():
+    import resource
+    boxes = np.random.default_rng(1).random((2000, 2, 3))
+    boxes[:, 1] = boxes[:, 0] + 0.05
+    bad = boxes.copy()
+    bad[77, 0, 0] = np.nan
+
+    def some():
+        for _ in range(200):
+            jostle.find_pairs(boxes)
+            world = jostle.World()
+            ids = world.add(boxes)
+            world.update()
+            world.fork().save()
+            index = jostle.BoxIndex(boxes)
+            index.all(jostle.nearest(boxes[:50, 0], 3))
+            for call in (lambda: jostle.find_pairs(bad), lambda: world.boxes([5]), lambda: index.move(ids, bad),
+                         lambda: jostle.find_pairs(boxes, accept=lambda a, b: 1 / 0)):
+                with pytest.raises(Exception):
+                    call()
+            next(jostle.iter_pairs(boxes, chunk=10))
+
+    some()
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    some()
+    some()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20_000  # KB; one lost world each would be 80 MB

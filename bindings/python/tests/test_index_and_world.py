@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: MIT
+"""BoxIndex and World: every function, against NumPy."""
+import copy
+import pickle
+import threading
+
+import numpy as np
+import pytest
+
+import jostle
+from test_pairs import KINDS, by_definition, some_boxes, touch
+
+
+def both(boxes):
+    """An index and a world of the same boxes; the world's ids."""
+    dim, dtype = boxes.shape[2], boxes.dtype
+    world = jostle.World(dim, dtype)
+    ids = world.add(boxes)
+    world.update()
+    return jostle.BoxIndex(boxes), world, ids
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_questions(dim, dtype):
+    boxes = some_boxes(500, dim, dtype)
+    index, world, ids = both(boxes)
+    asked = some_boxes(20, dim, dtype, 9)
+    hits = touch(asked, boxes)
+    for q in (jostle.overlapping(asked), asked, asked.reshape(20, -1)):
+        answers = index.all(q)
+        assert len(answers) == 20 and all(np.array_equal(answers[i], np.flatnonzero(hits[i])) for i in range(20))
+        assert np.array_equal(world.all(q).ids, ids[answers.ids])
+    assert np.array_equal(index.count(asked), hits.sum(1)) and np.array_equal(index.any(asked), hits.any(1))
+    assert np.array_equal(world.count(asked), hits.sum(1)) and np.array_equal(world.any(asked), hits.any(1))
+    cut = index.all(asked, 1)
+    assert np.array_equal(np.diff(cut.first), np.minimum(hits.sum(1), 1)) and np.array_equal(cut.more, hits.sum(1) > 1)
+    assert np.array_equal(answers.question_of(), np.nonzero(hits)[0])
+
+    points = asked[:, 0].astype(np.float64)
+    gaps = np.maximum(0, np.maximum(boxes[None, :, 0] - points[:, None], points[:, None] - boxes[None, :, 1]))
+    squares = (gaps ** 2).sum(-1)
+    near = index.all(jostle.nearest(points, 5))
+    assert np.allclose(near.at.reshape(20, 5), np.sort(squares, axis=1)[:, :5], rtol=1e-5, atol=1e-9)
+    assert np.array_equal(world.all(jostle.nearest(points, 5)).ids, ids[near.ids])
+    inside = index.count(jostle.spheres(points, 0.2))
+    assert np.array_equal(inside, (squares <= 0.04).sum(1)) or dtype == np.float32
+
+    rays = jostle.rays(points - 1, np.ones(dim))
+    first, every = index.first(rays), index.all(rays)
+    none = np.diff(every.first) == 0
+    assert np.array_equal(first.ids == -1, none)
+    assert np.array_equal(first.ids[~none], every.ids[every.first[:-1][~none].astype(int)])
+    assert np.array_equal(world.first(rays).ids, np.where(none, 0, ids[np.maximum(first.ids, 0)]))
+    assert np.array_equal(index.count(rays), np.diff(every.first))
+    moving = index.all(jostle.sweeps(asked, np.eye(dim)[:1], 0.5))
+    assert all(set(answers[i]) <= set(moving[i]) for i in range(20))
+    plane = np.zeros((1, dim + 1))
+    plane[0, 0], plane[0, -1] = 1, -0.5  # x >= 0.5
+    assert index.count(jostle.frustums([plane, np.empty((0, dim + 1))])).tolist() == [(boxes[:, 1, 0] >= dtype(0.5)).sum(), 500]
+
+
+def test_question_filters():
+    boxes = np.zeros((10, 2, 2))
+    boxes[:, 1] = 1
+    index, world, ids = both(boxes)
+    everywhere = boxes[:1]
+    assert index.count(everywhere, exclude=3)[0] == 9 and world.count(everywhere, exclude=int(ids[3]))[0] == 9
+    category = np.arange(10, dtype=np.uint32)
+    assert index.count(everywhere, category=category, mask=np.full(10, 1), asker=(1, 4))[0] == sum(i & 4 != 0 for i in range(10))
+    assert index.count(everywhere, owner=np.arange(10) % 3, asker=(1, 1, 2))[0] == 7
+    assert index.count(everywhere, accept=lambda question, id: id % 2 == 0)[0] == 5
+    world.set_filter(ids[:4], category=8)
+    world.update()
+    assert world.count(everywhere, asker=(1, 8))[0] == 4
+    with pytest.raises(ZeroDivisionError):
+        index.any(everywhere, accept=lambda question, id: 1 / 0)
+    with pytest.raises(KeyError):
+        world.all(everywhere, accept=lambda question, id: {}[id])
+    with pytest.raises(KeyError):
+        world.join(everywhere, accept=lambda question, id: {}[id])
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_index_changes(dim, dtype):
+    boxes, other = some_boxes(100, dim, dtype), some_boxes(100, dim, dtype, 2)
+    index = jostle.BoxIndex(dim=dim, dtype=dtype)
+    index.insert(np.arange(100) * 2, boxes)
+    assert len(index) == 100 and 4 in index and 5 not in index
+    assert np.array_equal(index.boxes([4, 8]), boxes[[2, 4]])
+    index.move(np.arange(100) * 2, other)
+    assert np.array_equal(index.boxes(np.arange(100) * 2), other)
+    index.erase([0, 2])
+    assert np.array_equal(index.contains([0, 2, 4]), [False, False, True])
+    assert np.array_equal(index.join(boxes), [(a, 2 * b) for a, b in by_definition(boxes, other) if b > 1])
+    assert index.stats()["objects"] == 98 and "98" in repr(index) and "98" in index._repr_html_()
+    index.build(boxes)
+    index.build(boxes, np.arange(100)[::-1])
+    assert np.array_equal(index.boxes([99]), boxes[:1])
+    for call, words in ((lambda: index.insert([5], boxes[:1]), "5"), (lambda: index.erase([200]), "200"),
+                        (lambda: index.boxes([1, 200]), "200"), (lambda: index.insert([1, 2], boxes[:1]), "2")):
+        with pytest.raises(ValueError, match=words):
+            call()
+    index.clear()
+    index.release_memory()
+    assert len(index) == 0
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_a_world_lives(dim, dtype):
+    boxes, other = some_boxes(200, dim, dtype), some_boxes(200, dim, dtype, 2)
+    world = jostle.World(dim, dtype)
+    ids = world.add(boxes)
+    assert len(world) == 0 and len(set(ids.tolist())) == 200
+    world.update()
+    assert len(world) == 200 and int(ids[3]) in world and world.index_end() == 200
+    index = world.index(ids)
+    assert np.array_equal(world.ids(index), ids) and np.array_equal(world.ids(), np.sort(ids))
+    assert np.array_equal(world.boxes(ids), boxes)
+    before, after = by_definition(boxes), by_definition(other)
+    assert np.array_equal(world.pairs(), before) and np.array_equal(world.index(world.began().ravel()).reshape(-1, 2), before)
+    assert np.array_equal(world.changed_pairs(), before)
+    world.update(ids, other)
+    old, new = set(map(tuple, before)), set(map(tuple, after))
+    as_set = lambda pairs: set(map(tuple, world.index(pairs.ravel()).reshape(-1, 2)))
+    assert as_set(world.began()) == new - old and as_set(world.ended().pairs) == old - new
+    assert set(map(tuple, world.persisted())) == new & old and set(world.ended().reasons) == {0}
+    assert np.array_equal(world.join(boxes), by_definition(boxes, other))
+
+    world.move(ids, boxes)
+    world.set_enabled(ids[:2], False)
+    world.set_margin(ids[2:4], 0.5)
+    world.resize(ids[5], [0.25] * dim)
+    world.remove(ids[6:8])
+    world.update()
+    assert np.array_equal(world.enabled(ids[:3]), [False, False, True]) and np.array_equal(world.margins(ids[2:4]), [0.5, 0.5])
+    assert np.allclose(np.diff(world.boxes(ids[5]), axis=1), 0.25, atol=1e-5)
+    assert np.allclose(world.bounds(ids[2]) - world.boxes(ids[2]), np.array([[-0.5], [0.5]]), atol=1e-6)
+    assert np.array_equal(world.contains(ids[5:8]), [True, False, False])
+    assert {1, 2} <= set(world.ended().reasons)
+    world.set_filter(ids[:2], category=[1, 2], mask=7, owner=9, is_static=True)
+    world.teleport(ids[9], other[9])
+    world.move(ids[10:12], other[10:12], np.full((2, dim), 1.0, dtype))
+    world.update()
+    assert world.filters(ids[:2]).tolist() == [[1, 7, 9, 1], [2, 7, 9, 1]]
+    assert (world.bounds(ids[10]) - world.boxes(ids[10]))[0, 1, 0] > 0.9
+    assert world.stats()["objects"] == 198 and "198" in repr(world) and "198" in world._repr_html_() and world.explain()
+
+
+def test_a_world_is_pickled_forked_and_restored():
+    boxes = some_boxes(100, 3, np.float32)
+    _, world, ids = both(boxes)
+    for other in (pickle.loads(pickle.dumps(world)), world.fork(), copy.copy(world)):
+        assert np.array_equal(other.pairs(), world.pairs()) and np.array_equal(other.boxes(ids), boxes)
+        other.remove(ids)
+        other.update()
+        assert len(other) == 0 and len(world) == 100
+    saved = world.save()
+    world.remove(ids)
+    world.update()
+    world.restore(saved)
+    assert len(world) == 100
+    for bad in (saved[:-1], b"", saved[:50] + bytes([saved[50] ^ 1]) + saved[51:]):
+        with pytest.raises(jostle.Error) as raised:
+            world.restore(bad)
+        assert raised.value.status == "bad_snapshot" and len(world) == 100
+    with pytest.raises(jostle.Error, match="accept"):
+        pickle.dumps(jostle.World(accept=lambda a, b: True))
+
+
+def test_a_world_asks():
+    boxes = np.zeros((3, 2, 2))
+    boxes[:, 1] = 1
+    asked = []
+
+    def accept(a, b):
+        asked.append((a, b))
+        if len(asked) > 3:
+            raise LookupError("enough")
+        return len(asked) != 2
+
+    world = jostle.World(2, accept=accept, margin=0.5)
+    ids = world.add(boxes)
+    world.update()
+    assert asked == [(ids[0], ids[1]), (ids[0], ids[2]), (ids[1], ids[2])] and len(world.began()) == 2
+    fork = world.fork()
+    world.add(boxes)
+    with pytest.raises(LookupError, match="enough"):
+        world.update()
+    assert len(world) == 3  # as it was
+    del world
+    fork.add(boxes)
+    with pytest.raises(LookupError):  # asks the same, although the first world is gone
+        fork.update()
+
+
+def test_commands_come_from_several_threads():
+    world = jostle.World(2)
+    ids = world.add(some_boxes(1000, 2, np.float64))
+    world.update()
+    moved = some_boxes(1000, 2, np.float64, 3)
+
+    def move(k):
+        for i in range(k, 1000, 4):
+            world.move(ids[i], moved[i])
+
+    threads = [threading.Thread(target=move, args=(k,)) for k in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    world.update()
+    assert np.array_equal(world.boxes(ids), moved)
+
+
+def test_mistakes_name_the_object():
+    boxes = some_boxes(5, 3, np.float64)
+    _, world, ids = both(boxes)
+    with pytest.raises(IndexError) as raised:  # an id is an index, too
+        world.boxes([int(ids[0]), 12345])
+    assert isinstance(raised.value, ValueError) and raised.value.index == 1 and raised.value.status == "stale_id"
+    assert isinstance(pickle.loads(pickle.dumps(raised.value)), jostle.StaleIdError)
+    for call, words in ((lambda: world.add(boxes[:, :, :2]), "2D"), (lambda: world.move(ids, boxes[:3]), "5 elements"),
+                        (lambda: world.add(boxes.astype(np.float32)[:, :, :1]), "shape"),
+                        (lambda: world.set_margin(ids, [-1, 0, 0, 0, 0]), "-1"),
+                        (lambda: jostle.World(4), "4D"), (lambda: jostle.World(2, np.int32), "int32"),
+                        (lambda: jostle.World(3, np.float32).add(boxes), "rounded"),
+                        (lambda: world.resize(ids, boxes[:, 0, :2]), "shape"),
+                        (lambda: world.all(jostle.rays([[0, 0, 0]], [0, 0, 0])), "direction"),
+                        (lambda: world.all(jostle.rays([[0, 0]], [1, 0, 0])), "shape"),
+                        (lambda: world.first(boxes), "kind"),
+                        (lambda: world.count(jostle.nearest([[0, 0, 0]])), "kind"),
+                        (lambda: world.all(jostle.rays(np.zeros((2, 3)), np.ones((3, 3)))), "2 and 3")):
+        with pytest.raises(jostle.Error, match=words):
+            call()
+    with pytest.raises(IndexError):
+        world.all(boxes)[5]
+    assert len(world.pairs()) == len(by_definition(boxes))

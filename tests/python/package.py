@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""package.py build SOURCE BUILT SCRATCH   the source distribution, the wheel out of that, and a fresh venv that has it
+package.py test SOURCE SCRATCH             the package's tests there
+package.py types SOURCE SCRATCH            mypy of the package, and of a program that uses it
+package.py examples SOURCE SCRATCH         the examples in Python run
+
+BUILT is a build folder of Jostle's, whose library goes into the wheel.
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+
+
+def run(*command, **more):
+    subprocess.run([str(part) for part in command], check=True, **more)
+
+
+def venv_python(scratch):
+    return scratch / "venv" / "bin" / "python"
+
+
+def build(source, built, scratch):
+    shutil.rmtree(scratch, ignore_errors=True)
+    scratch.mkdir(parents=True)
+    run(sys.executable, "-m", "build", "--sdist", "--no-isolation", "--outdir", scratch, source)
+    [sdist] = scratch.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        archive.extractall(scratch)
+    unpacked = sdist.with_name(sdist.name.removesuffix(".tar.gz"))
+    # All that a build of the library needs is in it; the build itself would take minutes.
+    run("cmake", "-S", unpacked / "bindings/python", "-B", scratch / "whole", "-G", "Ninja",
+        f"-DPython3_EXECUTABLE={sys.executable}", stdout=subprocess.DEVNULL)
+    asked = subprocess.run(["ninja", "-C", scratch / "whole", "-t", "inputs", "_core"], check=True, capture_output=True,
+                           text=True).stdout
+    wanted = sum(1 for file in (source / "src").rglob("*.cpp"))
+    compiled = len(set(re.findall(r"/src/\S+\.cpp$", asked, re.MULTILINE)))
+    if compiled != wanted:
+        sys.exit(f"of {wanted} source files of the library the source distribution compiles {compiled}")
+    run(sys.executable, "-m", "build", "--wheel", "--no-isolation", f"-Cbuilt={built}", "-Cquiet=1", "--outdir", scratch, unpacked)
+    [wheel] = scratch.glob("*.whl")
+    run(sys.executable, "-m", "venv", "--system-site-packages", scratch / "venv")
+    run(venv_python(scratch), "-m", "pip", "install", "--quiet", "--no-index", "--no-deps", wheel)
+    package = scratch / "venv" / "lib" / f"python{sys.version_info[0]}.{sys.version_info[1]}" / "site-packages" / "jostle"
+    for library in package.glob("*.so*"):
+        told = subprocess.run(["ldd", library], check=True, capture_output=True, text=True).stdout
+        for name, path in re.findall(r"^\s*(\S+) => (\S+)", told, re.MULTILINE):
+            if not (re.match(r"lib(c|m|stdc\+\+|gcc_s|pthread|dl|rt)\.so", name) or pathlib.Path(path).parent == package):
+                sys.exit(f"{library.name} needs {name} of this system")
+    # The unpacked source is no longer needed, nor is that which it was built from.
+    run(venv_python(scratch), "-c", "import jostle; assert len(jostle.find_pairs([[0, 0, 1, 1], [1, 1, 2, 2]])) == 1",
+        cwd=scratch)
+
+
+def main():
+    what, source = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
+    scratch = pathlib.Path(sys.argv[-1]).resolve()
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "Agg"}
+    if what == "build":
+        build(source, pathlib.Path(sys.argv[3]).resolve(), scratch)
+    elif what == "test":
+        run(venv_python(scratch), "-m", "pytest", "-q", "-p", "no:cacheprovider", source / "bindings/python/tests", cwd=scratch,
+            env=environment)
+    elif what == "types":
+        config = source / "pyproject.toml"
+        run(sys.executable, "-m", "mypy", "--config-file", config, "--cache-dir", scratch / "mypy", source / "bindings/python/jostle",
+            cwd=scratch)
+        run(sys.executable, "-m", "mypy", "--config-file", config, "--cache-dir", scratch / "mypy", "--python-executable",
+            venv_python(scratch), source / "tests/python/typed_program.py", cwd=scratch)
+    elif what == "examples":
+        for example in sorted((source / "examples/python").glob("*.py")):
+            run(venv_python(scratch), example, cwd=scratch, env=environment)
+            print(example.name, "ran")
+
+
+main()

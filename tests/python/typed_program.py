@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: MIT
+"""What a type checker knows of the package: this is checked, not run."""
+import numpy as np
+
+import jostle
+
+
+def use(boxes: np.ndarray) -> int:
+    pairs: np.ndarray = jostle.find_pairs(boxes, order="sorted")
+    for part in jostle.iter_pairs(boxes, chunk=1000):
+        part.sum()
+    world = jostle.World(3, np.float32)
+    ids: np.ndarray = world.add(boxes)
+    world.update(ids, boxes)
+    reasons: np.ndarray = world.ended().reasons
+    other: jostle.World = world.fork()
+    hits: jostle.Hits = jostle.BoxIndex(boxes).first(jostle.rays([[0, 0, 0]], [1, 0, 0]))
+    shapes: jostle.Shapes = jostle.Shapes.same(jostle.sphere(1.0), 5)
+    try:
+        jostle.contacts(shapes, jostle.poses(boxes[:, 0]), pairs)
+    except jostle.Error as error:
+        index: int | None = error.index
+        return index or 0
+    jostle.find_pairs(boxes, accept=lambda a, b: a < b)
+    jostle.find_pairs(boxes, ordered=True)  # type: ignore[call-arg]
+    world.save().frobnicate()  # type: ignore[attr-defined]
+    return len(other) + len(hits.ids) + len(reasons)
