@@ -263,6 +263,12 @@ void BoxIndexAccess::erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_
 }
 
 template <int Dim, Coordinate T>
+void BoxIndexAccess::expect_to_come_back(BoxIndex<Dim, T>& index) noexcept
+{
+    index.implementation_->tree.expect_to_come_back();
+}
+
+template <int Dim, Coordinate T>
 void BoxIndexAccess::rebuild(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
                              const BoxView<Dim, T>& boxes)
 {
@@ -513,6 +519,7 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
     template void BoxIndexAccess::insert(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                  \
                                          const BoxView<Dim, T>&);                                            \
     template void BoxIndexAccess::erase(BoxIndex<Dim, T>&, std::span<const std::uint32_t>) noexcept;         \
+    template void BoxIndexAccess::expect_to_come_back(BoxIndex<Dim, T>&) noexcept;                           \
     template void BoxIndexAccess::rebuild(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                 \
                                           const BoxView<Dim, T>&);                                           \
     template bool BoxIndexAccess::follow(BoxIndex<Dim, T>&,                                                  \

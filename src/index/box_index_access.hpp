@@ -27,6 +27,9 @@ class BoxIndexAccess
                        const BoxView<Dim, T>& boxes);
     template <int Dim, Coordinate T>
     static void erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids) noexcept;
+    /// See Tree::expect_to_come_back.
+    template <int Dim, Coordinate T>
+    static void expect_to_come_back(BoxIndex<Dim, T>& index) noexcept;
     /// BoxIndex::build in the memory that there is. If it throws, the index is empty.
     template <int Dim, Coordinate T>
     static void rebuild(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,

@@ -107,6 +107,7 @@ struct Parts
     Child<Dim, T> root_child; // what searches begin with
     Aabb<Dim, T> hull;        // the bounds of everything
     std::size_t size = 0;
+    bool most_come_back = false; // who leaves, to about where it was: order is kept longer
     std::uint64_t sorts = 0, splits = 0;
     std::uint64_t splits_before = 0; // when the change that is under way began
 };

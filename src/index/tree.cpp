@@ -28,6 +28,17 @@ constexpr std::uint32_t tolerated_disorder(std::uint32_t count)
 /// ... or, where all move a little in every frame, when its leaves' edges are that much longer.
 constexpr double tolerated_spread = 1.125;
 
+/// Whether a page is to be put in order. Where most who leave come back to about where they were, its leaves
+/// stay about as good as they are.
+template <int Dim, class T>
+bool is_disordered(const Parts<Dim, T>& parts, const Page<Dim, T>& page) noexcept
+{
+    if (page.disorder <= tolerated_disorder(page.count)) return false;
+    if (!parts.most_come_back) return true;
+    return page.disorder > 4 * page.count || page.leaves > (page.count + lanes - 1) / lanes + 2 ||
+           static_cast<double>(spread_of(page)) > tolerated_spread * static_cast<double>(page.spread);
+}
+
 template <int Dim, class T>
 void finish_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
 {
@@ -44,16 +55,16 @@ void finish_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
             return;
         }
     }
-    if (page.disorder > tolerated_disorder(page.count)) {
+    for (unsigned changed = page.changed; changed != 0; changed &= changed - 1) {
+        const auto b = static_cast<std::uint32_t>(std::countr_zero(changed));
+        page.node.bounds.set(b, parts.leaves[page.leaf[b]].bounds.hull());
+    }
+    if (is_disordered(parts, page)) {
         Record<Dim, T> records[page_capacity];
         const std::uint32_t count = gather(parts, number, records);
         arrange(parts, number, records, count);
         ++parts.sorts;
     } else {
-        for (unsigned changed = page.changed; changed != 0; changed &= changed - 1) {
-            const auto b = static_cast<std::uint32_t>(std::countr_zero(changed));
-            page.node.bounds.set(b, parts.leaves[page.leaf[b]].bounds.hull());
-        }
         for (std::uint32_t b = page.leaves; b-- > 0;) {
             if (page.live[b] != 0) continue;
             parts.leaves.give(page.leaf[b]);

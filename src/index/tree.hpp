@@ -39,6 +39,9 @@ class Tree
     /// many belong elsewhere that building it anew costs less.
     bool follow(const Where& where);
     void clear() noexcept;
+    /// From now on most objects that are erased are inserted again about where they were: that takes half as
+    /// long then. Where they aren't, searches visit up to an eighth more.
+    void expect_to_come_back() noexcept { parts_.most_come_back = true; }
     /// Of ids above the greatest in use; if there are no objects, all.
     void release_memory() noexcept;
 

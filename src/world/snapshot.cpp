@@ -10,6 +10,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
 #include "world/instantiate.hpp"
 
@@ -207,7 +208,8 @@ std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state
         resting.push_back(i);
         resting_boxes.push_back(object.now());
     }
-    state.resting.build(resting, BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(resting_boxes)));
+    BoxIndexAccess::rebuild(state.resting, std::span<const std::uint32_t>(resting),
+                            BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(resting_boxes)));
     return generations;
 }
 

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/checks.hpp"
+#include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
 #include "world/instantiate.hpp"
 #include "world/writer.hpp"
@@ -28,6 +29,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       changed_pairs(&memory),
       active_index({options.executor, &memory, options.instruction_set})
 {
+    BoxIndexAccess::expect_to_come_back(state.resting);
 }
 
 template <int Dim, Coordinate T>
