@@ -161,8 +161,9 @@ enum class DrawKind : std::uint8_t
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
-///           update(), restore() and join(), one at a time, or an `Error`; not inside `accept` either. Nor
-///           update() and restore() inside the `accept` of a question or a function given to draw().
+///           update(), restore(), clear() and join(), one at a time, or an `Error`; not inside `accept`
+///           either. Nor update(), restore() and clear() inside the `accept` of a question or a function
+///           given to draw() or pairs().
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -213,6 +214,11 @@ class JOSTLE_API World
     /// The object's own, which comes on top of the world's.
     void set_margin(ObjectId id, T margin, std::uint32_t sequence = 0);
     void set_enabled(ObjectId id, bool enabled, std::uint32_t sequence = 0);
+    /// For hosts that have changed their mind about what a pair is to them: in the next update, the pairs of
+    /// this object, or this pair, that touch now and then are in began(), as if they were new, and in no
+    /// other list; `accept` is asked about them again. One that it is against now is in ended().
+    void report_again(ObjectId id);
+    void report_again(ObjectId a, ObjectId b);
 
     // --- Update ---
 
@@ -238,6 +244,13 @@ class JOSTLE_API World
     /// All pairs that touch, changed or not, given by index and ascending by (a, b). The call searches for
     /// them, which costs as much as a `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;
+    /// Hands the same pairs to `visit` one by one, in the same order, until it returns false; says whether it
+    /// never did. Costs about a question for each object that it comes by, and no memory for the pairs.
+    /// `visit` may queue commands and read the world, not update or restore it.
+    bool pairs(FunctionRef<bool(ObjectId a, ObjectId b)> visit) const;
+    /// Refills `out` with who this object touches: the others of its pairs in pairs(), ascending by index.
+    /// Costs a question about its bounds.
+    void touching(ObjectId id, std::vector<ObjectId>& out) const;
 
     // --- Questions, about the bounds (margins and displacements included) of the objects as of the last
     // update; disabled ones don't count ---
@@ -299,6 +312,9 @@ class JOSTLE_API World
     [[nodiscard]] bool contains(ObjectId id) const noexcept;
     /// Of the object with this index; `ObjectId{}` if there is none.
     [[nodiscard]] ObjectId id(std::uint32_t index) const noexcept;
+    /// The least box around the bounds of all objects that aren't disabled; none if there is no such object.
+    /// Costs as little as a question that finds nothing.
+    [[nodiscard]] std::optional<Box> bounds() const;
     /// As it was given, without margin and displacement.
     [[nodiscard]] Box box(ObjectId id) const;
     /// As it is compared with others, margin and displacement included.
@@ -322,6 +338,10 @@ class JOSTLE_API World
     void restore(std::span<const std::byte> snapshot);
     /// Another world like this one.
     [[nodiscard]] World fork() const;
+    /// Becomes a world without objects, as it was when it was made, but for a margin that came with a
+    /// snapshot: nothing is queued, no list has a pair, and ids are handed out from the first one on. So ids
+    /// from before name other objects, or nothing. No command may be given during the call.
+    void clear();
 
     // --- Seeing inside ---
 

@@ -101,6 +101,12 @@ void Writer<Dim, T>::apply(const Command<Dim, T>& command)
     case CommandKind::disable:
         object.set(flag::enabled, command.kind == CommandKind::enable);
         break;
+    case CommandKind::report:
+        changes_.report_again(index);
+        break;
+    case CommandKind::report_pair:
+        changes_.report_again(index, Index{command.other.index});
+        break;
     }
 }
 

@@ -30,6 +30,7 @@ Changes<Dim, T>::Changes(State<Dim, T>& state, Arena& arena)
       objects_(arena.list<Index>("changed objects")),
       old_filters_(arena.list<OldFilter>("filters of the last update")),
       old_reaches_(arena.list<OldReach>("reaches of the last update")),
+      again_(arena.list<Key>("pairs to be reported again")),
       scratch_(arena.list<OldFilter>("filters of the last update, in another order"))
 {
 }
@@ -40,6 +41,14 @@ ObjectFilter Changes<Dim, T>::old_filter(Index index) const noexcept
     const auto object = state_->objects[index];
     return object.has(flag::refiltered) ? find(old_filters_, sorted_filters_, index)->filter
                                         : object.filter();
+}
+
+template <int Dim, class T>
+bool Changes<Dim, T>::is_again(const Pair& pair) const noexcept
+{
+    const auto flags = state_->objects[Index{pair.a}].state() | state_->objects[Index{pair.b}].state();
+    return (flags & flag::again) != 0 || ((flags & flag::again_some) != 0 &&
+                                          std::binary_search(again_.begin(), again_.end(), key_of(pair)));
 }
 
 template <int Dim, class T>
@@ -77,7 +86,8 @@ bool Changes<Dim, T>::is_unchanged(Index index) const noexcept
 {
     const auto object = state_->objects[index];
     return object.place() != Place::none && object.has(flag::alive) &&
-           object.has(flag::enabled) == (object.place() != Place::disabled) && !object.has(flag::asked) &&
+           object.has(flag::enabled) == (object.place() != Place::disabled) &&
+           !object.has(flag::asked | flag::again | flag::again_some) &&
            (!object.has(flag::refiltered) || object.filter() == old_filter(index)) &&
            same(object.now(), object.before());
 }
@@ -87,6 +97,7 @@ void Changes<Dim, T>::close(Arena& arena)
 {
     const Objects<Dim, T>& objects = state_->objects;
     sort_filters();
+    std::sort(again_.begin(), again_.end());
     std::size_t kept = 0;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
         if (i + fetch_ahead < objects_.size()) objects.prefetch(objects_[i + fetch_ahead]);

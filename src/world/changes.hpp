@@ -9,6 +9,7 @@
 
 #include "world/arena.hpp"
 #include "world/commands.hpp"
+#include "world/pair_lists.hpp"
 #include "world/state.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -40,6 +41,8 @@ class Changes
           objects_(other.objects_),
           old_filters_(other.old_filters_),
           old_reaches_(other.old_reaches_),
+          again_(other.again_),
+          any_again_(other.any_again_),
           scratch_(other.scratch_),
           sorted_filters_(other.sorted_filters_),
           sorted_reaches_(other.sorted_reaches_)
@@ -56,6 +59,9 @@ class Changes
     [[nodiscard]] std::span<const Index> objects() const noexcept { return objects_; }
     /// Of any object: what it was after the last update.
     [[nodiscard]] ObjectFilter old_filter(Index index) const noexcept;
+    /// Whether there are pairs to be reported as if they were new, and whether this one is.
+    [[nodiscard]] bool any_again() const noexcept { return any_again_; }
+    [[nodiscard]] bool is_again(const Pair& pair) const noexcept;
 
     std::uint64_t commands = 0;
     std::uint64_t dropped = 0; // of these, because their objects are gone
@@ -64,6 +70,18 @@ class Changes
     [[nodiscard]] std::pmr::vector<Index>& list() noexcept { return objects_; }
     void keep_filter(Index index, const ObjectFilter& filter) { old_filters_.push_back({index, filter}); }
     void keep_reach(const OldReach& reach) { old_reaches_.push_back(reach); }
+    /// The pairs of an object, or only that with `other`.
+    void report_again(Index index) noexcept
+    {
+        state_->objects[index].set(flag::again);
+        any_again_ = true;
+    }
+    void report_again(Index index, Index other)
+    {
+        again_.push_back(key_of(pair_of(index, other)));
+        state_->objects[index].set(flag::again_some);
+        any_again_ = true;
+    }
     /// Makes an object what it was after the last update, or nothing if it is new.
     void reset(Index index) noexcept;
     /// So that finding what an object was is quick for all that was kept until now.
@@ -80,6 +98,8 @@ class Changes
     std::pmr::vector<Index>& objects_;
     std::pmr::vector<OldFilter>& old_filters_;
     std::pmr::vector<OldReach>& old_reaches_;
+    std::pmr::vector<Key>& again_; // ascending once all commands are applied
+    bool any_again_ = false;
     std::pmr::vector<OldFilter>& scratch_;
     std::size_t sorted_filters_ = 0, sorted_reaches_ = 0; // how many of them are in order, from the first on
 };

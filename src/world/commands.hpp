@@ -25,6 +25,8 @@ enum class CommandKind : std::uint8_t
     margin, // in box.lo[0]
     enable,
     disable,
+    report,      // the object's pairs as if they were new
+    report_pair, // that with `other`
 };
 
 template <int Dim, class T>
@@ -37,6 +39,7 @@ struct Command
     {
         Aabb<Dim, T> box;
         ObjectFilter filter;
+        ObjectId other;
     };
 
     Command(ObjectId object, std::uint32_t order, CommandKind what) noexcept
@@ -49,6 +52,10 @@ struct Command
     }
     Command(ObjectId object, std::uint32_t order, const ObjectFilter& value) noexcept
         : id(object), sequence(order), kind(CommandKind::filter), filter(value)
+    {
+    }
+    Command(ObjectId object, ObjectId partner) noexcept
+        : id(object), sequence(0), kind(CommandKind::report_pair), other(partner)
     {
     }
 };

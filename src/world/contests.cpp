@@ -157,8 +157,10 @@ class Contests
     void obey(const Command<Dim, T>& command, Settings<Dim, T>& settings)
     {
         switch (command.kind) {
-        case CommandKind::remove:
-            break; // settle() has seen it
+        case CommandKind::remove: // settle() has seen it
+        case CommandKind::report: // nobody can be against it
+        case CommandKind::report_pair:
+            break;
         case CommandKind::move:
         case CommandKind::sweep:
         case CommandKind::resize:

@@ -29,6 +29,7 @@ struct Knowledge
     bool any_idle;    // neither object of a pair may have changed
     bool any_refused; // a pair may be one that `accept` is against
     bool asks_again;  // `accept` may have to be asked about a pair that persists
+    bool any_again;   // a pair that persists may have to be reported as if it were new
     bool only_moves;  // what ended, ended because something moved
     bool all_changed; // an object of each old pair has changed: one was active, and none is idle
     bool any_woken;   // there are old pairs of objects that wake up
@@ -36,7 +37,7 @@ struct Knowledge
     /// A pair in both lists persists.
     [[nodiscard]] bool both_means_persists() const noexcept
     {
-        return !any_idle && !any_refused && !asks_again;
+        return !any_idle && !any_refused && !asks_again && !any_again;
     }
     /// Nothing matters of a pair but which of the lists it is in.
     [[nodiscard]] bool lists_say_all() const noexcept
@@ -50,9 +51,10 @@ template <int Dim, class T>
 class Merge
 {
   public:
-    Merge(const State<Dim, T>& state, const Knowledge& known, std::span<Pair> touching, const Lists& last,
-          std::span<const Pair> old_pairs, Arena& arena)
+    Merge(const State<Dim, T>& state, const Changes<Dim, T>& changes, const Knowledge& known,
+          std::span<Pair> touching, const Lists& last, std::span<const Pair> old_pairs, Arena& arena)
         : state_(state),
+          changes_(changes),
           known_(known),
           touching_(touching),
           last_(last),
@@ -107,6 +109,7 @@ class Merge
     }
 
     const State<Dim, T>& state_;
+    const Changes<Dim, T>& changes_;
     const Knowledge known_;
     const std::span<Pair> touching_;
     const Lists& last_;
@@ -250,6 +253,11 @@ bool Merge<Dim, T>::persists(Run& run, const Pair& pair) const
 {
     const Key key = key_of(pair);
     const bool changed = !known_.any_idle || either_has(pair, flag::written);
+    if (changed && known_.any_again && changes_.is_again(pair)) {
+        (known_.asks_again ? run.asked_out : run.began_out).push(key);
+        run.others_out.push(pair); // as one that begins
+        return false;
+    }
     if (changed && known_.asks_again && either_has(pair, flag::asked)) run.asked_out.push(key);
     if (changed && (!known_.any_refused || state_.refused.find(key) == state_.refused.end())) return true;
     run.others_out.push(pair);
@@ -305,8 +313,9 @@ void for_each_pair(const State<Dim, T>& state, std::size_t count, const KeyAt& k
 /// Asks `accept` about pairs that would begin, and again about some that persist, in ascending order of both
 /// together. Returns those of the latter that it is against now.
 template <int Dim, class T>
-std::span<const Key> ask(const State<Dim, T>& state, std::span<const Key> begin, std::span<const Key> again,
-                         Refusals& refusals, std::pmr::vector<ObjectPair>& began, Arena& arena)
+std::span<const Key> ask(const State<Dim, T>& state, const Changes<Dim, T>& changes,
+                         std::span<const Key> begin, std::span<const Key> again, Refusals& refusals,
+                         std::pmr::vector<ObjectPair>& began, Arena& arena)
 {
     auto& retracted = arena.list<Key>("pairs that accept ends");
     began.reserve(begin.size());
@@ -318,7 +327,7 @@ std::span<const Key> ask(const State<Dim, T>& state, std::span<const Key> begin,
         const ObjectPair pair = ids_of(state, key);
         const bool was_refused = !is_new && refusals.has(key);
         if (state.options.accept(pair.a, pair.b)) {
-            if (is_new || was_refused) began.push_back(pair);
+            if (is_new || was_refused || changes.is_again(pair_of(key))) began.push_back(pair);
             if (was_refused) refusals.remove(key);
         } else if (!was_refused) {
             refusals.add(key);
@@ -329,11 +338,13 @@ std::span<const Key> ask(const State<Dim, T>& state, std::span<const Key> begin,
 }
 
 /// Pairs that seemed to persist end because `accept` is against them now.
-void retract(std::span<const Key> retracted, std::pmr::vector<Ended>& ended, Lists& next, Arena& arena)
+template <int Dim, class T>
+void retract(const Changes<Dim, T>& changes, std::span<const Key> retracted, std::pmr::vector<Ended>& ended,
+             Lists& next, Arena& arena)
 {
     for (const Key key : retracted) {
         ended.push_back({key, EndReason::filtered});
-        next.others.push_back(pair_of(key));
+        if (!changes.is_again(pair_of(key))) next.others.push_back(pair_of(key)); // else it is there
     }
     sort_by_key(ended, arena.list<Ended>("pairs that end, in another order"),
                 [](const Ended& each) { return each.key; });
@@ -351,8 +362,9 @@ void retract(std::span<const Key> retracted, std::pmr::vector<Ended>& ended, Lis
 } // namespace
 
 template <int Dim, class T>
-Refusals judge(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<Pair> touching,
-               std::span<const Pair> old_pairs, const Lists& last, Lists& next, Arena& arena)
+Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes, const Entries<Dim, T>& entries,
+               std::span<Pair> touching, std::span<const Pair> old_pairs, const Lists& last, Lists& next,
+               Arena& arena)
 {
     Refusals refusals(state.refused, arena);
     next.began.clear();
@@ -367,11 +379,12 @@ Refusals judge(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<P
         .any_idle = entries.any_idle,
         .any_refused = !state.refused.empty(),
         .asks_again = asks,
+        .any_again = changes.any_again(),
         .only_moves = entries.only_moves,
         .all_changed = !entries.any_idle && last.all_active,
         .any_woken = !old_pairs.empty(),
     };
-    Merge<Dim, T> merge(state, known, touching, last, old_pairs, arena);
+    Merge<Dim, T> merge(state, changes, known, touching, last, old_pairs, arena);
     merge.run(next);
     auto& begin = arena.list<Key>("pairs that begin");
     auto& ended = arena.list<Ended>("pairs that end");
@@ -389,9 +402,12 @@ Refusals judge(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<P
     if (asks) {
         auto& again = arena.list<Key>("pairs about which accept is asked again");
         merge.asked().copy_to(again);
-        const std::span<const Key> retracted = ask(state, begin, again, refusals, next.began, arena);
-        if (!retracted.empty()) retract(retracted, ended, next, arena);
+        const std::span<const Key> retracted = ask(state, changes, begin, again, refusals, next.began, arena);
+        if (!retracted.empty()) retract(changes, retracted, ended, next, arena);
     } else {
+        if (known.any_again && known.any_refused) // in another life of the world, which had an `accept`
+            for (const Key key : begin)
+                if (refusals.has(key)) refusals.remove(key);
         next.began.resize(begin.size());
         for_each_pair(
             state, begin.size(), [&](std::size_t k) { return begin[k]; },
@@ -408,8 +424,8 @@ Refusals judge(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<P
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template Refusals judge(State<Dim, T>&, const Entries<Dim, T>&, std::span<Pair>, std::span<const Pair>,  \
-                            const Lists&, Lists&, Arena&);
+    template Refusals judge(State<Dim, T>&, const Changes<Dim, T>&, const Entries<Dim, T>&, std::span<Pair>, \
+                            std::span<const Pair>, const Lists&, Lists&, Arena&);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

@@ -64,7 +64,8 @@ class Refusals
 /// The third stage of an update: compares the pairs that touch now with those that did. Fills `next`;
 /// `old_pairs` are those of objects that wake up, which `last` doesn't have. Asks `accept`.
 template <int Dim, class T>
-[[nodiscard]] Refusals judge(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<Pair> touching,
+[[nodiscard]] Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes,
+                             const Entries<Dim, T>& entries, std::span<Pair> touching,
                              std::span<const Pair> old_pairs, const Lists& last, Lists& next, Arena& arena);
 
 } // namespace world

@@ -39,7 +39,10 @@ constexpr std::uint16_t refiltered = 1u << 9;  // Changes has the filter of the 
 constexpr std::uint16_t reach_kept = 1u << 10; // Changes has the reach of the last update
 constexpr std::uint16_t contested = 1u << 11;  // commands about it must be put in order
 constexpr std::uint16_t asked = 1u << 12;      // its filter was set: `accept` is asked again
-constexpr std::uint16_t transient = written | refiltered | reach_kept | contested | asked;
+constexpr std::uint16_t again = 1u << 13;      // all its pairs are to be reported as if they were new
+constexpr std::uint16_t again_some = 1u << 14; // some of them: those that Changes has
+constexpr std::uint16_t transient =
+    written | refiltered | reach_kept | contested | asked | again | again_some;
 } // namespace flag
 
 /// Many objects, each property apart: what an update reads of all that moves is little more than boxes.

@@ -346,6 +346,80 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const 
     out.swap(all);
 }
 
+// --- Who touches whom, and where all is -------------------------------------------------------------------
+
+namespace world {
+namespace {
+
+/// The objects of an index not less than `from` that an object touches and agrees with, ascending.
+template <int Dim, class T>
+void list_touching(const State<Dim, T>& state, const index::Answers<Dim, T>& answers, Index index,
+                   std::uint32_t from, std::vector<std::uint32_t>& out)
+{
+    out.clear();
+    const auto object = state.objects[index];
+    if (object.place() != Place::active && object.place() != Place::resting) return;
+    const ObjectFilter filter = object.filter();
+    const auto agrees = [&](std::uint32_t other) {
+        return other >= from && other != raw(index) && passes(filter, state.objects[Index{other}].filter()) &&
+               (state.refused.empty() ||
+                state.refused.find(key_of(pair_of(index, Index{other}))) == state.refused.end());
+    };
+    answers.all(object.has(flag::written) ? object.before() : object.now(), index::Wanted(agrees),
+                World<Dim, T>::no_limit, out);
+}
+
+} // namespace
+} // namespace world
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::touching(ObjectId id, std::vector<ObjectId>& out) const
+{
+    (void)implementation_->checked(id);
+    const ObjectQueryFilter all;
+    const world::Asking<Dim, T> asking(*implementation_, all);
+    std::vector<std::uint32_t> found;
+    world::list_touching(implementation_->state, asking.answers(), world::Index{id.index}, 0, found);
+    out.clear();
+    for (const std::uint32_t index : found)
+        out.push_back(asking.given(index));
+}
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId a, ObjectId b)> visit) const
+{
+    const world::Reader reader(&implementation_->readers);
+    const ObjectQueryFilter all;
+    const world::Asking<Dim, T> asking(*implementation_, all);
+    std::vector<std::uint32_t> found;
+    const std::uint32_t end = index_end();
+    for (std::uint32_t a = 0; a < end; ++a) {
+        world::list_touching(implementation_->state, asking.answers(), world::Index{a}, a + 1, found);
+        for (const std::uint32_t b : found)
+            if (!visit(asking.given(a), asking.given(b))) return false;
+    }
+    return true;
+}
+
+template <int Dim, Coordinate T>
+auto World<Dim, T>::bounds() const -> std::optional<Box>
+{
+    const world::State<Dim, T>& state = implementation_->state;
+    std::optional<Box> all;
+    const auto include = [&](const BoxIndex<Dim, T>& index) {
+        if (index.size() == 0) return;
+        const Box hull = BoxIndexAccess::tree(index).hull();
+        if (!all) all = hull;
+        for (int d = 0; d < Dim; ++d) {
+            all->lo[d] = std::min(all->lo[d], hull.lo[d]);
+            all->hi[d] = std::max(all->hi[d], hull.hi[d]);
+        }
+    };
+    include(state.resting);
+    if (const BoxIndex<Dim, T>* const active = implementation_->active_index.of(state)) include(*active);
+    return all;
+}
+
 #define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \
     template JOSTLE_API bool World<Dim, T>::any(const Question<Dim, T>&, const ObjectQueryFilter&) const;    \
     template JOSTLE_API std::uint64_t World<Dim, T>::count(const Question<Dim, T>&,                          \
@@ -381,6 +455,9 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const 
                                                     const ObjectQueryFilter&) const;                         \
     template JOSTLE_API void World<Dim, T>::nearest(                                                         \
         std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const ObjectQueryFilter&) const;       \
+    template JOSTLE_API void World<Dim, T>::touching(ObjectId, std::vector<ObjectId>&) const;                \
+    template JOSTLE_API bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId, ObjectId)>) const;              \
+    template JOSTLE_API std::optional<Aabb<Dim, T>> World<Dim, T>::bounds() const;                           \
     template JOSTLE_API void World<Dim, T>::join(const BoxView<Dim, T>&, std::pmr::vector<Pair>&,            \
                                                  const ObjectQueryFilter&);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)

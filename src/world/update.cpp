@@ -102,7 +102,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
         world::find(state, entries, finder, neighbour_lists, next.persisted, arena);
     const std::span<const Pair> old_pairs = world::find_old_pairs(state, changes, entries, arena);
     world::Refusals refusals =
-        world::judge(state, entries, candidates.touching, old_pairs, last, next, arena);
+        world::judge(state, changes, entries, candidates.touching, old_pairs, last, next, arena);
 
     const auto t2 = world::Clock::now();
     const world::Rest<Dim, T> rest =

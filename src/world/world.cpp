@@ -245,6 +245,19 @@ void World<Dim, T>::set_enabled(ObjectId id, bool enabled, std::uint32_t sequenc
         {id, sequence, enabled ? world::CommandKind::enable : world::CommandKind::disable});
 }
 
+template <int Dim, Coordinate T>
+void World<Dim, T>::report_again(ObjectId id)
+{
+    implementation_->queue({id, 0, world::CommandKind::report});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::report_again(ObjectId a, ObjectId b)
+{
+    implementation_->state.ids.check(b);
+    implementation_->queue({a, b});
+}
+
 // --- Update and what it found ----------------------------------------------------------------------------
 
 template <int Dim, Coordinate T>
@@ -290,6 +303,16 @@ template <int Dim, Coordinate T>
 PairBuffer World<Dim, T>::pairs() const
 {
     return world::all_pairs(implementation_->state);
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::clear()
+{
+    std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
+    const InUse call(implementation_->in_use, "World");
+    world::Reader::check_none(implementation_->readers);
+    fresh = std::make_unique<Implementation>(implementation_->state.options);
+    implementation_.swap(fresh);
 }
 
 // --- Objects ---------------------------------------------------------------------------------------------

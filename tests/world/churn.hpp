@@ -206,6 +206,19 @@ class Churn
         say(thing.id, [id = thing.id, on = thing.enabled](World& each) { each.set_enabled(id, on); });
     }
 
+    void report_again()
+    {
+        const ObjectId id = any_thing().id, other = any_thing().id;
+        if (random.below(3) == 0) {
+            say(id, [id](World& each) { each.report_again(id); });
+            twin.again.insert(id.index);
+        } else {
+            say(id, [id, other](World& each) { each.report_again(id, other); });
+            twin.again_pairs.insert(std::minmax(id.index, other.index));
+            twin.named_first.insert(id.index);
+        }
+    }
+
     /// One command, so that there are about `target` objects in the long run.
     void operate(std::size_t target)
     {
@@ -216,7 +229,7 @@ class Churn
         if (kind < 26) return move();
         if (kind < 28) return resize();
         if (kind < 30) return set_filter();
-        if (kind < 31) return set_margin();
+        if (kind < 31) return random.below(2) == 0 ? set_margin() : report_again();
         return set_enabled();
     }
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -67,6 +68,9 @@ class Twin
     std::uint64_t salt = 0;                ///< of the callback
     bool has_callback = false;
     std::set<std::uint32_t> filter_was_set; ///< since the last update
+    std::set<std::uint32_t> again;          ///< objects to be reported again
+    Pairs again_pairs;                      ///< and pairs, ...
+    std::set<std::uint32_t> named_first;    ///< ... the first of whom counts as changed
 
     std::vector<ObjectPair> began;
     std::vector<EndedPair> ended;
@@ -96,7 +100,12 @@ class Twin
             for (auto b = a + 1; b != entries.end() && b->bounds.lo[0] <= a->bounds.hi[0]; ++b)
                 if (!apart(a->bounds, b->bounds) && agree(a->thing->filter, b->thing->filter))
                     now.insert(std::minmax(a->thing->id.index, b->thing->id.index));
+        const auto is_again = [&](const auto& pair) {
+            return again.count(pair.first) != 0 || again.count(pair.second) != 0 ||
+                   again_pairs.count(pair) != 0;
+        };
         const auto changed = [&](std::uint32_t i) {
+            if (again.count(i) != 0 || named_first.count(i) != 0) return true;
             const auto old = last_.find(i);
             const auto is = things.find(i);
             if (old == last_.end() || is == things.end() || old->second.id != is->second.id) return true;
@@ -114,14 +123,15 @@ class Twin
                 touching_.count(pair) != 0 && last_.at(i).id == ids.a && last_.at(j).id == ids.b;
             const bool was_accepted = same && accepted_.count(pair) != 0;
             bool is_accepted = was_accepted;
-            if (!same || filter_was_set.count(i) != 0 || filter_was_set.count(j) != 0) {
+            const bool tell = same && is_again(pair);
+            if (!same || tell || filter_was_set.count(i) != 0 || filter_was_set.count(j) != 0) {
                 is_accepted = !has_callback || accepts(salt, ids.a, ids.b);
                 asked += has_callback;
             }
             if (is_accepted) {
                 now_accepted.insert(pair);
                 all.push_back({i, j});
-                if (!was_accepted)
+                if (!was_accepted || tell)
                     began.push_back(ids);
                 else if (changed(i) || changed(j))
                     persisted.push_back({i, j});
@@ -150,6 +160,9 @@ class Twin
         accepted_ = std::move(now_accepted);
         last_ = things;
         filter_was_set.clear();
+        again.clear();
+        again_pairs.clear();
+        named_first.clear();
     }
 
     static bool apart(const Box& a, const Box& b)
@@ -170,6 +183,50 @@ class Twin
     std::map<std::uint32_t, Thing> last_; // as of the last update
     Pairs touching_, accepted_;           // pairs as of the last update
 };
+
+/// Who touches whom and where all is, asked one by one.
+template <int Dim, class T>
+testing::AssertionResult agree_about_all(const jostle::World<Dim, T>& world, const Twin<Dim, T>& twin)
+{
+    std::vector<Pair> told;
+    for (const std::size_t most : {twin.all.size() / 2 + 1, twin.all.size() + 1}) {
+        told.clear();
+        const bool all = world.pairs([&](ObjectId a, ObjectId b) {
+            if (world.id(a.index) != a || world.id(b.index) != b) told.push_back({});
+            told.push_back({a.index, b.index});
+            return told.size() < most;
+        });
+        if (told.size() != std::min(most, twin.all.size()) || all != (told.size() < most) ||
+            !std::equal(told.begin(), told.end(), twin.all.begin()))
+            return testing::AssertionFailure() << "pairs one by one: " << told.size() << " of at most "
+                                               << most << ", the twin has " << twin.all.size();
+    }
+    std::map<std::uint32_t, std::set<std::uint32_t>> partners;
+    for (const Pair& pair : twin.all)
+        partners[pair.a].insert(pair.b), partners[pair.b].insert(pair.a);
+    std::optional<Aabb<Dim, T>> hull;
+    std::vector<ObjectId> touching;
+    for (const auto& [index, thing] : twin.things) {
+        world.touching(thing.id, touching);
+        std::vector<ObjectId> expected;
+        for (const std::uint32_t other : partners[index])
+            expected.push_back(twin.things.at(other).id);
+        if (touching != expected)
+            return testing::AssertionFailure() << "object " << index << " touches " << touching.size()
+                                               << ", the twin's " << expected.size();
+        if (!thing.enabled) continue;
+        const Aabb<Dim, T> bounds = thing.bounds();
+        if (!hull) hull = bounds;
+        for (int d = 0; d < Dim; ++d) {
+            hull->lo[d] = std::min(hull->lo[d], bounds.lo[d]);
+            hull->hi[d] = std::max(hull->hi[d], bounds.hi[d]);
+        }
+    }
+    const auto all = world.bounds();
+    if (all.has_value() != hull.has_value() || (all && (all->lo != hull->lo || all->hi != hull->hi)))
+        return testing::AssertionFailure() << "other bounds of all objects";
+    return testing::AssertionSuccess();
+}
 
 /// The two have seen the same updates.
 template <int Dim, class T>
@@ -197,6 +254,8 @@ testing::AssertionResult agree(const jostle::World<Dim, T>& world, const Twin<Di
     if (with_pairs && world.pairs().to_vector() != twin.all)
         return testing::AssertionFailure()
                << "pairs: " << world.pairs().size() << ", the twin has " << twin.all.size();
+    if (with_pairs)
+        if (const auto same = agree_about_all(world, twin); !same) return same;
     if (world.size() != twin.things.size())
         return testing::AssertionFailure()
                << "size: " << world.size() << ", the twin has " << twin.things.size();

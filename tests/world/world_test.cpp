@@ -861,5 +861,93 @@ TEST(World, Moves)
     EXPECT_EQ(first.size(), 0u);
 }
 
+TEST(World, TellsPairsAgainAsIfTheyWereNew)
+{
+    for (const bool asks : {false, true}) {
+        bool takes = true;
+        std::uint64_t asked = 0;
+        jostle::WorldOptions options;
+        if (asks)
+            options.accept = [&](ObjectId, ObjectId) {
+                ++asked;
+                return takes;
+            };
+        jostle::World3f world(options);
+        const ObjectId a = world.add({{0, 0, 0}, {1, 1, 1}}), b = world.add({{1, 0, 0}, {2, 1, 1}}),
+                       c = world.add({{2, 0, 0}, {3, 1, 1}});
+        world.update();
+        EXPECT_EQ(world.began().size(), 2u);
+        for (int k = 0; k < 8; ++k)
+            world.update();
+        EXPECT_EQ(world.stats().resting, 3u);
+        asked = 0;
+        world.report_again(b);
+        world.update();
+        EXPECT_EQ(std::vector<ObjectPair>(world.began().begin(), world.began().end()),
+                  (std::vector<ObjectPair>{{a, b}, {b, c}}));
+        EXPECT_TRUE(world.ended().empty());
+        EXPECT_TRUE(world.persisted().empty());
+        EXPECT_EQ(asked, asks ? 2u : 0u);
+        world.report_again(c, b);
+        world.update();
+        ASSERT_EQ(world.began().size(), 1u);
+        EXPECT_EQ(world.began()[0], (ObjectPair{b, c}));
+        world.report_again(a, c); // no pair of these
+        world.update();
+        EXPECT_TRUE(world.began().empty());
+        world.report_again(a);
+        world.move(a, {{-1, 0, 0}, {0, 1, 1}}); // apart from b
+        world.update();
+        EXPECT_TRUE(world.began().empty());
+        ASSERT_EQ(world.ended().size(), 1u);
+        if (!asks) continue;
+        takes = false;
+        world.report_again(b, c);
+        world.update();
+        ASSERT_EQ(world.ended().size(), 1u) << "accept is against it now";
+        EXPECT_EQ(world.ended()[0].reason, EndReason::filtered);
+        EXPECT_EQ(world.stats().refused, 1u);
+        takes = true;
+        world.report_again(b, c);
+        world.update();
+        EXPECT_EQ(world.began().size(), 1u);
+        EXPECT_EQ(world.stats().refused, 0u);
+        world.remove(c);
+        EXPECT_THROW(world.report_again(ObjectId{}), jostle::Error);
+        EXPECT_THROW(world.report_again(a, ObjectId{}), jostle::Error);
+    }
+}
+
+TEST(World, IsAsNewOnceCleared)
+{
+    jostle::World2d world({.margin = 0.25}), fresh({.margin = 0.25});
+    EXPECT_FALSE(world.bounds().has_value());
+    const ObjectId first = world.add({{0, 0}, {1, 1}});
+    (void)world.add({{1, 1}, {2, 2}});
+    world.update();
+    ASSERT_TRUE(world.bounds().has_value());
+    EXPECT_EQ(world.bounds()->hi[1], 2.25);
+    (void)world.add({{5, 5}, {6, 6}}); // still queued
+    world.clear();
+    EXPECT_EQ(world.size(), 0u);
+    EXPECT_TRUE(world.began().empty());
+    EXPECT_FALSE(world.bounds().has_value());
+    EXPECT_EQ(world.stats().commands, 0u);
+    EXPECT_EQ(world.save(), fresh.save());
+    EXPECT_EQ(world.add({{0, 0}, {1, 1}}), first) << "ids from the first one on";
+    world.update();
+    EXPECT_EQ(world.size(), 1u);
+    world.pairs([&](ObjectId, ObjectId) { return true; });
+    EXPECT_FALSE(world.any(jostle::Aabb2d{{5, 5}, {6, 6}}));
+    (void)world.add({{0, 0}, {1, 1}});
+    world.update();
+    EXPECT_THROW(world.pairs([&](ObjectId, ObjectId) {
+        world.clear();
+        return true;
+    }),
+                 jostle::Error);
+    EXPECT_EQ(world.size(), 2u);
+}
+
 } // namespace
 } // namespace world_tests
