@@ -80,8 +80,9 @@ class JOSTLE_API BoxIndex
     void insert(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
     /// Removes objects. Every id must be in the index, and once in the call.
     void erase(std::span<const std::uint32_t> ids);
-    /// Gives objects new boxes; those that stay nearby cost the least. Every id must be in the index, and
-    /// once in the call.
+    /// Gives objects new boxes; those that stay nearby cost the least, and no number of them more than about
+    /// building the index anew: that is what is done from a tenth of all objects on. Every id must be in the
+    /// index, and once in the call.
     void move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
     /// Removes all objects, keeps the memory.
     void clear() noexcept;

@@ -75,6 +75,14 @@ struct Bounds
     }
 };
 
+/// An object on its way from one place to another.
+template <int Dim, class T>
+struct Record
+{
+    Aabb<Dim, T> box;
+    std::uint32_t id;
+};
+
 /// Up to 16 objects.
 template <int Dim, class T>
 struct alignas(64) Leaf

@@ -48,6 +48,17 @@ template <int Dim>
     return (0.5 * lo + 0.5 * hi - frame.origin[axis]) * frame.scale;
 }
 
+/// The class of a box that is `size` long on its longest axis.
+template <int Dim>
+[[nodiscard]] inline std::uint32_t class_of(const Frame<Dim>& frame, double size) noexcept
+{
+    std::uint32_t size_class = 0;
+    for (double bound = frame.common_size; size_class < Frame<Dim>::last_class && size > bound;
+         bound = bound * Frame<Dim>::class_ratio)
+        ++size_class;
+    return size_class;
+}
+
 template <int Dim, class T>
 [[nodiscard]] inline Key<Dim> key_of(const Frame<Dim>& frame, const Aabb<Dim, T>& box,
                                      std::uint32_t id) noexcept
@@ -63,10 +74,7 @@ template <int Dim, class T>
         const double cut = std::max(-last, std::min(place_of(frame, d, lo, hi), last));
         key.center[d] = static_cast<std::uint64_t>(static_cast<std::int64_t>(cut)) ^ (std::uint64_t{1} << 63);
     }
-    key.size_class = 0;
-    for (double bound = frame.common_size; key.size_class < Frame<Dim>::last_class && size > bound;
-         bound = bound * Frame<Dim>::class_ratio)
-        ++key.size_class;
+    key.size_class = class_of(frame, size);
     key.id = id;
     return key;
 }

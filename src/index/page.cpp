@@ -5,8 +5,6 @@
 #include <bit>
 #include <limits>
 
-#include "index/order.hpp"
-
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 template <int Dim, class T>
@@ -155,7 +153,7 @@ void arrange(Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records
 {
     Page<Dim, T>& page = parts.pages[number];
     std::uint8_t order[page_capacity];
-    order_objects(records, count, parts.kernels.sort_few, order);
+    parts.kernels.order(records, count, order);
 
     const std::uint32_t leaves = (count + lanes - 1) / lanes;
     while (page.leaves > leaves)

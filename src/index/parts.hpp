@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory_resource>
+#include <utility>
 #include <vector>
 
 #include "index/groups.hpp"
@@ -19,14 +20,6 @@ inline constexpr std::uint32_t none = ~std::uint32_t{0};
 /// A page or a fork of the trie, by number: pages have the top bit set.
 using Ref = std::uint32_t;
 inline constexpr Ref page_bit = 1u << 31;
-
-/// An object on its way from one place to another.
-template <int Dim, class T>
-struct Record
-{
-    Aabb<Dim, T> box;
-    std::uint32_t id;
-};
 
 /// Up to 256 objects whose keys begin with the same digits: an end of the trie. They lie in up to 16 leaves,
 /// which are the children of the page's node.
@@ -81,9 +74,13 @@ template <int Dim, class T>
 struct Parts
 {
     explicit Parts(const IndexOptions& options)
-        : memory(options.memory),
-          executor(options.executor),
-          kernels(kernels_for<Dim, T>(options.instruction_set)),
+        : Parts(options.memory, options.executor, kernels_for<Dim, T>(options.instruction_set))
+    {
+    }
+    Parts(std::pmr::memory_resource* resource, Executor* tasks, const Kernels<Dim, T>& searches)
+        : memory(resource),
+          executor(tasks),
+          kernels(searches),
           leaves(memory),
           pages(memory),
           forks(memory),
@@ -91,6 +88,24 @@ struct Parts
           page_of(memory),
           listed(memory)
     {
+    }
+    /// What is in them, if they have the same memory resource.
+    void swap(Parts& other) noexcept
+    {
+        std::swap(frame, other.frame);
+        leaves.swap(other.leaves);
+        pages.swap(other.pages);
+        forks.swap(other.forks);
+        wides.swap(other.wides);
+        page_of.swap(other.page_of);
+        listed.swap(other.listed);
+        std::swap(root, other.root);
+        std::swap(root_child, other.root_child);
+        std::swap(hull, other.hull);
+        std::swap(size, other.size);
+        std::swap(sorts, other.sorts);
+        std::swap(splits, other.splits);
+        std::swap(splits_before, other.splits_before);
     }
 
     std::pmr::memory_resource* memory;

@@ -46,6 +46,12 @@ class Pool
         for (auto number = static_cast<std::uint32_t>(chunks_.size() * per_chunk); number-- > 0;)
             free_.push_back(number);
     }
+    /// For pools with the same memory resource.
+    void swap(Pool& other) noexcept
+    {
+        chunks_.swap(other.chunks_);
+        free_.swap(other.free_);
+    }
     /// Gives the memory back, of all.
     void release() noexcept
     {

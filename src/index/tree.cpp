@@ -39,6 +39,9 @@ bool is_disordered(const Parts<Dim, T>& parts, const Page<Dim, T>& page) noexcep
            static_cast<double>(spread_of(page)) > tolerated_spread * static_cast<double>(page.spread);
 }
 
+/// One that is moved alone costs up to so many times what one costs when all are built anew.
+constexpr std::size_t builds_of_a_move = 10;
+
 template <int Dim, class T>
 void finish_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
 {
@@ -153,6 +156,25 @@ void follow_page(Parts<Dim, T>& parts, Page<Dim, T>& page, const typename Tree<D
     page.drifted = static_cast<double>(spread_of(page)) > tolerated_spread * static_cast<double>(page.spread);
 }
 
+/// Appends the objects of a piece of the trie that aren't marked as moved.
+template <int Dim, class T>
+void stay_below(const Parts<Dim, T>& parts, Ref ref, const std::pmr::vector<std::uint32_t>& moved,
+                std::pmr::vector<std::uint32_t>& ids, std::pmr::vector<Aabb<Dim, T>>& boxes)
+{
+    if (!(ref & page_bit)) {
+        stay_below(parts, parts.forks[ref].child[0], moved, ids, boxes);
+        stay_below(parts, parts.forks[ref].child[1], moved, ids, boxes);
+        return;
+    }
+    Record<Dim, T> records[page_capacity];
+    const std::uint32_t count = gather(parts, ref & ~page_bit, records);
+    for (std::uint32_t k = 0; k < count; ++k) {
+        if (moved[records[k].id] != none) continue;
+        ids.push_back(records[k].id);
+        boxes.push_back(records[k].box);
+    }
+}
+
 /// Wide nodes on the longest way down from here.
 template <int Dim, class T>
 std::uint64_t depth_of(const Parts<Dim, T>& parts, Ref ref) noexcept
@@ -218,6 +240,10 @@ void Tree<Dim, T>::erase(std::span<const std::uint32_t> ids) noexcept
 template <int Dim, class T>
 void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
 {
+    if (ids.size() > page_capacity && ids.size() * builds_of_a_move >= parts_.size) {
+        build_moved(ids, boxes);
+        return;
+    }
     std::pmr::vector<Box> before(parts_.memory);
     before.reserve(ids.size());
     parts_.splits_before = parts_.splits;
@@ -261,6 +287,32 @@ void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
         throw;
     }
     finish(parts_);
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::build_moved(std::span<const std::uint32_t> ids, const View& boxes)
+{
+    Parts<Dim, T> fresh(parts_.memory, parts_.executor, parts_.kernels);
+    fresh.page_of.resize(parts_.page_of.size(), none);
+    if (ids.size() == parts_.size) {
+        build(fresh, ids, boxes);
+    } else {
+        for (const std::uint32_t id : ids)
+            fresh.page_of[id] = 0; // marked; building sets it
+        std::pmr::vector<std::uint32_t> all_ids(parts_.memory);
+        std::pmr::vector<Box> all_boxes(parts_.memory);
+        all_ids.reserve(parts_.size);
+        all_boxes.reserve(parts_.size);
+        stay_below(parts_, parts_.root, fresh.page_of, all_ids, all_boxes);
+        for (std::size_t i = 0; i < ids.size(); ++i) {
+            all_ids.push_back(ids[i]);
+            all_boxes.push_back(boxes[i]);
+        }
+        build(fresh, all_ids, View(all_boxes));
+    }
+    fresh.sorts += parts_.sorts;
+    fresh.splits += parts_.splits;
+    parts_.swap(fresh);
 }
 
 template <int Dim, class T>

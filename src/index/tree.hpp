@@ -62,6 +62,9 @@ class Tree
     [[nodiscard]] const char* validate() const;
 
   private:
+    /// Moves objects by building everything anew.
+    void build_moved(std::span<const std::uint32_t> ids, const View& boxes);
+
     Parts<Dim, T> parts_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
 };

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <vector>
 
-#include "index/order.hpp"
 #include "index/tree.hpp"
 #include "jostle/executor.hpp"
 #include "tests/contract/counting_memory.hpp"
@@ -131,7 +131,6 @@ std::uint64_t depth_below(index::Child<3, float> child)
 /// Objects on a line along an axis come in the order of their places, in whichever they were given.
 TEST(Order, NeighboursComeTogether)
 {
-    const auto sort_few = index::kernels_for<3, float>(supported_instruction_sets().front()).sort_few;
     for (int axis = 0; axis < 3; ++axis)
         for (const std::uint32_t count : {17u, 40u, 256u}) {
             SCOPED_TRACE(testing::Message() << "axis " << axis << ", " << count << " objects");
@@ -146,16 +145,17 @@ TEST(Order, NeighboursComeTogether)
                 records[k].id = place;
             }
             std::uint8_t order[index::page_capacity];
-            index::order_objects(records.data(), count, sort_few, order);
-            for (std::uint32_t k = 0; k < count; ++k)
-                ASSERT_EQ(records[order[k]].id, k);
+            for (const InstructionSet set : supported_instruction_sets()) {
+                index::kernels_for<3, float>(set).order(records.data(), count, order);
+                for (std::uint32_t k = 0; k < count; ++k)
+                    ASSERT_EQ(records[order[k]].id, k);
+            }
         }
 }
 
 /// Where nine heaps of 16 objects lie apart, each becomes a leaf.
 TEST(Order, LeavesAreFullAndSmall)
 {
-    const auto sort_few = index::kernels_for<2, double>(supported_instruction_sets().front()).sort_few;
     constexpr std::uint32_t count = 9 * 16 + 3;
     std::vector<index::Record<2, double>> records;
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -164,7 +164,7 @@ TEST(Order, LeavesAreFullAndSmall)
         records.push_back({{{at, 0}, {at, 1}}, k});
     }
     std::uint8_t order[index::page_capacity];
-    index::order_objects(records.data(), count, sort_few, order);
+    index::kernels_for<2, double>(supported_instruction_sets().front()).order(records.data(), count, order);
     std::vector<bool> there(count);
     for (std::uint32_t k = 0; k < count; ++k)
         there[order[k]] = true;
@@ -318,6 +318,46 @@ TEST(Order, OfInsertionDoesNotMatter)
         ASSERT_EQ(tree.validate(), nullptr);
         EXPECT_LE(objects.compare(tree), 1.07) << "batches of " << batch;
     }
+}
+
+TEST(Moving, ManyIsBuildingAnew)
+{
+    Random random(8);
+    for (int kind = 0; kind <= static_cast<int>(Kind::last); ++kind)
+        for (const std::size_t moving : {257u, 299u, 300u, 1500u, 2999u, 3000u}) {
+            SCOPED_TRACE(testing::Message() << twin::name(static_cast<Kind>(kind)) << ", " << moving);
+            Objects objects(static_cast<Kind>(kind), 3000, 9);
+            for (std::uint32_t& id : objects.ids)
+                id = 3 * id + 1; // some ids are nobody's
+            Tree tree{IndexOptions{}};
+            tree.insert(objects.ids, View(objects.boxes));
+            const IndexStats before = tree.stats();
+            std::vector<std::uint32_t> ids, positions(3000);
+            std::iota(positions.begin(), positions.end(), 0u);
+            for (std::uint32_t k = 3000; k > 1; --k)
+                std::swap(positions[k - 1], positions[random.below(k)]);
+            std::vector<Aabb3f> boxes;
+            for (std::size_t k = 0; k < moving; ++k) {
+                ids.push_back(objects.ids[positions[k]]);
+                boxes.push_back(random_box<3, float>(random, static_cast<Kind>(kind)));
+                objects.boxes[positions[k]] = boxes.back();
+            }
+            tree.move(ids, View(boxes));
+            ASSERT_EQ(tree.validate(), nullptr);
+            ASSERT_EQ(tree.size(), 3000u);
+            EXPECT_EQ(tree.contains(0), false);
+            for (std::size_t k = 0; k < 3000; ++k) {
+                const Aabb3f found = tree.box(objects.ids[k]), &box = objects.boxes[k];
+                ASSERT_TRUE(found.lo == box.lo && found.hi == box.hi) << k;
+            }
+            const IndexStats after = tree.stats();
+            EXPECT_GE(after.sorts, before.sorts);
+            EXPECT_GE(after.splits, before.splits);
+            // Each page has been put in order once, as when an index is built.
+            if (moving >= 300) {
+                EXPECT_EQ(after.sorts, before.sorts + after.pages);
+            }
+        }
 }
 
 TEST(Memory, RunningOutLeavesTheTreeAsItWas)

@@ -25,6 +25,8 @@ namespace HWY_NAMESPACE {
 #include "simd/vec-inl.hpp"
 //
 #include "index/kernels/searches-inl.hpp"
+//
+#include "index/kernels/order-inl.hpp"
 } // namespace HWY_NAMESPACE
 } // namespace
 } // namespace index

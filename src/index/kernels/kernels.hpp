@@ -150,6 +150,10 @@ struct Kernels
     void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);
     /// Sorts at most `few` numbers, no two the same, ascending.
     void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
+    /// Finds an order of at most page_capacity objects in which every 16 lie close together: `order` gets
+    /// their numbers. They are halved by the median along the axis on which their centres are spread the
+    /// widest, and so on, so that all leaves but the last are full.
+    void (*order)(const Record<Dim, T>* records, std::uint32_t count, std::uint8_t* order);
 };
 
 /// For one of supported_instruction_sets().
