@@ -16,6 +16,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "jostle/recorder.hpp"
+
 using jostle::Aabb;
 using jostle::Coordinate;
 
@@ -29,6 +31,10 @@ namespace {
 //   second the description u64      FNV-1a of all before
 // Then each frame: u32 size of the packed block, and the block; unpacked it is the u32 number of the frame
 // and the planes.
+//
+// Version 2 is what jostle::Recorder writes. Its u32 objects is the greatest number of boxes in a frame, its
+// u64 frames 2^64 - 1 if the recorder was not closed. A frame: u32 boxes, their bounds (lo, then hi, of one
+// box after another), u64 checksum as Recorder::add_to_sum says.
 constexpr char magic[8] = {'J', 'O', 'S', 'T', 'L', 'R', 'E', 1};
 constexpr std::size_t fixed_header = 8 + 4 * 4 + 8 + 8;
 constexpr std::uint32_t longest_description = 1 << 16;
@@ -214,9 +220,10 @@ RecordingReader::RecordingReader(std::filesystem::path path) : path_(std::move(p
     if (file_.bad()) fail("can't be read: " + system_message());
     if (!file_ || std::memcmp(header.data(), magic, 7) != 0)
         fail("is no recording of moving boxes (.jrec); give one");
-    if (header[7] != magic[7])
+    plain_ = header[7] == 2;
+    if (header[7] != magic[7] && !plain_)
         fail("is a recording of version " + std::to_string(static_cast<unsigned char>(header[7])) +
-             " and this program reads version 1; use a newer one");
+             " and this program reads versions 1 and 2; use a newer one");
     const auto description_size = number_at<std::uint32_t>(header, 20);
     if (description_size > longest_description) fail("was altered in its header; copy or record it again");
     header.resize(fixed_header + description_size + 8);
@@ -233,6 +240,29 @@ RecordingReader::RecordingReader(std::filesystem::path path) : path_(std::move(p
         (info_.coordinate_bytes != 4 && info_.coordinate_bytes != 8))
         fail("was altered in its header; copy or record it again");
     frames_ = header.size() + 8;
+    if (plain_ && info_.frames == ~std::uint64_t{0}) count_frames();
+}
+
+/// Of a recorder that wasn't closed: the frames that are complete.
+void RecordingReader::count_frames()
+{
+    info_.frames = 0;
+    file_.seekg(0, std::ios::end);
+    const std::streamoff end = file_.tellg();
+    if (!file_ || end < 0) fail("wasn't closed by its recorder, and is a pipe; give a file");
+    const std::uint64_t box_size = 2 * static_cast<std::uint64_t>(info_.dim * info_.coordinate_bytes);
+    for (std::uint64_t at = frames_; at + 12 <= static_cast<std::uint64_t>(end);) {
+        file_.seekg(static_cast<std::streamoff>(at));
+        std::string size_bytes(4, '\0');
+        read(size_bytes.data(), 4, "frame");
+        const auto boxes = number_at<std::uint32_t>(size_bytes, 0);
+        at += 12 + boxes * box_size;
+        if (at > static_cast<std::uint64_t>(end)) break;
+        info_.objects = std::max(info_.objects, boxes);
+        ++info_.frames;
+    }
+    unfinished_ = true;
+    file_.seekg(static_cast<std::streamoff>(frames_));
 }
 
 void RecordingReader::fail(const std::string& problem) const
@@ -298,19 +328,47 @@ void RecordingReader::unpack(std::size_t unpacked_size)
 }
 
 template <int Dim, Coordinate T>
+void RecordingReader::read_plain(std::vector<Aabb<Dim, T>>& boxes, std::uint32_t count)
+{
+    if (count > info_.objects) fail_altered();
+    read_block(count * std::size_t{2 * Dim} * sizeof(T)); // first, as the number may be a lie
+    std::string sum_bytes(8, '\0');
+    read(sum_bytes.data(), 8, "frame");
+    boxes.resize(count);
+    using Record = jostle::Recorder<Dim, T>;
+    std::uint64_t sum = Record::start_of_sum(count);
+    const unsigned char* from = packed_.data();
+    for (Aabb<Dim, T>& box : boxes)
+        for (jostle::Vec<Dim, T>* const side : {&box.lo, &box.hi})
+            for (T& bound : *side) {
+                Bits<T> bits = 0;
+                for (std::size_t b = 0; b < sizeof(T); ++b)
+                    bits |= static_cast<Bits<T>>(Bits<T>{*from++} << (8 * b));
+                sum = Record::add_to_sum(sum, bits);
+                bound = std::bit_cast<T>(bits);
+            }
+    if (sum != number_at<std::uint64_t>(sum_bytes, 0)) fail_altered();
+}
+
+template <int Dim, Coordinate T>
 bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
 {
     if (Dim != info_.dim || static_cast<int>(sizeof(T)) != info_.coordinate_bytes)
         throw std::logic_error("RecordingReader::next: not the dimension and type of the recording");
     if (next_ == info_.frames) {
         boxes.clear();
-        if (file_.peek() != std::ifstream::traits_type::eof())
+        if (!unfinished_ && file_.peek() != std::ifstream::traits_type::eof())
             fail("was altered: something follows its last frame; copy or record it again");
         return false;
     }
     std::string size_bytes(4, '\0');
     read(size_bytes.data(), 4, "frame");
     const auto size = number_at<std::uint32_t>(size_bytes, 0);
+    if (plain_) {
+        read_plain(boxes, size);
+        ++next_;
+        return true;
+    }
     const std::size_t unpacked_size = planes_size(Dim, sizeof(T), info_.objects);
     if (size > ZSTD_compressBound(unpacked_size)) fail_altered();
     read_block(size);

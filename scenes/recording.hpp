@@ -24,6 +24,7 @@ struct RecordingInfo
 {
     int dim = 3;              ///< 2 or 3
     int coordinate_bytes = 4; ///< 4: float, 8: double
+    /// In every frame; the most in any frame of a file that jostle::Recorder wrote.
     std::uint32_t objects = 0;
     std::uint64_t frames = 0;
     double frames_per_second = 0; ///< of the recorded motion; 0 if it has no time
@@ -60,8 +61,8 @@ class RecordingWriter
     std::vector<unsigned char> planes_, packed_;
 };
 
-/// Reads a recording, frame by frame, from a file or a pipe. The constructor reads the header only. Memory
-/// grows with what a file holds, whatever sizes it claims.
+/// Reads a recording, frame by frame, from a file or a pipe: what RecordingWriter wrote, or jostle::Recorder.
+/// The constructor reads the header only. Memory grows with what a file holds, whatever sizes it claims.
 ///
 /// Errors   std::runtime_error naming the file, what is wrong with it and what to do: it can't be read, is no
 ///          recording, is of a newer version, is truncated or was altered.
@@ -87,10 +88,15 @@ class RecordingReader
     [[noreturn]] void fail_altered() const;
     void read_block(std::size_t size);
     void unpack(std::size_t unpacked_size);
+    void count_frames();
+    template <int Dim, jostle::Coordinate T>
+    void read_plain(std::vector<jostle::Aabb<Dim, T>>& boxes, std::uint32_t count);
 
     std::filesystem::path path_;
     std::ifstream file_;
     RecordingInfo info_;
+    bool plain_ = false;                            // of a jostle::Recorder
+    bool unfinished_ = false;                       // it wasn't closed: its last frame may be cut off
     std::uint64_t frames_ = 0;                      // where they begin
     std::uint64_t next_ = 0;                        // frame
     std::vector<unsigned char> last_, before_last_; // of whatever type

@@ -22,6 +22,7 @@ class UsageError : public std::runtime_error
 void add_pairs_command(CLI::App& app);
 void add_bench_command(CLI::App& app);
 void add_chapter_command(CLI::App& app);
+void add_compare_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 

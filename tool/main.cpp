@@ -67,6 +67,7 @@ int main(int argc, char** argv)
     jostle_tool::add_pairs_command(app);
     jostle_tool::add_bench_command(app);
     jostle_tool::add_chapter_command(app);
+    jostle_tool::add_compare_command(app);
     jostle_tool::add_demo_command(app);
     jostle_tool::add_simulate_command(app);
     app.footer(R"(Examples:
@@ -74,6 +75,7 @@ int main(int argc, char** argv)
   jostle bench uniform -n 1000000   how long a million boxes take
   jostle chapter                    the chapter's figures on this machine
   jostle demo                       recorded moving boxes, frame by frame
+  jostle compare mine.jrec          what every system takes on your own boxes
   jostle simulate                   bodies that fall, collide and come to rest
 Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fault.)");
 

@@ -67,6 +67,7 @@ enum
     JOSTLE_INVALID_ARGUMENT = 5, ///< NULL, unaligned, or anything else that the comment forbids
     JOSTLE_STALE_ID = 6,         ///< an id that names no object of the world
     JOSTLE_BAD_SNAPSHOT = 7,     ///< cut short, altered, or of another kind of world
+    JOSTLE_FILE_ERROR = 8,       ///< a file that can't be written
     JOSTLE_OUT_OF_MEMORY = 100,
     JOSTLE_BAD_HANDLE = 101,      ///< freed, of another kind, or no handle at all
     JOSTLE_CALLBACK_FAILED = 102, ///< a callback returned less than 0
@@ -194,6 +195,7 @@ typedef struct jostle_shape jostle_shape;                   ///< jostle::Shape, 
 typedef struct jostle_shapes jostle_shapes;                 ///< one shape per object
 typedef struct jostle_contact_finder jostle_contact_finder; ///< jostle::ContactFinder
 typedef struct jostle_responses jostle_responses;           ///< jostle::Responses
+typedef struct jostle_recorder jostle_recorder;             ///< jostle::Recorder
 
 /// Names an object of a world: the index in the low 32 bits, the generation in the high ones. 0 names
 /// nothing.
@@ -1100,6 +1102,26 @@ JOSTLE_C_API jostle_status jostle_responses_form(const jostle_responses* respons
 JOSTLE_C_API jostle_status jostle_responses_bytes_reserved(const jostle_responses* responses, uint64_t* bytes,
                                                            jostle_error* error);
 JOSTLE_C_API jostle_status jostle_responses_release_memory(jostle_responses* responses, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Recording a program's boxes, for `jostle compare`
+// ---------------------------------------------------------------------------------------------------------
+
+/// Begins a recording of boxes. `frames_per_second` may be 0; `description`, UTF-8, says where the boxes come
+/// from and may be NULL. A file of this name is replaced.
+JOSTLE_C_API jostle_status jostle_recorder_new(jostle_space space, const char* path, double frames_per_second,
+                                               const char* description, jostle_recorder** out,
+                                               jostle_error* error);
+/// Closes the file, if jostle_recorder_close hasn't, without telling what goes wrong then.
+JOSTLE_C_API jostle_status jostle_recorder_free(jostle_recorder* recorder, jostle_error* error);
+/// Writes a frame: any number of boxes.
+JOSTLE_C_API jostle_status jostle_recorder_frame(jostle_recorder* recorder, const jostle_boxes* boxes,
+                                                 jostle_error* error);
+/// Completes the file. There are no frames after it.
+JOSTLE_C_API jostle_status jostle_recorder_close(jostle_recorder* recorder, jostle_error* error);
+/// How many frames were written.
+JOSTLE_C_API jostle_status jostle_recorder_frames(const jostle_recorder* recorder, uint64_t* frames,
+                                                  jostle_error* error);
 
 #ifdef __cplusplus
 }

@@ -15,6 +15,7 @@
 /// | responses.hpp         | results per object, added up by all cores without locks             | yes     |
 /// | box.hpp, vec.hpp      | boxes, views of boxes in your own memory, vectors                   | yes     |
 /// | pair_buffer.hpp, block_buffer.hpp, stats.hpp | what a search hands back                     | yes     |
+/// | recorder.hpp          | your boxes written to a file, for `jostle compare`                  | yes     |
 /// | error.hpp             | what bad data is answered with                                      | yes     |
 /// | executor.hpp          | the threads that Jostle runs on                                     | yes     |
 /// | function_ref.hpp      | references to callbacks                                             | yes     |
@@ -35,6 +36,7 @@
 #include "jostle/pair_buffer.hpp"
 #include "jostle/process.hpp"
 #include "jostle/query.hpp"
+#include "jostle/recorder.hpp"
 #include "jostle/responses.hpp"
 #include "jostle/shapes.hpp"
 #include "jostle/stats.hpp"

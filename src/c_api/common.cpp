@@ -152,6 +152,8 @@ jostle_status jostle_status_name(jostle_status status, const char** name, jostle
                 return "stale_id";
             case JOSTLE_BAD_SNAPSHOT:
                 return "bad_snapshot";
+            case JOSTLE_FILE_ERROR:
+                return "file_error";
             case JOSTLE_OUT_OF_MEMORY:
                 return "out_of_memory";
             case JOSTLE_BAD_HANDLE:

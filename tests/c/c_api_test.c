@@ -1144,6 +1144,35 @@ static void test_bad_input(void)
     OK(jostle_results_free(results, &error));
 }
 
+/* The file itself is read by the C++ tests of recordings. */
+static void test_recorder(jostle_space space)
+{
+    const char* const path = "c_api_test.jrec";
+    jostle_error error;
+    jostle_recorder* recorder = NULL;
+    numbers memory;
+    const jostle_boxes boxes = make_boxes(space, &memory, boxes_made);
+    uint64_t frames = 0;
+    FILE* file;
+
+    FAILS(jostle_recorder_new(space, "no such folder/a.jrec", 60, NULL, &recorder, &error), JOSTLE_FILE_ERROR,
+          "no such folder/a.jrec: can't be written: No such file");
+    CHECK(recorder == NULL);
+    FAILS(jostle_recorder_new(space, NULL, 60, NULL, &recorder, &error), JOSTLE_INVALID_ARGUMENT, "path");
+    OK(jostle_recorder_new(space, path, 60, "a test", &recorder, &error));
+    OK(jostle_recorder_frame(recorder, &boxes, &error));
+    OK(jostle_recorder_frame(recorder, &boxes, &error));
+    OK(jostle_recorder_frames(recorder, &frames, &error));
+    CHECK(frames == 2);
+    OK(jostle_recorder_close(recorder, &error));
+    FAILS(jostle_recorder_frame(recorder, &boxes, &error), JOSTLE_INVALID_ARGUMENT, "closed");
+    OK(jostle_recorder_free(recorder, &error));
+    file = fopen(path, "rb");
+    CHECK(file != NULL && fgetc(file) == 'J');
+    if (file != NULL) fclose(file);
+    remove(path);
+}
+
 int main(void)
 {
     jostle_space space;
@@ -1151,6 +1180,7 @@ int main(void)
     for (space = JOSTLE_2F; space <= JOSTLE_3D; ++space) {
         test_pairs(space);
         test_index_and_world(space);
+        test_recorder(space);
     }
     test_shapes_and_contacts();
     test_hosts_and_responses();

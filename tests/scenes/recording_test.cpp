@@ -16,6 +16,7 @@
 #include <thread>
 #include <vector>
 
+#include "jostle/recorder.hpp"
 #include "scenes/random.hpp"
 #include "scenes/scenes.hpp"
 
@@ -115,6 +116,180 @@ std::string complaint(const fs::path& path)
 bool contains(const std::string& text, const std::string& part)
 {
     return text.find(part) != std::string::npos;
+}
+
+// --- What jostle::Recorder writes ---
+
+/// Frames of different numbers of boxes, with every kind of number.
+template <int Dim, class T>
+Frames<Dim, T> odd_frames()
+{
+    Random random(7);
+    Frames<Dim, T> frames;
+    for (const std::size_t size : {3, 0, 5, 1}) {
+        auto& boxes = frames.emplace_back(size);
+        for (Aabb<Dim, T>& box : boxes)
+            for (int d = 0; d < Dim; ++d) {
+                box.lo[d] = static_cast<T>(random.uniform(-1e6, 1e6));
+                box.hi[d] = static_cast<T>(random.uniform(-1e6, 1e6));
+            }
+        if (!boxes.empty()) {
+            boxes[0].lo[0] = std::numeric_limits<T>::quiet_NaN();
+            boxes[0].hi[0] = std::numeric_limits<T>::infinity();
+            boxes[0].lo[1] = -std::numeric_limits<T>::denorm_min();
+            boxes[0].hi[1] = -T(0);
+        }
+    }
+    return frames;
+}
+
+template <int Dim, class T>
+void expect_frames(RecordingReader& reader, const Frames<Dim, T>& frames)
+{
+    std::vector<Aabb<Dim, T>> boxes;
+    for (const auto& expected : frames) {
+        ASSERT_TRUE(reader.next(boxes));
+        ASSERT_EQ(boxes.size(), expected.size());
+        if (!expected.empty()) {
+            EXPECT_EQ(std::memcmp(boxes.data(), expected.data(), expected.size() * sizeof(expected[0])), 0);
+        }
+    }
+    EXPECT_FALSE(reader.next(boxes));
+}
+
+template <int Dim, class T>
+void expect_recorded_exactly(const fs::path& path)
+{
+    const auto frames = odd_frames<Dim, T>();
+    jostle::Recorder<Dim, T> recorder(path.string(), 30, "odd numbers");
+    for (const auto& boxes : frames)
+        recorder.frame(boxes);
+    EXPECT_EQ(recorder.frames(), frames.size());
+    recorder.close();
+    recorder.close(); // once is enough, twice does no harm
+
+    RecordingReader reader(path);
+    EXPECT_EQ(reader.info().dim, Dim);
+    EXPECT_EQ(reader.info().coordinate_bytes, static_cast<int>(sizeof(T)));
+    EXPECT_EQ(reader.info().objects, 5u);
+    EXPECT_EQ(reader.info().frames, frames.size());
+    EXPECT_EQ(reader.info().frames_per_second, 30);
+    EXPECT_EQ(reader.info().description, "odd numbers");
+    expect_frames(reader, frames);
+    reader.rewind();
+    expect_frames(reader, frames);
+}
+
+TEST(Recorder, IsReadBackToTheLastBit)
+{
+    const TemporaryFile file;
+    expect_recorded_exactly<2, float>(file.path());
+    expect_recorded_exactly<3, float>(file.path());
+    expect_recorded_exactly<2, double>(file.path());
+    expect_recorded_exactly<3, double>(file.path());
+}
+
+TEST(Recorder, ReadsBoxesWhereTheyLie)
+{
+    struct Enemy
+    {
+        int id;
+        float min[3], max[3];
+    };
+    const std::vector<Enemy> enemies = {{1, {0, 1, 2}, {3, 4, 5}}, {2, {6, 7, 8}, {9, 10, 11}}};
+    const TemporaryFile file;
+    {
+        jostle::Recorder<3, float> recorder(file.path().string());
+        recorder.frame(BoxView<3, float>::strided(enemies[0].min, enemies[0].max, 2, sizeof(Enemy)));
+    } // closed by the destructor
+    RecordingReader reader(file.path());
+    expect_frames<3, float>(reader, {{{{0, 1, 2}, {3, 4, 5}}, {{6, 7, 8}, {9, 10, 11}}}});
+}
+
+// A program that crashed: what it wrote is there, up to the last whole frame.
+TEST(Recorder, FramesOfOneThatWasNotClosedAreRead)
+{
+    const TemporaryFile file, copy("copy");
+    const auto frames = odd_frames<3, float>();
+    {
+        jostle::Recorder<3, float> recorder(file.path().string());
+        for (const auto& boxes : frames)
+            recorder.frame(boxes);
+        recorder.close();
+    }
+    std::string bytes = bytes_of(file.path());
+    bytes.replace(24, 8, std::string(8, '\xff')); // the number of frames, as before close()
+    std::uint64_t sum = 0xcbf29ce484222325u;
+    for (std::size_t i = 0; i < 40; ++i)
+        sum = jostle::Recorder<3, float>::add_to_sum(sum, static_cast<unsigned char>(bytes[i]));
+    for (std::size_t i = 0; i < 8; ++i)
+        bytes[40 + i] = static_cast<char>(static_cast<unsigned char>(sum >> (8 * i)));
+
+    const std::size_t last_frame = 4 + 24 + 8;
+    for (std::size_t missing = 0; missing <= last_frame; ++missing) {
+        write_bytes(copy.path(), bytes.substr(0, bytes.size() - missing));
+        RecordingReader reader(copy.path());
+        const std::size_t whole = missing == 0 ? frames.size() : frames.size() - 1;
+        EXPECT_EQ(reader.info().frames, whole) << missing;
+        expect_frames<3, float>(reader,
+                                {frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(whole)});
+    }
+}
+
+TEST(Recorder, AlteredOrTruncatedFilesAreRefused)
+{
+    const TemporaryFile file, copy("copy");
+    {
+        jostle::Recorder<2, float> recorder(file.path().string(), 1, "d");
+        for (const auto& boxes : odd_frames<2, float>())
+            recorder.frame(boxes);
+    }
+    const std::string bytes = bytes_of(file.path());
+    const auto read_all = [&] {
+        RecordingReader reader(copy.path());
+        std::vector<Aabb2f> boxes;
+        while (reader.next(boxes)) {
+        }
+    };
+    write_bytes(copy.path(), bytes);
+    EXPECT_NO_THROW(read_all());
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        std::string altered = bytes;
+        altered[i] = static_cast<char>(altered[i] ^ 0x10);
+        write_bytes(copy.path(), altered);
+        EXPECT_ANY_THROW(read_all()) << "byte " << i;
+        write_bytes(copy.path(), bytes.substr(0, i));
+        EXPECT_ANY_THROW(read_all()) << "cut to " << i;
+    }
+    write_bytes(copy.path(), bytes + "x");
+    EXPECT_ANY_THROW(read_all());
+}
+
+TEST(Recorder, SaysWhatCantBeWritten)
+{
+    const auto error_of = [](auto&& work) {
+        try {
+            work();
+        } catch (const jostle::Error& error) {
+            return std::to_string(static_cast<int>(error.code())) + " " + error.what();
+        }
+        return std::string("no error");
+    };
+    EXPECT_EQ(error_of([] { jostle::Recorder<3, float>("/no/such/folder/a.jrec"); }),
+              "8 /no/such/folder/a.jrec: can't be written: No such file or directory");
+    EXPECT_EQ(error_of([] {
+                  jostle::Recorder<3, float> recorder("/dev/full");
+                  recorder.frame(std::vector<Aabb3f>(100'000));
+              }),
+              "8 /dev/full: can't be written: No space left on device");
+    const TemporaryFile file;
+    jostle::Recorder<3, float> recorder(file.path().string());
+    recorder.close();
+    EXPECT_NE(error_of([&] { recorder.frame(std::vector<Aabb3f>(1)); }).find("closed"), std::string::npos);
+    EXPECT_NE(error_of([&] {
+                  jostle::Recorder<3, float>(file.path().string(), 0, std::string(70'000, 'x'));
+              }).find("65536"),
+              std::string::npos);
 }
 
 } // namespace

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "jostle/box.hpp"
+#include "jostle/error.hpp"
+#include "jostle/version.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// Writes a program's boxes to a file, frame by frame, for `jostle compare`, which tells what every system
+/// takes on them, and for `jostle demo --recording`. Three lines in a program that has boxes, and nothing to
+/// link with:
+///
+///     jostle::Recorder<3, float> recorder("mine.jrec"); // once
+///     recorder.frame(boxes);                            // in each frame: any BoxView or container of boxes
+///     recorder.close();                                 // at the end
+///
+/// then:
+///
+///     jostle compare mine.jrec
+///
+/// Frames    may differ in how many boxes they have. Box i of a frame and box i of the next are taken for one
+///           object.
+/// Exact     bounds are kept to the last bit; they aren't looked at, so that bad ones are recorded as well.
+/// File      uncompressed: 24 bytes a box of 3D floats. It has all frames that were written when the program
+///           ends, however that happens. A file that was there before is replaced.
+/// Errors    `Error` `file_error`, with the file's name and the system's reason.
+/// Threads   one call at a time.
+/// Cost      about that of copying the boxes.
+template <int Dim, Coordinate T>
+class Recorder
+{
+  public:
+    /// `frames_per_second` of the motion that is recorded, 0 if it has no time; `description` says where the
+    /// boxes come from, in UTF-8, at most 65,536 bytes.
+    explicit Recorder(std::string path, double frames_per_second = 0, std::string description = {})
+        : path_(std::move(path)), frames_per_second_(frames_per_second), description_(std::move(description))
+    {
+        if (description_.size() > 65'536)
+            throw Error(ErrorCode::invalid_argument,
+                        "the description of a recording has at most 65536 bytes");
+        file_ = std::fopen(path_.c_str(), "wb");
+        if (file_ == nullptr) fail();
+        try {
+            write_header(~std::uint64_t{0}); // "until the end", until close() knows better
+        } catch (...) {
+            std::fclose(file_);
+            throw;
+        }
+    }
+    Recorder(Recorder&& other) noexcept
+        : path_(std::move(other.path_)),
+          frames_per_second_(other.frames_per_second_),
+          description_(std::move(other.description_)),
+          file_(std::exchange(other.file_, nullptr)),
+          frames_(other.frames_),
+          most_(other.most_),
+          bytes_(std::move(other.bytes_))
+    {
+    }
+    Recorder& operator=(Recorder&&) = delete;
+    /// Closes the file; what goes wrong then only close() can say.
+    ~Recorder()
+    {
+        if (file_ == nullptr) return;
+        try {
+            close();
+        } catch (...) {
+        }
+    }
+
+    /// Errors   as above, also after close(); more than 2^32 - 1 boxes.
+    void frame(const BoxView<Dim, T>& boxes)
+    {
+        if (file_ == nullptr)
+            throw Error(ErrorCode::invalid_argument,
+                        path_ + ": the recording is closed; frame() comes before");
+        if (boxes.size() > 0xffffffffu)
+            throw Error(ErrorCode::too_many_objects, "a frame has at most 4294967295 boxes");
+        bytes_.resize(4 + boxes.size() * 2 * Dim * sizeof(T) + 8);
+        unsigned char* to = bytes_.data();
+        put(to, static_cast<std::uint32_t>(boxes.size()));
+        std::uint64_t sum = start_of_sum(boxes.size());
+        for (std::size_t i = 0; i < boxes.size(); ++i)
+            for (int side = 0; side < 2; ++side)
+                for (int d = 0; d < Dim; ++d) {
+                    const auto bits = bits_of(side == 0 ? boxes.lo(d, i) : boxes.hi(d, i));
+                    sum = add_to_sum(sum, bits);
+                    put(to, bits);
+                }
+        put(to, sum);
+        write();
+        most_ = std::max(most_, static_cast<std::uint32_t>(boxes.size()));
+        ++frames_;
+    }
+    template <BoxContainer Boxes>
+    void frame(const Boxes& boxes)
+    {
+        frame(box_view(boxes));
+    }
+
+    /// Completes the file. frame() can't be called any more.
+    void close()
+    {
+        if (file_ == nullptr) return;
+        bool good = std::fseek(file_, 0, SEEK_SET) == 0;
+        if (good) {
+            try {
+                write_header(frames_);
+            } catch (...) {
+                std::fclose(std::exchange(file_, nullptr));
+                throw;
+            }
+        }
+        // Buffers are written by now or never.
+        good = (std::fclose(std::exchange(file_, nullptr)) == 0) && good;
+        if (!good) fail();
+    }
+
+    /// Frames so far.
+    [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
+
+    /// The checksum of a frame: of the number of its boxes, then of their bounds in the file's order.
+    [[nodiscard]] static constexpr std::uint64_t start_of_sum(std::uint64_t boxes) noexcept
+    {
+        return add_to_sum(0xcbf29ce484222325u, boxes);
+    }
+    [[nodiscard]] static constexpr std::uint64_t add_to_sum(std::uint64_t sum, std::uint64_t bits) noexcept
+    {
+        return (sum ^ bits) * 0x100000001b3u; // FNV-1a's step, a number at a time
+    }
+
+  private:
+    template <class Number>
+    static auto bits_of(Number number) noexcept
+    {
+        std::conditional_t<sizeof(Number) == 4, std::uint32_t, std::uint64_t> bits;
+        std::memcpy(&bits, &number, sizeof bits);
+        return bits;
+    }
+    /// Little-endian, whatever the machine.
+    template <class Unsigned>
+    static void put(unsigned char*& to, Unsigned value) noexcept
+    {
+        for (std::size_t i = 0; i < sizeof value; ++i)
+            *to++ = static_cast<unsigned char>(value >> (8 * i));
+    }
+    /// docs/guide/tool.md says what is in it.
+    void write_header(std::uint64_t frames)
+    {
+        bytes_.resize(40 + description_.size() + 8);
+        unsigned char* to = bytes_.data();
+        for (const char c : {'J', 'O', 'S', 'T', 'L', 'R', 'E', '\2'})
+            *to++ = static_cast<unsigned char>(c);
+        put(to, static_cast<std::uint32_t>(Dim));
+        put(to, static_cast<std::uint32_t>(sizeof(T)));
+        put(to, most_);
+        put(to, static_cast<std::uint32_t>(description_.size()));
+        put(to, frames);
+        put(to, bits_of(frames_per_second_));
+        to = std::copy(description_.begin(), description_.end(), to);
+        std::uint64_t sum = 0xcbf29ce484222325u;
+        for (const unsigned char* byte = bytes_.data(); byte != to; ++byte)
+            sum = add_to_sum(sum, *byte);
+        put(to, sum);
+        write();
+    }
+    void write()
+    {
+        if (std::fwrite(bytes_.data(), 1, bytes_.size(), file_) != bytes_.size()) fail();
+    }
+    [[noreturn]] void fail() const
+    {
+        const int reason = errno;
+        throw Error(ErrorCode::file_error, path_ + ": can't be written: " +
+                                               std::error_code(reason, std::generic_category()).message());
+    }
+
+    std::string path_;
+    double frames_per_second_;
+    std::string description_;
+    std::FILE* file_ = nullptr;
+    std::uint64_t frames_ = 0;
+    std::uint32_t most_ = 0; // boxes in a frame
+    std::vector<unsigned char> bytes_;
+};
+
+JOSTLE_NAMESPACE_END

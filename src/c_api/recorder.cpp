@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+#include <variant>
+
+#include "c_api/handles.hpp"
+#include "jostle/recorder.hpp"
+
+namespace jostle::c_api {
+namespace {
+
+struct RecorderContent final : Content
+{
+    RecorderContent(jostle_space space, const char* path, double frames_per_second, const char* description)
+    {
+        in_space(space, [&](auto of) {
+            recorder.emplace<Recorder<decltype(of)::dim, typename decltype(of)::T>>(
+                path, frames_per_second, description == nullptr ? "" : description);
+        });
+    }
+    template <class F>
+    void on(F&& inside)
+    {
+        std::visit(
+            [&](auto& typed) {
+                if constexpr (!std::same_as<decltype(typed), std::monostate&>) inside(typed);
+            },
+            recorder);
+    }
+
+    std::variant<std::monostate, Recorder<2, float>, Recorder<3, float>, Recorder<2, double>,
+                 Recorder<3, double>>
+        recorder;
+};
+
+} // namespace
+
+template <>
+struct Behind<jostle_recorder>
+{
+    using type = RecorderContent;
+    static constexpr std::uint64_t mark = 0x6a6f73746c65000bU;
+    static constexpr const char* name = "jostle_recorder";
+};
+
+} // namespace jostle::c_api
+
+using namespace jostle;
+using namespace jostle::c_api;
+
+extern "C" {
+
+jostle_status jostle_recorder_new(jostle_space space, const char* path, double frames_per_second,
+                                  const char* description, jostle_recorder** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        wanted(path, "path");
+        hand_out(out, std::make_unique<RecorderContent>(space, path, frames_per_second, description));
+    });
+}
+jostle_status jostle_recorder_free(jostle_recorder* recorder, jostle_error* error)
+{
+    return guarded(error, [&] { release(recorder); });
+}
+jostle_status jostle_recorder_frame(jostle_recorder* recorder, const jostle_boxes* boxes, jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(recorder).on([&]<int Dim, Coordinate T>(Recorder<Dim, T>& typed) {
+            typed.frame(view<Dim, T>(boxes, "boxes"));
+        });
+    });
+}
+jostle_status jostle_recorder_close(jostle_recorder* recorder, jostle_error* error)
+{
+    return guarded(error, [&] { open(recorder).on([](auto& typed) { typed.close(); }); });
+}
+jostle_status jostle_recorder_frames(const jostle_recorder* recorder, uint64_t* frames, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const RecorderContent& content = open(recorder);
+        std::uint64_t& out = wanted(frames, "frames");
+        const_cast<RecorderContent&>(content).on([&](const auto& typed) { out = typed.frames(); });
+    });
+}
+
+} // extern "C"

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// jostle compare: what every system takes on the user's own boxes.
+#include <nlohmann/json.hpp>
+
+#include "jostle/recorder.hpp"
+#include "jostle/world.hpp"
+#include "run_tool.hpp"
+
+namespace {
+
+using nlohmann::json;
+
+class Compare : public tool_test::ToolTest
+{
+  protected:
+    /// Boxes in rows, each touching the next; frame k has `sizes[k]` of them and moves the first `moving`.
+    void record(const std::vector<std::size_t>& sizes, std::size_t moving) const
+    {
+        jostle::Recorder<3, float> recorder((folder / "mine.jrec").string(), 60, "boxes in rows");
+        float by = 0;
+        for (const std::size_t size : sizes) {
+            std::vector<jostle::Aabb3f> boxes;
+            for (std::size_t i = 0; i < size; ++i) {
+                const auto x = static_cast<float>(i % 50), y = static_cast<float>(i / 50) * 2;
+                const float up = i < moving ? by : 0;
+                boxes.push_back({{x, y, up}, {x + 1, y + 1, up + 1}});
+            }
+            recorder.frame(boxes);
+            by += 0.25f;
+        }
+    }
+    json rows() const { return json::parse(read("rows.json")); }
+};
+
+TEST_F(Compare, AllSystemsAgreeOnARecordingAndSayWhatTheyTake)
+{
+    record(std::vector<std::size_t>(12, 1500), 1500);
+    const auto result = run({"compare", "mine.jrec", "--threads", "1,2", "--json", "rows.json"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("up to 1,500 boxes, 3D float, 12 frames"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("boxes in rows"), std::string::npos);
+    EXPECT_NE(result.out.find("100 % of the boxes change"), std::string::npos);
+    EXPECT_NE(result.out.find("All find the same pairs in every frame, and so does brute force"),
+              std::string::npos);
+    const json all = rows();
+    ASSERT_EQ(all.size(), 4u);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        EXPECT_EQ(all[i]["system"], i % 2 == 0 ? "jostle" : "world");
+        EXPECT_EQ(all[i]["threads"], i / 2 + 1);
+        EXPECT_EQ(all[i]["n"], 1500);
+        EXPECT_EQ(all[i]["pairs"], 30 * 49); // in each row all but the last touch the next
+        EXPECT_EQ(all[i]["checksum"], all[0]["checksum"]);
+        EXPECT_EQ(all[i]["frames"], 9); // after 3 that aren't counted
+        EXPECT_GT(all[i]["bytes"], 1500 * 24);
+        EXPECT_FALSE(all[i]["stages"].empty());
+    }
+}
+
+TEST_F(Compare, BoxesMayComeAndGo)
+{
+    record({100, 40, 0, 160, 160, 10, 90, 90}, 30);
+    const auto result = run({"compare", "mine.jrec", "--threads", "1"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_NE(result.out.find("up to 160 boxes"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("All find the same pairs"), std::string::npos);
+    EXPECT_EQ(run({"compare", "mine.jrec", "--frames", "2"}).exit_code, 0);
+}
+
+TEST_F(Compare, FilesOfBoxesAreFrames)
+{
+    write("a.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n0.5,0.5,2,2\n5,5,6,6\n");
+    write("b.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n1.5,0.5,2,2\n1,0,6,6\n");
+    const auto one = run({"compare", "a.csv", "--threads", "1", "--json", "rows.json"});
+    ASSERT_EQ(one.exit_code, 0) << one.err;
+    EXPECT_NE(one.out.find("3 boxes, 2D double, one frame, asked for again and again"), std::string::npos)
+        << one.out;
+    EXPECT_EQ(rows()[0]["pairs"], 1);
+    const auto two = run({"compare", "a.csv", "b.csv", "--threads", "1", "--json", "rows.json"});
+    ASSERT_EQ(two.exit_code, 0) << two.err;
+    EXPECT_NE(two.out.find("2 frames"), std::string::npos);
+    EXPECT_NE(two.out.find("67 % of the boxes change"), std::string::npos) << two.out;
+    EXPECT_EQ(rows()[0]["pairs"], 2);
+}
+
+TEST_F(Compare, WhatCantBeComparedIsSaidInOneLine)
+{
+    const auto expect_refused = [&](const std::vector<std::string>& arguments, const std::string& message) {
+        const auto result = run(arguments);
+        EXPECT_EQ(result.exit_code, 2) << message;
+        EXPECT_NE(result.err.find(message), std::string::npos) << result.err;
+        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    };
+    expect_refused({"compare"}, "FILE is required");
+    expect_refused({"compare", "none.jrec"}, "none.jrec: can't be read");
+    record({}, 0);
+    expect_refused({"compare", "mine.jrec"}, "mine.jrec: has no frames");
+    write("flat.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n");
+    write("deep.csv", "lo_x,lo_y,lo_z,hi_x,hi_y,hi_z\n0,0,0,1,1,1\n");
+    expect_refused({"compare", "flat.csv", "deep.csv"}, "deep.csv: its boxes are of another dimension");
+    expect_refused({"compare", "mine.jrec", "mine.jrec"}, "one recording at a time");
+    {
+        jostle::Recorder<3, float> recorder((folder / "bad.jrec").string());
+        recorder.frame(std::vector<jostle::Aabb3f>{{{0, 0, 0}, {1, 1, 1}}});
+        recorder.frame(std::vector<jostle::Aabb3f>{{{0, 0, 0}, {1, -1, 1}}});
+    }
+    expect_refused({"compare", "bad.jrec"}, "frame 1: box 0: ");
+    expect_refused({"compare", "flat.csv", "--json", "-"}, "--json");
+}
+
+} // namespace

@@ -1,0 +1,638 @@
+// SPDX-License-Identifier: MIT
+// jostle compare: what every system here takes on the user's own boxes.
+#include <malloc.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <numeric>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/report.hpp"
+#include "bench_options.hpp"
+#include "bench_systems.hpp"
+#include "commands.hpp"
+#include "io/boxes.hpp"
+#include "jostle/find_pairs.hpp"
+#include "jostle/world.hpp"
+#include "numbers.hpp"
+#include "progress.hpp"
+#include "scenes/recording.hpp"
+#include "text.hpp"
+#include "threads.hpp"
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle::Aabb;
+using jostle::BoxView;
+
+struct Options
+{
+    std::vector<std::string> files;
+    std::vector<std::uint32_t> threads{0};
+    std::uint64_t frames = 0; // 0: all there are
+    std::string peers;        // `all`, or names with commas; empty: none
+    std::string json, report; // empty: not wanted
+};
+
+/// Frames that aren't counted: memory grows, caches and the scheduler settle.
+constexpr std::size_t warm_up = 3;
+/// How often the boxes of a file without motion are asked for.
+constexpr std::size_t still_frames = 20;
+/// Up to so many boxes every box is tried against every other, in the first frame and the last.
+constexpr std::size_t most_for_brute_force = 20'000;
+
+/// What is compared on: frames of boxes.
+template <int Dim, class T>
+struct Motion
+{
+    std::vector<std::vector<Aabb<Dim, T>>> frames; ///< at least one
+    std::size_t most = 0;                          ///< boxes in a frame
+
+    [[nodiscard]] bool moves() const { return frames.size() > 1; }
+    [[nodiscard]] std::size_t size() const { return moves() ? frames.size() : warm_up + still_frames; }
+    [[nodiscard]] std::span<const Aabb<Dim, T>> operator[](std::size_t frame) const
+    {
+        return frames[moves() ? frame : 0];
+    }
+    /// Where the boxes of a frame are others than in the one before, ascending; empty in the first.
+    void changed_in(std::size_t frame, std::vector<std::uint32_t>& changed) const
+    {
+        changed.clear();
+        if (frame == 0) return;
+        const auto before = (*this)[frame - 1], now = (*this)[frame];
+        for (std::size_t i = 0; i < std::min(before.size(), now.size()); ++i)
+            if (before[i].lo != now[i].lo || before[i].hi != now[i].hi)
+                changed.push_back(static_cast<std::uint32_t>(i));
+    }
+};
+
+/// Objects in a world, which is told what moved, came and went.
+template <int Dim, class T>
+class WorldOfBoxes final : public System<Dim, T>
+{
+  public:
+    using typename System<Dim, T>::Boxes, typename System<Dim, T>::Positions;
+
+    explicit WorldOfBoxes(jostle::Executor& executor) : world_({.executor = &executor}) {}
+    void frame(Boxes boxes, Positions changed) override
+    {
+        const std::size_t known = std::min(ids_.size(), boxes.size());
+        moved_ids_.clear();
+        moved_boxes_.clear();
+        for (const std::uint32_t i : changed) {
+            if (i >= known) break;
+            moved_ids_.push_back(ids_[i]);
+            moved_boxes_.push_back(boxes[i]);
+        }
+        while (ids_.size() > boxes.size()) {
+            world_.remove(ids_.back());
+            ids_.pop_back();
+        }
+        if (boxes.size() > known) {
+            ids_.resize(boxes.size());
+            world_.add(boxes.subspan(known), std::span(ids_).subspan(known));
+        }
+        world_.update(moved_ids_, moved_boxes_);
+    }
+    Answer answer() override
+    {
+        std::vector<std::uint32_t> number(world_.index_end());
+        for (std::uint32_t i = 0; i < ids_.size(); ++i)
+            number[ids_[i].index] = i;
+        std::vector<jostle::Pair> pairs = world_.pairs().to_vector();
+        for (jostle::Pair& pair : pairs)
+            pair = {std::min(number[pair.a], number[pair.b]), std::max(number[pair.a], number[pair.b])};
+        return {pairs.size(), jostle::pair_checksum(pairs)};
+    }
+    Stages stages() const override
+    {
+        const jostle::WorldStats& s = world_.stats();
+        return {{"apply", s.us_apply / 1e3},
+                {"active", s.us_active / 1e3},
+                {"resting", s.us_resting / 1e3},
+                {"events", s.us_events / 1e3},
+                {"index", s.us_index / 1e3}};
+    }
+
+  private:
+    jostle::World<Dim, T> world_;
+    std::vector<jostle::ObjectId> ids_, moved_ids_;
+    std::vector<Aabb<Dim, T>> moved_boxes_;
+};
+
+#ifdef JOSTLE_WITH_PEERS
+/// Another system, begun anew, untimed, in a frame with another number of boxes.
+template <int Dim>
+class PeerOfBoxes final : public System<Dim, float>
+{
+  public:
+    using typename System<Dim, float>::Boxes, typename System<Dim, float>::Positions;
+
+    PeerOfBoxes(jostle_bench::Peer<Dim>& peer, std::uint32_t threads) : peer_(peer), threads_(threads) {}
+    void before(Boxes boxes, Positions) override
+    {
+        if (boxes.size() == size_) return;
+        stop();
+        if (!boxes.empty()) peer_.start(boxes, threads_);
+        size_ = boxes.size();
+    }
+    void frame(Boxes boxes, Positions changed) override
+    {
+        if (size_ != 0) peer_.frame(boxes, changed);
+    }
+    Answer answer() override
+    {
+        if (size_ == 0) return {};
+        const jostle_bench::PeerResult result = peer_.result();
+        return {result.pairs, result.checksum};
+    }
+    void stop() override
+    {
+        if (size_ != 0) peer_.stop();
+        size_ = 0;
+    }
+
+  private:
+    jostle_bench::Peer<Dim>& peer_;
+    std::uint32_t threads_;
+    std::size_t size_ = 0;
+};
+#endif
+
+struct Measured
+{
+    std::string system;
+    std::uint32_t threads;
+    std::vector<double> ms; ///< of the frames that count
+    std::vector<Answer> answers;
+    std::vector<Stages> stages;
+    std::uint64_t bytes; ///< that it holds after the last frame
+    bool has_answer;
+
+    [[nodiscard]] double median_ms() const { return median(ms); }
+};
+
+std::uint64_t allocated_bytes()
+{
+    const struct mallinfo2 info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+}
+
+/// `make` makes the system, so that its memory is counted.
+template <int Dim, class T>
+Measured measure(const std::string& name, std::uint32_t threads, const Motion<Dim, T>& motion,
+                 bool has_answer, const std::function<std::unique_ptr<System<Dim, T>>()>& make)
+{
+    using Clock = std::chrono::steady_clock;
+    Measured result{name, threads, {}, {}, {}, 0, has_answer};
+    std::vector<std::uint32_t> changed;
+    Progress progress(name + ", " + std::to_string(threads) + (threads == 1 ? " thread" : " threads"),
+                      motion.size());
+    const std::uint64_t bytes_before = allocated_bytes();
+    const std::unique_ptr<System<Dim, T>> system = make();
+    // A short recording has few frames to spare.
+    const std::size_t uncounted = motion.size() > 2 * warm_up ? warm_up : 1;
+    for (std::size_t frame = 0; frame < motion.size(); ++frame, progress.step()) {
+        motion.changed_in(frame, changed);
+        system->before(motion[frame], changed);
+        const Clock::time_point before = Clock::now();
+        try {
+            system->frame(motion[frame], changed);
+        } catch (const jostle::Error& error) {
+            throw UsageError("frame " + std::to_string(frame) + ": " + error.what());
+        }
+        const Clock::time_point after = Clock::now();
+        result.answers.push_back(system->answer());
+        if (frame < uncounted && frame + 1 < motion.size()) continue;
+        result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        result.stages.push_back(system->stages());
+    }
+    const std::uint64_t bytes_after = allocated_bytes();
+    result.bytes = bytes_after > bytes_before ? bytes_after - bytes_before : 0;
+    system->stop();
+    return result;
+}
+
+/// Median ms of each stage.
+Stages typical_stages(const Measured& measured)
+{
+    Stages typical;
+    for (std::size_t k = 0; k < measured.stages.front().size(); ++k) {
+        std::vector<double> ms;
+        for (const Stages& stages : measured.stages)
+            ms.push_back(stages[k].second);
+        typical.emplace_back(measured.stages.front()[k].first, median(ms));
+    }
+    return typical;
+}
+
+/// The boxes in the order of their centres' places along a Z-curve (Morton, 1966), as they lie in the first
+/// frame: neighbours in space become neighbours in memory.
+template <int Dim, class T>
+Motion<Dim, T> by_place(const Motion<Dim, T>& motion)
+{
+    constexpr int bits = 63 / Dim;
+    Motion<Dim, T> result;
+    result.most = motion.most;
+    std::vector<std::uint32_t> order;
+    for (const auto& boxes : motion.frames) {
+        if (order.size() != boxes.size()) {
+            double lo[Dim], hi[Dim];
+            for (int d = 0; d < Dim; ++d)
+                lo[d] = 1e300, hi[d] = -1e300;
+            const auto centre = [&](const Aabb<Dim, T>& box, int d) {
+                const double middle = double{box.lo[d]} / 2 + double{box.hi[d]} / 2;
+                return middle == middle ? std::clamp(middle, -1e299, 1e299) : 0.0; // infinite on both sides
+            };
+            for (const auto& box : boxes)
+                for (int d = 0; d < Dim; ++d) {
+                    lo[d] = std::min(lo[d], centre(box, d));
+                    hi[d] = std::max(hi[d], centre(box, d));
+                }
+            std::vector<std::uint64_t> key(boxes.size(), 0);
+            for (std::size_t i = 0; i < boxes.size(); ++i)
+                for (int d = 0; d < Dim; ++d) {
+                    const double part = hi[d] > lo[d] ? (centre(boxes[i], d) - lo[d]) / (hi[d] - lo[d]) : 0;
+                    const auto cell = static_cast<std::uint64_t>(
+                        part * static_cast<double>((std::uint64_t{1} << bits) - 1));
+                    for (int bit = 0; bit < bits; ++bit)
+                        key[i] |= (cell >> bit & 1) << (bit * Dim + d);
+                }
+            order.resize(boxes.size());
+            std::iota(order.begin(), order.end(), 0u);
+            std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+                return std::tie(key[a], a) < std::tie(key[b], b);
+            });
+        }
+        auto& sorted = result.frames.emplace_back();
+        for (const std::uint32_t i : order)
+            sorted.push_back(boxes[i]);
+    }
+    return result;
+}
+
+/// The first frame and the last against the definition.
+template <int Dim, class T>
+void check(const Motion<Dim, T>& motion, const Measured& measured)
+{
+    for (const std::size_t frame : {std::size_t{0}, motion.size() - 1}) {
+        if (motion[frame].size() > most_for_brute_force) continue;
+        const auto pairs = jostle::find_pairs_brute_force(BoxView(motion[frame]));
+        if (measured.answers[frame] != Answer{pairs.size(), jostle::pair_checksum(pairs)})
+            throw std::runtime_error("frame " + std::to_string(frame) +
+                                     ": the engine and brute force disagree; please report it");
+    }
+}
+
+/// What the measurements say about what to use.
+std::vector<std::string> advice(const std::vector<Measured>& all, double by_place_ms)
+{
+    std::vector<std::string> advice;
+    const auto find = [&](const char* system, auto better) {
+        const Measured* best = nullptr;
+        for (const Measured& m : all)
+            if (m.system == system && (best == nullptr || better(m, *best))) best = &m;
+        return best;
+    };
+    const auto faster = [](const Measured& a, const Measured& b) { return a.median_ms() < b.median_ms(); };
+    const Measured& finder = *find("jostle", faster);
+    const Measured& world = *find("world", faster);
+    char text[256];
+    const double ratio = world.median_ms() / finder.median_ms();
+    if (ratio < 1)
+        std::snprintf(
+            text, sizeof text,
+            "Keep the boxes in a World: it takes %.2g of a PairFinder's time here, since it looks only at "
+            "what changed. It also tells what began and ended.",
+            ratio);
+    else
+        std::snprintf(
+            text, sizeof text,
+            "A PairFinder is the faster of Jostle's two here. A World takes %.2g times as long, and tells "
+            "what began and ended.",
+            ratio);
+    advice.emplace_back(text);
+
+    const Measured& first =
+        *find("jostle", [](const Measured& a, const Measured& b) { return a.threads < b.threads; });
+    const Measured& last =
+        *find("jostle", [](const Measured& a, const Measured& b) { return a.threads > b.threads; });
+    if (last.threads > first.threads) {
+        const double gain = first.median_ms() / last.median_ms();
+        if (gain > 1.1)
+            std::snprintf(text, sizeof text, "%u threads are %.2g times as fast as %u.", last.threads, gain,
+                          first.threads);
+        else
+            std::snprintf(text, sizeof text,
+                          "%u threads gain nothing over %u with so few boxes: give the finder fewer.",
+                          last.threads, first.threads);
+        advice.emplace_back(text);
+    }
+    if (by_place_ms > 0) {
+        const double gain = first.median_ms() / by_place_ms;
+        if (gain > 1.1) {
+            std::snprintf(
+                text, sizeof text,
+                "If the boxes lay in memory by their place in space, the search would be %.2g times as fast: "
+                "sort your objects now and then.",
+                gain);
+            advice.emplace_back(text);
+        }
+    }
+    return advice;
+}
+
+template <int Dim, class T>
+double moving_share(const Motion<Dim, T>& motion)
+{
+    std::uint64_t changed = 0, all = 0;
+    std::vector<std::uint32_t> list;
+    for (std::size_t frame = 1; motion.moves() && frame < motion.size(); ++frame) {
+        motion.changed_in(frame, list);
+        changed += list.size();
+        all += motion[frame].size();
+    }
+    return all == 0 ? 0 : static_cast<double>(changed) / static_cast<double>(all);
+}
+
+void print(const std::vector<Measured>& all)
+{
+    std::printf("  %-12s %7s %10s %9s %9s %10s %12s  %s\n", "system", "threads", "ms/frame", "min", "max",
+                "MB", "pairs", "");
+    for (const Measured& m : all) {
+        std::string remark;
+        if (m.system == "jostle" || m.system == "world") {
+            for (const auto& [name, ms] : typical_stages(m)) {
+                char text[64];
+                std::snprintf(text, sizeof text, "%s%s %.3f", remark.empty() ? "" : ", ", name.c_str(), ms);
+                remark += text;
+            }
+        }
+        for (const Measured& ours : all)
+            if (remark.empty() && ours.system == "jostle" && ours.threads == m.threads &&
+                ours.median_ms() > 0) {
+                char text[64];
+                std::snprintf(text, sizeof text, "%.1f x jostle", m.median_ms() / ours.median_ms());
+                remark = text;
+            }
+        std::printf("  %-12s %7u %10.3f %9.3f %9.3f %10.1f %12s  %s\n", m.system.c_str(), m.threads,
+                    m.median_ms(), *std::min_element(m.ms.begin(), m.ms.end()),
+                    *std::max_element(m.ms.begin(), m.ms.end()), static_cast<double>(m.bytes) / 1e6,
+                    m.has_answer ? grouped(m.answers.back().found).c_str() : "", remark.c_str());
+    }
+}
+
+jostle_bench::ReportRow report_row(const Measured& m, const std::string& file, std::uint64_t n)
+{
+    jostle_bench::ReportRow row;
+    row.system = m.system;
+    row.scene = file;
+    row.n = n;
+    row.threads = m.threads;
+    row.median_ms = rounded(m.median_ms());
+    row.min_ms = rounded(*std::min_element(m.ms.begin(), m.ms.end()));
+    row.max_ms = rounded(*std::max_element(m.ms.begin(), m.ms.end()));
+    row.pairs = m.answers.back().found;
+    row.checksum = hex(m.answers.back().checksum);
+    row.stages = typical_stages(m);
+    return row;
+}
+
+template <int Dim, class T>
+void compare(const Options& options, const std::string& name, const Motion<Dim, T>& motion,
+             const std::string& about)
+{
+    std::printf("%s: up to %s boxes, %dD %s, %s\n", printable(name).c_str(), grouped(motion.most).c_str(),
+                Dim, sizeof(T) == 4 ? "float" : "double",
+                motion.moves() ? (grouped(motion.frames.size()) + " frames").c_str()
+                               : "one frame, asked for again and again");
+    if (!about.empty()) std::printf("  %s\n", shortened(about, 500).c_str());
+    if (motion.moves())
+        std::printf("  %.0f %% of the boxes change from one frame to the next\n", 100 * moving_share(motion));
+    std::printf("\n");
+    std::fflush(stdout);
+
+    RowsFile file(options.json);
+    std::vector<Measured> all;
+    for (const std::uint32_t count : options.threads) {
+        const Threads threads(count);
+        all.push_back(measure<Dim, T>("jostle", threads.count(), motion, true, [&] {
+            return std::make_unique<FinderSystem<Dim, T>>(
+                jostle::FinderOptions{.executor = &threads.executor()});
+        }));
+        all.push_back(measure<Dim, T>("world", threads.count(), motion, true, [&] {
+            return std::make_unique<WorldOfBoxes<Dim, T>>(threads.executor());
+        }));
+#ifdef JOSTLE_WITH_PEERS
+        if constexpr (std::is_same_v<T, float>) {
+            for (const auto& peer : jostle_bench::make_peers<Dim>()) {
+                const jostle_bench::PeerInfo& info = peer->info();
+                const auto names = CLI::detail::split(options.peers, ',');
+                if (options.peers.empty() || (options.peers != "all" && std::find(names.begin(), names.end(),
+                                                                                  info.name) == names.end()))
+                    continue;
+                if (!info.uses_threads && count != options.threads.front()) continue;
+                if (motion.most > info.max_objects) {
+                    std::printf("  %s left out: it takes minutes a frame with more than %s boxes\n",
+                                info.name, grouped(info.max_objects).c_str());
+                    continue;
+                }
+                const std::uint32_t used = info.uses_threads ? threads.count() : 1;
+                all.push_back(measure<Dim, T>(info.name, used, motion, info.finds_pairs, [&] {
+                    return std::make_unique<PeerOfBoxes<Dim>>(*peer, used);
+                }));
+            }
+        }
+#endif
+    }
+    check(motion, all.front());
+    double by_place_ms = 0;
+    if (motion.most >= 1000) {
+        const Motion<Dim, T> sorted = by_place(motion);
+        const Threads threads(options.threads.front());
+        by_place_ms = measure<Dim, T>("jostle, boxes in order of place", threads.count(), sorted, true, [&] {
+                          return std::make_unique<FinderSystem<Dim, T>>(
+                              jostle::FinderOptions{.executor = &threads.executor()});
+                      }).median_ms();
+    }
+
+    print(all);
+    std::string difference;
+    for (const Measured& m : all)
+        for (std::size_t frame = 0; m.has_answer && difference.empty() && frame < m.answers.size(); ++frame)
+            if (m.answers[frame] != all.front().answers[frame])
+                difference = "frame " + std::to_string(frame) + ": jostle finds " +
+                             std::to_string(all.front().answers[frame].found) + " pairs, " + m.system + " " +
+                             std::to_string(m.answers[frame].found);
+    if (difference.empty())
+        std::printf("\n  All find the same pairs in every frame%s.\n",
+                    motion[0].size() <= most_for_brute_force
+                        ? ", and so does brute force, every box against every other"
+                        : "");
+    const std::vector<std::string> hints = advice(all, by_place_ms);
+    for (const std::string& hint : hints)
+        std::printf("  %s\n", hint.c_str());
+
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    std::vector<jostle_bench::ReportRow> report;
+    for (const Measured& m : all) {
+        report.push_back(report_row(m, std::filesystem::path(name).filename().string(), motion.most));
+        const jostle_bench::ReportRow& row = report.back();
+        nlohmann::ordered_json json;
+        json["system"] = row.system;
+        json["file"] = name;
+        json["n"] = row.n;
+        json["threads"] = row.threads;
+        json["median_ms"] = row.median_ms;
+        json["min_ms"] = row.min_ms;
+        json["max_ms"] = row.max_ms;
+        json["bytes"] = m.bytes;
+        if (m.has_answer) {
+            json["pairs"] = row.pairs;
+            json["checksum"] = row.checksum;
+        }
+        json["stages"] = nlohmann::ordered_json::object();
+        for (const auto& [stage, ms] : row.stages)
+            json["stages"][stage] = rounded(ms);
+        json["frames"] = m.ms.size();
+        rows.push_back(std::move(json));
+    }
+    file.write(rows);
+    if (!options.report.empty()) {
+        try {
+            std::string text = name + ", " + std::to_string(motion.size()) + " frames";
+            for (const std::string& hint : hints)
+                text += ". " + hint;
+            jostle_bench::write_report(report, text, options.report);
+        } catch (const std::runtime_error& error) {
+            throw UsageError(std::string("--report: ") + error.what());
+        }
+    }
+    if (!difference.empty()) throw std::runtime_error(difference);
+}
+
+template <int Dim, class T>
+void compare_recording(const Options& options, const std::string& path,
+                       jostle_scenes::RecordingReader& recording)
+{
+    Motion<Dim, T> motion;
+    const std::uint64_t frames =
+        options.frames == 0 ? recording.info().frames : std::min(options.frames, recording.info().frames);
+    {
+        Progress progress("reading", frames);
+        std::vector<Aabb<Dim, T>> boxes;
+        for (std::uint64_t frame = 0; frame < frames && recording.next(boxes); ++frame, progress.step()) {
+            motion.most = std::max(motion.most, boxes.size());
+            motion.frames.push_back(boxes);
+        }
+    }
+    if (motion.frames.empty()) throw UsageError(path + ": has no frames; record it again");
+    compare(options, path, motion, recording.info().description);
+}
+
+/// Files of boxes, each of them a frame.
+template <int Dim, class T>
+void compare_files(const Options& options, BoxSet first)
+{
+    Motion<Dim, T> motion;
+    for (std::size_t k = 0; k < options.files.size(); ++k) {
+        BoxSet set = k == 0 ? std::move(first) : read_boxes(options.files[k], {});
+        auto* const boxes = std::get_if<std::vector<Aabb<Dim, T>>>(&set.boxes);
+        if (boxes == nullptr)
+            throw UsageError(options.files[k] +
+                             ": its boxes are of another dimension or type than those of " +
+                             options.files.front());
+        motion.most = std::max(motion.most, boxes->size());
+        motion.frames.push_back(std::move(*boxes));
+    }
+    compare(options, options.files.front(), motion, "");
+}
+
+void run(const Options& options)
+{
+    check_for_peers(!options.peers.empty());
+    if (!options.report.empty()) {
+        if (options.report == options.json) throw UsageError("--report and --json name one file; give two");
+        try {
+            jostle_bench::check_gnuplot(); // before minutes of work
+        } catch (const std::runtime_error& error) {
+            throw UsageError(std::string("--report: ") + error.what());
+        }
+    }
+    if (options.json == "-") throw UsageError("--json: stdout has the table; give a file");
+    const std::string& path = options.files.front();
+    if (extension_of(path) == ".jrec") {
+        if (options.files.size() > 1) throw UsageError(options.files[1] + ": one recording at a time");
+        try {
+            jostle_scenes::RecordingReader recording(path);
+            const jostle_scenes::RecordingInfo& info = recording.info();
+            const bool floats = info.coordinate_bytes == 4;
+            if (info.dim == 2)
+                floats ? compare_recording<2, float>(options, path, recording)
+                       : compare_recording<2, double>(options, path, recording);
+            else
+                floats ? compare_recording<3, float>(options, path, recording)
+                       : compare_recording<3, double>(options, path, recording);
+        } catch (const UsageError&) {
+            throw;
+        } catch (const std::runtime_error& error) {
+            if (std::string(error.what()).starts_with(path)) throw UsageError(error.what()); // the reader's
+            throw;
+        }
+        return;
+    }
+    BoxSet first = read_boxes(path, {});
+    std::visit([&]<int Dim, class T>(
+                   const std::vector<Aabb<Dim, T>>&) { compare_files<Dim, T>(options, std::move(first)); },
+               BoxSet(first).boxes);
+}
+
+constexpr const char* help =
+    R"(FILE is a recording of your program's boxes, which jostle::Recorder writes (three lines in your program; see
+docs/guide/compare.md), or a CSV file, array or mesh; several of these are frames, in the order of their names as
+given.
+
+Prints what a frame takes with a PairFinder, with a World that is told what moved, and with each other system
+that the build has (--peers); whether all find the same pairs; memory that each holds; where the time goes; and
+what would make it faster. The exit status is 1 if they disagree.
+
+Examples:
+  jostle compare mine.jrec
+  jostle compare mine.jrec --peers --report mine.html
+  jostle compare boxes.csv --threads 1,2,4
+  jostle compare frame0.npy frame1.npy frame2.npy --json rows.json)";
+
+} // namespace
+
+void add_compare_command(CLI::App& app)
+{
+    CLI::App* command = app.add_subcommand("compare", "What every system takes on your own boxes");
+    command->footer(help);
+    const auto options = std::make_shared<Options>();
+    command->add_option("FILE", options->files, "A recording, or files of boxes, one a frame")
+        ->required()
+        ->type_name("");
+    add_thread_counts_option(*command, options->threads);
+    add_number_option(*command, "--frames", options->frames, std::uint64_t{1}, ~std::uint64_t{0},
+                      "No more frames of the recording than this")
+        ->type_name("F");
+    add_rows_file_option(*command, options->json);
+    command->add_flag("--peers{all}", options->peers,
+                      "Other systems as well, where the build has them; --peers=embree,bullet: only these");
+    command->add_option("--report", options->report, "Write tables and plots as one HTML page; wants gnuplot")
+        ->type_name("FILE");
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool
