@@ -19,6 +19,8 @@ namespace engine {
 //                31  30  29 28 27  26              0
 //     object    | b | a |2  1  0 |      index       |   flags: b and a, the set that it belongs to;
 //                                                       2, 1 and 0: a copy on that axis of the user's
+//                                                       (grids order axes as it suits them, and nested ones
+//                                                       keep the flags)
 //
 // - lo is 0 to 2^14 - 1. Of a copy, a record of a box that began in a lower brick, the high half is 0: it
 //   begins before everything here.
@@ -27,8 +29,8 @@ namespace engine {
 //   that only the user's numbers can tell (a *tie*), and positive where a certainly reaches b. Two halves of
 //   two words give it with one addition.
 // - Two records make a pair in a brick only if they share no flag. Of all bricks that two boxes share exactly
-//   one, the one with the greater lower bound on each axis, sees no axis on which both are copies: it owns
-//   the pair. Where pairs between two sets are sought, flags a and b keep those within a set apart; within
+//   one sees no axis on which both are copies: the one where, on each axis, the later of the two begins. It
+//   owns the pair. Where pairs between two sets are sought, flags a and b keep those within a set apart; within
 //   one set neither is used.
 
 /// A brick's edge has 2^14 quanta, so that sums and differences of two bounds fit 16 signed bits.

@@ -28,7 +28,7 @@ struct Candidates
     double us_active = 0, us_resting = 0;
 };
 
-/// The second stage of an update: finds the pairs of changed objects with all that is there, in the memory of
+/// The stage `find` of an update: finds the pairs of changed objects with all that is there, in the memory of
 /// `to`.
 template <int Dim, class T>
 [[nodiscard]] Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,

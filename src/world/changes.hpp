@@ -112,7 +112,7 @@ struct Moves
     BoxView<Dim, T> boxes;
 };
 
-/// The first stage of an update: what was taken from the queues, and `moves`, are applied to the objects.
+/// The stage `apply` of an update: what was taken from the queues, and `moves`, are applied to the objects.
 template <int Dim, class T>
 [[nodiscard]] Changes<Dim, T> apply(State<Dim, T>& state, const Queues<Dim, T>& queues,
                                     const Moves<Dim, T>& moves, Arena& arena);

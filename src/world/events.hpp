@@ -61,7 +61,7 @@ class Refusals
     std::pmr::vector<Key>& removed_;
 };
 
-/// The third stage of an update: compares the pairs that touch now with those that did. Fills `next`;
+/// The stage `judge` of an update: compares the pairs that touch now with those that did. Fills `next`;
 /// `old_pairs` are those of objects that wake up, which `last` doesn't have. Asks `accept`.
 template <int Dim, class T>
 [[nodiscard]] Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes,

@@ -25,7 +25,7 @@ struct Rest
     std::uint64_t recent_work;
 };
 
-/// The last stage of an update, and the last that can fail; then the index is as it was. Objects that come to
+/// The stage `plan_rest` of an update, the last that can fail; then the index is as it was. Objects that come to
 /// rest are in the index when it returns; those that wake up still are.
 template <int Dim, class T>
 [[nodiscard]] Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes,

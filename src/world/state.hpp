@@ -20,7 +20,8 @@ namespace world {
 // Pairs are looked at, and boxes set, in runs of this many.
 constexpr std::size_t run_length = 4096;
 
-/// What a world is. The stages of an update read it and say what is to change; commit() changes it.
+/// What a world is. The stages of an update read it and say what is to change; `commit_objects` and
+/// `commit_rest` in update.cpp change it.
 template <int Dim, class T>
 struct State
 {

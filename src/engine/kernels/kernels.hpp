@@ -41,16 +41,18 @@ struct Unit
 //
 //     records     0 1 2 3 4 5 6 . . . . . . . 14 15  16 17 18 . . .
 //     row 2       - - - c c c c c c c c c c c c  c    c  c |           - masked, c candidate, | the window's
-//     end row 3       - - - - c c c c c c c c c c c  c    c  c  c  c |
+//     row 3           - - - - c c c c c c c c c c c  c    c  c  c  c |
 //                |<-------- a step of 16 --------->|<----- a step ...
 //
 // - Rows come in couples, i even, which share each step: candidates are loaded once for both. The couple's
 //   window ends where the longer of the two does.
 // - The first step begins at the multiple of 4 at or before i + 1. Candidates before the row's successor are
-//   masked in that step (x), and only in it.
+//   masked in that step (-), and only in it.
 // - Nothing is masked behind a window's end. Those records begin behind the row's end, so they fail the test
 //   on the sweep axis by themselves; so does the padding at the end. A step may therefore reach over the end
 //   of the records, but not over that of the padding.
+// - Two records that share a flag make neither a pair nor a tie: the pair is another brick's, or both are of
+//   one set (record.hpp says why, and docs/guide/engine.md why each pair is some brick's).
 // - Pairs are written step by step: first those of row i with the step's candidates in their order, then
 //   those of row i + 1. Ties go to a list of their own, in the same order.
 // - Room for pairs and ties is looked at once in `sweep_segment` steps. Where it may not be enough,
