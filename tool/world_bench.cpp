@@ -55,6 +55,8 @@ constexpr SceneInfo scenes[] = {
     {"overlaps", "... all boxes that touch a box of edge 10", 0, 0,
      QuestionBatch{QuestionKind::box, 4000, 10}},
     {"nearest", "... the 8 boxes nearest to a point", 0, 0, QuestionBatch{QuestionKind::nearest, 4000, 8}},
+    {"masked", "... all of every eleventh box that touch a box of edge 10: a mask says which", 0, 0,
+     QuestionBatch{QuestionKind::box, 4000, 10}},
 };
 
 struct Options
@@ -170,11 +172,17 @@ using WorldSystem = System<3, float>;
 class Ours final : public WorldSystem
 {
   public:
-    explicit Ours(jostle::Executor& executor) : world_({.executor = &executor}) {}
+    /// `kinds`: one box in so many is of a category of its own, category 2.
+    explicit Ours(jostle::Executor& executor, std::size_t kinds = 0)
+        : world_({.executor = &executor}), kinds_(kinds)
+    {
+    }
     void start(std::span<const Aabb3f> boxes) override
     {
         ids_.resize(boxes.size());
-        world_.add(boxes, ids_);
+        if (kinds_ == 0) world_.add(boxes, ids_);
+        for (std::size_t i = 0; i < boxes.size() && kinds_ != 0; ++i)
+            ids_[i] = world_.add(boxes[i], {.filter = {.category = i % kinds_ == 0 ? 2u : 1u}});
         while (world_.stats().active != 0 || world_.stats().objects == 0)
             world_.update();
     }
@@ -235,6 +243,7 @@ class Ours final : public WorldSystem
 
   private:
     jostle::World3f world_;
+    std::size_t kinds_;
     std::vector<ObjectId> ids_, moved_ids_;
     std::vector<Aabb3f> moved_boxes_;
 };
@@ -268,8 +277,12 @@ class OursAsked final : public WorldSystem
 {
   public:
     OursAsked(jostle::Executor& executor, const QuestionBatch& batch,
-              const jostle_bench::Questions& questions)
-        : world_(executor), batch_(batch), questions_(questions), firsts_(batch.questions)
+              const jostle_bench::Questions& questions, bool masked)
+        : world_(executor, masked ? 11 : 0),
+          batch_(batch),
+          questions_(questions),
+          filter_{.mask = masked ? 2 : ~0u},
+          firsts_(batch.questions)
     {
     }
     void start(std::span<const Aabb3f> boxes) override { world_.start(boxes); }
@@ -288,7 +301,7 @@ class OursAsked final : public WorldSystem
             world.first(std::span<const jostle::Ray3f>(questions_.rays), firsts_);
             break;
         case QuestionKind::box:
-            world.all(std::span<const Aabb3f>(questions_.boxes), ids_);
+            world.all(std::span<const Aabb3f>(questions_.boxes), ids_, filter_);
             break;
         default:
             world.nearest(questions_.nearest, hits_);
@@ -319,6 +332,7 @@ class OursAsked final : public WorldSystem
     Ours world_;
     const QuestionBatch& batch_;
     const jostle_bench::Questions& questions_;
+    const jostle::ObjectQueryFilter filter_;
     std::vector<jostle::ObjectHit<float>> firsts_;
     jostle::ResultLists<ObjectId> ids_;
     jostle::ResultLists<jostle::ObjectHit<float>> hits_;
@@ -488,13 +502,14 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
             table.add(name, info, n, moved, used, measurement);
         };
         if (info.asked) {
+            const bool masked = std::string(info.name) == "masked";
             const jostle_bench::Questions questions = Asker(motion.boxes(), options.seed).make(*info.asked);
             {
-                OursAsked ours(threads.executor(), *info.asked, questions);
+                OursAsked ours(threads.executor(), *info.asked, questions, masked);
                 one(ours, "jostle", threads.count());
             }
 #ifdef JOSTLE_WITH_PEERS
-            if (!options.peers) continue;
+            if (!options.peers || masked) continue;
             const auto peers = jostle_bench::make_question_peers();
             for (std::size_t k = 0; k < peers.size(); ++k) {
                 if (!peers[k]->answers(info.asked->kind)) continue;

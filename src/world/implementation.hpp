@@ -10,6 +10,7 @@
 #include "world/arena.hpp"
 #include "world/changes.hpp"
 #include "world/commands.hpp"
+#include "world/masked_indexes.hpp"
 #include "world/neighbour_lists.hpp"
 #include "world/pair_lists.hpp"
 #include "world/state.hpp"
@@ -112,6 +113,7 @@ struct World<Dim, T>::Implementation
 
     mutable world::ChangedPairs changed_pairs;
     mutable world::ActiveIndex<Dim, T> active_index;
+    mutable world::MaskedIndexes<Dim, T> masked_indexes;
 };
 
 JOSTLE_NAMESPACE_END

@@ -84,14 +84,18 @@ class Asking
   public:
     using Implementation = typename World<Dim, T>::Implementation;
 
-    Asking(const Implementation& world, const ObjectQueryFilter& filter)
+    /// `questions`: how many will be asked.
+    Asking(const Implementation& world, const ObjectQueryFilter& filter, std::uint64_t questions = 1)
         : state_(world.state),
           reader_(filter.accept ? &world.readers : nullptr),
           filter_(filter),
           exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
-          numbers_(filter.category != ~0u || filter.mask != ~0u || filter.owner != Filter::no_owner),
-          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set),
-                   BoxIndexAccess::tree(state_.resting), tree_of_active(world))
+          masked_(is_masked(filter) && !world.in_use.load(std::memory_order_relaxed)
+                      ? world.masked_indexes.of(state_, filter.category, filter.mask, questions)
+                      : nullptr),
+          numbers_(filter.owner != Filter::no_owner || (is_masked(filter) && !are_all_counted())),
+          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), tree_of_resting(),
+                   tree_of_active(world))
     {
     }
 
@@ -162,8 +166,24 @@ class Asking
     }
 
   private:
-    static const index::Tree<Dim, T>* tree_of_active(const Implementation& world)
+    [[nodiscard]] static bool is_masked(const ObjectQueryFilter& filter) noexcept
     {
+        return filter.category != ~0u || filter.mask != ~0u;
+    }
+    /// Whether nothing lies in the indexes but what the masks are about.
+    [[nodiscard]] bool are_all_counted() const noexcept
+    {
+        return masked_ != nullptr && masked_->index() != nullptr &&
+               (masked_->all_active() || masked_->no_active());
+    }
+    [[nodiscard]] const index::Tree<Dim, T>& tree_of_resting() const noexcept
+    {
+        return BoxIndexAccess::tree(masked_ != nullptr && masked_->index() != nullptr ? *masked_->index()
+                                                                                      : state_.resting);
+    }
+    [[nodiscard]] const index::Tree<Dim, T>* tree_of_active(const Implementation& world) const
+    {
+        if (masked_ != nullptr && masked_->no_active()) return nullptr;
         const BoxIndex<Dim, T>* active = world.active_index.of(world.state);
         return active != nullptr ? &BoxIndexAccess::tree(*active) : nullptr;
     }
@@ -172,7 +192,8 @@ class Asking
     Reader reader_;
     const ObjectQueryFilter& filter_;
     std::uint32_t exclude_;
-    bool numbers_; // objects are asked for their filters
+    const typename MaskedIndexes<Dim, T>::Masked* masked_; // null: it wouldn't be worth it
+    bool numbers_;                                         // objects are asked for their filters
     index::Answers<Dim, T> answers_;
 };
 
@@ -246,7 +267,7 @@ void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> o
 {
     index::check_room(lines.size(), out.size());
     index::check_all(lines);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
+    const world::Asking<Dim, T> asking(*implementation_, filter, lines.size());
     asking.each(lines.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.given(asking.answers().first(lines[i], wanted));
     });
@@ -258,7 +279,7 @@ void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& 
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
     index::check_all(lines);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
+    const world::Asking<Dim, T> asking(*implementation_, filter, lines.size());
     asking.template lists<Hit<T>>(lines.size(), out.first_, out.items_, out.more_, out.found_,
                                   [&](std::size_t i, index::Wanted wanted, auto& items) {
                                       return asking.answers().all(lines[i], wanted, max_results, items);
@@ -271,7 +292,7 @@ void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& 
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
     index::check_all(regions);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
+    const world::Asking<Dim, T> asking(*implementation_, filter, regions.size());
     asking.template lists<std::uint32_t>(regions.size(), out.first_, out.items_, out.more_, out.found_,
                                          [&](std::size_t i, index::Wanted wanted, auto& items) {
                                              return asking.answers().all(regions[i], wanted, max_results,
@@ -284,7 +305,7 @@ void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLi
                             const ObjectQueryFilter& filter) const
 {
     index::check_all(questions);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
+    const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());
     asking.template lists<Hit<T>>(questions.size(), out.first_, out.items_, out.more_, out.found_,
                                   [&](std::size_t i, index::Wanted wanted, auto& items) {
                                       asking.answers().nearest(questions[i], wanted, items);
@@ -299,7 +320,7 @@ void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out
 {
     index::check_room(questions.size(), out.size());
     index::check_all(questions);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
+    const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());
     asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.answers().any(questions[i], wanted);
     });
@@ -312,7 +333,7 @@ void World<Dim, T>::count(std::span<const Question> questions, std::span<std::ui
 {
     index::check_room(questions.size(), out.size());
     index::check_all(questions);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
+    const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());
     asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.answers().count(questions[i], wanted);
     });

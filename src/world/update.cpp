@@ -118,7 +118,10 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     queues.forget();
     next.all_active = rest.settling.empty();
     shown = 1 - shown;
-    if (changed != 0 || !rest.settling.empty()) active_index.forget();
+    if (changed != 0 || !rest.settling.empty()) {
+        active_index.forget();
+        masked_indexes.note(entries.waking, rest.settling);
+    }
     changed_pairs.forget();
 
     const auto t3 = world::Clock::now();

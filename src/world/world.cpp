@@ -27,7 +27,8 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       arena(&memory),
       lists{world::Lists(&memory), world::Lists(&memory)},
       changed_pairs(&memory),
-      active_index({options.executor, &memory, options.instruction_set})
+      active_index({options.executor, &memory, options.instruction_set}),
+      masked_indexes({options.executor, &memory, options.instruction_set})
 {
     BoxIndexAccess::expect_to_come_back(state.resting);
 }

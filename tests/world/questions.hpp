@@ -33,6 +33,14 @@ class Questions
         }
     }
 
+    /// About these only, and all of them.
+    void only(std::uint32_t category, std::uint32_t mask)
+    {
+        filter_ = {};
+        filter_.category = category;
+        filter_.mask = mask;
+    }
+
     testing::AssertionResult agree()
     {
         constexpr std::size_t many = 3;
@@ -88,7 +96,7 @@ class Questions
     T coordinate() { return static_cast<T>(random_.uniform(-1, extent_ + 1)); }
     bool counts(const There& there) const
     {
-        if (filter_.mask != ~0u &&
+        if ((filter_.mask != ~0u || filter_.category != ~0u) &&
             ((there.filter.category & filter_.mask) == 0 || (filter_.category & there.filter.mask) == 0))
             return false;
         if (filter_.owner != jostle::Filter::no_owner && there.filter.owner == filter_.owner) return false;

@@ -38,6 +38,109 @@ TEST(Questions, AgreeWithAWalkOverAllObjects)
     ask<3, double>(4, 8, 200);
 }
 
+/// Many objects at rest, of which each mask leaves few, so that those get an index of their own.
+template <int Dim, class T>
+void ask_masked(std::uint64_t seed, double extent, jostle::Executor& executor)
+{
+    constexpr std::size_t objects = 1500;
+    constexpr std::uint32_t masks[][2] = {{~0u, 4}, {~0u, 2}, {4, ~0u}, {2, 6}, {~0u, 1}, {1, 4}};
+    Churn<Dim, T> churn(seed, extent, false, {.executor = &executor});
+    churn.giants = false;
+    for (std::size_t k = 0; k < 3 * objects; ++k)
+        churn.operate(objects);
+    for (int update = 0; update < 4; ++update)
+        ASSERT_TRUE(churn.update(false));
+    ASSERT_GT(churn.world->stats().resting, 1024u);
+    std::uint64_t before = 0, with = 0, results = 0;
+    for (int update = 0; update < 130; ++update) {
+        // One mask at a time, then all by turns, which are more than get an index; then nobody asks for long.
+        const bool all = update >= 24;
+        if (update < 48 || update >= 126)
+            for (std::uint32_t m = 0; m < (all ? std::size(masks) : 1); ++m) {
+                const auto [category, mask] =
+                    masks[all ? (m + static_cast<std::uint32_t>(update)) % std::size(masks)
+                              : static_cast<std::uint32_t>(update) / 12];
+                Questions<Dim, T> questions(churn, seed * 1000 + static_cast<std::uint64_t>(update));
+                questions.only(category, mask);
+                ASSERT_TRUE(questions.agree()) << "seed " << seed << ", update " << update << ", category "
+                                               << category << ", mask " << mask;
+                results += questions.results;
+            }
+        // Few, so that most stay at rest, and now and then as many as make it be built anew.
+        for (int k = update % 10 == 9 ? 900 : 1 + update % 4 * 5; k > 0; --k)
+            churn.operate(objects);
+        ASSERT_TRUE(churn.update(false));
+        if (update == 0) before = churn.world->stats().bytes_reserved;
+        if (update == 47) with = churn.world->stats().bytes_reserved;
+    }
+    EXPECT_GT(with, before) << "there were indices";
+    EXPECT_GT(results, 2000u);
+}
+
+TEST(Questions, AboutFewByTheirMasks)
+{
+    const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(7);
+    ask_masked<3, float>(1, 16, jostle::serial_executor());
+    ask_masked<2, double>(2, 50, *threads);
+}
+
+TEST(Questions, AboutFewByTheirMasksFromManyThreadsAndInsideAccept)
+{
+    std::function<void()> in_accept = [] {};
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId, ObjectId) {
+        in_accept();
+        return true;
+    };
+    jostle::World3f world(options);
+    std::vector<ObjectId> few;
+    for (int i = 0; i < 4000; ++i) {
+        const auto x = static_cast<float>(3 * i);
+        jostle::ObjectOptions<float> with;
+        with.filter.category = i % 16 == 0 ? 2 : 1;
+        const ObjectId id = world.add({{x, 0, 0}, {x + 1, 1, 1}}, with);
+        if (i % 16 == 0) few.push_back(id);
+    }
+    for (int k = 0; k < 20; ++k)
+        world.update();
+    ASSERT_EQ(world.stats().resting, 4000u);
+    const jostle::Aabb3f everywhere{{-1, -1, -1}, {12'000, 2, 2}};
+    const jostle::ObjectQueryFilter wanted{.mask = 2};
+    for (int round = 0; round < 12; ++round) {
+        std::vector<std::thread> askers;
+        std::atomic<int> wrong{0};
+        for (int t = 0; t < 4; ++t)
+            askers.emplace_back([&] {
+                std::vector<ObjectId> found;
+                for (int k = 0; k < 30; ++k) {
+                    (void)world.all(everywhere, found, wanted);
+                    wrong += found != few;
+                }
+            });
+        for (std::thread& thread : askers)
+            thread.join();
+        EXPECT_EQ(wrong, 0) << round;
+        // One more is wanted; and one moves onto the one before it.
+        const ObjectId other = world.id(few[0].index + 1 + static_cast<std::uint32_t>(round) * 16);
+        world.set_filter(other, {.category = 2});
+        few.insert(std::upper_bound(few.begin(), few.end(), other), other);
+        const ObjectId mover = few[few.size() - 2 - static_cast<std::size_t>(round)];
+        jostle::Aabb3f box = world.box(mover);
+        box.lo[0] -= 3;
+        box.hi[0] -= 3;
+        world.move(mover, box);
+        int asked = 0;
+        in_accept = [&] {
+            std::vector<ObjectId> found;
+            (void)world.all(everywhere, found, wanted);
+            asked += found == few;
+        };
+        world.update();
+        EXPECT_EQ(asked, 1) << round << ": by the filters that there are from now on";
+        in_accept = [] {};
+    }
+}
+
 TEST(Questions, FromManyThreadsWhileCommandsAreQueued)
 {
     Churn<3, float> churn(7, 10, false);

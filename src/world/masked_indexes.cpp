@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include "world/masked_indexes.hpp"
+
+#include <algorithm>
+
+#include "index/box_index_access.hpp"
+#include "world/instantiate.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+// With fewer resting objects there is little to come by.
+constexpr std::size_t worth_masking = 1024;
+// To make an index takes about as long as one question per so many resting objects saves.
+constexpr std::size_t objects_per_question = 64;
+// Updates until one that nobody asks about goes.
+constexpr std::uint32_t patience = 64;
+
+/// Where an object was after the last update: `accept` may ask in the middle of one.
+template <int Dim, class T>
+const Aabb<Dim, T>& last_box(const State<Dim, T>& state, Index index) noexcept
+{
+    const auto object = state.objects[index];
+    return object.has(flag::written) ? object.before() : object.now();
+}
+
+} // namespace
+
+template <int Dim, class T>
+auto MaskedIndexes<Dim, T>::find(std::uint32_t category, std::uint32_t mask) noexcept -> Masked*
+{
+    for (Masked& masked : all_)
+        if (masked.is_named.load(std::memory_order_acquire) && masked.category_ == category &&
+            masked.mask_ == mask)
+            return &masked;
+    return nullptr;
+}
+
+template <int Dim, class T>
+auto MaskedIndexes<Dim, T>::of(const State<Dim, T>& state, std::uint32_t category, std::uint32_t mask,
+                               std::uint64_t questions) -> const Masked*
+{
+    if (state.resting.size() < worth_masking) return nullptr;
+    Masked* masked = find(category, mask);
+    if (masked == nullptr) {
+        const std::lock_guard lock(mutex_);
+        masked = find(category, mask);
+        for (Masked& other : all_) {
+            if (masked != nullptr) break;
+            if (other.is_named.load(std::memory_order_relaxed)) continue;
+            masked = &other;
+            masked->category_ = category;
+            masked->mask_ = mask;
+            masked->asked_.store(0, std::memory_order_relaxed);
+            masked->is_named.store(true, std::memory_order_release);
+        }
+        if (masked == nullptr) return nullptr; // all are taken by others
+    }
+    masked->unasked_.store(0, std::memory_order_relaxed);
+    if (masked->is_fresh.load(std::memory_order_acquire)) return masked;
+    const std::uint64_t asked = masked->asked_.fetch_add(questions, std::memory_order_relaxed) + questions;
+    if (asked < state.resting.size() / objects_per_question) return nullptr;
+    const std::lock_guard lock(mutex_);
+    if (!masked->is_fresh.load(std::memory_order_relaxed)) {
+        refresh(*masked, state);
+        masked->is_fresh.store(true, std::memory_order_release);
+    }
+    return masked;
+}
+
+template <int Dim, class T>
+void MaskedIndexes<Dim, T>::refresh(Masked& masked, const State<Dim, T>& state)
+{
+    const std::size_t resting = state.resting.size();
+    if (masked.is_made_ && !masked.is_worth_it_) // there may be others by now
+        masked.is_made_ =
+            resting < masked.resting_ + masked.resting_ / 4 && masked.resting_ < resting + resting / 4;
+    if (masked.is_made_ && masked.is_worth_it_ && 4 * masked.moved_.size() > resting) masked.is_made_ = false;
+    if (!masked.is_made_)
+        make(masked, state);
+    else if (masked.is_worth_it_)
+        follow(masked, state);
+    masked.moved_.clear();
+    masked.of_active_ = state.active.size();
+    masked.active_ = 0;
+    for (const auto& each : state.active)
+        masked.active_ += counts(state.objects[each.index].filter(), masked.category_, masked.mask_);
+}
+
+template <int Dim, class T>
+void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
+{
+    std::pmr::vector<std::uint32_t> ids(options_.memory);
+    std::pmr::vector<Aabb<Dim, T>> boxes(options_.memory);
+    masked.resting_ = state.resting.size();
+    masked.is_worth_it_ = true;
+    const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
+    for (std::uint32_t i = 0; i < end && masked.is_worth_it_; ++i) {
+        const auto object = state.objects[Index{i}];
+        if (object.place() != Place::resting) continue;
+        if (!counts(object.filter(), masked.category_, masked.mask_)) continue;
+        ids.push_back(i);
+        boxes.push_back(last_box(state, Index{i}));
+        masked.is_worth_it_ = 2 * ids.size() <= masked.resting_;
+    }
+    if (masked.is_worth_it_) {
+        masked.index_.emplace(options_);
+        BoxIndexAccess::expect_to_come_back(*masked.index_);
+        BoxIndexAccess::rebuild(*masked.index_, std::span<const std::uint32_t>(ids),
+                                BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes)));
+    } else {
+        masked.index_.reset();
+    }
+    masked.is_made_ = true;
+}
+
+template <int Dim, class T>
+void MaskedIndexes<Dim, T>::follow(Masked& masked, const State<Dim, T>& state)
+{
+    auto& moved = masked.moved_;
+    std::sort(moved.begin(), moved.end());
+    moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+    std::vector<std::uint32_t> gone, come;
+    std::vector<Aabb<Dim, T>> boxes;
+    for (const std::uint32_t i : moved) {
+        if (masked.index_->contains(i)) gone.push_back(i); // who is back may lie elsewhere
+        const auto object = state.objects[Index{i}];
+        if (object.place() != Place::resting) continue;
+        if (!counts(object.filter(), masked.category_, masked.mask_)) continue;
+        come.push_back(i);
+        boxes.push_back(last_box(state, Index{i}));
+    }
+    masked.is_made_ = false; // unless all succeeds
+    BoxIndexAccess::erase(*masked.index_, std::span<const std::uint32_t>(gone));
+    if (!come.empty())
+        BoxIndexAccess::insert(*masked.index_, std::span<const std::uint32_t>(come),
+                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes)));
+    masked.is_made_ = true;
+}
+
+template <int Dim, class T>
+void MaskedIndexes<Dim, T>::note(std::span<const std::uint32_t> waking,
+                                 std::span<const std::uint32_t> settling) noexcept
+{
+    for (Masked& masked : all_) {
+        if (!masked.is_named.load(std::memory_order_relaxed)) continue;
+        masked.is_fresh.store(false, std::memory_order_relaxed);
+        if (masked.unasked_.fetch_add(1, std::memory_order_relaxed) == patience) {
+            masked.is_named.store(false, std::memory_order_relaxed);
+            masked.is_made_ = false;
+            masked.index_.reset();
+            masked.moved_.clear();
+            continue;
+        }
+        if (!masked.is_made_ || !masked.is_worth_it_) continue;
+        try {
+            masked.moved_.insert(masked.moved_.end(), waking.begin(), waking.end());
+            masked.moved_.insert(masked.moved_.end(), settling.begin(), settling.end());
+        } catch (...) {
+            masked.is_made_ = false; // it is made anew
+        }
+    }
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T) template class MaskedIndexes<Dim, T>;
+JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace world
+JOSTLE_NAMESPACE_END

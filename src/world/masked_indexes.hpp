@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory_resource>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "jostle/box_index.hpp"
+#include "world/state.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// Whether questions of this category and mask are about objects with such a filter.
+[[nodiscard]] inline bool counts(const ObjectFilter& object, std::uint32_t category,
+                                 std::uint32_t mask) noexcept
+{
+    return ((object.category & mask) != 0) & ((category & object.mask) != 0);
+}
+
+/// The resting objects that a category and mask of questions leave over, in an index of their own. Where they
+/// lie among many others, each leaf of the index of all has some of both; only one without the others
+/// doesn't come by them. It is made when so many questions have been asked that it is worth it, and follows
+/// from then on; when nobody has asked for long, it goes. Only a cache: no answer depends on it.
+template <int Dim, class T>
+class MaskedIndexes
+{
+  public:
+    /// What lies behind questions of one category and mask.
+    class Masked
+    {
+      public:
+        /// Null: the index of all that rests has to do.
+        [[nodiscard]] const BoxIndex<Dim, T>* index() const noexcept
+        {
+            return is_worth_it_ ? &*index_ : nullptr;
+        }
+        /// How many of the active objects count.
+        [[nodiscard]] bool all_active() const noexcept { return active_ == of_active_; }
+        [[nodiscard]] bool no_active() const noexcept { return active_ == 0; }
+
+      private:
+        friend class MaskedIndexes;
+        explicit Masked(std::pmr::memory_resource* memory) : moved_(memory) {}
+        std::atomic<bool> is_named{false}; // category_ and mask_ are set, and stay as long as it is
+        std::atomic<bool> is_fresh{false}; // all else is as the last update has left the world
+        std::uint32_t category_ = 0, mask_ = 0;
+        std::atomic<std::uint64_t> asked_{0};   // questions since it was named
+        std::atomic<std::uint32_t> unasked_{0}; // updates in which nobody asked
+        bool is_made_ = false, is_worth_it_ = false;
+        std::size_t resting_ = 0; // how many there were when that was found out
+        std::size_t active_ = 0, of_active_ = 0;
+        std::optional<BoxIndex<Dim, T>> index_;
+        std::pmr::vector<std::uint32_t> moved_; // objects that came to rest or woke up since it was fresh
+    };
+
+    explicit MaskedIndexes(const IndexOptions& options)
+        : options_(options),
+          all_{Masked(options.memory), Masked(options.memory), Masked(options.memory), Masked(options.memory)}
+    {
+    }
+
+    /// Null unless it is worth it for so many questions more. Valid until the next update.
+    const Masked* of(const State<Dim, T>& state, std::uint32_t category, std::uint32_t mask,
+                     std::uint64_t questions);
+
+    // After an update that has changed something:
+    void note(std::span<const std::uint32_t> waking, std::span<const std::uint32_t> settling) noexcept;
+
+  private:
+    Masked* find(std::uint32_t category, std::uint32_t mask) noexcept;
+    void make(Masked& masked, const State<Dim, T>& state);
+    void follow(Masked& masked, const State<Dim, T>& state);
+    void refresh(Masked& masked, const State<Dim, T>& state);
+
+    const IndexOptions options_;
+    std::mutex mutex_; // held while one is named or brought up to date
+    std::array<Masked, 4> all_;
+};
+
+} // namespace world
+JOSTLE_NAMESPACE_END
