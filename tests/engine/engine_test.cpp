@@ -412,19 +412,23 @@ TEST(Tuner, BoxesWithoutEndAndFarAwayDoNotStretchTheGrid)
 {
     auto sample = std::make_unique<engine::Sample>();
     const double inf = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < 1000; ++i, ++sample->size)
-        for (int d = 0; d < 3; ++d) {
-            const double at = i % 10 == 0 ? -inf
-                              : i % 100 == 1
-                                  ? 1e30
-                                  : static_cast<double>((i * (7 + static_cast<std::size_t>(d) * 6)) % 100);
-            sample->add(d, at, i % 10 == 0 ? inf : at + 1);
+    // Without end on both sides, on one, on the other.
+    for (const auto& [lo, hi] : {std::pair(-inf, inf), std::pair(-inf, 50.0), std::pair(50.0, inf)})
+        for (const double far : {1e30, -1e30}) {
+            for (sample->size = 0; sample->size < 1000; ++sample->size)
+                for (std::size_t d = 0; d < 3; ++d) {
+                    const std::size_t i = sample->size;
+                    const double at = i % 100 == 1 ? far : static_cast<double>((i * (7 + d * 6)) % 100);
+                    const bool endless = i % 10 == 0;
+                    sample->add(static_cast<int>(d), endless ? lo : at, endless ? hi : at + 1);
+                }
+            const auto tuned = engine::tune<3, double>(*sample, 100'000);
+            for (int p = 0; p < 3; ++p) {
+                EXPECT_GE(tuned.grid.origin[p], -50);
+                EXPECT_LE(static_cast<double>(tuned.grid.cells[p]) * engine::quanta / tuned.grid.scale[p],
+                          300);
+            }
         }
-    const auto tuned = engine::tune<3, double>(*sample, 100'000);
-    for (int p = 0; p < 3; ++p) {
-        EXPECT_GE(tuned.grid.origin[p], -50);
-        EXPECT_LE(static_cast<double>(tuned.grid.cells[p]) * engine::quanta / tuned.grid.scale[p], 300);
-    }
 }
 
 } // namespace

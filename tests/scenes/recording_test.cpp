@@ -492,6 +492,9 @@ TEST(Recording, AppearsWholeOrNotAtAll)
         writer.add_frame(frames[0]);
         EXPECT_FALSE(fs::exists(file.path()));
         EXPECT_THROW(writer.add_frame(std::span(frames[0]).first(4)), std::invalid_argument);
+        auto one_more = frames[0];
+        one_more.push_back(one_more.back());
+        EXPECT_THROW(writer.add_frame(one_more), std::invalid_argument);
     }
     const auto left = [&] {
         std::size_t files = 0;
