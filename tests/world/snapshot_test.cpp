@@ -302,6 +302,37 @@ void seal(Bytes& bytes)
         bytes[32 + k] = static_cast<std::byte>(sum >> (8 * k));
 }
 
+/// Of what has grown or shrunk: its size, written again, and the checksum.
+void seal_with_size(Bytes& bytes)
+{
+    for (std::size_t k = 0; k < 8; ++k)
+        bytes[24 + k] = static_cast<std::byte>((bytes.size() - 48) >> (8 * k));
+    seal(bytes);
+}
+
+TEST(Snapshot, WhatHasSomethingBehindItsEndIsRefusedWhateverItsSizeSays)
+{
+    Bytes longer = small_snapshot();
+    for (int k = 0; k < 8; ++k)
+        longer.push_back({});
+    seal_with_size(longer);
+    jostle::World3f world;
+    EXPECT_EQ(error_of_restoring(world, longer), ErrorCode::bad_snapshot);
+}
+
+// Without objects nothing else tells worlds apart.
+TEST(Snapshot, OfAnotherKindOfWorldIsRefusedEvenIfItIsEmpty)
+{
+    const Bytes of_3f = jostle::World3f().save();
+    jostle::World3f same_kind;
+    EXPECT_NO_THROW(same_kind.restore(of_3f));
+    jostle::World3d of_doubles;
+    EXPECT_THROW(of_doubles.restore(of_3f), Error);
+    jostle::World2f flat;
+    EXPECT_THROW(flat.restore(of_3f), Error);
+    EXPECT_THROW(same_kind.restore(jostle::World3d().save()), Error);
+}
+
 TEST(Snapshot, WhoeverKnowsTheChecksumDoesNoHarmEither)
 {
     const Bytes good = small_snapshot();

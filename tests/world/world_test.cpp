@@ -644,6 +644,27 @@ TEST(World, SequencesAndRemovalsOverruleTheOrder)
     EXPECT_FALSE(world.contains(a));
 }
 
+TEST(World, CountsWhatItWasTold)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(5));
+    world.set_margin(a, 1);
+    world.update();
+    EXPECT_EQ(world.stats().commands, 3u);
+    EXPECT_EQ(world.stats().dropped, 0u);
+    world.remove(a);
+    world.move(a, cube(3)); // too late
+    const std::vector<ObjectId> ids{b};
+    const std::vector<jostle::Aabb3f> boxes{cube(6)};
+    world.update(ids, boxes);
+    EXPECT_EQ(world.stats().commands, 3u);
+    EXPECT_EQ(world.stats().dropped, 1u);
+    world.update(ids, boxes);
+    EXPECT_EQ(world.stats().commands, 1u);
+    world.update();
+    EXPECT_EQ(world.stats().commands, 0u);
+}
+
 TEST(World, RestingObjectsCostNothingAndStillMeet)
 {
     World3f world;
