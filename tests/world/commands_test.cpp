@@ -134,6 +134,26 @@ TEST(Commands, OfTwoThreadsItDoesntMatterWhoWasFirst)
     }
 }
 
+// Nor who gives it to update().
+TEST(Commands, OfAMoveInPlaceAndAnotherThreadsItDoesntMatterWhoSaidWhich)
+{
+    for (const bool adds : {false, true}) { // this thread has something else to say, or nothing
+        float at[2];
+        for (const bool exchanged : {false, true}) {
+            World3f world;
+            std::vector<ObjectId> ids(1);
+            std::thread([&] { world.add(std::vector<jostle::Aabb3f>{cube(0)}, ids); }).join();
+            world.update();
+            world.update(); // from here on the queue is nobody's
+            std::thread([&] { world.move(ids[0], cube(exchanged ? 10 : 20)); }).join();
+            if (adds) (void)world.add(cube(100));
+            world.update(ids, std::vector<jostle::Aabb3f>{cube(exchanged ? 20 : 10)});
+            at[exchanged] = world.box(ids[0]).lo[0];
+        }
+        EXPECT_EQ(at[0], at[1]) << adds;
+    }
+}
+
 TEST(Commands, ThreadsThatHaveNothingToSayCostNoMemory)
 {
     World3f world;

@@ -333,6 +333,55 @@ TEST(Snapshot, OfAnotherKindOfWorldIsRefusedEvenIfItIsEmpty)
     EXPECT_THROW(same_kind.restore(jostle::World3d().save()), Error);
 }
 
+template <class Number>
+void write(Bytes& bytes, std::size_t at, Number number)
+{
+    for (std::size_t k = 0; k < sizeof number; ++k)
+        bytes[at + k] = static_cast<std::byte>(number >> (8 * k));
+}
+
+TEST(Snapshot, ListsThatLieAreRefused)
+{
+    jostle::World3f world;
+    std::vector<ObjectId> ids(6);
+    world.add(std::vector<jostle::Aabb3f>(6, jostle::Aabb3f{{11, 0, 0}, {12, 1, 1}}), ids);
+    world.update();
+    world.remove(ids[4]);
+    world.remove(ids[5]);
+    world.move(ids[0], {{11, 0, 0}, {13, 1, 1}});
+    world.update();
+    const Bytes good = world.save();
+    ASSERT_EQ(world.stats().active, 4u);
+    // At the end: two free indices, four active objects, no refused pair; each list with its length in front.
+    const std::size_t refused = good.size() - 8, active = refused - 4 * 8, free = active - 8 - 2 * 8;
+    const auto expect_refused = [&](const char* what, const auto& change) {
+        Bytes bad = good;
+        change(bad);
+        ASSERT_NE(bad, good) << what;
+        seal(bad);
+        jostle::World3f other;
+        EXPECT_EQ(error_of_restoring(other, bad), ErrorCode::bad_snapshot) << what;
+    };
+    expect_refused("an active object that is there twice",
+                   [&](Bytes& bad) { std::copy_n(&good[active], 4, &bad[active + 8]); });
+    expect_refused("active objects in another order", [&](Bytes& bad) {
+        std::swap_ranges(&bad[active], &bad[active + 8], &bad[active + 8]);
+        bad[active + 4] = std::byte{1}; // however long they have been idle
+    });
+    expect_refused("a free index that is there twice",
+                   [&](Bytes& bad) { std::copy_n(&good[free], 4, &bad[free + 8]); });
+    expect_refused("a free index with an object", [&](Bytes& bad) { write(bad, free, std::uint32_t{0}); });
+    for (const std::size_t length : {free - 8, active - 8, refused})
+        for (const std::uint64_t claimed :
+             {std::uint64_t{1} << 40, std::uint64_t{1} << 62, ~std::uint64_t{0}})
+            expect_refused("a length", [&](Bytes& bad) { write(bad, length, claimed); });
+    expect_refused("a box that is inside out", [&](Bytes& bad) {
+        const std::uint32_t twelve = 0x41400000, ten = 0x41200000;
+        for (std::size_t at = 0; at + 4 <= bad.size(); ++at)
+            if (std::memcmp(&bad[at], &twelve, 4) == 0) return write(bad, at, ten);
+    });
+}
+
 TEST(Snapshot, WhoeverKnowsTheChecksumDoesNoHarmEither)
 {
     const Bytes good = small_snapshot();

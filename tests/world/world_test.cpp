@@ -644,6 +644,52 @@ TEST(World, SequencesAndRemovalsOverruleTheOrder)
     EXPECT_FALSE(world.contains(a));
 }
 
+TEST(World, CountsThePairsThatItLookedAt)
+{
+    World3f world;
+    std::vector<ObjectId> ids(100);
+    std::vector<jostle::Aabb3f> boxes;
+    for (int i = 0; i < 100; ++i)
+        boxes.push_back(cube(static_cast<float>(i))); // each touches the next one
+    world.add(boxes, ids);
+    for (int update = 0; update < 2; ++update) { // new ones, then moved ones
+        world.update();
+        EXPECT_EQ(world.stats().candidates, 99u) << update;
+        EXPECT_EQ(world.stats().false_positives, 0u) << update;
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            world.move(ids[i], {{boxes[i].lo[0], 0.5f, 0}, {boxes[i].hi[0], 1.5f, 1}});
+    }
+    ObjectFilter apart;
+    apart.mask = 0;
+    world.set_filter(ids[50], apart);
+    world.update();
+    EXPECT_EQ(world.stats().candidates, 99u);
+    EXPECT_EQ(world.stats().false_positives, 2u);
+}
+
+TEST(World, AMoveInPlaceOfAnObjectThatIsGoneIsAnError)
+{
+    World3f world;
+    const ObjectId gone = world.add(cube(0)), other = world.add(cube(9));
+    world.update();
+    world.remove(gone);
+    world.update();
+    const ObjectId heir = world.add(cube(3));
+    world.update();
+    ASSERT_EQ(heir.index, gone.index);
+    const std::vector<ObjectId> ids{gone};
+    const std::vector<jostle::Aabb3f> boxes{cube(20)};
+    for (const bool among_commands : {false, true}) {
+        if (among_commands) world.move(other, cube(10));
+        const Error error = error_of([&] { world.update(ids, boxes); });
+        EXPECT_EQ(error.code(), ErrorCode::stale_id);
+        EXPECT_EQ(error.index(), gone.index);
+        EXPECT_EQ(world.box(heir).lo[0], 3);
+    }
+    world.update();
+    EXPECT_EQ(world.box(other).lo[0], 10);
+}
+
 TEST(World, CountsWhatItWasTold)
 {
     World3f world;
@@ -661,6 +707,7 @@ TEST(World, CountsWhatItWasTold)
     EXPECT_EQ(world.stats().dropped, 1u);
     world.update(ids, boxes);
     EXPECT_EQ(world.stats().commands, 1u);
+    EXPECT_EQ(world.stats().changed, 0u) << "it was there";
     world.update();
     EXPECT_EQ(world.stats().commands, 0u);
 }
