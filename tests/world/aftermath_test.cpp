@@ -286,7 +286,6 @@ TEST(AFailedUpdate, LeavesEveryPropertyAsItWas)
     World3f world(options);
     const ObjectId a = world.add(cube(0)), off = world.add(cube(3), {.enabled = false});
     world.update();
-    const auto before = world.save();
     angry = true;
     world.set_enabled(a, false);
     world.set_enabled(off, true);
@@ -296,6 +295,7 @@ TEST(AFailedUpdate, LeavesEveryPropertyAsItWas)
     filter.owner = 5;
     world.set_filter(a, filter);
     const ObjectId c = world.add(cube(3)), d = world.add(cube(3));
+    const auto before = world.save();
     EXPECT_THROW(world.update(), std::runtime_error);
     EXPECT_TRUE(world.enabled(a));
     EXPECT_FALSE(world.enabled(off));

@@ -348,7 +348,8 @@ TEST(Snapshot, ListsThatLieAreRefused)
     world.update();
     world.remove(ids[4]);
     world.remove(ids[5]);
-    world.move(ids[0], {{11, 0, 0}, {13, 1, 1}});
+    for (std::size_t i = 0; i < 4; ++i)
+        world.move(ids[i], {{11, 0, 0}, {13, 1, 1}});
     world.update();
     const Bytes good = world.save();
     ASSERT_EQ(world.stats().active, 4u);
@@ -376,9 +377,9 @@ TEST(Snapshot, ListsThatLieAreRefused)
              {std::uint64_t{1} << 40, std::uint64_t{1} << 62, ~std::uint64_t{0}})
             expect_refused("a length", [&](Bytes& bad) { write(bad, length, claimed); });
     expect_refused("a box that is inside out", [&](Bytes& bad) {
-        const std::uint32_t twelve = 0x41400000, ten = 0x41200000;
+        const std::uint32_t thirteen = 0x41500000, ten = 0x41200000;
         for (std::size_t at = 0; at + 4 <= bad.size(); ++at)
-            if (std::memcmp(&bad[at], &twelve, 4) == 0) return write(bad, at, ten);
+            if (std::memcmp(&bad[at], &thirteen, 4) == 0) return write(bad, at, ten);
     });
 }
 

@@ -663,7 +663,7 @@ TEST(World, CountsThePairsThatItLookedAt)
     apart.mask = 0;
     world.set_filter(ids[50], apart);
     world.update();
-    EXPECT_EQ(world.stats().candidates, 99u);
+    EXPECT_EQ(world.stats().candidates, 2u);
     EXPECT_EQ(world.stats().false_positives, 2u);
 }
 
