@@ -320,7 +320,8 @@ TEST(AFailedUpdate, LeavesEveryPropertyAsItWas)
     EXPECT_EQ(world.box(d).lo[0], 9);
 }
 
-// --- Objects that are gone, and others that aren't there yet ------------------------------------------------
+// --- Objects that are gone, and others that aren't there yet
+// ------------------------------------------------
 
 TEST(Gone, NobodysIdIsNobodys)
 {
