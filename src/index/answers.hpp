@@ -21,6 +21,17 @@ namespace index {
 /// Sorts ids below 2^digits ascending. `spare` has room for as many.
 void sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, std::uint32_t* spare) noexcept;
 
+/// Sorts ids below `id_end`, no two the same. `spare` has room for as many.
+template <int Dim, class T>
+void sort_ids(const Kernels<Dim, T>& kernels, std::uint32_t* ids, std::size_t count, std::uint64_t id_end,
+              std::uint32_t* spare) noexcept
+{
+    if (count <= few / 2)
+        kernels.sort_few(ids, static_cast<std::uint32_t>(count));
+    else
+        sort_by_digits(ids, count, static_cast<int>(std::bit_width(id_end - 1)), spare);
+}
+
 template <class Question>
 struct ItemOf
 {
@@ -185,12 +196,10 @@ class Answers
         const std::size_t count = items.size() - begin;
         if constexpr (std::is_same_v<typename Items::value_type, Hit<T>>) {
             std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin), items.end());
-        } else if (count <= few / 4) {
-            kernels_.sort_few(items.data() + begin, static_cast<std::uint32_t>(count));
         } else {
-            items.resize(begin + 2 * count);
+            if (count > few / 2) items.resize(begin + 2 * count); // room to sort them
             std::uint32_t* const first = items.data() + begin;
-            sort_by_digits(first, count, static_cast<int>(std::bit_width(id_end_ - 1)), first + count);
+            sort_ids(kernels_, first, count, id_end_, first + count);
             items.resize(begin + count);
         }
     }

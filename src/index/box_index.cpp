@@ -333,9 +333,11 @@ IndexStats BoxIndex<Dim, T>::stats() const noexcept
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out)
 {
+    std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
     out.clear();
     validate_boxes(boxes);
-    implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, out);
+    implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, pairs);
+    out = std::move(pairs);
 }
 
 // --- Single questions ---

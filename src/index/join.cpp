@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/radix.hpp"
+#include "index/answers.hpp"
 #include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -15,6 +16,27 @@ namespace {
 constexpr std::uint32_t positions_per_claim = 4096;
 // Fewer boxes than this per thread are not worth waking one.
 constexpr std::uint32_t boxes_per_thread = 512;
+
+// Boxes that touch this many each are asked one by one: then walking together saves nothing, and what each
+// finds needn't be told from what the others find. The answer is the same.
+constexpr std::size_t many_touched = 40;
+
+/// Ids on their way to the end of a buffer.
+struct IntoBuffer : Found<std::uint32_t>
+{
+    Buffer<std::uint32_t>& to;
+    std::size_t& size;
+    IntoBuffer(Buffer<std::uint32_t>& buffer, std::size_t& used) : to(buffer), size(used) { full = flush; }
+    static void flush(Found<std::uint32_t>& self)
+    {
+        auto& own = static_cast<IntoBuffer&>(self);
+        const auto count = static_cast<std::size_t>(own.next - own.items);
+        if (own.size + count > own.to.capacity()) own.to.grow(2 * (own.size + count), own.size);
+        std::copy_n(own.items, count, own.to.data() + own.size);
+        own.size += count;
+        own.next = own.items;
+    }
+};
 
 Executor& executor_for(Executor& executor, std::size_t boxes)
 {
@@ -31,6 +53,7 @@ struct Join<Dim, T>::Slot
     Buffer<std::uint32_t> ids; // of all askers so far
     Buffer<Seen<Dim, T>> seen; // or these
     std::size_t found = 0;
+    bool one_by_one = false; // as the last boxes touched many
 };
 
 template <int Dim, class T>
@@ -101,6 +124,23 @@ void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const Box
         const auto position = static_cast<std::uint32_t>(order[begin + a]);
         askers[a] = boxes[position];
     }
+    if (slot.one_by_one && !with_boxes) {
+        const std::size_t before = slot.found;
+        for (std::uint32_t a = 0; a < count; ++a) {
+            const std::size_t first = slot.found;
+            IntoBuffer found(slot.ids, slot.found);
+            kernels_.box(tree.root(), askers[a], {}, found);
+            found.flush(found);
+            const std::size_t size = slot.found - first;
+            lists_[static_cast<std::uint32_t>(order[begin + a])] = {first, number,
+                                                                    static_cast<std::uint32_t>(size)};
+            if (size == 0) continue;
+            if (slot.found + size > slot.ids.capacity()) slot.ids.grow(2 * (slot.found + size), slot.found);
+            sort_ids(kernels_, slot.ids.data() + first, size, tree.id_end(), slot.ids.data() + slot.found);
+        }
+        slot.one_by_one = slot.found - before > count * many_touched / 2;
+        return;
+    }
     const auto keep = [&](auto& kept, auto& fresh) {
         std::copy_n(fresh.data(), work.touched,
                     kept.grow(slot.found + work.touched, slot.found) + slot.found);
@@ -111,6 +151,7 @@ void Join<Dim, T>::ask(std::uint32_t number, const Tree<Dim, T>& tree, const Box
     } else {
         kernels_.join(tree.root(), askers, count, work);
         keep(slot.ids, work.ids);
+        slot.one_by_one = work.touched > count * many_touched;
     }
     for (std::uint32_t a = 0; a < count; ++a) {
         lists_[static_cast<std::uint32_t>(order[begin + a])] = {slot.found, number, work.count[a]};
@@ -127,8 +168,10 @@ void Join<Dim, T>::ask_all(const Tree<Dim, T>& tree, Executor& executor, const B
     const std::uint32_t slots = plan_work(count, asking).slots;
     while (slots_.size() < slots)
         slots_.push_back(std::make_unique<Slot>(memory_));
-    for (const auto& slot : slots_)
+    for (const auto& slot : slots_) {
         slot->found = 0;
+        slot->one_by_one = false;
+    }
     const std::uint64_t* const ordered = order(tree, boxes);
     lists_.reserve(count);
     process_items(
@@ -164,8 +207,10 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxVi
                        std::pmr::vector<Pair>& out)
 {
     const auto count = static_cast<std::uint32_t>(boxes.size());
-    out.clear();
-    if (count == 0 || tree.size() == 0) return;
+    if (count == 0 || tree.size() == 0) {
+        out.clear();
+        return;
+    }
     Executor& used = executor_for(executor, count);
     ask_all(tree, used, boxes, false);
     const List* const lists = lists_.data();
@@ -176,7 +221,7 @@ void Join<Dim, T>::run(const Tree<Dim, T>& tree, Executor& executor, const BoxVi
         if (i % positions_per_claim == 0) first[i / positions_per_claim] = total;
         total += lists[i].count;
     }
-    out.resize(static_cast<std::size_t>(total));
+    out.resize(static_cast<std::size_t>(total)); // what is there already needn't be cleared
     process_items(count,
                   [&](std::uint64_t begin, std::uint64_t end, Work work) {
                       Pair* to = out.data() + first[work.block];

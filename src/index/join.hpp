@@ -23,6 +23,7 @@ class Join
     explicit Join(const IndexOptions& options);
     ~Join();
 
+    /// Refills `out`; if it throws, something is in it.
     void run(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes,
              std::pmr::vector<Pair>& out);
     /// What each of the boxes touches, for `around`.

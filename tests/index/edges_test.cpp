@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -143,6 +144,63 @@ TEST(Join, OfManyBoxesIsInOrder)
     const std::vector<Pair> expected = find_pairs_brute_force(box_view(many), box_view(few));
     EXPECT_GT(expected.size(), 10'000u);
     EXPECT_TRUE(std::equal(pairs.begin(), pairs.end(), expected.begin(), expected.end()));
+}
+
+// Boxes that touch few are asked together, those that touch many one by one, in turns.
+TEST(Join, OfBoxesThatTouchManyIsAsOfThoseThatTouchFew)
+{
+    std::uint32_t state = 1;
+    const auto random = [&](float below) {
+        state = state * 1664525 + 1013904223;
+        return static_cast<float>(state >> 8) / 16777216.0f * below;
+    };
+    // Crowds of ever more boxes side by side, so that askers in the order of places meet few, many and few.
+    std::vector<Aabb3f> boxes, askers;
+    std::vector<std::uint32_t> ids;
+    for (int crowd = 0; crowd < 8; ++crowd)
+        for (int k = 0; k < (crowd % 2 == 0 ? 20 : 100 * crowd); ++k) {
+            const float x = 1000.0f * static_cast<float>(crowd) + random(2);
+            boxes.push_back({{x, random(2), random(2)}, {x + 1, 3, 3}});
+            ids.push_back(static_cast<std::uint32_t>(boxes.size() * 7919 % 100'003));
+        }
+    const float inf = std::numeric_limits<float>::infinity();
+    for (int k = 0; k < 3000; ++k) {
+        const float x = 1000.0f * static_cast<float>(k * 8 / 3000) + random(3);
+        if (k % 1000 == 500)
+            askers.push_back({{-inf, -inf, -inf}, {inf, inf, inf}});
+        else if (k % 1000 == 501)
+            askers.push_back({{x, -inf, 0}, {inf, inf, 0}});
+        else
+            askers.push_back({{x, random(3), random(3)}, {x + random(1), 3, 3}});
+    }
+    std::vector<Pair> expected;
+    for (std::uint32_t a = 0; a < askers.size(); ++a) {
+        std::vector<std::uint32_t> touched;
+        for (std::size_t k = 0; k < boxes.size(); ++k)
+            if (overlaps(askers[a], boxes[k])) touched.push_back(ids[k]);
+        std::sort(touched.begin(), touched.end());
+        for (const std::uint32_t id : touched)
+            expected.push_back({a, id});
+    }
+    EXPECT_GT(expected.size(), 200'000u);
+    const auto three = make_thread_executor(3);
+    for (const InstructionSet set : supported_instruction_sets())
+        for (Executor* executor : {&serial_executor(), static_cast<Executor*>(three.get())}) {
+            IndexOptions options;
+            options.executor = executor;
+            options.instruction_set = set;
+            BoxIndex3f index(options);
+            index.build(ids, boxes);
+            std::pmr::vector<Pair> pairs(7, Pair{1, 1});
+            for (int round = 0; round < 2; ++round) {
+                index.join(askers, pairs);
+                EXPECT_TRUE(std::equal(pairs.begin(), pairs.end(), expected.begin(), expected.end()))
+                    << name(set) << ' ' << pairs.size() << " of " << expected.size();
+            }
+            const std::vector<Aabb3f> bad{askers[0], {{1, 1, 1}, {0, 1, 1}}};
+            EXPECT_THROW(index.join(bad, pairs), Error);
+            EXPECT_TRUE(pairs.empty());
+        }
 }
 
 TEST(Join, ForgetsWhatItsListHeld)

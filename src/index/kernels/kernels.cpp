@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/radix.hpp"
 #include "index/kernels/kernels.hpp"
 #include "index/key.hpp"
 #endif

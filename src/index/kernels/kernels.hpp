@@ -126,7 +126,7 @@ struct Best
     T limit;
 };
 
-/// How many numbers sort_few takes; it is of use for ids up to a quarter of that.
+/// How many numbers sort_few takes; it is of use for ids up to half of that.
 inline constexpr std::uint32_t few = lanes * lanes;
 
 /// The searches of one instruction set. All sets find the same.

@@ -302,6 +302,22 @@ HWY_INLINE void each_lane(unsigned hits, const Write& write)
         write(k++, static_cast<unsigned>(std::countr_zero(rest)));
 }
 
+#if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
+/// Writes (asker, id) for the ids in the set lanes; room for 8 or 16.
+HWY_ATTR HWY_INLINE void store_pairs(void* to, std::uint32_t asker, const std::uint32_t* ids, unsigned hits)
+{
+    const __m512i packed = _mm512_maskz_compress_epi32(static_cast<__mmask16>(hits), _mm512_load_si512(ids));
+    const __m512i askers = _mm512_set1_epi64(asker);
+    const auto pairs_of = [askers](__m256i half) HWY_ATTR {
+        return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepu32_epi64(half), 32), askers);
+    };
+    _mm512_storeu_si512(to, pairs_of(_mm512_castsi512_si256(packed)));
+    if (std::popcount(hits) > 8)
+        _mm512_storeu_si512(static_cast<std::uint64_t*>(to) + 8,
+                            pairs_of(_mm512_extracti64x4_epi64(packed, 1)));
+}
+#endif
+
 /// Collects touch_of(asker, leaf, lane) of all that the askers touch in `touches`, and returns how many.
 template <int Dim, class T, class Item, class TouchOf>
 HWY_ATTR HWY_INLINE std::size_t find_touches(Child<Dim, T> root, const Aabb<Dim, T>* askers,
@@ -361,7 +377,12 @@ HWY_ATTR HWY_INLINE std::size_t find_touches(Child<Dim, T> root, const Aabb<Dim,
         unsigned hits = touching(leaf.bounds, askers[asker]);
         if (endless) hits &= leaf.live();
         Item* const to = items + touched;
-        each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = touch_of(asker, leaf, lane); });
+#if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
+        if constexpr (std::is_same_v<Item, Touch>)
+            store_pairs(to, asker, leaf.id, hits);
+        else
+#endif
+            each_lane(hits, [&](unsigned k, unsigned lane) HWY_ATTR { to[k] = touch_of(asker, leaf, lane); });
         const auto found = static_cast<std::uint32_t>(std::popcount(hits));
         touched += found;
         work.count[asker] += found;
@@ -388,7 +409,7 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
                                              [](std::uint32_t asker, const Leaf<Dim, T>& leaf, unsigned lane)
                                                  HWY_ATTR { return Touch{asker, leaf.id[lane]}; });
     // By asker, and ascending: a short list's ids go where the number of smaller ones says.
-    std::uint32_t* const ids = work.ids.reserve(touched + lanes);
+    std::uint32_t* const ids = work.ids.reserve(2 * (touched + lanes)); // and room to sort them
     std::size_t begin[JoinWork<Dim, T>::most_askers];
     begins_of(work.count, count, begin);
     for (std::size_t k = 0; k < touched; ++k) {
@@ -398,10 +419,19 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
     std::uint32_t* first = ids;
     for (std::uint32_t a = 0; a < count; ++a) {
         const std::uint32_t size = work.count[a];
-        if (size > few / 4)
-            std::sort(first, first + size);
-        else if (size > 1)
+        if (size > few / 2) {
+            std::uint32_t differing = 0;
+            for (std::uint32_t k = 1; k < size; ++k)
+                differing |= first[k] ^ first[0];
+            // For fewer, that many counters don't pay.
+            const int digit = size < 512 ? 8 : 11;
+            const std::uint32_t* const sorted = radix_sort<11>(
+                first, work.ids.data() + touched + lanes, size, [](std::uint32_t id) { return id; },
+                differing, digit);
+            if (sorted != first) std::copy_n(sorted, size, first);
+        } else if (size > 1) {
             sort_few(first, size);
+        }
         first += size;
     }
 }
@@ -467,15 +497,7 @@ HWY_ATTR std::size_t look_up(const Lookup<Dim>* lookups, std::size_t count,
                 if (!decide(lookup.asker, listing.id[lane])) hits &= ~(1u << lane);
             }
 #if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
-            const __m512i ids =
-                _mm512_maskz_compress_epi32(static_cast<__mmask16>(hits), _mm512_load_si512(listing.id));
-            const __m512i asker = _mm512_set1_epi64(lookup.asker);
-            const auto pairs_of = [asker](__m256i half) HWY_ATTR {
-                return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepu32_epi64(half), 32), asker);
-            };
-            _mm512_storeu_si512(next, pairs_of(_mm512_castsi512_si256(ids)));
-            if (std::popcount(hits) > 8)
-                _mm512_storeu_si512(next + 8, pairs_of(_mm512_extracti64x4_epi64(ids, 1)));
+            store_pairs(next, lookup.asker, listing.id, hits);
 #else
             each_lane(hits, [&](unsigned n, unsigned lane) { next[n] = {lookup.asker, listing.id[lane]}; });
 #endif
