@@ -30,8 +30,8 @@ namespace engine {
 //   two words give it with one addition.
 // - Two records make a pair in a brick only if they share no flag. Of all bricks that two boxes share exactly
 //   one sees no axis on which both are copies: the one where, on each axis, the later of the two begins. It
-//   owns the pair. Where pairs between two sets are sought, flags a and b keep those within a set apart; within
-//   one set neither is used.
+//   owns the pair. Where pairs between two sets are sought, flags a and b keep those within a set apart;
+//   within one set neither is used.
 
 /// A brick's edge has 2^14 quanta, so that sums and differences of two bounds fit 16 signed bits.
 inline constexpr int quanta_bits = 14;

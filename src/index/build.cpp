@@ -114,8 +114,9 @@ struct Building
     static constexpr int per_axis = 60 / Dim; // digits of an axis in an entry
     static constexpr int class_shift = 60;
 
-    /// Makes the entries, with the digits that they differ in if all boxes lie about where they were expected,
-    /// within twice `Frame::world_quanta`; else without digits, so that `look_closer` is asked next.
+    /// Makes the entries, with the digits that they differ in if all boxes lie about where they were
+    /// expected, within twice `Frame::world_quanta`; else without digits, so that `look_closer` is asked
+    /// next.
     void make_entries()
     {
         constexpr int expected = 43; // digits of an axis

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Distances of the simplest shapes in closed form. Each has its slow twin in convex3.hpp, which decides where they
-// say unclear: cores that touch or nearly do have no direction in these.
+// Distances of the simplest shapes in closed form. Each has its slow twin in convex3.hpp, which decides where
+// they say unclear: cores that touch or nearly do have no direction in these.
 #pragma once
 
 #include "narrow/kernels.hpp"
@@ -39,8 +39,8 @@ struct Round
     Vec3 axis; ///< unit, or zero for a sphere
     double half_length, radius;
 };
-/// Source: Ericson sec. 5.1.9; the numerator and denominator of the lines' nearest points as cross products, which
-/// lose nothing where the lines are nearly parallel.
+/// Source: Ericson sec. 5.1.9; the numerator and denominator of the lines' nearest points as cross products,
+/// which lose nothing where the lines are nearly parallel.
 inline Verdict round_gap(const Round& a, const Round& b, const Vec3& d, double enough, Gap<3>& gap)
 {
     const Vec3 across = cross(a.axis, b.axis);
@@ -70,8 +70,8 @@ inline Verdict sphere_box_gap(double radius, const Mat3& b, const Vec3& half, co
     return Verdict::touch;
 }
 
-/// The gap of an arranged pair of spheres, capsules and boxes; of two boxes it is always unclear. `turn_a` and
-/// `turn_b` give the rotations, if they are needed.
+/// The gap of an arranged pair of spheres, capsules and boxes; of two boxes it is always unclear. `turn_a`
+/// and `turn_b` give the rotations, if they are needed.
 template <class TurnA, class TurnB>
 Verdict simple_gap(const Shape<3>& a, const Shape<3>& b, const Vec3& d, const TurnA& turn_a,
                    const TurnB& turn_b, double enough, Gap<3>& gap)

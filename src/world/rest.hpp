@@ -25,8 +25,8 @@ struct Rest
     std::uint64_t recent_work;
 };
 
-/// The stage `plan_rest` of an update, the last that can fail; then the index is as it was. Objects that come to
-/// rest are in the index when it returns; those that wake up still are.
+/// The stage `plan_rest` of an update, the last that can fail; then the index is as it was. Objects that come
+/// to rest are in the index when it returns; those that wake up still are.
 template <int Dim, class T>
 [[nodiscard]] Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes,
                                      const Entries<Dim, T>& entries, NeighbourLists<Dim, T>& neighbour_lists,
