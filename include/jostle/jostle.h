@@ -653,6 +653,11 @@ JOSTLE_C_API jostle_status jostle_world_add(jostle_world* world, const jostle_bo
                                             jostle_error* error);
 JOSTLE_C_API jostle_status jostle_world_remove(jostle_world* world, const jostle_id* ids, uint64_t count,
                                                jostle_error* error);
+/// In the next update the pairs of each of these objects come in the list of those that began, as if they were
+/// new; with `others`, as many as ids and not NULL, only the pair of ids[i] and others[i].
+JOSTLE_C_API jostle_status jostle_world_report_again(jostle_world* world, const jostle_id* ids,
+                                                     const jostle_id* others, uint64_t count,
+                                                     jostle_error* error);
 /// New boxes, as many as ids. `displacements`, dim numbers each and one after another, may be NULL: during
 /// the coming step the boxes move that far, and touch what lies on their way.
 JOSTLE_C_API jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids,
@@ -701,6 +706,10 @@ JOSTLE_C_API jostle_status jostle_world_changed_pairs(const jostle_world* world,
 /// All pairs that touch, by index, owned by the caller. Costs as much as finding them anew.
 JOSTLE_C_API jostle_status jostle_world_pairs(const jostle_world* world, jostle_results* results,
                                               jostle_error* error);
+/// Who each of these objects touches: lists of ids, ascending by index.
+JOSTLE_C_API jostle_status jostle_world_touching(const jostle_world* world, const jostle_id* ids,
+                                                 uint64_t count, jostle_results* results,
+                                                 jostle_error* error);
 
 // Questions, about the objects as of the last update: as those of jostle_index.
 
@@ -755,6 +764,8 @@ JOSTLE_C_API jostle_status jostle_world_margins(const jostle_world* world, const
 /// What the world is, as bytes: the same on every machine.
 JOSTLE_C_API jostle_status jostle_world_save(const jostle_world* world, jostle_results* results,
                                              jostle_error* error);
+/// Becomes a world without objects, as it was when it was made.
+JOSTLE_C_API jostle_status jostle_world_clear(jostle_world* world, jostle_error* error);
 /// Becomes the world that was saved.
 JOSTLE_C_API jostle_status jostle_world_restore(jostle_world* world, const void* snapshot, uint64_t size,
                                                 jostle_error* error);

@@ -261,6 +261,27 @@ jostle_status jostle_world_remove(jostle_world* world, const jostle_id* ids, uin
         open(world).on([&](auto& typed) { typed.remove(std::span<const ObjectId>(Ids(ids, count))); });
     });
 }
+jostle_status jostle_world_report_again(jostle_world* world, const jostle_id* ids, const jostle_id* others,
+                                        uint64_t count, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const Ids objects(ids, count);
+        open(world).on([&](auto& typed) {
+            if (others == nullptr) {
+                for (std::size_t i = 0; i < objects.size(); ++i)
+                    typed.report_again(objects[i]);
+                return;
+            }
+            const Ids second(others, count);
+            for (std::size_t i = 0; i < objects.size(); ++i)
+                typed.report_again(objects[i], second[i]);
+        });
+    });
+}
+jostle_status jostle_world_clear(jostle_world* world, jostle_error* error)
+{
+    return guarded(error, [&] { open(world).on([](auto& typed) { typed.clear(); }); });
+}
 jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids, const jostle_boxes* boxes,
                                 const void* displacements, uint32_t sequence, jostle_error* error)
 {
@@ -439,6 +460,26 @@ jostle_status jostle_world_pairs(const jostle_world* world, jostle_results* resu
         ResultsContent& into = open(results);
         into.begin();
         content.on([&](const auto& typed) { into.take(typed.pairs(), content.kept.memory); });
+    });
+}
+
+jostle_status jostle_world_touching(const jostle_world* world, const jostle_id* ids, uint64_t count,
+                                    jostle_results* results, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const WorldContent& content = open(world);
+        ResultsContent& into = open(results);
+        const Ids objects(ids, count);
+        into.begin();
+        start(into.lists, false);
+        std::vector<ObjectId> others;
+        content.on([&](const auto& typed) {
+            for (std::size_t i = 0; i < objects.size(); ++i) {
+                typed.touching(objects[i], others);
+                append(into.lists, std::span<const ObjectId>(others), false, to_c);
+            }
+        });
+        into.holds = ResultsContent::Holds::lists;
     });
 }
 

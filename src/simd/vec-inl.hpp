@@ -163,19 +163,21 @@ struct Four
 {
     hn::Vec<hn::Full128<float>> raw;
 
+    HWY_ATTR HWY_INLINE Four() {}
+    HWY_ATTR HWY_INLINE Four(hn::Vec<hn::Full128<float>> given) : raw(given) {}
     static HWY_ATTR HWY_INLINE Four loadu(const float* from)
     {
-        return {hn::LoadU(hn::Full128<float>(), from)};
+        return hn::LoadU(hn::Full128<float>(), from);
     }
     HWY_ATTR HWY_INLINE void storeu(float* to) const { hn::StoreU(raw, hn::Full128<float>(), to); }
 };
 HWY_ATTR HWY_INLINE Four operator+(Four a, Four b)
 {
-    return {hn::Add(a.raw, b.raw)};
+    return hn::Add(a.raw, b.raw);
 }
 HWY_ATTR HWY_INLINE Four operator-(Four a, Four b)
 {
-    return {hn::Sub(a.raw, b.raw)};
+    return hn::Sub(a.raw, b.raw);
 }
 /// Number j of row i becomes number i of row j.
 HWY_ATTR HWY_INLINE void transpose(Four (&rows)[4])

@@ -509,6 +509,32 @@ static void test_index_and_world(jostle_space space)
     OK(jostle_pair_checksum(&pairs, &sum, &error));
     CHECK(sum == right_sum);
 
+    /* Who touches whom, and pairs once more. */
+    {
+        jostle_lists lists;
+        uint64_t i, all = 0;
+        const jostle_ended_pair* ended;
+        OK(jostle_world_touching(world, ids, boxes_made, results, &error));
+        OK(jostle_results_lists(results, &lists, &error));
+        CHECK(lists.questions == boxes_made && lists.at == NULL);
+        OK(jostle_world_pairs(world, expected, &error));
+        OK(jostle_results_blocks(expected, &pairs, &error));
+        CHECK(lists.count == 2 * pairs.count && pairs.count > 0);
+        for (i = 0; i < lists.questions; ++i)
+            if (lists.first[i + 1] > lists.first[i]) break;
+        OK(jostle_world_report_again(world, &ids[i], NULL, 1, &error));
+        all = lists.first[i + 1] - lists.first[i];
+        OK(jostle_world_update(world, &error));
+        OK(jostle_world_began(world, &began, &count, &error));
+        CHECK(count == all);
+        OK(jostle_world_report_again(world, &began[0].a, &began[0].b, 1, &error));
+        OK(jostle_world_update(world, &error));
+        OK(jostle_world_began(world, &began, &count, &error));
+        CHECK(count == 1);
+        OK(jostle_world_ended(world, &ended, &count, &error));
+        CHECK(count == 0);
+    }
+
     /* A snapshot, a fork, and what became of them. */
     OK(jostle_world_save(world, results, &error));
     OK(jostle_results_bytes(results, &bytes, &count, &error));
