@@ -653,8 +653,8 @@ JOSTLE_C_API jostle_status jostle_world_add(jostle_world* world, const jostle_bo
                                             jostle_error* error);
 JOSTLE_C_API jostle_status jostle_world_remove(jostle_world* world, const jostle_id* ids, uint64_t count,
                                                jostle_error* error);
-/// In the next update the pairs of each of these objects come in the list of those that began, as if they were
-/// new; with `others`, as many as ids and not NULL, only the pair of ids[i] and others[i].
+/// In the next update the pairs of each of these objects come in the list of those that began, as if they
+/// were new; with `others`, as many as ids and not NULL, only the pair of ids[i] and others[i].
 JOSTLE_C_API jostle_status jostle_world_report_again(jostle_world* world, const jostle_id* ids,
                                                      const jostle_id* others, uint64_t count,
                                                      jostle_error* error);

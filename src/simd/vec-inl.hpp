@@ -165,10 +165,7 @@ struct Four
 
     HWY_ATTR HWY_INLINE Four() {}
     HWY_ATTR HWY_INLINE Four(hn::Vec<hn::Full128<float>> given) : raw(given) {}
-    static HWY_ATTR HWY_INLINE Four loadu(const float* from)
-    {
-        return hn::LoadU(hn::Full128<float>(), from);
-    }
+    static HWY_ATTR HWY_INLINE Four loadu(const float* from) { return hn::LoadU(hn::Full128<float>(), from); }
     HWY_ATTR HWY_INLINE void storeu(float* to) const { hn::StoreU(raw, hn::Full128<float>(), to); }
 };
 HWY_ATTR HWY_INLINE Four operator+(Four a, Four b)
