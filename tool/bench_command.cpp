@@ -491,6 +491,7 @@ Examples:
   jostle bench world                              objects that move and rest, and events
   jostle bench questions                          rays, regions, nearest objects
   jostle bench contacts                           where shapes touch, pair by pair
+  jostle bench distances                          how far shapes are apart, and when they meet
   jostle bench responses                          work on pairs shared out, and what it does added up)";
 }
 
@@ -537,6 +538,7 @@ void add_bench_command(CLI::App& app)
     add_bench_world_command(*command);
     add_bench_questions_command(*command);
     add_bench_contacts_command(*command);
+    add_bench_distances_command(*command);
     add_bench_responses_command(*command);
     // Each part has options of its own: what stands before its name would be lost.
     command->require_subcommand(0, 1);

@@ -30,6 +30,7 @@ void add_bench_world_command(CLI::App& bench);     // jostle bench world
 void add_bench_questions_command(CLI::App& bench); // jostle bench questions
 void add_bench_responses_command(CLI::App& bench); // jostle bench responses
 
-void add_bench_contacts_command(CLI::App& bench); // jostle bench contacts
+void add_bench_contacts_command(CLI::App& bench);  // jostle bench contacts
+void add_bench_distances_command(CLI::App& bench); // jostle bench distances
 
 } // namespace jostle_tool

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The packaged library holds the double version only; a float one would be compiled here, for minutes.
-#include <fcl/narrowphase/collision.h>
-
-#include "bench/contact_peers.hpp"
+#include "fcl_shapes.hpp"
 
 namespace jostle_bench {
 namespace {
@@ -25,7 +22,7 @@ class FclContacts final : public ContactPeer
         objects_.clear();
         kinds_.clear();
         for (const BodyShape& body : shapes) {
-            objects_.push_back(std::make_unique<fcl::CollisionObjectd>(make_shape(body)));
+            objects_.push_back(std::make_unique<fcl::CollisionObjectd>(fcl_shape(body)));
             kinds_.push_back(body.kind);
         }
         counts_.assign(executor.concurrency(), {});
@@ -36,10 +33,8 @@ class FclContacts final : public ContactPeer
         for (std::size_t i = 0; i < poses.size(); ++i) {
             const auto& p = poses[i].position;
             const auto& q = poses[i].rotation;
-            fcl::Quaterniond rotation = fcl::Quaterniond(q[3], q[0], q[1], q[2]).normalized();
-            // FCL's capsules lie along z, the scene's along y.
-            if (kinds_[i] == BodyKind::capsule)
-                rotation = rotation * fcl::Quaterniond(0.70710678118654752, -0.70710678118654752, 0, 0);
+            const fcl::Quaterniond rotation =
+                fcl_turn(kinds_[i], fcl::Quaterniond(q[3], q[0], q[1], q[2]).normalized());
             objects_[i]->setTransform(rotation, fcl::Vector3d(p[0], p[1], p[2]));
         }
     }
@@ -75,43 +70,6 @@ class FclContacts final : public ContactPeer
     }
 
   private:
-    static std::shared_ptr<fcl::CollisionGeometryd> make_shape(const BodyShape& body)
-    {
-        switch (body.kind) {
-        case BodyKind::sphere:
-            return std::make_shared<fcl::Sphered>(body.radius);
-        case BodyKind::capsule:
-            return std::make_shared<fcl::Capsuled>(body.radius, 2 * body.half_length);
-        case BodyKind::box:
-            return std::make_shared<fcl::Boxd>(2 * body.half[0], 2 * body.half[1], 2 * body.half[2]);
-        case BodyKind::hull: {
-            auto points = std::make_shared<std::vector<fcl::Vector3d>>();
-            for (const auto& p : body.points)
-                points->emplace_back(p[0], p[1], p[2]);
-            auto faces = std::make_shared<std::vector<int>>();
-            for (const auto& t : body.triangles) {
-                faces->push_back(3);
-                for (const std::uint32_t v : t)
-                    faces->push_back(static_cast<int>(v));
-            }
-            return std::make_shared<fcl::Convexd>(points, static_cast<int>(body.triangles.size()), faces);
-        }
-        case BodyKind::mesh:
-            break;
-        }
-        auto mesh = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-        mesh->beginModel(static_cast<int>(body.triangles.size()), static_cast<int>(body.points.size()));
-        for (const auto& t : body.triangles) {
-            const auto corner = [&](std::size_t i) {
-                const auto& p = body.points[t[i]];
-                return fcl::Vector3d(p[0], p[1], p[2]);
-            };
-            mesh->addTriangle(corner(0), corner(1), corner(2));
-        }
-        mesh->endModel();
-        return mesh;
-    }
-
     jostle::Executor* executor_ = nullptr;
     std::span<const jostle::Pair> pairs_;
     std::vector<std::unique_ptr<fcl::CollisionObjectd>> objects_;

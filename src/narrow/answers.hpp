@@ -23,6 +23,22 @@ Distance<Dim, T> finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped)
     return answer;
 }
 
+/// Whichever way round it comes, the same happens: they needn't be put in order.
+template <class T>
+Verdict sphere_distance(double radius_a, double radius_b, const Vec3& d, double enough,
+                        Distance<3, T>& answer)
+{
+    const double between = length(d), distance = between - (radius_a + radius_b);
+    if (!(between > 0)) return Verdict::unclear;
+    answer.distance = static_cast<T>(distance <= enough ? distance : HUGE_VAL);
+    if (!(distance <= enough)) return Verdict::apart;
+    const Vec3 n = d * (1 / between);
+    store(n, answer.normal);
+    store(n * radius_a, answer.point_a);
+    store(n * -radius_b, answer.point_b);
+    return Verdict::touch;
+}
+
 /// Spheres, capsules and boxes, where a closed form tells. Puts the pair in order as `arrange` would.
 template <class T>
 Verdict simple_distance(const Shape<3>& given_a, const Pose<3, T>& given_pose_a, const Shape<3>& given_b,
@@ -30,13 +46,15 @@ Verdict simple_distance(const Shape<3>& given_a, const Pose<3, T>& given_pose_a,
 {
     const Vec3 way = load(given_pose_b.position) - load(given_pose_a.position);
     const int type_a = given_a.type(), type_b = given_b.type();
+    if ((type_a | type_b) == int{ShapeTypes::sphere})
+        return sphere_distance(given_a.radius(), given_b.radius(), way, enough, answer);
     const double decides = way.x != 0 ? way.x : way.y != 0 ? way.y : way.z;
     if (type_a == type_b && decides == 0) return Verdict::unclear;
     const bool swapped = ((type_a == type_b) & (decides < 0)) | (type_a > type_b);
+    const Vec3 d = way * (swapped ? -1.0 : 1.0);
     const Shape<3>&a = swapped ? given_b : given_a, &b = swapped ? given_a : given_b;
     const Pose<3, T>&pose_a = swapped ? given_pose_b : given_pose_a,
                   &pose_b = swapped ? given_pose_a : given_pose_b;
-    const Vec3 d = way * (swapped ? -1.0 : 1.0);
     Gap<3> gap;
     const Verdict verdict =
         simple_gap(a, b, d, [&] { return rotation(pose_a); }, [&] { return rotation(pose_b); }, enough, gap);

@@ -1,68 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/batches.hpp"
 
+#include "narrow/batch_rows.hpp"
+
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
-namespace {
-
-/// Quaternions that `rotation` in math.hpp reads without scaling.
-template <class T>
-bool is_plain(const Pose<3, T>& pose)
-{
-    double big = 0;
-    for (const T q : pose.rotation)
-        big = std::max(big, std::abs(double{q}));
-    return big > 0.25 && big < 4;
-}
-
-Mat3 lane(const double (&m)[9][batch], std::uint32_t k)
-{
-    return {{m[0][k], m[1][k], m[2][k]}, {m[3][k], m[4][k], m[5][k]}, {m[6][k], m[7][k], m[8][k]}};
-}
-Vec3 lane(const double (&v)[3][batch], std::uint32_t k)
-{
-    return {v[0][k], v[1][k], v[2][k]};
-}
-template <class T>
-void put_turn(const Pose<3, T>& pose, double (&turn)[4][batch], std::uint32_t k)
-{
-    for (std::size_t i = 0; i < 4; ++i)
-        turn[i][k] = double{pose.rotation[i]};
-}
-void put(const Vec3& v, double (&to)[3][batch], std::uint32_t k)
-{
-    to[0][k] = v.x;
-    to[1][k] = v.y;
-    to[2][k] = v.z;
-}
-
-bool is_zero(const Vec3& v)
-{
-    return v.x == 0 && v.y == 0 && v.z == 0;
-}
-
-} // namespace
-
-/// Reads a pair and puts it in order as `arrange` would, but for two of one type in one place. Which way
-/// round it comes is hard to predict: no branches.
-template <class T>
-inline auto Batch<T>::take(std::uint16_t i) const -> Arranged
-{
-    const Pair& pair = pairs[i];
-    const Shape<3>* const shape[2] = {&shapes_a[pair.a], &shapes_b[pair.b]};
-    const Pose<3, T>* const pose[2] = {&poses_a[pair.a], &poses_b[pair.b]};
-    const Vec3 d = load(pose[1]->position) - load(pose[0]->position);
-    const int type_a = shape[0]->type(), type_b = shape[1]->type();
-    const double decides = d.x != 0 ? d.x : d.y != 0 ? d.y : d.z;
-    const bool swapped = ((type_a == type_b) & (decides < 0)) | (type_a > type_b);
-    const std::size_t first = swapped ? 1 : 0;
-    return {shape[first],    shape[1 - first],           pose[first],
-            pose[1 - first], d * (swapped ? -1.0 : 1.0), swapped};
-}
-
 /// `found` has one for it at its end.
 template <class T>
-inline void Batch<T>::keep(std::uint16_t i, const Arranged& pair, Verdict verdict)
+inline void Batch<T>::keep(std::uint16_t i, const ArrangedPair<T>& pair, Verdict verdict)
 {
     const bool touch = verdict == Verdict::touch;
     contacts[i] = {static_cast<std::uint32_t>(found.size() - 1), touch ? 1u : 0u, pair.swapped, pair.d};
@@ -76,60 +21,36 @@ void Batch<T>::run_spheres()
     std::uint16_t near[block_pairs];
     std::uint32_t count = 0;
     for (const std::uint16_t i : lists.of(Group::spheres)) {
-        const Pair& pair = pairs[i];
-        const Vec3 d = load(poses_b[pair.b].position) - load(poses_a[pair.a].position);
+        const Pair& pair = set.pairs[i];
+        const Vec3 d = load(set.poses_b[pair.b].position) - load(set.poses_a[pair.a].position);
         near[count] = i;
-        count += spheres_near(shapes_a[pair.a].radius() + shapes_b[pair.b].radius() + margin, d) ? 1 : 0;
+        count +=
+            spheres_near(set.shapes_a[pair.a].radius() + set.shapes_b[pair.b].radius() + margin, d) ? 1 : 0;
     }
     for (std::uint32_t k = 0; k < count; ++k) {
-        const Arranged s = take(near[k]);
+        const ArrangedPair<T> s = set.take(near[k]);
         Manifold<3>& manifold = found.emplace_back().manifold;
         keep(near[k], s,
              is_zero(s.d) ? Verdict::unclear : spheres(s.a->radius(), s.b->radius(), s.d, margin, manifold));
     }
 }
 
-/// The pairs of a group through its kernel, `batch` at a time. put(rows, pair, k) writes what this kernel
-/// wants beside rotations and distance into lane k; answer(rows, pair, k, manifold) goes on from what it has
-/// found.
+/// answer(rows, pair, k, manifold) goes on from what the kernel has found.
 template <class T>
 template <class Rows, class Put, class Answer>
 void Batch<T>::run_kernel(Group group, void (*kernel)(Rows&), const Put& put_rest, const Answer& answer)
 {
-    Rows rows;
-    Arranged arranged[batch];
-    std::uint16_t place[batch];
-    std::uint32_t count = 0;
-    const auto put_lane = [&](const Arranged& s, std::uint32_t k) {
-        put_turn(*s.pose_a, rows.turn_a, k);
-        put_turn(*s.pose_b, rows.turn_b, k);
-        put(s.d, rows.d, k);
-        put_rest(rows, s, k);
-    };
-    const auto flush = [&] {
-        if (count == 0) return;
-        for (std::uint32_t k = count; k < batch; ++k) // something that makes no exceptions
-            put_lane(arranged[0], k);
-        kernel(rows);
-        for (std::uint32_t k = 0; k < count; ++k) {
+    through_kernel(
+        set, lists.of(group), kernel,
+        [&](const ArrangedPair<T>& s) {
+            return within_reach(Placed<3>{s.a, s.b, {}, {}, s.d, nullptr}, margin);
+        },
+        put_rest,
+        [&](const Rows& rows, const ArrangedPair<T>& s, std::uint32_t k, std::uint16_t i) {
             Manifold<3>& manifold = found.emplace_back().manifold;
-            keep(place[k], arranged[k], answer(rows, arranged[k], k, manifold));
-        }
-        count = 0;
-    };
-    for (const std::uint16_t i : lists.of(group)) {
-        const Arranged s = take(i);
-        if ((s.a->type() == s.b->type() && is_zero(s.d)) || !is_plain(*s.pose_a) || !is_plain(*s.pose_b)) {
-            lists.add(Group::other, i);
-            continue;
-        }
-        if (!within_reach(Placed<3>{s.a, s.b, {}, {}, s.d, nullptr}, margin)) continue;
-        put_lane(s, count);
-        arranged[count] = s;
-        place[count++] = i;
-        if (count == batch) flush();
-    }
-    flush();
+            keep(i, s, answer(rows, s, k, manifold));
+        },
+        [&](std::uint16_t i) { lists.add(Group::other, i); });
 }
 
 template <class T>
@@ -138,11 +59,11 @@ void Batch<T>::run(const Kernels& kernels)
     run_spheres();
     run_kernel(
         Group::boxes, kernels.boxes,
-        [](BoxBatch& rows, const Arranged& s, std::uint32_t k) {
+        [](BoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k) {
             put(load(s.a->size()), rows.half_a, k);
             put(load(s.b->size()), rows.half_b, k);
         },
-        [this](const BoxBatch& rows, const Arranged& s, std::uint32_t k, Manifold<3>& manifold) {
+        [this](const BoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k, Manifold<3>& manifold) {
             if (!(rows.separation[k] <= margin)) return Verdict::apart;
             return boxes(lane(rows.matrix_a, k), load(s.a->size()), lane(rows.matrix_b, k), load(s.b->size()),
                          s.d, {rows.separation[k], lane(rows.normal, k), static_cast<int>(rows.axis[k])},
@@ -150,11 +71,12 @@ void Batch<T>::run(const Kernels& kernels)
         });
     run_kernel(
         Group::capsule_box, kernels.capsule_box,
-        [](CapsuleBoxBatch& rows, const Arranged& s, std::uint32_t k) {
+        [](CapsuleBoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k) {
             put(load(s.b->size()), rows.half, k);
             rows.half_length[k] = s.a->size()[1];
         },
-        [this](const CapsuleBoxBatch& rows, const Arranged& s, std::uint32_t k, Manifold<3>& manifold) {
+        [this](const CapsuleBoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k,
+               Manifold<3>& manifold) {
             if (!(rows.distance[k] <= s.a->radius() + margin)) return Verdict::apart;
             return capsule_box(
                 lane(rows.axis_a, k), rows.half_length[k], s.a->radius(), lane(rows.matrix_b, k),

@@ -66,14 +66,47 @@ struct PairContacts
     V<Dim> d;
 };
 
+/// A pair in the order in which it is computed.
 template <class T>
-struct Batch
+struct ArrangedPair
+{
+    const Shape<3>*a, *b;
+    const Pose<3, T>*pose_a, *pose_b;
+    Vec3 d;
+    bool swapped;
+};
+/// A block of pairs, and the objects that they name.
+template <class T>
+struct PairSet
 {
     StridedView<Shape<3>> shapes_a;
     StridedView<Pose<3, T>> poses_a;
     StridedView<Shape<3>> shapes_b;
     StridedView<Pose<3, T>> poses_b;
     std::span<const Pair> pairs;
+
+    /// Reads a pair and puts it in order as `arrange` would, but for two of one type in one place. Which way
+    /// round it comes is hard to predict: no branches.
+    [[nodiscard]] ArrangedPair<T> take(std::uint16_t i) const
+    {
+        const Pair& pair = pairs[i];
+        const Shape<3>* const shape[2] = {&shapes_a[pair.a], &shapes_b[pair.b]};
+        const Pose<3, T>* const pose[2] = {&poses_a[pair.a], &poses_b[pair.b]};
+        const Vec3 d = load(pose[1]->position) - load(pose[0]->position);
+        const int type_a = shape[0]->type(), type_b = shape[1]->type();
+        const double decides = d.x != 0 ? d.x : d.y != 0 ? d.y : d.z;
+        const bool swapped = ((type_a == type_b) & (decides < 0)) | (type_a > type_b);
+        const std::size_t first = swapped ? 1 : 0;
+        return {shape[first],    shape[1 - first],           pose[first],
+                pose[1 - first], d * (swapped ? -1.0 : 1.0), swapped};
+    }
+};
+
+/// Contacts of a block of pairs.
+template <class T>
+struct Batch
+{
+    PairSet<T> set;
     PairLists& lists;          ///< what turns out to need the general way moves to Group::other
     PairContacts<3>* contacts; ///< of each pair, without contacts so far
     FoundList<3>& found;
@@ -82,21 +115,26 @@ struct Batch
     void run(const Kernels& kernels);
 
   private:
-    struct Arranged
-    {
-        const Shape<3>*a, *b;
-        const Pose<3, T>*pose_a, *pose_b;
-        Vec3 d;
-        bool swapped;
-    };
-    [[nodiscard]] Arranged take(std::uint16_t i) const;
-    void keep(std::uint16_t i, const Arranged& pair, Verdict verdict);
+    void keep(std::uint16_t i, const ArrangedPair<T>& pair, Verdict verdict);
     void run_spheres();
     template <class Rows, class Put, class Answer>
     void run_kernel(Group group, void (*kernel)(Rows&), const Put& put_rest, const Answer& answer);
 };
 extern template struct Batch<float>;
 extern template struct Batch<double>;
+
+/// Distances of a block of pairs; infinite where they are more than `enough`.
+template <class T>
+struct DistanceBatch
+{
+    PairSet<T> set;
+    T enough;
+    std::span<Distance<3, T>> out; ///< one per pair
+
+    void run(const Kernels& kernels);
+};
+extern template struct DistanceBatch<float>;
+extern template struct DistanceBatch<double>;
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

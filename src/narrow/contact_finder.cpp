@@ -327,11 +327,24 @@ void ContactFinder<Dim, T>::Implementation::distances(const Objects& set_a, cons
     const InUse call(in_use, "ContactFinder");
     narrow::check_sizes(set_a, set_b, "poses");
     narrow::check_max_distance(max_distance);
-    ask(set_a, set_b, pairs, out, narrow::block_pairs,
-        [&](const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
-            const Pose<Dim, T>& pose_b) {
-            return narrow::distance_of(a, pose_a, b, pose_b, max_distance, *kernels);
-        });
+    if constexpr (Dim == 3) {
+        narrow::check_out(pairs.size(), out.size());
+        const auto ask_some = [&](const PairBatch& some) {
+            for (std::size_t i = 0; i < some.items.size(); ++i)
+                narrow::check_pair(set_a, set_b, some.items[i], some.first + i);
+            narrow::DistanceBatch<T> batch{{set_a.shapes, set_a.poses, set_b.shapes, set_b.poses, some.items},
+                                           max_distance,
+                                           out.subspan(some.first, some.items.size())};
+            batch.run(*kernels);
+        };
+        process_pairs(pairs, ask_some, {&executor(), narrow::block_pairs});
+    } else {
+        ask(set_a, set_b, pairs, out, narrow::block_pairs,
+            [&](const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                const Pose<Dim, T>& pose_b) {
+                return narrow::distance_of(a, pose_a, b, pose_b, max_distance, *kernels);
+            });
+    }
 }
 
 template <int Dim, Coordinate T>

@@ -271,6 +271,61 @@ HWY_ATTR inline void capsule_box(CapsuleBoxBatch& pairs)
     }
 }
 
+HWY_ATTR inline Real3 subtract3(const Real3& a, const Real3& b)
+{
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+HWY_ATTR inline Real3 cross3(const Real3& a, const Real3& b)
+{
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+HWY_ATTR inline void rounds(RoundBatch& pairs)
+{
+    for (std::uint32_t k = 0; k < batch; k += Real::size) {
+        const Real3 a = matrix(pairs.turn_a, k).y, b = matrix(pairs.turn_b, k).y;
+        const Real half_a = Real::loadu(pairs.half_a + k), half_b = Real::loadu(pairs.half_b + k);
+        const Real3 d{Real::loadu(pairs.d[0] + k), Real::loadu(pairs.d[1] + k), Real::loadu(pairs.d[2] + k)};
+        const Real3 across = cross3(a, b);
+        const Real square = dot3(across, across), turn = dot3(a, b);
+        const Real along_a = dot3(a, d), along_b = dot3(b, d);
+        const Real cut = clamped(dot3(cross3(d, b), across) / square, half_a);
+        const Real t = clamped(turn * choose(Real(1e-28) < square, cut, Real(0)) - along_b, half_b);
+        const Real s = clamped(along_a + turn * t, half_a);
+        const Real3 on_a = scale3(a, s), on_b = add3(d, scale3(b, t));
+        const Real3 way = subtract3(on_b, on_a);
+        const Real distance = sqrt(dot3(way, way));
+        distance.storeu(pairs.distance + k);
+        put(scale3(way, Real(1) / distance), pairs.normal, k);
+        put(on_a, pairs.on_a, k);
+        put(on_b, pairs.on_b, k);
+    }
+}
+
+HWY_ATTR inline Real3 turn3(const RealMat& m, const Real3& v)
+{
+    return add3(add3(scale3(m.x, v.x), scale3(m.y, v.y)), scale3(m.z, v.z));
+}
+
+HWY_ATTR inline void point_box(PointBoxBatch& pairs)
+{
+    for (std::uint32_t k = 0; k < batch; k += Real::size) {
+        const Real zero = Real(0);
+        const RealMat b = matrix(pairs.turn_b, k);
+        const Real3 d{Real::loadu(pairs.d[0] + k), Real::loadu(pairs.d[1] + k), Real::loadu(pairs.d[2] + k)};
+        const Real3 back{zero - d.x, zero - d.y, zero - d.z};
+        const Real3 centre{dot3(b.x, back), dot3(b.y, back), dot3(b.z, back)};
+        const Real3 nearest{clamped(centre.x, Real::loadu(pairs.half[0] + k)),
+                            clamped(centre.y, Real::loadu(pairs.half[1] + k)),
+                            clamped(centre.z, Real::loadu(pairs.half[2] + k))};
+        const Real3 way = subtract3(nearest, centre);
+        const Real distance = sqrt(dot3(way, way));
+        distance.storeu(pairs.distance + k);
+        put(turn3(b, scale3(way, Real(1) / distance)), pairs.normal, k);
+        put(add3(d, turn3(b, nearest)), pairs.on_b, k);
+    }
+}
+
 HWY_ATTR inline std::uint32_t furthest(const double* x, std::uint32_t stride, double dx, double dy, double dz)
 {
     const double* y = x + stride;

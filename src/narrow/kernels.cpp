@@ -51,12 +51,14 @@ using one_pair::furthest;
 using one_pair::heights;
 using one_pair::move;
 using one_pair::planes;
+using one_pair::point_box;
+using one_pair::rounds;
 #endif
 
 const Kernels& kernels()
 {
-    static constexpr Kernels table{boxes,  capsule_box, furthest, heights,   move,
-                                   planes, edges,       bounds,   approaches};
+    static constexpr Kernels table{boxes, capsule_box, rounds, point_box, furthest,  heights,
+                                   move,  planes,      edges,  bounds,    approaches};
     return table;
 }
 

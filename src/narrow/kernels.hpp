@@ -38,6 +38,24 @@ struct CapsuleBoxBatch
     double axis_a[3][batch], matrix_b[9][batch];
 };
 
+/// Two segments along y, or points; and a point and a box.
+struct RoundBatch
+{
+    double turn_a[4][batch], turn_b[4][batch], d[3][batch], half_a[batch], half_b[batch];
+
+    // Out: how far the segments are from each other, in which direction (where that is above 0), and where.
+    double distance[batch];
+    double normal[3][batch], on_a[3][batch], on_b[3][batch];
+};
+struct PointBoxBatch
+{
+    double turn_a[4][batch], turn_b[4][batch], d[3][batch], half[3][batch];
+
+    // Out: of the point, which is a, and the box.
+    double distance[batch];
+    double normal[3][batch], on_b[3][batch];
+};
+
 /// Edges of a polyhedron with the normals of their two faces. Unused ones up to a multiple of 8 are zero.
 struct EdgeRows
 {
@@ -70,6 +88,9 @@ struct Kernels
 {
     void (*boxes)(BoxBatch&);
     void (*capsule_box)(CapsuleBoxBatch&);
+    /// As round_gap and sphere_box_gap in gaps3.hpp, step by step.
+    void (*rounds)(RoundBatch&);
+    void (*point_box)(PointBoxBatch&);
     /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i].
     std::uint32_t (*furthest)(const double* x, std::uint32_t stride, double dx, double dy, double dz);
     /// height[i] = dx * x[i] + dy * y[i] + dz * z[i]; returns the least.

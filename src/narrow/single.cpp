@@ -9,7 +9,7 @@ namespace narrow {
 namespace {
 
 template <int Dim, class T>
-void check_poses(const Pose<Dim, T>& pose_a, const Pose<Dim, T>& pose_b)
+[[gnu::always_inline]] inline void check_poses(const Pose<Dim, T>& pose_a, const Pose<Dim, T>& pose_b)
 {
     for (const Pose<Dim, T>* pose : {&pose_a, &pose_b})
         if (!valid(*pose)) refuse_pose(*pose, Error::no_index);

@@ -42,6 +42,28 @@ TEST_F(ToolTest, BenchContactsFindsTheSameOnAnyThreads)
         EXPECT_EQ(counts.size(), 1u) << pair;
 }
 
+TEST_F(ToolTest, BenchDistancesAsksFourQuestionsOfEachPair)
+{
+    const Result result = run({"bench", "distances", "-n", "40", "--repetitions", "1", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    expect_rounded(result.out);
+    std::map<std::string, std::map<std::string, double>> means;
+    for (const auto& row : nlohmann::json::parse(result.out)) {
+        EXPECT_GT(row["median_ns"], 0) << row;
+        means[row["pair"]][row["question"]] = row["mean"];
+    }
+    EXPECT_EQ(means.size(), 11u);
+    for (auto& [pair, mean] : means) {
+        EXPECT_EQ(mean.size(), 4u) << pair;
+        EXPECT_EQ(mean["distance"], mean["distances"]) << pair;
+        EXPECT_GT(mean["distance"], 0.01) << pair; // by the making of the scene
+        EXPECT_LT(mean["distance"], 0.51) << pair;
+        EXPECT_EQ(mean["touching"], 0) << pair;
+        EXPECT_GT(mean["impact"], 0) << pair;
+        EXPECT_LT(mean["impact"], 1) << pair;
+    }
+}
+
 TEST_F(ToolTest, BenchQuestionsAnswersTheSameOnAnyThreads)
 {
     const Result result =
@@ -93,7 +115,7 @@ TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
 
 TEST_F(ToolTest, BenchPartsRefuseWhatStandsBeforeThem)
 {
-    for (const std::string part : {"world", "questions", "contacts", "responses"})
+    for (const std::string part : {"world", "questions", "contacts", "distances", "responses"})
         for (const std::vector<std::string>& before : {std::vector<std::string>{"-n", "100"},
                                                        {"uniform"},
                                                        {"--threads", "1"},

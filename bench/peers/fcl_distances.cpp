@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <fcl/narrowphase/distance.h>
+
+#include "bench/distance_peers.hpp"
+#include "fcl_shapes.hpp"
+
+namespace jostle_bench {
+namespace {
+
+class FclDistances final : public DistancePeer
+{
+  public:
+    const char* name() const noexcept override { return "fcl"; }
+    const char* how() const noexcept override
+    {
+        return "FCL 0.7 distance<double> with points, and collide<double> for touching; of its two solvers "
+               "its "
+               "own for simple shapes, libccd's for hulls: each is the faster one there";
+    }
+    void start(std::span<const BodyShape> shapes, std::span<const jostle::Pair> pairs,
+               std::span<const jostle::Pose3d> poses) override
+    {
+        pairs_ = pairs;
+        geometry_.clear();
+        transform_.clear();
+        for (std::size_t i = 0; i < shapes.size(); ++i) {
+            // Bodies that share their points share what is made of them.
+            const bool again = i > 0 && !shapes[i].points.empty() && same(shapes[i], shapes[i - 1]);
+            geometry_.push_back(again ? geometry_.back() : fcl_shape(shapes[i]));
+            const auto& q = poses[i].rotation;
+            fcl::Transform3d transform = fcl::Transform3d::Identity();
+            transform.linear() =
+                fcl_turn(shapes[i].kind, fcl::Quaterniond(q[3], q[0], q[1], q[2]).normalized())
+                    .toRotationMatrix();
+            for (int d = 0; d < 3; ++d)
+                transform.translation()[d] = poses[i].position[static_cast<std::size_t>(d)];
+            transform_.push_back(transform);
+            hull_ = hull_ || shapes[i].kind == BodyKind::hull;
+        }
+    }
+    double distance(std::size_t pair) override
+    {
+        const auto [a, b] = pairs_[pair];
+        fcl::DistanceRequestd request(true);
+        request.gjk_solver_type = hull_ ? fcl::GST_LIBCCD : fcl::GST_INDEP;
+        fcl::DistanceResultd result;
+        fcl::distance(geometry_[a].get(), transform_[a], geometry_[b].get(), transform_[b], request, result);
+        return result.min_distance;
+    }
+    bool touching(std::size_t pair) override
+    {
+        const auto [a, b] = pairs_[pair];
+        const fcl::CollisionRequestd request;
+        fcl::CollisionResultd result;
+        fcl::collide(geometry_[a].get(), transform_[a], geometry_[b].get(), transform_[b], request, result);
+        return result.isCollision();
+    }
+
+  private:
+    static bool same(const BodyShape& one, const BodyShape& other)
+    {
+        return one.kind == other.kind && one.points.data() == other.points.data();
+    }
+
+    std::span<const jostle::Pair> pairs_;
+    std::vector<std::shared_ptr<fcl::CollisionGeometryd>> geometry_;
+    std::vector<fcl::Transform3d> transform_;
+    bool hull_ = false;
+};
+
+} // namespace
+
+std::unique_ptr<DistancePeer> make_fcl_distances()
+{
+    return std::make_unique<FclDistances>();
+}
+
+} // namespace jostle_bench

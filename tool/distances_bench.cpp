@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: MIT
+// jostle bench distances: how long the distance of a pair takes, whether it touches, and when it will.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/distance_peers.hpp"
+#include "bench_options.hpp"
+#include "commands.hpp"
+#include "jostle/contact.hpp"
+#include "numbers.hpp"
+#include "scenes/random.hpp"
+#include "threads.hpp"
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle::Pair;
+using jostle::Pose3d;
+using jostle::Shape3;
+using jostle_bench::BodyKind;
+using jostle_bench::BodyShape;
+
+struct Options
+{
+    std::vector<std::string> combinations;
+    std::uint64_t pairs = 10'000;
+    std::uint32_t repetitions = 7;
+    std::uint64_t seed = 1;
+    bool peers = false;
+    std::string json;
+};
+
+struct Combination
+{
+    const char* name;
+    BodyKind a, b;
+    std::uint32_t rings;         ///< of the meshes: 4 x rings x rings triangles
+    std::uint64_t pairs_divisor; ///< of --pairs: what is slow gets fewer
+};
+constexpr Combination all_combinations[] = {
+    {"sphere-sphere", BodyKind::sphere, BodyKind::sphere, 0, 1},
+    {"sphere-box", BodyKind::sphere, BodyKind::box, 0, 1},
+    {"capsule-capsule", BodyKind::capsule, BodyKind::capsule, 0, 1},
+    {"capsule-box", BodyKind::capsule, BodyKind::box, 0, 1},
+    {"box-box", BodyKind::box, BodyKind::box, 0, 1},
+    {"box-hull", BodyKind::box, BodyKind::hull, 0, 4},
+    {"hull-hull", BodyKind::hull, BodyKind::hull, 0, 4},
+    {"sphere-mesh", BodyKind::sphere, BodyKind::mesh, 112, 200},
+    {"capsule-mesh", BodyKind::capsule, BodyKind::mesh, 112, 200},
+    {"link-link", BodyKind::mesh, BodyKind::mesh, 22, 500},
+    {"mesh-mesh", BodyKind::mesh, BodyKind::mesh, 112, 1000},
+};
+
+/// Two bodies of about 1 m, and pairs of them in many places. Gaps are spread from 0.02 to 0.5 m.
+struct Scene
+{
+    std::vector<std::vector<jostle::Vec<3, double>>> points;
+    std::vector<std::vector<std::array<std::uint32_t, 3>>> triangles;
+    std::vector<std::unique_ptr<jostle::ConvexHull<3>>> hulls;
+    std::vector<std::unique_ptr<jostle::Mesh<3>>> meshes;
+    BodyShape body[2];
+    Shape3 shape[2];
+
+    std::vector<Shape3> shapes; ///< by object: pair i is of objects i and count + i
+    std::vector<Pose3d> poses;
+    std::vector<BodyShape> bodies;
+    std::vector<Pair> pairs;
+};
+
+class Numbers
+{
+  public:
+    explicit Numbers(std::uint64_t seed) : random_(seed) {}
+    double uniform(double lo, double hi) { return lo + (hi - lo) * random_.uniform(); }
+    jostle::Vec<3, double> direction()
+    {
+        const double y = uniform(-1, 1), angle = uniform(0, 2 * std::numbers::pi), r = std::sqrt(1 - y * y);
+        return {r * std::cos(angle), y, r * std::sin(angle)};
+    }
+    std::array<double, 4> rotation()
+    {
+        std::array<double, 4> q{};
+        double size = 0;
+        while (size < 0.01 || size > 1) {
+            size = 0;
+            for (double& x : q)
+                x = uniform(-1, 1), size += x * x;
+        }
+        for (double& x : q)
+            x /= std::sqrt(size);
+        return q;
+    }
+
+  private:
+    jostle_scenes::Random random_;
+};
+
+/// A closed surface with bumps.
+void add_mesh(Scene& scene, std::uint32_t rings, Numbers& numbers)
+{
+    auto& points = scene.points.emplace_back();
+    auto& triangles = scene.triangles.emplace_back();
+    const std::uint32_t sectors = 2 * rings;
+    const double shift = numbers.uniform(0, 6);
+    for (std::uint32_t i = 0; i <= rings; ++i)
+        for (std::uint32_t j = 0; j < sectors; ++j) {
+            const double t = std::numbers::pi * i / rings, p = std::numbers::pi * j / rings;
+            const double r = 0.5 + 0.04 * std::sin(5 * t + shift) * std::cos(7 * p);
+            points.push_back({r * std::sin(t) * std::cos(p), r * std::cos(t), r * std::sin(t) * std::sin(p)});
+        }
+    for (std::uint32_t i = 0; i < rings; ++i)
+        for (std::uint32_t j = 0; j < sectors; ++j) {
+            const std::uint32_t k = (j + 1) % sectors, at = i * sectors, below = at + sectors;
+            triangles.push_back({at + j, below + j, below + k});
+            triangles.push_back({at + j, below + k, at + k});
+        }
+    scene.meshes.push_back(std::make_unique<jostle::Mesh<3>>(points, triangles));
+}
+
+/// 24 points on a ball: all are corners.
+void add_hull(Scene& scene, Numbers& numbers)
+{
+    std::vector<jostle::Vec<3, double>> points(24);
+    for (auto& p : points) {
+        p = numbers.direction();
+        for (double& x : p)
+            x *= 0.5;
+    }
+    scene.hulls.push_back(std::make_unique<jostle::ConvexHull<3>>(points));
+    const auto corners = scene.hulls.back()->vertices();
+    scene.points.emplace_back(corners.begin(), corners.end());
+    auto& triangles = scene.triangles.emplace_back();
+    for (std::size_t f = 0; f < scene.hulls.back()->face_count(); ++f) {
+        const auto face = scene.hulls.back()->face(f);
+        for (std::size_t i = 2; i < face.size(); ++i)
+            triangles.push_back({face[0], face[i - 1], face[i]});
+    }
+}
+
+void make_body(Scene& scene, std::size_t which, BodyKind kind, std::uint32_t rings, Numbers& numbers)
+{
+    BodyShape body{kind};
+    Shape3& shape = scene.shape[which];
+    switch (kind) {
+    case BodyKind::sphere:
+        body.radius = 0.5;
+        shape = Shape3::sphere(body.radius);
+        break;
+    case BodyKind::capsule:
+        body.radius = 0.2;
+        body.half_length = 0.4;
+        shape = Shape3::capsule(body.half_length, body.radius);
+        break;
+    case BodyKind::box:
+        body.half = {0.3, 0.4, 0.5};
+        shape = Shape3::box(body.half);
+        break;
+    case BodyKind::hull:
+        add_hull(scene, numbers);
+        shape = *scene.hulls.back();
+        break;
+    case BodyKind::mesh:
+        add_mesh(scene, rings, numbers);
+        shape = *scene.meshes.back();
+        break;
+    }
+    scene.body[which] = body;
+}
+
+std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t count, std::uint64_t seed)
+{
+    auto made = std::make_unique<Scene>();
+    Scene& scene = *made;
+    scene.points.reserve(2); // bodies have views of them
+    scene.triangles.reserve(2);
+    Numbers numbers(seed);
+    make_body(scene, 0, combination.a, combination.rings, numbers);
+    make_body(scene, 1, combination.b, combination.rings, numbers);
+    std::size_t next = 0;
+    for (BodyShape& body : scene.body)
+        if (body.kind == BodyKind::hull || body.kind == BodyKind::mesh) {
+            body.points = scene.points[next];
+            body.triangles = scene.triangles[next++];
+        }
+    for (const std::size_t which : {std::size_t{0}, std::size_t{1}})
+        for (std::uint64_t i = 0; i < count; ++i) {
+            scene.shapes.push_back(scene.shape[which]);
+            scene.bodies.push_back(scene.body[which]);
+            scene.poses.push_back({{}, numbers.rotation()});
+        }
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const Pair pair{i, static_cast<std::uint32_t>(count) + i};
+        Pose3d &a = scene.poses[pair.a], &b = scene.poses[pair.b];
+        const auto away = numbers.direction();
+        for (std::size_t d = 0; d < 3; ++d) {
+            a.position[d] = numbers.uniform(-10, 10);
+            b.position[d] = a.position[d] + 3 * away[d];
+        }
+        const double gap = numbers.uniform(0.02, 0.5);
+        for (int step = 0; step < 3; ++step)
+            if (const auto d = jostle::distance(scene.shape[0], a, scene.shape[1], b, 1e9))
+                for (std::size_t k = 0; k < 3; ++k)
+                    b.position[k] -= d->normal[k] * (d->distance - gap);
+        scene.pairs.push_back(pair);
+    }
+    return made;
+}
+
+/// The times of some repetitions, ns a pair, in ascending order.
+template <class Ask>
+std::vector<double> measure(std::size_t pairs, std::uint32_t repetitions, const Ask& ask)
+{
+    using Clock = std::chrono::steady_clock;
+    std::vector<double> ns;
+    for (std::uint32_t r = 0; r <= repetitions; ++r) {
+        const Clock::time_point before = Clock::now();
+        ask();
+        const double time = std::chrono::duration<double, std::nano>(Clock::now() - before).count();
+        if (r > 0) ns.push_back(time / static_cast<double>(pairs));
+    }
+    std::sort(ns.begin(), ns.end());
+    return ns;
+}
+
+class Table
+{
+  public:
+    explicit Table(bool shown) : shown_(shown)
+    {
+        if (shown_)
+            std::printf("%-16s %-9s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
+                        "ns/pair", "min", "max", "mean answer");
+    }
+    void add(const char* system, const Combination& combination, const char* question, std::size_t pairs,
+             const std::vector<double>& ns, double mean, double reference_ns)
+    {
+        nlohmann::ordered_json json;
+        json["system"] = system;
+        json["pair"] = combination.name;
+        json["question"] = question;
+        json["pairs"] = pairs;
+        json["median_ns"] = std::round(median(ns) * 10) / 10;
+        json["min_ns"] = std::round(ns.front() * 10) / 10;
+        json["max_ns"] = std::round(ns.back() * 10) / 10;
+        json["mean"] = rounded(mean);
+        rows.push_back(json);
+        if (!shown_) return;
+        std::printf("%-16s %-9s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", combination.name, question, pairs,
+                    system, median(ns), ns.front(), ns.back(), mean);
+        if (reference_ns > 0) std::printf("   %.1fx", median(ns) / reference_ns);
+        std::printf("\n");
+        std::fflush(stdout);
+    }
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+
+  private:
+    bool shown_;
+};
+
+void run(const Options& options)
+{
+    const std::vector<const Combination*> wanted =
+        choose(options.combinations, all_combinations, "pair of shapes that is measured");
+    check_for_peers(options.peers);
+    RowsFile file(options.json);
+    Table table(options.json != "-");
+    for (const Combination* combination : wanted) {
+        const std::uint64_t count = std::max<std::uint64_t>(1, options.pairs / combination->pairs_divisor);
+        const std::unique_ptr<Scene> scene = make_scene(*combination, count, options.seed);
+        const auto repeat = [&](const auto& ask) {
+            return measure(count, options.repetitions, [&] {
+                for (std::size_t i = 0; i < count; ++i)
+                    ask(scene->pairs[i], i);
+            });
+        };
+        const auto& [shape_a, shape_b] = scene->shape;
+        const std::vector<Pose3d>& poses = scene->poses;
+        std::vector<double> answer(count);
+        const auto mean = [&] {
+            double sum = 0;
+            for (const double x : answer)
+                sum += x;
+            return sum / static_cast<double>(count);
+        };
+        const std::vector<double> one_by_one = repeat([&](const Pair& pair, std::size_t i) {
+            answer[i] = jostle::distance(shape_a, poses[pair.a], shape_b, poses[pair.b], 1e9)->distance;
+        });
+        table.add("jostle", *combination, "distance", count, one_by_one, mean(), 0);
+        jostle::ContactFinder3d finder({.executor = &jostle::serial_executor()});
+        std::vector<jostle::Distance<3, double>> distances(count);
+        const std::vector<double> batch = measure(count, options.repetitions, [&] {
+            finder.distances(scene->shapes, poses, scene->pairs, 1e9, std::span(distances));
+        });
+        for (std::size_t i = 0; i < count; ++i)
+            answer[i] = distances[i].distance;
+        table.add("jostle", *combination, "distances", count, batch, mean(), median(one_by_one));
+        const std::vector<double> touching = repeat([&](const Pair& pair, std::size_t i) {
+            answer[i] = jostle::touching(shape_a, poses[pair.a], shape_b, poses[pair.b]) ? 1 : 0;
+        });
+        table.add("jostle", *combination, "touching", count, touching, mean(), 0);
+        // Each turns by 1 radian while b comes towards a.
+        const std::vector<double> impact = repeat([&](const Pair& pair, std::size_t i) {
+            const Pose3d &pose_a = poses[pair.a], &pose_b = poses[pair.b];
+            jostle::Motion<3, double> moving_a{pose_a, {}, {0.6, 0.64, -0.48}},
+                moving_b{pose_b, {}, {0, -0.6, 0.8}};
+            for (std::size_t d = 0; d < 3; ++d)
+                moving_b.linear[d] = pose_a.position[d] - pose_b.position[d];
+            const auto hit = jostle::time_of_impact(shape_a, moving_a, shape_b, moving_b, 1e-3);
+            answer[i] = hit ? hit->time : 1;
+        });
+        table.add("jostle", *combination, "impact", count, impact, mean(), 0);
+#ifdef JOSTLE_WITH_PEERS
+        if (!options.peers) continue;
+        const auto peer = jostle_bench::make_fcl_distances();
+        peer->start(scene->bodies, scene->pairs, poses);
+        const std::vector<double> theirs =
+            repeat([&](const Pair&, std::size_t i) { answer[i] = peer->distance(i); });
+        table.add(peer->name(), *combination, "distance", count, theirs, mean(), median(one_by_one));
+        const std::vector<double> their_touching =
+            repeat([&](const Pair&, std::size_t i) { answer[i] = peer->touching(i) ? 1 : 0; });
+        table.add(peer->name(), *combination, "touching", count, their_touching, mean(), median(touching));
+#endif
+    }
+    file.write(table.rows);
+}
+
+} // namespace
+
+void add_bench_distances_command(CLI::App& bench)
+{
+    CLI::App* command = bench.add_subcommand(
+        "distances", "How long the distance of two shapes takes, whether they touch, and when they will");
+    command->footer(
+        R"(Pairs: of spheres, capsules, boxes, hulls of 24 corners, and closed meshes of 1936 (link) and
+50,176 triangles (mesh). Bodies are about 1 m, in double; gaps are spread from 0.02 to 0.5 m, and the greatest
+distance asked for is open. One thread.
+
+Questions: distance, touching and impact (both turn by 1 radian, b comes towards a) one pair at a time;
+distances all at once. The mean of the answers says that systems agree: a distance in m, the share that touches,
+or a time.
+
+Examples:
+  jostle bench distances
+  jostle bench distances capsule-capsule mesh-mesh
+  jostle bench distances --peers --json -)");
+    const auto options = std::make_shared<Options>();
+    command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")
+        ->type_name("");
+    add_number_option(*command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
+                      "How many pairs (10000); of hulls a quarter, of meshes 1 to 5 of 1000 as many")
+        ->type_name("N");
+    add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
+                      "How often each is asked (7)")
+        ->type_name("R");
+    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
+                      "Other bodies of the same kind (1)")
+        ->type_name("S");
+    command->add_flag("--peers", options->peers, "FCL as well, where the build has it");
+    add_rows_file_option(*command, options->json);
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool
