@@ -24,6 +24,9 @@ namespace {
 // Below this many boxes all pairs are tried: a grid takes longer to choose.
 constexpr std::size_t few_boxes = 24;
 
+// So few against many idle ones are tried one by one: a grid for all would be made for them alone.
+constexpr std::size_t few_movers = 8;
+
 /// While it lives, what wakes up has no filter class. It is still in the index, and found there; whoever
 /// finds something without a class looks at the object, and sees that it is found as a changed one already.
 template <int Dim, class T>
@@ -105,6 +108,7 @@ class Search
     std::uint32_t select_resting(Pair* first, const Pair* last, const Division& division,
                                  const EntryOf& entry_of) noexcept;
     void try_all(std::span<const Box> boxes);
+    void try_each(std::span<const Box> moved, std::span<const Box> idle);
     void find_listed(const Division& division);
     void find_unlisted(const Division& division);
 
@@ -146,6 +150,17 @@ void Search<Dim, T>::try_all(std::span<const Box> boxes)
     PairBufferAccess(found_).append({tried, select_entries(tried, end, 0)});
 }
 
+template <int Dim, class T>
+void Search<Dim, T>::try_each(std::span<const Box> moved, std::span<const Box> idle)
+{
+    auto& tried = arena_.list<Pair>("pairs of few changed entries and idle ones");
+    for (std::uint32_t i = 0; i < moved.size(); ++i)
+        for (std::uint32_t j = 0; j < idle.size(); ++j)
+            if (overlaps_branchless(moved[i], idle[j])) tried.push_back({i, j});
+    Pair* const end = select_entries(tried.data(), tried.data() + tried.size(), entries_.changed);
+    PairBufferAccess(found_).append({tried.data(), end});
+}
+
 /// Pairs of changed objects with each other and with idle ones.
 template <int Dim, class T>
 void Search<Dim, T>::among_active()
@@ -172,6 +187,10 @@ void Search<Dim, T>::among_active()
             found.append(block);
     }
     if (together) return;
+    if (moved.size() <= few_movers) {
+        try_each(moved, all.subspan(entries_.changed));
+        return;
+    }
     const auto select = [&](Pair* first, Pair* last) {
         return select_entries(first, last, entries_.changed);
     };

@@ -107,5 +107,26 @@ TEST_F(ToolTest, BenchWorldNamesWhatItDoesntKnow)
         << result.err;
 }
 
+TEST_F(ToolTest, BenchWorldMakesSmallWorldsAndMasksQuestions)
+{
+    const Result result = run({"bench", "world", "small", "others", "overlaps", "masked", "-n", "3000",
+                               "--threads", "1,2", "--frames", "3", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    const nlohmann::json rows = nlohmann::json::parse(result.out);
+    EXPECT_EQ(rows.size(), 8u);
+    std::map<std::string, std::set<std::string>> checksums;
+    std::map<std::string, std::uint64_t> results;
+    for (const auto& row : rows) {
+        checksums[row["scene"]].insert(row["checksum"]);
+        results[row["scene"]] = row.contains("pairs") ? row["pairs"] : row["results"];
+    }
+    for (const auto& [scene, sums] : checksums)
+        EXPECT_EQ(sums.size(), 1u) << scene;
+    EXPECT_GT(results["small"], 0u);
+    EXPECT_GT(results["others"], 20'000u);
+    EXPECT_LT(results["masked"], results["overlaps"] / 8) << "one box in eleven";
+    EXPECT_GT(results["masked"], results["overlaps"] / 14);
+}
+
 } // namespace
 } // namespace tool_test
