@@ -18,6 +18,8 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
 
+// While so many rows are swept, as many records of the next brick are fetched. Even.
+constexpr std::uint32_t rows_per_fetch = 64;
 // Fewer boxes than this per thread are not worth waking one.
 constexpr std::size_t boxes_per_thread = 2048;
 // A brick whose rows take more steps than this, on average, may get a grid of its own.
@@ -193,7 +195,13 @@ class Engine::Search
             }
         }
         const SortedBrick sorted = arrange(mine, mine.sorted.data(), mine.window_end.data(), count);
-        sweep_rows(mine, out, sorted, 0, count);
+        FetchBrick next(bricks, brick + 1);
+        for (std::uint32_t row = 0; row < count && !shared_.is_stopped(); row += rows_per_fetch) {
+            next.chunks(rows_per_fetch / BrickStore::Chunk::capacity);
+            mine.counts.steps +=
+                kernels_.template sweep<Dim>()(sorted, row, std::min(count, row + rows_per_fetch), out);
+        }
+        out.resolve_ties();
     }
 
     SortedBrick arrange(Slot& mine, const Record* records, const std::uint32_t* window_end,

@@ -4,21 +4,17 @@
 #include <algorithm>
 #include <bit>
 
-#include "base/prefetch.hpp"
-
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
 
-/// Calls visit(record) for each record of a brick, and before_chunk() before each of its chunks.
-template <class Visit, class BeforeChunk>
-void each_record(const Bricks& bricks, std::uint32_t brick, const Visit& visit,
-                 const BeforeChunk& before_chunk)
+/// Calls visit(record) for each record of a brick.
+template <class Visit>
+void each_record(const Bricks& bricks, std::uint32_t brick, const Visit& visit)
 {
     for (const BrickStore* store : bricks.stores) {
         std::uint32_t left = store->size(brick);
         for (std::uint32_t c = 0; left != 0; ++c) {
-            before_chunk();
             const BrickStore::Chunk& chunk = *store->chunk(brick, c);
             const std::uint32_t here = std::min(left, BrickStore::Chunk::capacity);
             for (std::uint32_t r = 0; r < here; ++r)
@@ -28,38 +24,13 @@ void each_record(const Bricks& bricks, std::uint32_t brick, const Visit& visit,
     }
 }
 
-/// Fetches a brick's chunks, one for each call, so that they don't all come at once.
-class FetchChunks
-{
-  public:
-    FetchChunks(const Bricks& bricks, std::uint32_t brick)
-        : bricks_(bricks), brick_(brick), store_(brick < bricks.count ? 0 : bricks.stores.size())
-    {
-    }
-    void operator()()
-    {
-        for (; store_ < bricks_.stores.size(); ++store_, chunk_ = 0) {
-            const BrickStore& store = *bricks_.stores[store_];
-            if (chunk_ == store.chunks(brick_)) continue;
-            prefetch(store.chunk(brick_, chunk_++), sizeof(BrickStore::Chunk));
-            return;
-        }
-    }
-
-  private:
-    const Bricks& bricks_;
-    std::uint32_t brick_;
-    std::size_t store_;
-    std::uint32_t chunk_ = 0;
-};
-
 } // namespace
 
 bool holds_both_sets(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept
 {
     std::uint32_t sides = 0;
     if (!as_given) {
-        each_record(bricks, brick, [&](const Record& record) { sides |= record.object; }, [] {});
+        each_record(bricks, brick, [&](const Record& record) { sides |= record.object; });
     } else {
         for (const BrickStore* store : bricks.stores) {
             const std::uint32_t size = store->size(brick);
@@ -90,7 +61,7 @@ std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_
     };
     std::uint32_t* bucket = slot.bucket.reserve(buckets);
     std::fill_n(bucket, buckets, 0u);
-    each_record(bricks, brick, [&](const Record& record) { ++bucket[bucket_of(record)]; }, [] {});
+    each_record(bricks, brick, [&](const Record& record) { ++bucket[bucket_of(record)]; });
     std::uint32_t sum = 0;
     for (std::uint32_t b = 0; b < buckets; ++b) {
         const std::uint32_t size = bucket[b];
@@ -100,10 +71,7 @@ std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_
 
     const std::uint32_t size = padded(count);
     Record* sorted = slot.sorted.reserve(size);
-    FetchChunks fetch_next(bricks, brick + 1);
-    each_record(
-        bricks, brick, [&](const Record& record) { sorted[bucket[bucket_of(record)]++] = record; },
-        [&] { fetch_next(); });
+    each_record(bricks, brick, [&](const Record& record) { sorted[bucket[bucket_of(record)]++] = record; });
     std::fill(sorted + count, sorted + size, padding_record);
 
     std::uint32_t* window_end = slot.window_end.reserve(size);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "base/prefetch.hpp"
 #include "engine/brick_store.hpp"
 #include "engine/record.hpp"
 #include "engine/slot.hpp"
@@ -26,13 +28,53 @@ struct Bricks
     }
 };
 
+/// Has a brick's records on their way to the second-level cache, a few lines at a time, while another is
+/// swept: all at once they would wait for each other.
+class FetchBrick
+{
+  public:
+    FetchBrick(const Bricks& bricks, std::uint32_t brick) noexcept
+        : bricks_(bricks), brick_(brick), store_(brick < bricks.count ? 0 : bricks.stores.size())
+    {
+    }
+    /// The next so many chunks, if there are as many.
+    void chunks(std::uint32_t count) noexcept
+    {
+        while (count > 0 && store_ < bricks_.stores.size()) {
+            const BrickStore& store = *bricks_.stores[store_];
+            if (chunk_ == store.chunks(brick_)) {
+                ++store_;
+                chunk_ = 0;
+                continue;
+            }
+            fetch(*store.chunk(brick_, chunk_++));
+            --count;
+        }
+    }
+
+  private:
+    static void fetch([[maybe_unused]] const BrickStore::Chunk& chunk) noexcept
+    {
+#if defined(__GNUC__)
+        const auto* const first = reinterpret_cast<const std::byte*>(&chunk);
+        for (std::size_t at = 0; at < sizeof chunk; at += cache_line)
+            __builtin_prefetch(first + at, 0, 2); // not to the first-level cache, which is full of this brick
+#endif
+    }
+
+    const Bricks& bricks_;
+    std::uint32_t brick_;
+    std::size_t store_;
+    std::uint32_t chunk_ = 0;
+};
+
 /// Whether a brick has records of two sets. In a grid over a call's boxes (`as_given`) those of the first
 /// come first in each store, so that few need to be looked at.
 bool holds_both_sets(const Bricks& bricks, std::uint32_t brick, bool as_given) noexcept;
 
 /// Sorts the records of a brick by the bucket of their lower bound on the sweep axis, into `slot.sorted`,
 /// padded, and finds their windows, `slot.window_end`. Within a bucket records keep their order. Returns the
-/// sum of the windows' lengths. Fetches the next brick meanwhile.
+/// sum of the windows' lengths.
 std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_t count, Slot& slot);
 
 } // namespace engine
