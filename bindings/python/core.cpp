@@ -7,10 +7,12 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <condition_variable>
 #include <cstring>
 #include <deque>
 #include <exception>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -410,6 +412,46 @@ struct SphereFilter
         return sum <= reach * reach;
     }
 };
+
+/// Boxes around spheres, no smaller than they whatever rounding does; `centers` is (n, d).
+template <class T>
+py::array boxes_around(const py::array& centers, const Packed<double>& radii, const char* name)
+{
+    const py::ssize_t n = centers.shape(0), dim = centers.shape(1);
+    py::array_t<T> boxes({n, py::ssize_t(2), dim});
+    T* out = boxes.mutable_data();
+    const double* const reach = radii.data();
+    const auto* row = static_cast<const char*>(centers.data());
+    const py::ssize_t row_stride = centers.strides(0), stride = centers.strides(1);
+    py::ssize_t wrong = n;
+    {
+        const py::gil_scoped_release without_python;
+        constexpr T few = 8 * std::numeric_limits<T>::epsilon();
+        for (py::ssize_t i = 0; i < n; ++i, row += row_stride, out += 2 * dim) {
+            const T radius = static_cast<T>(reach[i]); // rounded: the few are more than that
+            bool finite = reach[i] >= 0 && std::isfinite(reach[i]);
+            for (py::ssize_t d = 0; d < dim; ++d) {
+                T at;
+                std::memcpy(&at, row + d * stride, sizeof at);
+                finite = finite && std::isfinite(at);
+                const T more = radius + few * (std::abs(at) + radius) + std::numeric_limits<T>::denorm_min();
+                out[d] = at - more;
+                out[dim + d] = at + more;
+            }
+            if (!finite) {
+                wrong = i;
+                break;
+            }
+        }
+    }
+    if (wrong == n) return boxes;
+    raise_error("invalid_argument",
+                std::string(name) + "[" + std::to_string(wrong) + "] has the radius " +
+                    std::string(py::str(py::float_(reach[wrong]))) + " and the place " +
+                    std::string(py::str(centers[py::int_(wrong)])) +
+                    ": both must be finite, and the radius at least 0",
+                py::int_(wrong));
+}
 
 py::array find(const py::array& boxes, const std::optional<py::array>& other, PairFilter& filter, bool sorted,
                std::uint32_t threads, const SphereFilter* spheres = nullptr)
@@ -1096,34 +1138,39 @@ PYBIND11_MODULE(_core, m)
         .def(py::init<Maybe, Maybe, Maybe, Maybe, Maybe, Maybe, py::object>());
     m.def("find", [](const Array& boxes, const Maybe& other, PairFilter& filter, bool sorted,
                      std::uint32_t threads) { return find(boxes, other, filter, sorted, threads); });
-    m.def("join",
-          [](const Array& boxes, const Maybe& other, const Array& centers, const Maybe& other_centers,
-             const F64& radii, const std::optional<F64>& other_radii, bool sorted, std::uint32_t threads) {
-              const Boxes a = boxes_of(boxes, "boxes");
-              const auto centers_of = [&](const Array& from, const F64& reach) {
-                  if (from.ndim() != 2 || from.shape(1) != dim_of(a.space))
-                      refuse("points have another shape than boxes");
-                  want_number(from, a.space, "points");
-                  want_length(reach, static_cast<std::uint64_t>(from.shape(0)), "radii");
-                  jostle_boxes view{};
-                  for (int d = 0; d < dim_of(a.space); ++d)
-                      view.lo[d] = static_cast<const char*>(from.data()) + d * from.strides(1);
-                  view.count = static_cast<std::uint64_t>(from.shape(0));
-                  view.stride = from.strides(0);
-                  return view;
-              };
-              SphereFilter spheres{centers_of(centers, radii), {}, radii.data(), radii.data(), a.space};
-              if (spheres.a.count != a.view.count) refuse("there are not as many points as boxes");
-              spheres.b = spheres.a;
-              if (other) {
-                  spheres.b = centers_of(other_centers.value(), other_radii.value());
-                  spheres.radii_b = other_radii->data();
-                  if (spheres.b.count != static_cast<std::uint64_t>(other->shape(0)))
-                      refuse("there are not as many points as boxes");
-              }
-              PairFilter none({}, {}, {}, {}, {}, {}, py::none());
-              return find(boxes, other, none, sorted, threads, &spheres);
-          });
+    m.def("join", [](const Array& points, const Maybe& other, const F64& radii,
+                     const std::optional<F64>& other_radii, bool sorted, std::uint32_t threads) {
+        const auto view_of = [](const Array& from, const F64& reach) {
+            if (from.ndim() != 2 || (from.shape(1) != 2 && from.shape(1) != 3))
+                refuse("points has the shape " + shape_text(from) + ": it must be (n, 2) or (n, 3)");
+            want_length(reach, static_cast<std::uint64_t>(from.shape(0)), "radii");
+            jostle_boxes view{};
+            for (py::ssize_t d = 0; d < from.shape(1); ++d)
+                view.lo[d] = static_cast<const char*>(from.data()) + d * from.strides(1);
+            view.count = static_cast<std::uint64_t>(from.shape(0));
+            view.stride = from.strides(0);
+            return view;
+        };
+        const jostle_boxes centers = view_of(points, radii);
+        const bool single = points.dtype().equal(py::dtype::of<float>());
+        const jostle_space space = space_of(points.shape(1), single);
+        want_number(points, space, "points");
+        const auto around = [&](const Array& from, const F64& reach, const char* name) {
+            return single ? boxes_around<float>(from, reach, name) : boxes_around<double>(from, reach, name);
+        };
+        SphereFilter spheres{centers, centers, radii.data(), radii.data(), space};
+        const Array boxes = around(points, radii, "points");
+        Maybe other_boxes;
+        if (other) {
+            spheres.b = view_of(*other, other_radii.value());
+            spheres.radii_b = other_radii->data();
+            want_number(*other, space, "other");
+            if (other->shape(1) != points.shape(1)) refuse("other has other dimensions than points");
+            other_boxes = around(*other, *other_radii, "other");
+        }
+        PairFilter none({}, {}, {}, {}, {}, {}, py::none());
+        return find(boxes, other_boxes, none, sorted, threads, &spheres);
+    });
     py::class_<PairStream>(m, "PairStream")
         .def(py::init([](const Array& boxes, const Maybe& other, Maybe category, Maybe mask, Maybe owner,
                          Maybe category_b, Maybe mask_b, Maybe owner_b, py::object accept,

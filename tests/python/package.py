@@ -3,10 +3,11 @@
 """package.py build SOURCE BUILT SCRATCH   the source distribution, the wheel out of that, and a fresh venv that has it
 package.py test SOURCE SCRATCH             the package's tests there
 package.py types SOURCE SCRATCH            mypy of the package, and of a program that uses it
-package.py examples SOURCE SCRATCH         the examples in Python run
+package.py examples SOURCE SCRATCH         the examples in Python run, and so does docs/guide/python.md
 
 BUILT is a build folder of Jostle's, whose library goes into the wheel.
 """
+import doctest
 import os
 import pathlib
 import re
@@ -75,6 +76,13 @@ def main():
         for example in sorted((source / "examples/python").glob("*.py")):
             run(venv_python(scratch), example, cwd=scratch, env=environment)
             print(example.name, "ran")
+        page = (source / "docs/guide/python.md").read_text()
+        lines = "\n".join(line for block in re.findall(r"^```console\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+                          for line in block.splitlines() if not line.startswith("$"))
+        told = doctest.DocTestParser().get_examples(lines + "\n")
+        (scratch / "page.txt").write_text(lines + "\n")
+        run(venv_python(scratch), "-m", "doctest", scratch / "page.txt", cwd=scratch, env=environment)
+        print(len(told), "lines of python.md ran")
 
 
 main()

@@ -89,34 +89,24 @@ def join(points: Any, radii: Any, other: Any = None, other_radii: Any = None, *,
     For all points within r of each other the radii are r / 2. Distances are compared by their squares in double.
     Returns (m, 2) uint32, as find_pairs.
     """
-    def spheres(given: Any, reach: Any, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def spheres(given: Any, reach: Any, name: str) -> tuple[np.ndarray, np.ndarray]:
         centers = _arrays.floats(given, name)
         if centers.ndim != 2 or centers.shape[1] not in (2, 3):
             raise Error(f"{name} has the shape {centers.shape}: it must be (n, 2) or (n, 3)")
         lengths = np.asarray(reach, np.float64)
         if lengths.ndim > 1 or lengths.ndim == 1 and len(lengths) != len(centers):
             raise Error(f"the radii of {name} have the shape {lengths.shape}, and there are {len(centers)} points")
-        wrong = ~(np.atleast_1d(lengths) >= 0)
-        if wrong.any():
-            at = int(np.flatnonzero(wrong)[0])
-            raise Error(f"the radius of {name}[{at}] is {np.atleast_1d(lengths)[at]}: it must be at least 0", at)
-        all_lengths = np.ascontiguousarray(np.broadcast_to(lengths, len(centers)))
-        # Boxes that hold the spheres whatever rounding does: a little more on each side.
-        column = all_lengths[:, None] * (1 + 1e-6)
-        around = np.empty((len(centers), 2, centers.shape[1]), centers.dtype)
-        infinity = centers.dtype.type(np.inf)
-        with np.errstate(over="ignore"):
-            around[:, 0] = np.nextafter((centers - column).astype(centers.dtype), -infinity)
-            around[:, 1] = np.nextafter((centers + column).astype(centers.dtype), infinity)
-        return centers, all_lengths, around
+        if any(stride % centers.itemsize for stride in centers.strides):
+            centers = np.ascontiguousarray(centers)
+        return centers, np.ascontiguousarray(np.broadcast_to(lengths, len(centers)))
 
-    a, radii_a, boxes = spheres(points, radii, "points")
+    a, radii_a = spheres(points, radii, "points")
     if other is None:
-        return _core.join(boxes, None, a, None, radii_a, None, _is_sorted(order), threads)
+        return _core.join(a, None, radii_a, None, _is_sorted(order), threads)
     if other_radii is None:
         raise Error("other needs other_radii")
-    b, radii_b, other_boxes = spheres(other, other_radii, "other")
+    b, radii_b = spheres(other, other_radii, "other")
     if a.dtype != b.dtype:
         wide = np.promote_types(a.dtype, b.dtype)
-        a, boxes, b, other_boxes = (x.astype(wide) for x in (a, boxes, b, other_boxes))
-    return _core.join(boxes, other_boxes, a, b, radii_a, radii_b, _is_sorted(order), threads)
+        a, b = a.astype(wide, copy=False), b.astype(wide, copy=False)
+    return _core.join(a, b, radii_a, radii_b, _is_sorted(order), threads)
