@@ -1356,6 +1356,40 @@ PYBIND11_MODULE(_core, m)
                      return jostle_world_set_enabled(self.handle.get(), first, count, data, sequence, error);
                  });
              })
+        .def("report_again",
+             [](World& self, const U64& ids, const std::optional<U64>& others) {
+                 if (others) want_length(*others, length_of(ids, "ids"), "others");
+                 const std::uint64_t* const second = others ? others->data() : nullptr;
+                 self.with_ids(ids, [&](auto*, auto* first, auto count, auto* error) {
+                     return jostle_world_report_again(self.handle.get(), first, second, count, error);
+                 });
+             })
+        .def("clear",
+             [](World& self) {
+                 call([&](jostle_error* error) { return jostle_world_clear(self.handle.get(), error); });
+             })
+        .def("touching",
+             [](const World& self, const U64& ids) {
+                 const Results results = new_results();
+                 jostle_lists lists;
+                 self.with_ids(ids, [&](auto* world, auto* first, auto count, auto* error) {
+                     return jostle_world_touching(world, first, count, results.get(), error);
+                 });
+                 call(
+                     [&](jostle_error* error) { return jostle_results_lists(results.get(), &lists, error); });
+                 return py::make_tuple(copy_array(lists.first, lists.questions + 1),
+                                       copy_array(lists.ids, lists.count));
+             })
+        .def("bounds_of_all",
+             [](const World& self) -> py::object {
+                 Array out(number_of(self.space), {py::ssize_t(2), py::ssize_t(dim_of(self.space))});
+                 void* const data = out.mutable_data();
+                 std::int32_t any = 0;
+                 call([&](jostle_error* error) {
+                     return jostle_world_bounds_of_all(self.handle.get(), &any, data, error);
+                 });
+                 return any != 0 ? py::object(out) : py::object(py::none());
+             })
         .def("update",
              [](World& self) {
                  call([&](jostle_error* error) { return jostle_world_update(self.handle.get(), error); },

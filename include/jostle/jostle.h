@@ -30,10 +30,9 @@
 ///           hi.
 /// Threads   as the C++ object of the same name. Different handles may be used by different threads.
 /// Callbacks get `context` as their first parameter and return an int32_t; less than 0 means that they
-/// failed: the
-///           call ends with JOSTLE_CALLBACK_FAILED and the number in jostle_error::callback_result. They are
-///           called from several threads at a time unless the comment says otherwise; a serial executor
-///           (jostle_executor_serial) keeps them on the calling thread.
+///           failed: the call ends with JOSTLE_CALLBACK_FAILED and the number in
+///           jostle_error::callback_result. They are called from several threads at a time unless the comment
+///           says otherwise; a serial executor (jostle_executor_serial) keeps them on the calling thread.
 
 #include <stdint.h>
 
@@ -711,6 +710,14 @@ JOSTLE_C_API jostle_status jostle_world_touching(const jostle_world* world, cons
                                                  uint64_t count, jostle_results* results,
                                                  jostle_error* error);
 
+/// Takes a pair. 1: go on. 0: stop. Called on the calling thread.
+typedef int32_t (*jostle_visit_pair_function)(void* context, jostle_id a, jostle_id b);
+/// Hands the same pairs to `visit` one by one, in the same order, without memory for them. `finished` becomes
+/// 0 if it stopped that, else 1.
+JOSTLE_C_API jostle_status jostle_world_visit_pairs(const jostle_world* world,
+                                                    jostle_visit_pair_function visit, void* context,
+                                                    int32_t* finished, jostle_error* error);
+
 // Questions, about the objects as of the last update: as those of jostle_index.
 
 JOSTLE_C_API jostle_status jostle_world_first(const jostle_world* world, jostle_question kind,
@@ -752,6 +759,10 @@ JOSTLE_C_API jostle_status jostle_world_boxes(const jostle_world* world, const j
 /// As they are compared, margins and displacements included.
 JOSTLE_C_API jostle_status jostle_world_bounds(const jostle_world* world, const jostle_id* ids,
                                                uint64_t count, void* boxes, jostle_error* error);
+/// The least box around the bounds of all that aren't disabled, 2 dim numbers; `any` becomes 0 where there
+/// are none, else 1.
+JOSTLE_C_API jostle_status jostle_world_bounds_of_all(const jostle_world* world, int32_t* any, void* box,
+                                                      jostle_error* error);
 JOSTLE_C_API jostle_status jostle_world_filters(const jostle_world* world, const jostle_id* ids,
                                                 uint64_t count, jostle_object_filter* filters,
                                                 jostle_error* error);

@@ -267,20 +267,20 @@ jostle_status jostle_world_report_again(jostle_world* world, const jostle_id* id
     return guarded(error, [&] {
         const Ids objects(ids, count);
         open(world).on([&](auto& typed) {
-            if (others == nullptr) {
-                for (std::size_t i = 0; i < objects.size(); ++i)
-                    typed.report_again(objects[i]);
-                return;
-            }
+            if (others == nullptr)
+                return queue_each(objects.size(), [&](std::size_t i) { typed.report_again(objects[i]); });
             const Ids second(others, count);
-            for (std::size_t i = 0; i < objects.size(); ++i)
-                typed.report_again(objects[i], second[i]);
+            queue_each(objects.size(), [&](std::size_t i) { typed.report_again(objects[i], second[i]); });
         });
     });
 }
 jostle_status jostle_world_clear(jostle_world* world, jostle_error* error)
 {
-    return guarded(error, [&] { open(world).on([](auto& typed) { typed.clear(); }); });
+    return guarded(error, [&] {
+        WorldContent& content = open(world);
+        content.on([](auto& typed) { typed.clear(); });
+        content.changed();
+    });
 }
 jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids, const jostle_boxes* boxes,
                                 const void* displacements, uint32_t sequence, jostle_error* error)
@@ -467,19 +467,29 @@ jostle_status jostle_world_touching(const jostle_world* world, const jostle_id* 
                                     jostle_results* results, jostle_error* error)
 {
     return guarded(error, [&] {
-        const WorldContent& content = open(world);
         ResultsContent& into = open(results);
-        const Ids objects(ids, count);
         into.begin();
         start(into.lists, false);
         std::vector<ObjectId> others;
-        content.on([&](const auto& typed) {
-            for (std::size_t i = 0; i < objects.size(); ++i) {
-                typed.touching(objects[i], others);
-                append(into.lists, std::span<const ObjectId>(others), false, to_c);
-            }
+        read_each(world, ids, count, [&](const auto& typed, ObjectId id, std::size_t) {
+            typed.touching(id, others);
+            append(into.lists, std::span<const ObjectId>(others), false, to_c);
         });
         into.holds = ResultsContent::Holds::lists;
+    });
+}
+
+jostle_status jostle_world_visit_pairs(const jostle_world* world, jostle_visit_pair_function visit,
+                                       void* context, int32_t* finished, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const WorldContent& content = open(world);
+        wanted_function(visit, "visit");
+        wanted(finished, "finished");
+        const auto hand_over = [&](ObjectId a, ObjectId b) {
+            return agreed(visit(context, to_c(a), to_c(b)));
+        };
+        content.on([&](const auto& typed) { *finished = typed.pairs(hand_over) ? 1 : 0; });
     });
 }
 
@@ -609,6 +619,20 @@ jostle_status jostle_world_bounds(const jostle_world* world, const jostle_id* id
                   [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, ObjectId id, std::size_t i) {
                       wanted_array_of<Aabb<Dim, T>>(boxes, count, "boxes")[i] = typed.bounds(id);
                   });
+    });
+}
+jostle_status jostle_world_bounds_of_all(const jostle_world* world, int32_t* any, void* box,
+                                         jostle_error* error)
+{
+    return guarded(error, [&] {
+        const WorldContent& content = open(world);
+        wanted(any, "any");
+        content.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
+            auto* const out = wanted_array_of<Aabb<Dim, T>>(box, 1, "box");
+            const auto found = typed.bounds();
+            if (found) *out = *found;
+            *any = found ? 1 : 0;
+        });
     });
 }
 jostle_status jostle_world_filters(const jostle_world* world, const jostle_id* ids, uint64_t count,

@@ -402,6 +402,10 @@ static int32_t refuse_objects(void* context, jostle_id a, jostle_id b)
     ++*(int*)context;
     return a != 0 && b != 0 && *(int*)context < 0;
 }
+static int32_t visit_three(void* context, jostle_id a, jostle_id b)
+{
+    return a != b && ++*(int*)context < 3;
+}
 static int32_t fail_answer(void* context, uint32_t question, uint64_t id)
 {
     (void)context;
@@ -495,6 +499,30 @@ static void test_index_and_world(jostle_space space)
     CHECK(sum == right_sum);
     OK(jostle_world_changed_pairs(world, &pairs, &error));
     CHECK(pairs.count == right.count);
+
+    /* One by one, object by object, and all once more. */
+    {
+        jostle_lists lists;
+        int32_t finished, any;
+        int visited = 0;
+        OK(jostle_world_visit_pairs(world, visit_three, &visited, &finished, &error));
+        CHECK(finished == 0 && visited == 3);
+        OK(jostle_world_touching(world, ids, boxes_made, results, &error));
+        OK(jostle_results_lists(results, &lists, &error));
+        CHECK(lists.questions == boxes_made && lists.count == 2 * right.count && lists.at == NULL);
+        OK(jostle_world_bounds_of_all(world, &any, read.f, &error));
+        CHECK(any == 1);
+        OK(jostle_world_report_again(world, ids, NULL, boxes_made, &error));
+        OK(jostle_world_update(world, &error));
+        OK(jostle_world_began(world, &began, &count, &error));
+        CHECK(count == right.count);
+        some[0] = began[0].a;
+        some[1] = began[0].b;
+        OK(jostle_world_report_again(world, some, some + 1, 1, &error));
+        OK(jostle_world_update(world, &error));
+        OK(jostle_world_began(world, &began, &count, &error));
+        CHECK(count == 1);
+    }
 
     /* Joins are pairs between two sets. */
     OK(jostle_find_pairs_brute_force(space, &boxes, &boxes, NULL, expected, &error));
@@ -654,6 +682,9 @@ static void test_index_and_world(jostle_space space)
         CHECK(count == 0);
         OK(jostle_world_margins(fork, some, 1, margins, &error));
         CHECK(margins[0] == 0.5);
+        OK(jostle_world_clear(fork, &error));
+        OK(jostle_world_size(fork, &size, &error));
+        CHECK(size == 0);
         OK(jostle_world_free(fork, &error));
     }
     OK(jostle_world_free(world, &error));

@@ -95,6 +95,14 @@ class World:
         of = _arrays.ids(ids)
         self._world.set_enabled(of, np.ascontiguousarray(np.broadcast_to(np.asarray(enabled, np.uint8), of.shape)), sequence)
 
+    def report_again(self, ids: Any) -> None:
+        """In the next update the pairs of these objects, or these pairs (m, 2), begin again if they still touch."""
+        of = _arrays.ids(ids)
+        if of.ndim == 2:
+            self._world.report_again(np.ascontiguousarray(of[:, 0]), np.ascontiguousarray(of[:, 1]))
+        else:
+            self._world.report_again(of, None)
+
     def update(self, ids: Any = None, boxes: Any = None) -> None:
         """Applies what was queued and finds out what that did to the pairs; with ids and boxes, moves those first."""
         if ids is None:
@@ -123,6 +131,11 @@ class World:
     def pairs(self) -> np.ndarray:
         """All pairs that touch, by index: (m, 2) uint32. As costly as finding them anew."""
         return self._world.pairs()
+
+    def touching(self, ids: Any) -> Answers:
+        """Who each of these objects touches, ascending by index."""
+        first, found = self._world.touching(_arrays.ids(ids))
+        return Answers(first, found, None, np.zeros(len(first) - 1, bool))
 
     # --- Questions, as those of BoxIndex, with ids of this world ---
 
@@ -181,6 +194,10 @@ class World:
         """As they were given: (n, 2, d)."""
         return self._world.boxes(_arrays.ids(ids))
 
+    def bounds_of_all(self) -> np.ndarray | None:
+        """The least box around all bounds, (2, d), but those of disabled objects; None where there are none."""
+        return self._world.bounds_of_all()
+
     def bounds(self, ids: Any) -> np.ndarray:
         """As they are compared, margins and displacements included: (n, 2, d)."""
         return self._world.bounds(_arrays.ids(ids))
@@ -206,6 +223,10 @@ class World:
     def restore(self, snapshot: bytes) -> None:
         """Becomes the world that was saved."""
         self._world.restore(bytes(snapshot))
+
+    def clear(self) -> None:
+        """Becomes a world without objects. Ids from before name others then, or nothing."""
+        self._world.clear()
 
     def fork(self) -> World:
         """Another world like this one."""

@@ -167,6 +167,27 @@ def test_a_world_is_pickled_forked_and_restored():
         pickle.dumps(jostle.World(accept=lambda a, b: True))
 
 
+def test_a_world_tells_again_and_is_cleared():
+    boxes = some_boxes(200, 2, np.float64)
+    _, world, ids = both(boxes)
+    pairs = by_definition(boxes)
+    touched = world.touching(ids)
+    for i in range(200):
+        expected = np.sort(np.concatenate([pairs[pairs[:, 0] == i, 1], pairs[pairs[:, 1] == i, 0]]))
+        assert np.array_equal(world.index(touched[i]), expected)
+    assert np.array_equal(world.bounds_of_all(), [boxes[:, 0].min(0), boxes[:, 1].max(0)])
+    world.update()
+    assert len(world.began()) == 0
+    world.report_again(ids)
+    world.update()
+    assert len(world.began()) == len(pairs)
+    world.report_again(world.began()[:3])
+    world.update()
+    assert len(world.began()) == 3
+    world.clear()
+    assert len(world) == 0 and world.bounds_of_all() is None and len(world.began()) == 0
+
+
 def test_a_world_asks():
     boxes = np.zeros((3, 2, 2))
     boxes[:, 1] = 1
