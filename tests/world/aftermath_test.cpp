@@ -90,6 +90,24 @@ TEST(Contests, WhatOneThreadDoesntSayIsLeftToTheOther)
     }
 }
 
+TEST(Contests, WhoSaysNothingOfAFilterDoesntWinWithTheUsualOne)
+{
+    for (const bool here : {false, true}) {
+        World3f world;
+        const ObjectId id = world.add(cube(0));
+        world.update();
+        ObjectFilter filter;
+        filter.category = filter.mask = 1; // less than the usual one, as numbers
+        const auto filters = [&] { world.set_filter(id, filter); };
+        const auto moves = [&] { world.move(id, cube(3)); };
+        here ? filters() : moves();
+        std::thread([&] { here ? moves() : filters(); }).join();
+        world.update();
+        EXPECT_EQ(world.filter(id), filter) << here;
+        EXPECT_EQ(world.box(id).lo[0], 3) << here;
+    }
+}
+
 TEST(Contests, OfNewObjectsDontForgetThatTheyAreNew)
 {
     World3f world;
@@ -183,6 +201,21 @@ TEST(MovesInPlace, OfOneObjectTwiceAreOneChange)
     EXPECT_EQ(world.box(b).lo[0], 0);
     EXPECT_EQ(began(world), (std::vector<ObjectPair>{{b, c}}));
     EXPECT_EQ(world.ended().size(), 1u);
+}
+
+TEST(MovesInPlace, OfFewObjectsToABadBoxAreAnErrorWhicheverItIs)
+{
+    World3f world;
+    std::vector<ObjectId> ids(3);
+    world.add(std::vector<jostle::Aabb3f>(3, cube(0)), ids);
+    world.update();
+    for (std::size_t bad = 0; bad < 3; ++bad) {
+        std::vector<jostle::Aabb3f> boxes(3, cube(5));
+        std::swap(boxes[bad].lo[1], boxes[bad].hi[1]);
+        EXPECT_THROW(world.update(ids, boxes), Error) << bad;
+        for (const ObjectId id : ids)
+            EXPECT_EQ(world.box(id).lo[0], 0) << bad;
+    }
 }
 
 // --- Pairs and what is asked about them --------------------------------------------------------------------
@@ -402,6 +435,42 @@ TEST(Gone, WhoComesToRestIsFoundOnceByWhoeverAsks)
         EXPECT_EQ(world.count(all), 20u) << update;
     }
     EXPECT_EQ(world.stats().resting, 20u);
+}
+
+TEST(Filters, OfAnAskerCountOneByOne)
+{
+    World3f world;
+    ObjectFilter ours;
+    ours.category = 2;
+    ours.mask = 4;
+    ours.owner = 7;
+    (void)world.add(cube(0), {.filter = ours});
+    world.update();
+    const auto count = [&](const auto& change) {
+        ObjectQueryFilter filter;
+        change(filter);
+        return world.count(cube(0), filter);
+    };
+    EXPECT_EQ(count([](ObjectQueryFilter&) {}), 1u);
+    EXPECT_EQ(count([](ObjectQueryFilter& f) { f.mask = 2; }), 1u);
+    EXPECT_EQ(count([](ObjectQueryFilter& f) { f.mask = ~2u; }), 0u);
+    EXPECT_EQ(count([](ObjectQueryFilter& f) { f.category = 4; }), 1u);
+    EXPECT_EQ(count([](ObjectQueryFilter& f) { f.category = ~4u; }), 0u);
+    EXPECT_EQ(count([](ObjectQueryFilter& f) { f.owner = 6; }), 1u);
+    EXPECT_EQ(count([](ObjectQueryFilter& f) { f.owner = 7; }), 0u);
+}
+
+TEST(Filters, AcceptIsToldWhichQuestionOfABatchItIs)
+{
+    World3f world;
+    (void)world.add(cube(0));
+    world.update();
+    const auto second = [](std::uint32_t question, ObjectId) { return question == 1; };
+    const ObjectQueryFilter filter{.accept = second};
+    const std::vector<jostle::Aabb3f> regions(3, cube(0));
+    std::vector<std::uint64_t> counts(3);
+    world.count(std::span<const jostle::Aabb3f>(regions), std::span<std::uint64_t>(counts), filter);
+    EXPECT_EQ(counts, (std::vector<std::uint64_t>{0, 1, 0}));
 }
 
 TEST(Filters, SetToAndFroAreNoChange)
