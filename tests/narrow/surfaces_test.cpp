@@ -262,6 +262,26 @@ TEST(ATriangle, PushesABoxOutAcrossAnyAxisFromEitherSide)
         }
 }
 
+TEST(ATriangle, ThatPokesABoxWithACornerIsPushedBackAcrossTheFaceThatItComesThrough)
+{
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const double side : {1.0, -1.0}) {
+            SCOPED_TRACE(testing::Message() << "axis " << axis << ", side " << side);
+            const std::size_t u = (axis + 1) % 3, w = (axis + 2) % 3;
+            std::vector<Vec<3, double>> corners(3);
+            corners[0][axis] = 0.9 * side;
+            corners[1][axis] = corners[2][axis] = 3 * side;
+            corners[1][u] = 0.5, corners[1][w] = 0.3;
+            corners[2][u] = -0.4, corners[2][w] = 0.2;
+            const Mesh<3> triangle(corners, std::vector<Mesh<3>::Element>{{0, 1, 2}});
+            const auto found = contacts(Shape3(triangle), Pose3d{}, Shape3::box({1, 1, 1}), Pose3d{});
+            ASSERT_EQ(found.size(), 1u);
+            for (std::size_t d = 0; d < 3; ++d)
+                EXPECT_NEAR(found[0].normal[d], d == axis ? -side : 0, 1e-12);
+            EXPECT_NEAR(found[0].point[0].depth, 0.1, 1e-12);
+        }
+}
+
 TEST(ACapsule, OnABoxHasItsDeepestPointFirst)
 {
     Random random(21);
@@ -737,6 +757,58 @@ std::string message_of(Call call)
         return error.what();
     }
     return "no error";
+}
+
+TEST(Bounds, OfAHeightFieldReachDownToItsFloor)
+{
+    const std::vector<double> heights{1, 2, 3, 4};
+    const HeightField field(HeightGrid<double>{heights, 2, 2, 5, 7, 9});
+    const Aabb<3, double> box = bounds(Shape3(field), Pose3d{});
+    const double lo[3] = {0, -8, 0}, hi[3] = {5, 4, 7};
+    for (int d = 0; d < 3; ++d) {
+        EXPECT_NEAR(box.lo[d], lo[d], 1e-12) << d;
+        EXPECT_NEAR(box.hi[d], hi[d], 1e-12) << d;
+    }
+}
+
+TEST(Errors, OfWhatIsZeroTooMuchOrInTheWrongPlace)
+{
+    const std::string none = "no error";
+    const Pose3d here;
+    Pose3d unturned;
+    unturned.rotation = {0, 0, 0, 0};
+    const Shape3 ball = Shape3::sphere(1);
+    EXPECT_NE(message_of([&] { (void)touching(ball, unturned, ball, here); }), none);
+    EXPECT_NE(message_of([&] { (void)touching(ball, here, ball, unturned); }), none);
+    EXPECT_EQ(message_of([&] { (void)touching(ball, here, ball, here); }), none);
+    EXPECT_NE(message_of([&] {
+                  (void)time_of_impact(ball, Motion<3, double>{}, ball, Motion<3, double>{}, 0.0);
+              }).find("a length above 0"),
+              std::string::npos);
+
+    const std::vector<double> heights(10, 1.0); // for 3 x 3
+    EXPECT_NE(message_of([&] { HeightField(HeightGrid<double>{heights, 3, 3, 1, 1}); }), none);
+    EXPECT_NE(message_of([&] { HeightField(HeightGrid<double>{std::span(heights).first(8), 3, 3, 1, 1}); }),
+              none);
+    EXPECT_EQ(message_of([&] { HeightField(HeightGrid<double>{std::span(heights).first(9), 3, 3, 1, 1}); }),
+              none);
+
+    const std::vector<Compound<3>::Child> one{{ball, here}};
+    const Compound<3> inner(one);
+    const std::vector<Compound<3>::Child> nested{{ball, here}, {Shape3(inner), here}};
+    EXPECT_NE(message_of([&] { Compound<3>{nested}; }), none);
+
+    const Ball own(1);
+    EXPECT_NE(message_of([&] { (void)Shape3(own, ShapeTypes::half_space); }), none);
+    EXPECT_NE(message_of([&] { (void)Shape3(own, ShapeTypes::first_custom - 1); }), none);
+    EXPECT_EQ(message_of([&] { (void)Shape3(own, ShapeTypes::first_custom); }), none);
+
+    const std::vector<Shape3> shapes(2);
+    const std::vector<Pose3d> poses(2);
+    for (const std::size_t size : {1, 3}) {
+        std::vector<Aabb<3, double>> out(size);
+        EXPECT_NE(message_of([&] { bounds(shapes, poses, out); }), none) << size;
+    }
 }
 
 TEST(Errors, NameTheObjectAndTheValue)

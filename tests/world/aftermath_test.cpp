@@ -218,6 +218,50 @@ TEST(MovesInPlace, OfFewObjectsToABadBoxAreAnErrorWhicheverItIs)
     }
 }
 
+TEST(MovesInPlace, OfManyObjectsSomeOfWhichStay)
+{
+    World3f in_place;
+    std::vector<ObjectId> ids(10'000);
+    std::vector<jostle::Aabb3f> boxes;
+    for (std::size_t i = 0; i < ids.size(); ++i)
+        boxes.push_back(cube(3 * static_cast<float>(i)));
+    in_place.add(boxes, ids);
+    in_place.update();
+    World3f by_commands = in_place.fork();
+    std::size_t moved = 0;
+    for (std::size_t i = 1; i < ids.size(); i += i < 5000 ? 3 : 1, ++moved)
+        boxes[i] = cube(boxes[i].lo[0] - (i % 2 == 0 ? 2.5f : 0.5f));
+    in_place.update(ids, boxes);
+    for (std::size_t i = ids.size(); i-- > 0;)
+        by_commands.move(ids[i], boxes[i]);
+    by_commands.update();
+    EXPECT_EQ(in_place.stats().changed, moved);
+    EXPECT_GT(in_place.began().size(), 1000u);
+    EXPECT_EQ(began(in_place), began(by_commands));
+    EXPECT_EQ(in_place.save(), by_commands.save());
+}
+
+TEST(Gone, ARestoredWorldsObjectsComeToRestAsFastAsTheOthers)
+{
+    World3f world;
+    std::vector<ObjectId> ids(5000);
+    std::vector<jostle::Aabb3f> boxes;
+    for (std::size_t i = 0; i < ids.size(); ++i)
+        boxes.push_back(cube(3 * static_cast<float>(i)));
+    world.add(boxes, ids);
+    for (int update = 0; update < 3; ++update) {
+        for (jostle::Aabb3f& box : boxes)
+            box.lo[1] += 1, box.hi[1] += 1;
+        world.update(ids, boxes);
+    }
+    World3f restored = world.fork();
+    for (int update = 0; update < 12; ++update) {
+        world.update();
+        restored.update();
+        EXPECT_EQ(world.stats().resting, restored.stats().resting) << update;
+    }
+}
+
 // --- Pairs and what is asked about them --------------------------------------------------------------------
 
 TEST(Accept, IsAskedInOrderAndWhatItEndsEndsInOrder)
