@@ -233,10 +233,10 @@ contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 /// Of shapes with parts it is that of the nearest two parts; where some overlap, of the two that overlap
 /// deepest.
 /// Ties      of parts of a 3D mesh that are equally near or deep, those of the lowest numbers count.
-/// Cost      that of one pair. Meshes in 3D are searched nearest first, so that an open `max_distance`
-///           costs as much as a tight one: a body and a mesh of 50,000 triangles take 5 to 30 us, two such
-///           meshes 0.1 to 2 ms, the more the wider their gap is beside their triangles. Of height fields,
-///           compounds and in 2D all parts within `max_distance` are looked at.
+/// Cost      10 to 200 ns for spheres, capsules and boxes, 350 for hulls of 24 corners. 3D meshes are
+///           searched nearest first, and an open `max_distance` costs no more: a body and a mesh of 50,000
+///           triangles take 4 to 40 us, two such meshes 0.2 to 2 ms, most where their gap is wide. Of height
+///           fields, compounds and in 2D all parts within `max_distance` are looked at.
 /// Errors    also for a `max_distance` that is negative or not a number.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Distance<Dim, T>>
