@@ -100,6 +100,20 @@ def _tag() -> str:
     return f"{python}-{python}-{re.sub('[^A-Za-z0-9]', '_', sysconfig.get_platform())}"
 
 
+def _wheel_file() -> str:
+    return f"Wheel-Version: 1.0\nGenerator: jostle\nRoot-Is-Purelib: false\nTag: {_tag()}\n"
+
+
+def prepare_metadata_for_build_wheel(metadata_directory: str, config_settings: dict | None = None) -> str:
+    """Without it pip builds a wheel to look into, and then another one."""
+    info = f"jostle-{version()}.dist-info"
+    folder = pathlib.Path(metadata_directory, info)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "METADATA").write_text(metadata())
+    (folder / "WHEEL").write_text(_wheel_file())
+    return info
+
+
 def build_wheel(wheel_directory: str, config_settings: dict | None = None, metadata_directory: str | None = None) -> str:
     info = f"jostle-{version()}.dist-info"
     files: dict[str, bytes] = {}
@@ -116,7 +130,7 @@ def build_wheel(wheel_directory: str, config_settings: dict | None = None, metad
                 files[f"{info}/licenses/{name}.txt"] = page.read_bytes()
     files[f"{info}/licenses/LICENSE"] = (ROOT / "LICENSE").read_bytes()
     files[f"{info}/METADATA"] = metadata().encode()
-    files[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: jostle\nRoot-Is-Purelib: false\nTag: {_tag()}\n".encode()
+    files[f"{info}/WHEEL"] = _wheel_file().encode()
     record = "".join(f"{name},sha256={base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b'=').decode()},"
                      f"{len(data)}\n" for name, data in files.items())
     files[f"{info}/RECORD"] = (record + f"{info}/RECORD,,\n").encode()
