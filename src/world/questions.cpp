@@ -359,6 +359,7 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const 
             else
                 --a, all[r + a] = more[a];
     }
+    // In use as the world is, this doesn't go by an index for a mask, which the search above hasn't either.
     const world::Asking<Dim, T> asking(me, filter);
     if (!asking.takes_all())
         all.erase(std::remove_if(all.begin(), all.end(),
