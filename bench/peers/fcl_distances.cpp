@@ -13,9 +13,8 @@ class FclDistances final : public DistancePeer
     const char* name() const noexcept override { return "fcl"; }
     const char* how() const noexcept override
     {
-        return "FCL 0.7 distance<double> with points, and collide<double> for touching; of its two solvers "
-               "its "
-               "own for simple shapes, libccd's for hulls: each is the faster one there";
+        return "FCL 0.7 distance<double> with points, and collide<double> for touching; its own solver for "
+               "simple shapes, libccd for hulls and meshes: each is the faster one there";
     }
     void start(std::span<const BodyShape> shapes, std::span<const jostle::Pair> pairs,
                std::span<const jostle::Pose3d> poses) override
@@ -35,14 +34,14 @@ class FclDistances final : public DistancePeer
             for (int d = 0; d < 3; ++d)
                 transform.translation()[d] = poses[i].position[static_cast<std::size_t>(d)];
             transform_.push_back(transform);
-            hull_ = hull_ || shapes[i].kind == BodyKind::hull;
+            libccd_ = libccd_ || shapes[i].kind == BodyKind::hull || shapes[i].kind == BodyKind::mesh;
         }
     }
     double distance(std::size_t pair) override
     {
         const auto [a, b] = pairs_[pair];
         fcl::DistanceRequestd request(true);
-        request.gjk_solver_type = hull_ ? fcl::GST_LIBCCD : fcl::GST_INDEP;
+        request.gjk_solver_type = libccd_ ? fcl::GST_LIBCCD : fcl::GST_INDEP;
         fcl::DistanceResultd result;
         fcl::distance(geometry_[a].get(), transform_[a], geometry_[b].get(), transform_[b], request, result);
         return result.min_distance;
@@ -65,7 +64,7 @@ class FclDistances final : public DistancePeer
     std::span<const jostle::Pair> pairs_;
     std::vector<std::shared_ptr<fcl::CollisionGeometryd>> geometry_;
     std::vector<fcl::Transform3d> transform_;
-    bool hull_ = false;
+    bool libccd_ = false;
 };
 
 } // namespace
