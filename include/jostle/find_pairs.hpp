@@ -81,8 +81,8 @@ enum class InstructionSet
     wasm_simd
 };
 
-/// The sets that were compiled in and that this machine can run, fastest first. `scalar` is always among
-/// them.
+/// The sets that were compiled in and that this machine can run, fastest first; never empty. `scalar` is the
+/// last of them, unless all machines that the build is for have more: NEON on 64-bit ARM, for one.
 [[nodiscard]] JOSTLE_API std::span<const InstructionSet> supported_instruction_sets() noexcept;
 [[nodiscard]] JOSTLE_API const char* name(InstructionSet set) noexcept;
 

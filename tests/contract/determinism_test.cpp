@@ -161,7 +161,10 @@ TEST_P(OrderOn, EqualsTheSerialOne)
 TEST(Order, SameOnEveryInstructionSetAndLayout)
 {
     const auto sets = jostle::supported_instruction_sets();
+    ASSERT_FALSE(sets.empty());
+#if !defined(__ARM_NEON) && !defined(__SSE4_2__) // where every machine has more, there is no scalar code
     ASSERT_EQ(std::count(sets.begin(), sets.end(), jostle::InstructionSet::scalar), 1);
+#endif
     std::uint64_t found = 0;
     const auto compare = [&](const auto& question, const std::string& what) {
         const std::vector<Pair> expected = ask(question);
