@@ -207,6 +207,40 @@ TEST(Threads, TheFirstWhoAsksForTheChangedPairsMakesTheList)
     EXPECT_GT(world.began().size(), 10u);
 }
 
+TEST(Threads, QueuesOfThreadsThatHaveNothingMoreToSayServeOthers)
+{
+    jostle::World3f world;
+    const ObjectId a = world.add({{0, 0, 0}, {1, 1, 1}});
+    world.update();
+    // All are there at the same time, so that no two of them can be taken for one.
+    constexpr int count = 40;
+    std::atomic<int> turn{-1}, done{0};
+    std::vector<std::thread> threads;
+    for (int t = 0; t < count; ++t)
+        threads.emplace_back([&, t] {
+            while (turn != t)
+                std::this_thread::yield();
+            world.move(a, {{0, 0, 0}, {1, 1, static_cast<float>(t)}});
+            ++done;
+            while (done <= count)
+                std::this_thread::yield();
+        });
+    std::uint64_t bytes = 0;
+    for (int t = 0; t < count; ++t) {
+        turn = t;
+        while (done != t + 1)
+            std::this_thread::yield();
+        for (int update = 0; update < 3; ++update)
+            world.update();
+        if (t == 10) bytes = world.stats().bytes_reserved;
+    }
+    ++done;
+    for (std::thread& thread : threads)
+        thread.join();
+    EXPECT_EQ(world.box(a).hi[2], count - 1);
+    EXPECT_EQ(world.stats().bytes_reserved, bytes);
+}
+
 TEST(Threads, QueuesOfThreadsThatAreGoneServeOthers)
 {
     jostle::World3f world;
