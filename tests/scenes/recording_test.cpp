@@ -389,8 +389,11 @@ TEST(Recording, NeverHandsOutAnAlteredFrame)
     EXPECT_TRUE(contains(complaint(file.path()), "follows its last frame"));
     write_bytes(file.path(), "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n" + std::string(100, ' '));
     EXPECT_TRUE(contains(complaint(file.path()), "is no recording of moving boxes"));
-    write_bytes(file.path(), whole.substr(0, 7) + '\2' + whole.substr(8));
-    EXPECT_TRUE(contains(complaint(file.path()), "version 2"));
+    write_bytes(file.path(), whole.substr(0, 7) + '\3' + whole.substr(8));
+    EXPECT_TRUE(contains(complaint(file.path()), "version 3"));
+    write_bytes(file.path(),
+                whole.substr(0, 7) + '\2' + whole.substr(8)); // a Recorder's, but for the checksum
+    EXPECT_TRUE(contains(complaint(file.path()), "was altered in its header"));
     EXPECT_TRUE(contains(complaint("/nowhere/x.jrec"), "/nowhere/x.jrec: can't be read: No such file"));
     EXPECT_TRUE(contains(complaint("/tmp"), "/tmp: can't be read"));
 }
