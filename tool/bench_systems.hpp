@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "jostle/find_pairs.hpp"
+#include "jostle/world.hpp"
 
 #ifdef JOSTLE_WITH_PEERS
 #include "bench/peers.hpp"
@@ -71,6 +73,28 @@ class FinderSystem final : public System<Dim, T>
     jostle::PairFinder finder_;
     const jostle::PairBuffer* pairs_ = nullptr;
 };
+
+/// The pairs of a world whose objects have these ids, by the ids' positions.
+template <int Dim, class T>
+Answer pairs_of(const jostle::World<Dim, T>& world, std::span<const jostle::ObjectId> ids)
+{
+    std::vector<std::uint32_t> number(world.index_end());
+    for (std::uint32_t i = 0; i < ids.size(); ++i)
+        number[ids[i].index] = i;
+    std::vector<jostle::Pair> pairs = world.pairs().to_vector();
+    for (jostle::Pair& pair : pairs)
+        pair = {std::min(number[pair.a], number[pair.b]), std::max(number[pair.a], number[pair.b])};
+    return {pairs.size(), jostle::pair_checksum(pairs)};
+}
+
+inline Stages stages_of(const jostle::WorldStats& stats)
+{
+    return {{"apply", stats.us_apply / 1e3},
+            {"active", stats.us_active / 1e3},
+            {"resting", stats.us_resting / 1e3},
+            {"events", stats.us_events / 1e3},
+            {"index", stats.us_index / 1e3}};
+}
 
 #ifdef JOSTLE_WITH_PEERS
 template <int Dim>

@@ -216,25 +216,8 @@ class Ours final : public WorldSystem
             }
         }
     }
-    Answer answer() override
-    {
-        std::vector<std::uint32_t> number(world_.index_end());
-        for (std::uint32_t i = 0; i < ids_.size(); ++i)
-            number[ids_[i].index] = i;
-        std::vector<jostle::Pair> pairs = world_.pairs().to_vector();
-        for (jostle::Pair& pair : pairs)
-            pair = {std::min(number[pair.a], number[pair.b]), std::max(number[pair.a], number[pair.b])};
-        return {pairs.size(), jostle::pair_checksum(pairs)};
-    }
-    Stages stages() const override
-    {
-        const jostle::WorldStats& s = world_.stats();
-        return {{"apply", s.us_apply / 1e3},
-                {"active", s.us_active / 1e3},
-                {"resting", s.us_resting / 1e3},
-                {"events", s.us_events / 1e3},
-                {"index", s.us_index / 1e3}};
-    }
+    Answer answer() override { return pairs_of(world_, ids_); }
+    Stages stages() const override { return stages_of(world_.stats()); }
 
     [[nodiscard]] const jostle::World3f& world() const { return world_; }
     /// Of the box that is this object's: as nobody is replaced but in churn, its place in the order of

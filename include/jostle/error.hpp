@@ -27,7 +27,7 @@ enum class ErrorCode
     invalid_argument,   ///< anything else that the documentation of the call forbids
     stale_id,           ///< an `ObjectId` that names no object of the world
     bad_snapshot,       ///< a snapshot that is cut short, altered, or of another kind of world
-    file_error,         ///< a file that can't be written
+    file_error,         ///< a recording that can't be written; from C only
 };
 
 /// Thrown for what the user's data can cause. The message says what to do and names the object and value;

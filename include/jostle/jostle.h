@@ -66,7 +66,7 @@ enum
     JOSTLE_INVALID_ARGUMENT = 5, ///< NULL, unaligned, or anything else that the comment forbids
     JOSTLE_STALE_ID = 6,         ///< an id that names no object of the world
     JOSTLE_BAD_SNAPSHOT = 7,     ///< cut short, altered, or of another kind of world
-    JOSTLE_FILE_ERROR = 8,       ///< a file that can't be written
+    JOSTLE_FILE_ERROR = 8,       ///< a recording that can't be written
     JOSTLE_OUT_OF_MEMORY = 100,
     JOSTLE_BAD_HANDLE = 101,      ///< freed, of another kind, or no handle at all
     JOSTLE_CALLBACK_FAILED = 102, ///< a callback returned less than 0

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "jostle/box.hpp"
-#include "jostle/error.hpp"
 #include "jostle/version.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -35,7 +34,8 @@ JOSTLE_NAMESPACE_BEGIN
 /// Exact     bounds are kept to the last bit; they aren't looked at, so that bad ones are recorded as well.
 /// File      uncompressed: 24 bytes a box of 3D floats. It has all frames that were written when the program
 ///           ends, however that happens. A file that was there before is replaced.
-/// Errors    `Error` `file_error`, with the file's name and the system's reason.
+/// Errors    never disturb the program that is recorded: nothing is thrown but std::bad_alloc. From the first
+///           one on calls return false, nothing more is written, and problem() says what went wrong.
 /// Threads   one call at a time.
 /// Cost      about that of copying the boxes.
 template <int Dim, Coordinate T>
@@ -47,22 +47,21 @@ class Recorder
     explicit Recorder(std::string path, double frames_per_second = 0, std::string description = {})
         : path_(std::move(path)), frames_per_second_(frames_per_second), description_(std::move(description))
     {
-        if (description_.size() > 65'536)
-            throw Error(ErrorCode::invalid_argument,
-                        "the description of a recording has at most 65536 bytes");
-        file_ = std::fopen(path_.c_str(), "wb");
-        if (file_ == nullptr) fail();
-        try {
-            write_header(~std::uint64_t{0}); // "until the end", until close() knows better
-        } catch (...) {
-            std::fclose(file_);
-            throw;
+        if (description_.size() > 65'536) {
+            problem_ = "the description of a recording has at most 65536 bytes";
+            return;
         }
+        file_ = std::fopen(path_.c_str(), "wb");
+        if (file_ == nullptr)
+            fail();
+        else
+            write_header(~std::uint64_t{0}); // "until the end", until close() knows better
     }
     Recorder(Recorder&& other) noexcept
         : path_(std::move(other.path_)),
           frames_per_second_(other.frames_per_second_),
           description_(std::move(other.description_)),
+          problem_(std::move(other.problem_)),
           file_(std::exchange(other.file_, nullptr)),
           frames_(other.frames_),
           most_(other.most_),
@@ -70,24 +69,16 @@ class Recorder
     {
     }
     Recorder& operator=(Recorder&&) = delete;
-    /// Closes the file; what goes wrong then only close() can say.
-    ~Recorder()
-    {
-        if (file_ == nullptr) return;
-        try {
-            close();
-        } catch (...) {
-        }
-    }
+    ~Recorder() { close(); }
 
-    /// Errors   as above, also after close(); more than 2^32 - 1 boxes.
-    void frame(const BoxView<Dim, T>& boxes)
+    /// Writes a frame of at most 2^32 - 1 boxes.
+    bool frame(const BoxView<Dim, T>& boxes)
     {
-        if (file_ == nullptr)
-            throw Error(ErrorCode::invalid_argument,
-                        path_ + ": the recording is closed; frame() comes before");
-        if (boxes.size() > 0xffffffffu)
-            throw Error(ErrorCode::too_many_objects, "a frame has at most 4294967295 boxes");
+        if (problem_.empty() && file_ == nullptr)
+            problem_ = path_ + ": is closed; frames come before close()";
+        if (problem_.empty() && boxes.size() > 0xffffffffu)
+            problem_ = path_ + ": a frame has at most 4294967295 boxes";
+        if (!problem_.empty()) return false;
         bytes_.resize(4 + boxes.size() * 2 * Dim * sizeof(T) + 8);
         unsigned char* to = bytes_.data();
         put(to, static_cast<std::uint32_t>(boxes.size()));
@@ -100,34 +91,34 @@ class Recorder
                     put(to, bits);
                 }
         put(to, sum);
-        write();
+        if (!write()) return false;
         most_ = std::max(most_, static_cast<std::uint32_t>(boxes.size()));
         ++frames_;
+        return true;
     }
     template <BoxContainer Boxes>
-    void frame(const Boxes& boxes)
+    bool frame(const Boxes& boxes)
     {
-        frame(box_view(boxes));
+        return frame(box_view(boxes));
     }
 
-    /// Completes the file. frame() can't be called any more.
-    void close()
+    /// Completes the file. There are no frames after it. The destructor does the same.
+    bool close()
     {
-        if (file_ == nullptr) return;
-        bool good = std::fseek(file_, 0, SEEK_SET) == 0;
-        if (good) {
-            try {
+        if (file_ == nullptr) return problem_.empty();
+        if (problem_.empty()) {
+            if (std::fseek(file_, 0, SEEK_SET) == 0)
                 write_header(frames_);
-            } catch (...) {
-                std::fclose(std::exchange(file_, nullptr));
-                throw;
-            }
+            else
+                fail();
         }
-        // Buffers are written by now or never.
-        good = (std::fclose(std::exchange(file_, nullptr)) == 0) && good;
-        if (!good) fail();
+        // What is buffered is written by now or never.
+        if (std::fclose(std::exchange(file_, nullptr)) != 0 && problem_.empty()) fail();
+        return problem_.empty();
     }
 
+    /// What went wrong first, with the file's name and the system's reason; empty if nothing did.
+    [[nodiscard]] const std::string& problem() const noexcept { return problem_; }
     /// Frames so far.
     [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }
 
@@ -176,20 +167,23 @@ class Recorder
         put(to, sum);
         write();
     }
-    void write()
+    bool write()
     {
-        if (std::fwrite(bytes_.data(), 1, bytes_.size(), file_) != bytes_.size()) fail();
+        if (std::fwrite(bytes_.data(), 1, bytes_.size(), file_) == bytes_.size()) return true;
+        fail();
+        return false;
     }
-    [[noreturn]] void fail() const
+    void fail()
     {
         const int reason = errno;
-        throw Error(ErrorCode::file_error, path_ + ": can't be written: " +
-                                               std::error_code(reason, std::generic_category()).message());
+        problem_ =
+            path_ + ": can't be written: " + std::error_code(reason, std::generic_category()).message();
     }
 
     std::string path_;
     double frames_per_second_;
     std::string description_;
+    std::string problem_;
     std::FILE* file_ = nullptr;
     std::uint64_t frames_ = 0;
     std::uint32_t most_ = 0; // boxes in a frame

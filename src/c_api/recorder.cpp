@@ -7,6 +7,11 @@
 namespace jostle::c_api {
 namespace {
 
+[[noreturn]] void throw_problem(const std::string& problem)
+{
+    throw Error(ErrorCode::file_error, problem);
+}
+
 struct RecorderContent final : Content
 {
     RecorderContent(jostle_space space, const char* path, double frames_per_second, const char* description)
@@ -14,6 +19,9 @@ struct RecorderContent final : Content
         in_space(space, [&](auto of) {
             recorder.emplace<Recorder<decltype(of)::dim, typename decltype(of)::T>>(
                 path, frames_per_second, description == nullptr ? "" : description);
+        });
+        on([](const auto& typed) {
+            if (!typed.problem().empty()) throw_problem(typed.problem());
         });
     }
     template <class F>
@@ -65,13 +73,17 @@ jostle_status jostle_recorder_frame(jostle_recorder* recorder, const jostle_boxe
 {
     return guarded(error, [&] {
         open(recorder).on([&]<int Dim, Coordinate T>(Recorder<Dim, T>& typed) {
-            typed.frame(view<Dim, T>(boxes, "boxes"));
+            if (!typed.frame(view<Dim, T>(boxes, "boxes"))) throw_problem(typed.problem());
         });
     });
 }
 jostle_status jostle_recorder_close(jostle_recorder* recorder, jostle_error* error)
 {
-    return guarded(error, [&] { open(recorder).on([](auto& typed) { typed.close(); }); });
+    return guarded(error, [&] {
+        open(recorder).on([](auto& typed) {
+            if (!typed.close()) throw_problem(typed.problem());
+        });
+    });
 }
 jostle_status jostle_recorder_frames(const jostle_recorder* recorder, uint64_t* frames, jostle_error* error)
 {

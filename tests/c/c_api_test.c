@@ -1222,7 +1222,7 @@ static void test_recorder(jostle_space space)
     OK(jostle_recorder_frames(recorder, &frames, &error));
     CHECK(frames == 2);
     OK(jostle_recorder_close(recorder, &error));
-    FAILS(jostle_recorder_frame(recorder, &boxes, &error), JOSTLE_INVALID_ARGUMENT, "closed");
+    FAILS(jostle_recorder_frame(recorder, &boxes, &error), JOSTLE_FILE_ERROR, "closed");
     OK(jostle_recorder_free(recorder, &error));
     file = fopen(path, "rb");
     CHECK(file != NULL && fgetc(file) == 'J');

@@ -267,29 +267,30 @@ TEST(Recorder, AlteredOrTruncatedFilesAreRefused)
 
 TEST(Recorder, SaysWhatCantBeWritten)
 {
-    const auto error_of = [](auto&& work) {
-        try {
-            work();
-        } catch (const jostle::Error& error) {
-            return std::to_string(static_cast<int>(error.code())) + " " + error.what();
-        }
-        return std::string("no error");
-    };
-    EXPECT_EQ(error_of([] { jostle::Recorder<3, float>("/no/such/folder/a.jrec"); }),
-              "8 /no/such/folder/a.jrec: can't be written: No such file or directory");
-    EXPECT_EQ(error_of([] {
-                  jostle::Recorder<3, float> recorder("/dev/full");
-                  recorder.frame(std::vector<Aabb3f>(100'000));
-              }),
-              "8 /dev/full: can't be written: No space left on device");
+    jostle::Recorder<3, float> nowhere("/no/such/folder/a.jrec");
+    EXPECT_EQ(nowhere.problem(), "/no/such/folder/a.jrec: can't be written: No such file or directory");
+    EXPECT_FALSE(nowhere.frame(std::vector<Aabb3f>(1)));
+    EXPECT_FALSE(nowhere.close());
+    EXPECT_EQ(nowhere.frames(), 0u);
+
+    jostle::Recorder<3, float> full("/dev/full");
+    EXPECT_FALSE(full.frame(std::vector<Aabb3f>(100'000)));
+    EXPECT_EQ(full.problem(), "/dev/full: can't be written: No space left on device");
+    EXPECT_FALSE(full.frame(std::vector<Aabb3f>(1)));
+    EXPECT_FALSE(full.close());
+
+    jostle::Recorder<3, float> full_at_the_end("/dev/full"); // small enough for a buffer
+    EXPECT_TRUE(full_at_the_end.frame(std::vector<Aabb3f>(1)));
+    EXPECT_FALSE(full_at_the_end.close());
+    EXPECT_NE(full_at_the_end.problem().find("No space left"), std::string::npos);
+
     const TemporaryFile file;
-    jostle::Recorder<3, float> recorder(file.path().string());
-    recorder.close();
-    EXPECT_NE(error_of([&] { recorder.frame(std::vector<Aabb3f>(1)); }).find("closed"), std::string::npos);
-    EXPECT_NE(error_of([&] {
-                  jostle::Recorder<3, float>(file.path().string(), 0, std::string(70'000, 'x'));
-              }).find("65536"),
-              std::string::npos);
+    jostle::Recorder<3, float> closed(file.path().string());
+    EXPECT_TRUE(closed.close());
+    EXPECT_FALSE(closed.frame(std::vector<Aabb3f>(1)));
+    EXPECT_NE(closed.problem().find("is closed"), std::string::npos);
+    const jostle::Recorder<3, float> talkative(file.path().string(), 0, std::string(70'000, 'x'));
+    EXPECT_NE(talkative.problem().find("65536"), std::string::npos);
 }
 
 } // namespace
