@@ -162,8 +162,11 @@ void ContactFinder<Dim, T>::Implementation::run_groups(const Objects& set_a, con
         worker.lists.add(group, static_cast<std::uint16_t>(i));
     }
     if constexpr (Dim == 3) {
-        narrow::Batch<T> batch{set_a.shapes, set_a.poses,     set_b.shapes, set_b.poses, pairs,
-                               worker.lists, worker.contacts, worker.found, margin};
+        narrow::Batch<T> batch{{set_a.shapes, set_a.poses, set_b.shapes, set_b.poses, pairs},
+                               worker.lists,
+                               worker.contacts,
+                               worker.found,
+                               margin};
         batch.run(*kernels);
     }
 }

@@ -142,7 +142,7 @@ TEST(BadBox, TheOnlyOneIsFoundInWhoeversShareItLies)
         options.executor = executor.executor.get();
         jostle::PairFinder finder(options);
         for (const std::size_t place :
-             {0, 1, 255, 256, 7'000, 16'500, 24'999, 25'000, 33'500, 41'000, 49'999}) {
+             {0u, 1u, 255u, 256u, 7'000u, 16'500u, 24'999u, 25'000u, 33'500u, 41'000u, 49'999u}) {
             Boxes<3, float> boxes = good;
             boxes[place].hi[2] = std::numeric_limits<float>::quiet_NaN();
             EXPECT_EQ(error_of([&] { (void)finder.find(BoxView<3, float>(boxes)); }).index(), place)

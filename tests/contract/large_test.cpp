@@ -211,8 +211,7 @@ Boxes<Dim, T> corners_in_corners(std::size_t n, int levels)
     Random random(1);
     Boxes<Dim, T> boxes(n);
     for (std::size_t i = 0; i < n; ++i) {
-        const T size = std::ldexp(
-            T(1), -10 * static_cast<int>(i % 8 < static_cast<std::size_t>(levels) ? i % 8 : levels));
+        const T size = std::ldexp(T(1), -10 * std::min(static_cast<int>(i % 8), levels));
         const T edge = size / world_edge<Dim, T>(n / 8, 1);
         for (int d = 0; d < Dim; ++d) {
             boxes[i].lo[d] = random.unit<T>() * size;

@@ -126,7 +126,7 @@ Frames<Dim, T> odd_frames()
 {
     Random random(7);
     Frames<Dim, T> frames;
-    for (const std::size_t size : {3, 0, 5, 1}) {
+    for (const std::size_t size : {3u, 0u, 5u, 1u}) {
         auto& boxes = frames.emplace_back(size);
         for (Aabb<Dim, T>& box : boxes)
             for (int d = 0; d < Dim; ++d) {

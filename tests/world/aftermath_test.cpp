@@ -536,7 +536,7 @@ TEST(SortKeys, SortHoweverFewOrManyAndWhereverTheDisorderIs)
 {
     std::pmr::vector<std::uint32_t> values, scratch;
     Random random(1);
-    for (const std::size_t size : {0, 1, 2, 3, 15, 16, 17, 63, 64, 65, 300, 8191, 8192, 20'000})
+    for (const std::size_t size : {0u, 1u, 2u, 3u, 15u, 16u, 17u, 63u, 64u, 65u, 300u, 8191u, 8192u, 20'000u})
         for (int kind = 0; kind < 4; ++kind) {
             values.clear();
             for (std::size_t i = 0; i < size; ++i)
