@@ -7,5 +7,9 @@
 // at compile time, and machines with SVE have NEON. AVX3_DL, the baseline where the compiler is told that
 // every machine is like an Ice Lake or a Zen 4, has nothing that Jostle uses: AVX3 does there.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+// Its own assertions call a function of its compiled library, which Jostle does without, and abort.
+#ifndef HWY_IS_DEBUG_BUILD
+#define HWY_IS_DEBUG_BUILD 0
+#endif
 #include <hwy/targets.h>
 #endif
