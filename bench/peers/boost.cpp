@@ -57,7 +57,7 @@ class Boost final : public Peer<Dim>
     using Value = std::pair<bg::model::box<Point>, std::uint32_t>;
     using Tree = bgi::rtree<Value, bgi::linear<16>>;
 
-    static Point point(const float (&coordinates)[Dim])
+    static Point point(const jostle::Vec<Dim, float>& coordinates)
     {
         Point p;
         bg::set<0>(p, coordinates[0]);

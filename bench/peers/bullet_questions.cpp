@@ -87,7 +87,7 @@ class Bullet final : public QuestionPeer
         return btDbvtVolume::FromMM({box.lo[0], box.lo[1], box.lo[2]}, {box.hi[0], box.hi[1], box.hi[2]});
     }
     template <class Take>
-    void cast(const btVector3& from, const float* direction, float length, const btVector3& lo,
+    void cast(const btVector3& from, const jostle::Vec3f& direction, float length, const btVector3& lo,
               const btVector3& hi, const Take& take) const
     {
         thread_local btAlignedObjectArray<const btDbvtNode*> stack;

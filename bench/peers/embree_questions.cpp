@@ -74,7 +74,7 @@ class Embree final : public QuestionPeer
         NearestSoFar nearest(kind == QuestionKind::nearest ? questions.nearest[i]
                                                            : jostle::Nearest<3, float>{});
         query.nearest = &nearest;
-        const auto at = [&](const float* p, float radius) {
+        const auto at = [&](const jostle::Vec3f& p, float radius) {
             point.x = p[0];
             point.y = p[1];
             point.z = p[2];

@@ -12,7 +12,7 @@ namespace {
 class BoxGeometry final : public fcl::CollisionGeometryd
 {
   public:
-    BoxGeometry(const float* lo, const float* hi)
+    BoxGeometry(const jostle::Vec3f& lo, const jostle::Vec3f& hi)
     {
         aabb_local.min_ = {lo[0], lo[1], lo[2]};
         aabb_local.max_ = {hi[0], hi[1], hi[2]};
@@ -74,7 +74,7 @@ class Fcl final : public QuestionPeer
         Findings* found;
         NearestSoFar* nearest;
     };
-    static std::unique_ptr<fcl::CollisionObjectd> object(const float* lo, const float* hi)
+    static std::unique_ptr<fcl::CollisionObjectd> object(const jostle::Vec3f& lo, const jostle::Vec3f& hi)
     {
         auto made = std::make_unique<fcl::CollisionObjectd>(std::make_shared<BoxGeometry>(lo, hi));
         made->setUserData(reinterpret_cast<void*>(~std::uintptr_t{0}));
