@@ -1,12 +1,27 @@
 # Installs the library so that find_package(jostle) and pkg-config find it, wherever the folder is moved to.
 include(CMakePackageConfigHelpers)
+# With the prefix /usr it is made for a Debian package, and nothing has to find anything from where it lies.
+if(CMAKE_INSTALL_PREFIX MATCHES "^/usr/?$")
+  set(jostle_for_system ON)
+  set(jostle_doc_folder libjostle-dev)
+else()
+  set(jostle_for_system OFF)
+  set(jostle_doc_folder jostle)
+endif()
 
-install(TARGETS jostle EXPORT jostleTargets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(DIRECTORY include/jostle DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h*")
+install(TARGETS jostle jostle_bullet jostle_fcl EXPORT jostleTargets
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
+  RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT library)
+install(DIRECTORY include/jostle adapters/bullet/include/jostle adapters/fcl/include/jostle DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h*")
+if(NOT JOSTLE_HAS_MEMORY_RESOURCE)
+  install(DIRECTORY include/missing DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/jostle COMPONENT development)
+endif()
 # What comments in the headers point to.
-install(DIRECTORY docs/guide docs/images DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs)
+install(CODE "execute_process(COMMAND \"${CMAKE_COMMAND}\" -D \"SOURCE=${PROJECT_SOURCE_DIR}\"
+  -D \"TO=\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATAROOTDIR}/doc/${jostle_doc_folder}\"
+  -D \"INCLUDE=\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_INCLUDEDIR}\"
+  -P \"${PROJECT_SOURCE_DIR}/cmake/install_docs.cmake\" COMMAND_ERROR_IS_FATAL ANY)" COMPONENT development)
 
 # A static library hands on to its consumer what it is itself linked with; a shared one keeps that to itself.
 set(jostle_find_dependencies "")
@@ -26,15 +41,19 @@ if(jostle_type STREQUAL "STATIC_LIBRARY")
 endif()
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/jostle)
-install(EXPORT jostleTargets NAMESPACE jostle:: DESTINATION ${package_dir})
+install(EXPORT jostleTargets NAMESPACE jostle:: DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(cmake/jostleConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/jostleConfig.cmake
   INSTALL_DESTINATION ${package_dir})
 # Before 1.0 a new minor version may change the interface.
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/jostleConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/jostleConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/jostleConfigVersion.cmake
-  DESTINATION ${package_dir})
+  DESTINATION ${package_dir} COMPONENT development)
 
 file(RELATIVE_PATH jostle_pc_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
 configure_file(cmake/jostle.pc.in ${CMAKE_CURRENT_BINARY_DIR}/jostle.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/jostle.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/jostle.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+
+if(jostle_for_system AND jostle_type STREQUAL "SHARED_LIBRARY")
+  include(cmake/debian.cmake)
+endif()

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "scenes/recording.hpp"
 
+#ifdef JOSTLE_WITH_ZSTD
 #include <zstd.h>
+#endif
 
 #include <algorithm>
 #include <bit>
@@ -39,7 +41,7 @@ constexpr char magic[8] = {'J', 'O', 'S', 'T', 'L', 'R', 'E', 1};
 constexpr std::size_t fixed_header = 8 + 4 * 4 + 8 + 8;
 constexpr std::uint32_t longest_description = 1 << 16;
 // Higher levels gain little: what is left of the numbers is noise.
-constexpr int compression_level = 12;
+[[maybe_unused]] constexpr int compression_level = 12;
 
 std::uint64_t fnv1a(const std::string& bytes)
 {
@@ -50,7 +52,7 @@ std::uint64_t fnv1a(const std::string& bytes)
 }
 
 template <class Unsigned>
-void append(std::string& bytes, Unsigned value)
+[[maybe_unused]] void append(std::string& bytes, Unsigned value)
 {
     for (std::size_t i = 0; i < sizeof value; ++i)
         bytes += static_cast<char>(static_cast<unsigned char>(value >> (8 * i)));
@@ -65,7 +67,7 @@ Unsigned number_at(const std::string& bytes, std::size_t offset)
     return value;
 }
 
-std::string header_of(const RecordingInfo& info)
+[[maybe_unused]] std::string header_of(const RecordingInfo& info)
 {
     std::string bytes(magic, sizeof magic);
     append(bytes, static_cast<std::uint32_t>(info.dim));
@@ -132,6 +134,7 @@ std::string system_message()
 
 } // namespace
 
+#ifdef JOSTLE_WITH_ZSTD // without it there is no writer
 template <int Dim, Coordinate T>
 RecordingWriter<Dim, T>::RecordingWriter(std::filesystem::path path, std::uint32_t objects,
                                          double frames_per_second, std::string description)
@@ -209,6 +212,7 @@ void RecordingWriter<Dim, T>::finish()
         file_->commit();
     });
 }
+#endif
 
 RecordingReader::RecordingReader(std::filesystem::path path) : path_(std::move(path))
 {
@@ -308,6 +312,10 @@ void RecordingReader::read_block(std::size_t size)
 /// second one finds its memory there.
 void RecordingReader::unpack(std::size_t unpacked_size)
 {
+#ifndef JOSTLE_WITH_ZSTD
+    (void)unpacked_size;
+    fail("is compressed, which this program was built without; record with jostle::Recorder instead");
+#else
     if (ZSTD_getFrameContentSize(packed_.data(), packed_.size()) != unpacked_size) fail_altered();
     const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
     if (!context) throw std::bad_alloc();
@@ -325,6 +333,7 @@ void RecordingReader::unpack(std::size_t unpacked_size)
         if (ZSTD_isError(left) != 0 || stuck) fail_altered();
     }
     if (out.pos != unpacked_size || in.pos != in.size) fail_altered();
+#endif
 }
 
 template <int Dim, Coordinate T>
@@ -370,7 +379,9 @@ bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
         return true;
     }
     const std::size_t unpacked_size = planes_size(Dim, sizeof(T), info_.objects);
+#ifdef JOSTLE_WITH_ZSTD
     if (size > ZSTD_compressBound(unpacked_size)) fail_altered();
+#endif
     read_block(size);
     unpack(unpacked_size);
     std::uint32_t number = 0;
@@ -408,9 +419,13 @@ void RecordingReader::rewind()
     next_ = 0;
 }
 
-#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template class RecordingWriter<Dim, T>;                                                                  \
-    template bool RecordingReader::next(std::vector<Aabb<Dim, T>>&);
+#ifdef JOSTLE_WITH_ZSTD
+template class RecordingWriter<2, float>;
+template class RecordingWriter<2, double>;
+template class RecordingWriter<3, float>;
+template class RecordingWriter<3, double>;
+#endif
+#define JOSTLE_INSTANTIATE(Dim, T) template bool RecordingReader::next(std::vector<Aabb<Dim, T>>&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

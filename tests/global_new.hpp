@@ -6,6 +6,9 @@
 #include <cstdlib>
 #include <limits>
 #include <new>
+#ifdef _WIN32
+#include <malloc.h>
+#endif
 
 /// Replaces the global operator new by one that counts and can be told to fail. One file of a program
 /// includes it. The thread sanitizer brings its own and refuses a second one: JOSTLE_OWN_NEW is 0 there.
@@ -25,6 +28,27 @@ constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
 inline std::atomic<std::uint64_t> calls{0};
 inline std::atomic<std::uint64_t> fail_at{never}; ///< from this call on, all fail
 
+// Windows has no std::aligned_alloc, and what its own function gives must be returned to its twin.
+#ifdef _WIN32
+inline void* aligned(std::size_t size, std::size_t alignment)
+{
+    return _aligned_malloc(size, alignment);
+}
+inline void free_aligned(void* memory)
+{
+    _aligned_free(memory);
+}
+#else
+inline void* aligned(std::size_t size, std::size_t alignment)
+{
+    return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+inline void free_aligned(void* memory)
+{
+    std::free(memory);
+}
+#endif
+
 } // namespace global_new
 
 #if JOSTLE_OWN_NEW
@@ -38,8 +62,7 @@ inline std::atomic<std::uint64_t> fail_at{never}; ///< from this call on, all fa
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
 {
     if (global_new::calls++ >= global_new::fail_at) throw std::bad_alloc();
-    const std::size_t step = static_cast<std::size_t>(alignment);
-    if (void* const memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
+    if (void* const memory = global_new::aligned(size, static_cast<std::size_t>(alignment))) return memory;
     throw std::bad_alloc();
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept
@@ -52,10 +75,10 @@ inline std::atomic<std::uint64_t> fail_at{never}; ///< from this call on, all fa
 }
 [[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
 {
-    std::free(memory);
+    global_new::free_aligned(memory);
 }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
 {
-    std::free(memory);
+    global_new::free_aligned(memory);
 }
 #endif

@@ -492,7 +492,9 @@ Examples:
   jostle bench questions                          rays, regions, nearest objects
   jostle bench contacts                           where shapes touch, pair by pair
   jostle bench distances                          how far shapes are apart, and when they meet
-  jostle bench responses                          work on pairs shared out, and what it does added up)";
+  jostle bench responses                          work on pairs shared out, and what it does added up
+  jostle bench scenes                             many small scenes in one call
+  jostle bench programs                           a game server, grains and a planner, part by part)";
 }
 
 } // namespace
@@ -540,6 +542,8 @@ void add_bench_command(CLI::App& app)
     add_bench_contacts_command(*command);
     add_bench_distances_command(*command);
     add_bench_responses_command(*command);
+    add_bench_scenes_command(*command);
+    add_bench_programs_command(*command);
     // Each part has options of its own: what stands before its name would be lost.
     command->require_subcommand(0, 1);
     for (CLI::App* part : command->get_subcommands([](const CLI::App*) { return true; }))

@@ -29,7 +29,9 @@ void add_simulate_command(CLI::App& app);
 void add_bench_world_command(CLI::App& bench);     // jostle bench world
 void add_bench_questions_command(CLI::App& bench); // jostle bench questions
 void add_bench_responses_command(CLI::App& bench); // jostle bench responses
+void add_bench_programs_command(CLI::App& bench);  // jostle bench programs
 
+void add_bench_scenes_command(CLI::App& bench);    // jostle bench scenes
 void add_bench_contacts_command(CLI::App& bench);  // jostle bench contacts
 void add_bench_distances_command(CLI::App& bench); // jostle bench distances
 

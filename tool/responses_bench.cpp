@@ -23,6 +23,7 @@
 #include "pinned_threads.hpp"
 #include "scenes/scenes.hpp"
 #include "threads.hpp"
+#include "turns.hpp"
 
 namespace jostle_tool {
 
@@ -64,24 +65,6 @@ struct Row
     std::uint64_t bytes; ///< of memory; 0 where it isn't the point
     double efficiency;   ///< of two threads or more against one; 0 for one
 };
-
-/// Takes turns, so that whatever else the machine does falls on all alike; each one's median, after a first
-/// turn that doesn't count.
-std::vector<double> medians(std::uint32_t frames, const std::vector<std::function<void()>>& systems)
-{
-    std::vector<std::vector<double>> ms(systems.size());
-    for (std::uint32_t frame = 0; frame <= frames; ++frame)
-        for (std::size_t k = 0; k < systems.size(); ++k) {
-            const auto before = std::chrono::steady_clock::now();
-            systems[k]();
-            const auto after = std::chrono::steady_clock::now();
-            if (frame > 0) ms[k].push_back(std::chrono::duration<double, std::milli>(after - before).count());
-        }
-    std::vector<double> result;
-    for (std::vector<double>& of_one : ms)
-        result.push_back(median(std::move(of_one)));
-    return result;
-}
 
 /// Work that takes about as long as `units` times 20 ns.
 std::uint64_t toil(std::uint64_t seed, std::uint32_t units)

@@ -48,8 +48,10 @@ constexpr SceneInfo scenes[] = {
     {"static-2m", "2,000,000 boxes at rest, 2,000 that move", 2'000'000, 2'000},
     {"churn", "1 in 20 boxes moves, others every 8 frames; 1 in 200 is replaced, teleported or filtered anew",
      0, 0},
+    {"breathe", "1,000 boxes of a pile, each of which moves to and fro by a 500th of its edge", 1'001, 0},
     {"small", "1,000 worlds of 8 boxes are made, updated once and dropped", 8'000, 0},
     {"others", "20,000 boxes, of which 1,000 move, others in each frame", 20'000, 0},
+    {"few", "30,000 boxes that moved and stopped up to 64 frames before; one more is added", 30'000, 0},
     {"rays", "as resting; timed are 4,000 questions after each update: the first box along a ray", 0, 0,
      QuestionBatch{QuestionKind::first, 4000}},
     {"overlaps", "... all boxes that touch a box of edge 10", 0, 0,
@@ -75,6 +77,26 @@ constexpr std::uint32_t warm_up = 8;
 constexpr double patience_seconds = 20;
 constexpr std::uint32_t fewest = 5;
 
+// Of scene breathe: what our world is given in another row.
+constexpr double slack_of_pile = 0.02;
+
+/// The ground, and on it layers of boxes of edge 1, shifted by half a box from layer to layer: each touches
+/// the next one of its row and four above it.
+std::vector<Aabb3f> pile(std::uint64_t boxes)
+{
+    std::vector<Aabb3f> all = {{{-2, -1, -2}, {13, 0.01f, 13}}};
+    for (std::uint64_t k = 0; k + 1 < boxes; ++k) {
+        const std::uint64_t layer = k / 100;
+        const float shift = layer % 2 == 0 ? 0.0f : 0.5f;
+        const float lo[3] = {1.03f * static_cast<float>(k % 10) + shift, 0.99f * static_cast<float>(layer),
+                             0.99f * static_cast<float>(k / 10 % 10) + shift};
+        all.push_back({{lo[0], lo[1], lo[2]}, {lo[0] + 1, lo[1] + 1, lo[2] + 1}});
+    }
+    return all;
+}
+
+constexpr std::uint32_t frames_at_rest = 64; // of scene few, after each in which all move
+
 /// Boxes, and which of them a frame moves.
 class Motion
 {
@@ -85,6 +107,7 @@ class Motion
           boxes_(scene_.boxes().begin(), scene_.boxes().end()),
           random_(seed, 77, 1)
     {
+        if (std::string(info.name) == "breathe") base_ = boxes_ = pile(n);
         for (const Aabb3f& box : boxes_)
             for (int d = 0; d < 3; ++d)
                 extent_ = std::max(extent_, box.hi[d]);
@@ -126,6 +149,24 @@ class Motion
                     boxes_[i].hi[d] = lo + size;
                 }
             }
+        } else if (!base_.empty()) {
+            moved_.clear();
+            for (std::uint32_t i = 1; i < boxes_.size(); ++i) { // all but the ground
+                moved_.push_back(i);
+                for (int d = 0; d < 3; ++d) {
+                    const auto by = static_cast<float>(random_.uniform(-0.002, 0.002));
+                    boxes_[i].lo[d] = base_[i].lo[d] + by;
+                    boxes_[i].hi[d] = base_[i].hi[d] + by;
+                }
+            }
+        } else if (std::string(info_.name) == "few") {
+            moved_.clear();
+            if (frame_ % frames_at_rest != 0) return;
+            scene_.step();
+            for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
+                moved_.push_back(i);
+                boxes_[i] = scene_.boxes()[i];
+            }
         } else if (std::string(info_.name) == "others") {
             moved_.clear();
             for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
@@ -159,6 +200,7 @@ class Motion
     const SceneInfo& info_;
     jostle_scenes::Scene<3, float> scene_;
     std::vector<Aabb3f> boxes_;
+    std::vector<Aabb3f> base_; // of a pile that breathes
     std::vector<std::uint32_t> moved_, leapt_;
     std::vector<float> velocity_;
     jostle_scenes::Random random_;
@@ -173,8 +215,8 @@ class Ours final : public WorldSystem
 {
   public:
     /// `kinds`: one box in so many is of a category of its own, category 2.
-    explicit Ours(jostle::Executor& executor, std::size_t kinds = 0)
-        : world_({.executor = &executor}), kinds_(kinds)
+    explicit Ours(jostle::Executor& executor, std::size_t kinds = 0, double slack = 0)
+        : world_({.executor = &executor, .slack = slack}), kinds_(kinds)
     {
     }
     void start(std::span<const Aabb3f> boxes) override
@@ -229,6 +271,37 @@ class Ours final : public WorldSystem
     std::size_t kinds_;
     std::vector<ObjectId> ids_, moved_ids_;
     std::vector<Aabb3f> moved_boxes_;
+};
+
+/// All move now and then, which isn't timed; what is, is that one more is added, in place of the last.
+class OursFew final : public WorldSystem
+{
+  public:
+    explicit OursFew(jostle::Executor& executor) : world_({.executor = &executor}) {}
+    void start(std::span<const Aabb3f> boxes) override
+    {
+        ids_.resize(boxes.size());
+        world_.add(boxes, ids_);
+        world_.update();
+    }
+    void before(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) override
+    {
+        if (!moved.empty()) world_.update(ids_, boxes);
+    }
+    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t>) override
+    {
+        if (one_.generation != 0) world_.remove(one_);
+        one_ = world_.add(boxes[next_++ * 7919 % boxes.size()]);
+        world_.update();
+    }
+    Answer answer() override { return {world_.began().size(), world_.began().size()}; }
+    Stages stages() const override { return stages_of(world_.stats()); }
+
+  private:
+    jostle::World3f world_;
+    std::vector<ObjectId> ids_;
+    ObjectId one_;
+    std::size_t next_ = 0;
 };
 
 /// A world for every few boxes, made and dropped in each frame.
@@ -507,9 +580,18 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
             one(ours, "jostle", threads.count());
             continue;
         }
+        if (std::string(info.name) == "few") {
+            OursFew ours(threads.executor());
+            one(ours, "jostle", threads.count());
+            continue;
+        }
         {
             Ours ours(threads.executor());
             one(ours, "jostle", threads.count());
+        }
+        if (std::string(info.name) == "breathe") {
+            Ours with_slack(threads.executor(), 0, slack_of_pile);
+            one(with_slack, "slack", threads.count());
         }
         if (all_move) {
             FinderSystem<3, float> stateless({.executor = &threads.executor()});

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <memory_resource>
 #include <optional>
@@ -22,7 +23,7 @@ JOSTLE_NAMESPACE_BEGIN
 /// Executor, memory and instruction set: the same for all that Jostle does.
 using IndexOptions = FinderOptions;
 
-/// What an index is made of at the moment, and how much was done to keep it that way.
+/// Tells what an index is made of at the moment, and how much was done to keep it in order.
 struct IndexStats
 {
     std::uint64_t objects = 0;
@@ -80,27 +81,27 @@ class JOSTLE_API BoxIndex
     void insert(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
     /// Removes objects. Every id must be in the index, and once in the call.
     void erase(std::span<const std::uint32_t> ids);
-    /// Gives objects new boxes; those that stay nearby cost the least, and no number of them more than about
-    /// building the index anew: that is what is done from a tenth of all objects on. Every id must be in the
-    /// index, and once in the call.
+    /// Gives objects new boxes. Those that stay nearby cost the least. From a tenth of all objects on the
+    /// index is built anew, so no number of moves costs much more than that. Every id must be in the index,
+    /// and once in the call.
     void move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
-    /// Removes all objects, keeps the memory.
+    /// Removes all objects, and keeps the memory.
     void clear() noexcept;
-    /// Gives back what join works in, and the memory of ids above the greatest in use; of an empty index
-    /// everything but some hundred bytes that the destructor frees.
+    /// Gives back the working memory of join, and the memory of ids above the greatest in use. An empty index
+    /// keeps no more than some hundred bytes, which the destructor frees.
     void release_memory() noexcept;
 
     [[nodiscard]] std::size_t size() const noexcept;
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept;
-    /// The box of an object that is in the index.
+    /// Returns the box of an object that is in the index.
     [[nodiscard]] Box box(std::uint32_t id) const;
     [[nodiscard]] IndexStats stats() const noexcept;
 
     // --- Many boxes at once ---
 
-    /// All pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is the
-    /// position in `boxes`, b the object's id. Refills `out`. Runs on the executor and in working memory that
-    /// the index keeps, so one call at a time; a steady batch allocates nothing.
+    /// Finds all pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is
+    /// the position in `boxes`, b the object's id. Refills `out`. Runs on the executor and in working memory
+    /// that the index keeps, so one call at a time; a steady batch allocates nothing.
     void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out);
 
     // --- Along a line ---
@@ -127,11 +128,54 @@ class JOSTLE_API BoxIndex
     bool all(const Frustum<Dim, T>& region, std::vector<std::uint32_t>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
 
-    // --- Near a point ---
+    // --- Near a point or a box ---
 
     /// Refills `out`, ascending by (squared distance, id).
     void nearest(const Nearest<Dim, T>& question, std::vector<Hit<T>>& out,
                  const QueryFilter& filter = {}) const;
+    void nearest(const NearestToBox<Dim, T>& question, std::vector<Hit<T>>& out,
+                 const QueryFilter& filter = {}) const;
+
+    // --- Handed over as they are found ---
+    // `visitor` gets each object that is an answer, once, until it returns false; the call returns whether it
+    // never did. The visitors in query.hpp say what one may do. What it throws ends the call. Nothing is
+    // allocated, except the first time that hundreds of objects are about equally near.
+    // Lines and the nearest hand objects over ascending by (at, id); the nearest, at most `count` of them.
+    // The search goes no further than the last object handed over, so who stops early, or lowers the bound,
+    // saves the rest. Regions hand objects over in an order of the index's own, which costs no sorting: it
+    // depends on nothing but the calls that were made, and changes when objects do.
+
+    bool visit(const Ray<Dim, T>& ray, HitVisitor<T> visitor, const QueryFilter& filter = {}) const;
+    bool visit(const Sweep<Dim, T>& sweep, HitVisitor<T> visitor, const QueryFilter& filter = {}) const;
+    bool visit(const Nearest<Dim, T>& question, HitVisitor<T> visitor, const QueryFilter& filter = {}) const;
+    bool visit(const NearestToBox<Dim, T>& question, HitVisitor<T> visitor,
+               const QueryFilter& filter = {}) const;
+    bool visit(const Box& region, IdVisitor visitor, const QueryFilter& filter = {}) const;
+    bool visit(const Sphere<Dim, T>& region, IdVisitor visitor, const QueryFilter& filter = {}) const;
+    bool visit(const Frustum<Dim, T>& region, IdVisitor visitor, const QueryFilter& filter = {}) const;
+
+    // --- Pairs of objects ---
+    // Pairs are of two of this index's objects, each once, with a < b; or of one of this index's, a, and one
+    // of another index's, b. Both indexes are asked: neither may change meanwhile.
+
+    /// Hands over the pairs whose boxes touch until `visitor` returns false; returns whether it never did.
+    /// The order is the indexes' own, as with visit() of a region. Allocates nothing. For all pairs of many
+    /// objects that move, a PairFinder costs less.
+    bool pairs(PairVisitor visitor) const;
+    bool pairs(const BoxIndex& other, PairVisitor visitor) const;
+    /// Hands over pairs no further apart than `max_distance`, the closest first, until `visitor` returns
+    /// false; says whether it never did. The bound begins with the square of `max_distance`; the visitor
+    /// makes it less as soon as it knows how far apart two shapes are. Pairs at squared distance 0 come in an
+    /// order of the indexes' own, the others ascending by (at, a, b). Costs a search for those at 0, and
+    /// about as much again each time that four times as many were handed over as the time before.
+    bool closest_pairs(PairHitVisitor<T> visitor, T max_distance = std::numeric_limits<T>::infinity()) const;
+    bool closest_pairs(const BoxIndex& other, PairHitVisitor<T> visitor,
+                       T max_distance = std::numeric_limits<T>::infinity()) const;
+    /// Returns the pair that closest_pairs hands over first.
+    [[nodiscard]] std::optional<PairHit<T>>
+    closest_pair(T max_distance = std::numeric_limits<T>::infinity()) const;
+    [[nodiscard]] std::optional<PairHit<T>>
+    closest_pair(const BoxIndex& other, T max_distance = std::numeric_limits<T>::infinity()) const;
 
     // --- Only whether, or how many ---
     // `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
@@ -154,6 +198,8 @@ class JOSTLE_API BoxIndex
     void all(std::span<const Region> regions, ResultLists<std::uint32_t>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
     void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
+                 const QueryFilter& filter = {}) const;
+    void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
                  const QueryFilter& filter = {}) const;
     template <class Question>
     void any(std::span<const Question> questions, std::span<bool> out, const QueryFilter& filter = {}) const;

@@ -46,6 +46,16 @@ struct CrossFilter
     StoredFunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
 };
 
+/// The same for many scenes. The columns have one value for each box of all scenes.
+struct SceneFilter
+{
+    StridedView<std::uint32_t> category = {};
+    StridedView<std::uint32_t> mask = {};
+    StridedView<std::uint32_t> owner = {};
+    /// `a` and `b` are numbers of boxes within the scene.
+    StoredFunctionRef<bool(std::size_t scene, std::uint32_t a, std::uint32_t b)> accept = {};
+};
+
 enum class Order
 {
     /// Pairs are grouped by their place in space. The order depends on the boxes alone, and not on threads,
@@ -142,6 +152,26 @@ class JOSTLE_API PairFinder
     const PairBuffer& find(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
                            Order order = Order::canonical);
 
+    /// Returns the pairs of many scenes that have nothing to do with each other, as thousands of small worlds
+    /// have that run side by side. Scene k is boxes[offsets[k]] to boxes[offsets[k + 1] - 1]: there is one
+    /// offset more than scenes, from 0 to boxes.size(). No pair crosses scenes. A scene's pairs are those
+    /// that find() returns for it, in the same order, and numbered within it: box offsets[k] is its number 0.
+    /// The result lies in the finder and is valid until its next call of find_scenes.
+    /// Threads   scenes are shared out over them, and a large one among many small is searched by all.
+    /// Errors    `Error` for offsets that don't begin with 0, descend, or don't end with boxes.size(), which
+    ///           names the offset; for a bad box, which names it by its position in `boxes`. If `accept`
+    ///           throws, the exception of the lowest scene leaves the call.
+    /// Cost      that of finding each scene's pairs with find(); that there are many adds nothing measurable.
+    template <int Dim, Coordinate T>
+    const ScenePairs& find_scenes(const BoxView<Dim, T>& boxes, std::span<const std::uint64_t> offsets,
+                                  const SceneFilter& filter = {});
+    template <BoxContainer Boxes>
+    const ScenePairs& find_scenes(const Boxes& boxes, std::span<const std::uint64_t> offsets,
+                                  const SceneFilter& filter = {})
+    {
+        return find_scenes(box_view(boxes), offsets, filter);
+    }
+
     /// Hands each pair to `sink` instead of storing it, so that memory stays bounded however many pairs there
     /// are. Returns false if the sink stopped the search. Chunks that other threads are working on may still
     /// arrive after that. An exception that the sink throws ends the search and leaves the call.
@@ -194,7 +224,7 @@ class JOSTLE_API PairFinder
         return take(box_view(a), box_view(b), filter, order);
     }
 
-    /// Of the last call.
+    /// Tells about the last call.
     [[nodiscard]] const Stats& stats() const noexcept;
     /// Gives working memory back, the result's included: all but some hundred bytes that the destructor
     /// frees.
@@ -206,7 +236,7 @@ class JOSTLE_API PairFinder
     std::unique_ptr<Implementation> implementation_;
 };
 
-/// The touching pairs among `boxes`, once, without keeping a finder. For frame after frame use a PairFinder.
+/// Returns the touching pairs among `boxes`, with no finder to keep. For frame after frame use a PairFinder.
 template <int Dim, Coordinate T>
 [[nodiscard]] PairBuffer find_pairs(const BoxView<Dim, T>& boxes, const Filter& filter = {},
                                     Order order = Order::canonical, const FinderOptions& options = {})
@@ -220,7 +250,7 @@ template <BoxContainer Boxes>
     return find_pairs(box_view(boxes), filter, order, options);
 }
 
-/// The touching pairs of one box of `a` and one of `b`.
+/// Returns the touching pairs of one box of `a` and one of `b`.
 template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
 [[nodiscard]] PairBuffer find_pairs(const BoxView<Dim, T>& a, const View& b, const CrossFilter& filter = {},
                                     Order order = Order::canonical, const FinderOptions& options = {})

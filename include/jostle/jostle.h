@@ -109,12 +109,13 @@ enum
 typedef int32_t jostle_question;
 enum
 {
-    JOSTLE_RAY = 1,     ///< origin, direction, greatest fraction: 2 dim + 1 numbers
-    JOSTLE_SWEEP = 2,   ///< box, motion, greatest fraction: 3 dim + 1 numbers
-    JOSTLE_BOX = 3,     ///< lo, hi: 2 dim numbers
-    JOSTLE_SPHERE = 4,  ///< centre, radius: dim + 1 numbers
-    JOSTLE_FRUSTUM = 5, ///< a jostle_frustum
-    JOSTLE_NEAREST = 6  ///< a jostle_nearest_2f, _3f, _2d or _3d
+    JOSTLE_RAY = 1,           ///< origin, direction, greatest fraction: 2 dim + 1 numbers
+    JOSTLE_SWEEP = 2,         ///< box, motion, greatest fraction: 3 dim + 1 numbers
+    JOSTLE_BOX = 3,           ///< lo, hi: 2 dim numbers
+    JOSTLE_SPHERE = 4,        ///< centre, radius: dim + 1 numbers
+    JOSTLE_FRUSTUM = 5,       ///< a jostle_frustum
+    JOSTLE_NEAREST = 6,       ///< a jostle_nearest_2f, _3f, _2d or _3d
+    JOSTLE_NEAREST_TO_BOX = 7 ///< a jostle_nearest_to_box_2f, _3f, _2d or _3d
 };
 
 /// Why a pair of a world ended: jostle::EndReason.
@@ -151,6 +152,11 @@ enum
     JOSTLE_SHAPE_MESH = 5,
     JOSTLE_SHAPE_HEIGHT_FIELD = 6,
     JOSTLE_SHAPE_COMPOUND = 7,
+    JOSTLE_SHAPE_ROUNDED_BOX = 8,
+    JOSTLE_SHAPE_ROUNDED_HULL = 9,
+    JOSTLE_SHAPE_CYLINDER = 10,
+    JOSTLE_SHAPE_CONE = 11,
+    JOSTLE_SHAPE_ELLIPSOID = 12, ///< in 2D an ellipse
     JOSTLE_SHAPE_FIRST_CUSTOM = 16
 };
 
@@ -188,11 +194,13 @@ enum
 typedef struct jostle_executor jostle_executor;             ///< where work runs
 typedef struct jostle_results jostle_results;               ///< what a call found, owned by the caller
 typedef struct jostle_finder jostle_finder;                 ///< jostle::PairFinder
+typedef struct jostle_images jostle_images;                 ///< jostle::PeriodicImages
 typedef struct jostle_index jostle_index;                   ///< jostle::BoxIndex
 typedef struct jostle_world jostle_world;                   ///< jostle::World
 typedef struct jostle_shape jostle_shape;                   ///< jostle::Shape, with what it points to
 typedef struct jostle_shapes jostle_shapes;                 ///< one shape per object
 typedef struct jostle_contact_finder jostle_contact_finder; ///< jostle::ContactFinder
+typedef struct jostle_closed_mesh jostle_closed_mesh;       ///< jostle::ClosedMesh
 typedef struct jostle_responses jostle_responses;           ///< jostle::Responses
 typedef struct jostle_recorder jostle_recorder;             ///< jostle::Recorder
 
@@ -302,6 +310,31 @@ typedef struct jostle_nearest_3d
     uint32_t count;
     double max_distance;
 } jostle_nearest_3d;
+/// The same, nearest to a box: jostle::NearestToBox.
+typedef struct jostle_nearest_to_box_2f
+{
+    float lo[2], hi[2];
+    uint32_t count;
+    float max_distance;
+} jostle_nearest_to_box_2f;
+typedef struct jostle_nearest_to_box_3f
+{
+    float lo[3], hi[3];
+    uint32_t count;
+    float max_distance;
+} jostle_nearest_to_box_3f;
+typedef struct jostle_nearest_to_box_2d
+{
+    double lo[2], hi[2];
+    uint32_t count;
+    double max_distance;
+} jostle_nearest_to_box_2d;
+typedef struct jostle_nearest_to_box_3d
+{
+    double lo[3], hi[3];
+    uint32_t count;
+    double max_distance;
+} jostle_nearest_to_box_3d;
 
 /// The version of the library that runs.
 /// Errors    none but NULL.
@@ -382,8 +415,8 @@ JOSTLE_C_API jostle_status jostle_boxes_strided(jostle_space space, const void* 
 JOSTLE_C_API jostle_status jostle_boxes_validate(jostle_space space, const jostle_boxes* boxes,
                                                  jostle_error* error);
 /// The definition that every index answers to: whether one box answers one question, and where
-/// (jostle_hit::at; 0 for regions). For JOSTLE_NEAREST: the squared distance, and whether its root is at most
-/// max_distance.
+/// (jostle_hit::at; 0 for regions). For JOSTLE_NEAREST and JOSTLE_NEAREST_TO_BOX: the squared distance, and
+/// whether its root is at most max_distance.
 JOSTLE_C_API jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const void* question,
                                               const void* box, int32_t* answers, double* at,
                                               jostle_error* error);
@@ -434,6 +467,19 @@ typedef struct jostle_filter
     void* context;
 } jostle_filter;
 
+/// 1: the pair of that scene is wanted. 0: it isn't.
+typedef int32_t (*jostle_accept_scene_pair_function)(void* context, uint64_t scene, uint32_t a, uint32_t b);
+
+/// The same for many scenes: jostle::SceneFilter. One value for each box of all scenes.
+typedef struct jostle_scene_filter
+{
+    uint64_t struct_size;
+    jostle_values category, mask; ///< give both or neither
+    jostle_values owner;
+    jostle_accept_scene_pair_function accept; ///< may be NULL
+    void* context;
+} jostle_scene_filter;
+
 /// What the last search did: jostle::Stats.
 typedef struct jostle_stats
 {
@@ -462,6 +508,16 @@ JOSTLE_C_API jostle_status jostle_finder_take(jostle_finder* finder, jostle_spac
                                               const jostle_boxes* a, const jostle_boxes* b,
                                               const jostle_filter* filter, jostle_order order,
                                               jostle_results* results, jostle_error* error);
+/// The pairs of many scenes that have nothing to do with each other: jostle::PairFinder::find_scenes.
+/// Scene k is the boxes from number offsets[k] up to offsets[k + 1]: there are scene_count + 1 offsets, the
+/// first 0 and the last the number of boxes. Block k of `pairs` has the pairs of scene k, and is empty if it
+/// has none; they are numbered within their scene. `filter` may be NULL. The pairs lie in the finder and are
+/// valid until its next call.
+/// Errors    for offsets and boxes, with their number.
+JOSTLE_C_API jostle_status jostle_finder_find_scenes(jostle_finder* finder, jostle_space space,
+                                                     const jostle_boxes* boxes, const uint64_t* offsets,
+                                                     uint64_t scene_count, const jostle_scene_filter* filter,
+                                                     jostle_blocks* pairs, jostle_error* error);
 /// Hands the pairs to `sink` instead of storing them. `finished` becomes 0 if the sink stopped it, else 1.
 JOSTLE_C_API jostle_status jostle_finder_stream(jostle_finder* finder, jostle_space space,
                                                 const jostle_boxes* a, const jostle_boxes* b,
@@ -480,6 +536,38 @@ JOSTLE_C_API jostle_status jostle_find_pairs(jostle_space space, const jostle_bo
 JOSTLE_C_API jostle_status jostle_find_pairs_brute_force(jostle_space space, const jostle_boxes* a,
                                                          const jostle_boxes* b, const jostle_filter* filter,
                                                          jostle_results* results, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Space that repeats itself: periodic.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// What boxes and their images are. Everything is valid until the next build.
+typedef struct jostle_images_view
+{
+    jostle_boxes boxes;     ///< the originals, then the images
+    const uint32_t* origin; ///< whose each one is
+    const void* shift;      ///< how far each one is from its origin: dim numbers
+    uint64_t originals;     ///< how many of the boxes are
+} jostle_images_view;
+
+/// `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_images_new(jostle_space space, const jostle_options* options,
+                                             jostle_images** out, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_images_free(jostle_images* images, jostle_error* error);
+/// Copies the boxes and adds the images of those near an end of a periodic axis. `period`: its length along
+/// each axis, dim numbers, 0 where space doesn't repeat itself.
+/// Cost      two passes over the boxes and a copy of them.
+/// Errors    a box that is half a period long or longer, and not infinite both ways; one that reaches two
+///           periods up from the lowest of all; a period that is negative, infinite or NaN.
+JOSTLE_C_API jostle_status jostle_images_build(jostle_images* images, const jostle_boxes* boxes,
+                                               const void* period, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_images_view_read(const jostle_images* images, jostle_images_view* out,
+                                                   jostle_error* error);
+/// The filter that a search among the boxes of the view has to be given, so that each pair is found once.
+/// `originals` may be NULL; its arrays have one value per original, and its accept is called with originals.
+/// What it points to must outlive the search. `out` is valid until the next build or filter.
+JOSTLE_C_API jostle_status jostle_images_filter(jostle_images* images, const jostle_filter* originals,
+                                                jostle_filter* out, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Boxes that stay, and questions about them: box_index.hpp
@@ -556,18 +644,45 @@ JOSTLE_C_API jostle_status jostle_index_first(const jostle_index* index, jostle_
                                               const jostle_query_filter* filter, jostle_hit* hits,
                                               jostle_error* error);
 /// All objects along each ray or sweep, ascending by (at, id), or in each box, sphere or frustum, ascending
-/// by id, or nearest to each point, ascending by (at, id). No more than max_results each: UINT64_MAX for all.
-/// (For JOSTLE_NEAREST it must be that: each question says itself how many.)
+/// by id, or nearest to each point or box, ascending by (at, id). No more than max_results each: UINT64_MAX
+/// for all. (For the nearest it must be that: each question says itself how many.)
 JOSTLE_C_API jostle_status jostle_index_all(const jostle_index* index, jostle_question kind,
                                             const void* questions, uint64_t count,
                                             const jostle_query_filter* filter, uint64_t max_results,
                                             jostle_results* results, jostle_error* error);
-/// Whether there is any, 1 or 0: any[i]. Not for JOSTLE_NEAREST.
+/// Takes an answer. 1: go on. 0: stop. Called on the calling thread. For rays, sweeps and the nearest,
+/// nothing further than *bound, in the units of `at`, comes from then on: it may be made less. For regions
+/// `at` is 0 and `bound` NULL. May ask the same index or world.
+typedef int32_t (*jostle_visit_answer_function)(void* context, uint64_t id, double at, double* bound);
+/// Hands the answers to one question to `visit`, each once, as they are found: along rays and sweeps and to
+/// the nearest ascending by (at, id), those of regions in an order of the index's own. `finished` becomes 0
+/// if it stopped that, else 1.
+JOSTLE_C_API jostle_status jostle_index_visit(const jostle_index* index, jostle_question kind,
+                                              const void* question, const jostle_query_filter* filter,
+                                              jostle_visit_answer_function visit, void* context,
+                                              int32_t* finished, jostle_error* error);
+/// Takes two objects and the squared distance between their boxes. 1: go on. 0: stop. Called on the calling
+/// thread. Nothing further than *bound comes from then on: it may be made less.
+typedef int32_t (*jostle_visit_close_pair_function)(void* context, uint64_t a, uint64_t b, double at,
+                                                    double* bound);
+/// Hands over pairs of objects of this index, or of one of this and one of another, that may be NULL: those
+/// whose boxes touch, in an order of the indexes' own. `at` is 0, and `bound` NULL. `finished` becomes 0 if
+/// `visit` stopped that, else 1.
+JOSTLE_C_API jostle_status jostle_index_pairs(const jostle_index* index, const jostle_index* other,
+                                              jostle_visit_close_pair_function visit, void* context,
+                                              int32_t* finished, jostle_error* error);
+/// The same of those no further apart than max_distance (it may be infinite): first those at distance 0, then
+/// the others ascending by (at, a, b).
+JOSTLE_C_API jostle_status jostle_index_closest_pairs(const jostle_index* index, const jostle_index* other,
+                                                      double max_distance,
+                                                      jostle_visit_close_pair_function visit, void* context,
+                                                      int32_t* finished, jostle_error* error);
+/// Whether there is any, 1 or 0: any[i]. Not for the nearest.
 JOSTLE_C_API jostle_status jostle_index_any(const jostle_index* index, jostle_question kind,
                                             const void* questions, uint64_t count,
                                             const jostle_query_filter* filter, uint8_t* any,
                                             jostle_error* error);
-/// How many there are: counts[i]. Not for JOSTLE_NEAREST.
+/// How many there are: counts[i]. Not for the nearest.
 JOSTLE_C_API jostle_status jostle_index_count(const jostle_index* index, jostle_question kind,
                                               const void* questions, uint64_t count,
                                               const jostle_query_filter* filter, uint64_t* counts,
@@ -597,6 +712,9 @@ typedef struct jostle_world_options
     double margin;
     jostle_accept_object_pair_function accept; ///< may be NULL
     void* context;
+    int32_t pair_slots;       ///< 1: each pair that touches has a number of its own
+    int32_t ignore_odd_boxes; ///< 1: objects with NaN or inverted boxes touch nothing and are counted
+    double slack;             ///< how far boxes may go before their neighbours are searched for anew
 } jostle_world_options;
 
 /// What new objects are like: jostle::ObjectOptions.
@@ -605,7 +723,8 @@ typedef struct jostle_object_options
     uint64_t struct_size;
     const jostle_object_filter* filter; ///< NULL: pairs with all
     double margin;
-    int32_t disabled; ///< 1: keeps its id and box, touches nothing
+    int32_t disabled;   ///< 1: keeps its id and box, touches nothing
+    uint64_t user_data; ///< the caller's own: see jostle_world_set_user_data
 } jostle_object_options;
 
 typedef struct jostle_id_pair
@@ -629,6 +748,7 @@ typedef struct jostle_world_stats
         persisted, ended;
     uint64_t bytes_reserved;
     double us_total, us_apply, us_active, us_resting, us_events, us_index;
+    uint64_t padded, odd;
 } jostle_world_stats;
 
 /// A part of the picture: a box, 2 dim numbers, or a line from centre to centre, 2 dim numbers.
@@ -682,11 +802,23 @@ JOSTLE_C_API jostle_status jostle_world_set_enabled(jostle_world* world, const j
                                                     const uint8_t* enabled, uint32_t sequence,
                                                     jostle_error* error);
 
+/// The caller's own 64 bits for each object. At once; any number of threads may set and read, at any time.
+JOSTLE_C_API jostle_status jostle_world_set_user_data(jostle_world* world, const jostle_id* ids,
+                                                      uint64_t count, const uint64_t* data,
+                                                      jostle_error* error);
+/// Also of objects that the last update has removed.
+JOSTLE_C_API jostle_status jostle_world_user_data(const jostle_world* world, const jostle_id* ids,
+                                                  uint64_t count, uint64_t* data, jostle_error* error);
+
 /// Applies what was queued before and finds out what that did to the pairs.
 JOSTLE_C_API jostle_status jostle_world_update(jostle_world* world, jostle_error* error);
 /// Moves these objects and updates; the boxes are read in place. As many ids as boxes.
 JOSTLE_C_API jostle_status jostle_world_update_moves(jostle_world* world, const jostle_id* ids,
                                                      const jostle_boxes* boxes, jostle_error* error);
+/// Shows what was queued before, ahead of the next update: to questions, jostle_world_touching, _pairs and
+/// all that can be asked about objects. The lists of the last update, and what the next one gives, stay the
+/// same.
+JOSTLE_C_API jostle_status jostle_world_apply(jostle_world* world, jostle_error* error);
 
 // The pairs, as of the last update and valid until the next.
 
@@ -702,6 +834,27 @@ JOSTLE_C_API jostle_status jostle_world_persisted(const jostle_world* world, jos
 /// Began and persisted as one list, by index: what jostle_contact_finder_find wants.
 JOSTLE_C_API jostle_status jostle_world_changed_pairs(const jostle_world* world, jostle_blocks* pairs,
                                                       jostle_error* error);
+
+// With pair_slots, a pair has a small number, its slot, from the update in which it begins to the one in
+// which it ends: for arrays of what belongs to pairs. Without, the lists are empty. Valid until the next
+// update.
+
+/// One for each pair of jostle_world_began.
+JOSTLE_C_API jostle_status jostle_world_began_slots(const jostle_world* world, const uint32_t** slots,
+                                                    uint64_t* count, jostle_error* error);
+/// One that each pair of jostle_world_ended had.
+JOSTLE_C_API jostle_status jostle_world_ended_slots(const jostle_world* world, const uint32_t** slots,
+                                                    uint64_t* count, jostle_error* error);
+/// One for each pair of jostle_world_changed_pairs.
+JOSTLE_C_API jostle_status jostle_world_changed_slots(const jostle_world* world, const uint32_t** slots,
+                                                      uint64_t* count, jostle_error* error);
+/// Those of pairs of indices; UINT32_MAX for one that doesn't touch.
+JOSTLE_C_API jostle_status jostle_world_pair_slots(const jostle_world* world, const jostle_pair* pairs,
+                                                   uint64_t count, uint32_t* slots, jostle_error* error);
+/// Every slot is less than this.
+JOSTLE_C_API jostle_status jostle_world_pair_slots_end(const jostle_world* world, uint32_t* end,
+                                                       jostle_error* error);
+
 /// All pairs that touch, by index, owned by the caller. Costs as much as finding them anew.
 JOSTLE_C_API jostle_status jostle_world_pairs(const jostle_world* world, jostle_results* results,
                                               jostle_error* error);
@@ -728,6 +881,10 @@ JOSTLE_C_API jostle_status jostle_world_all(const jostle_world* world, jostle_qu
                                             const void* questions, uint64_t count,
                                             const jostle_query_filter* filter, uint64_t max_results,
                                             jostle_results* results, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_visit(const jostle_world* world, jostle_question kind,
+                                              const void* question, const jostle_query_filter* filter,
+                                              jostle_visit_answer_function visit, void* context,
+                                              int32_t* finished, jostle_error* error);
 JOSTLE_C_API jostle_status jostle_world_any(const jostle_world* world, jostle_question kind,
                                             const void* questions, uint64_t count,
                                             const jostle_query_filter* filter, uint8_t* any,
@@ -736,6 +893,12 @@ JOSTLE_C_API jostle_status jostle_world_count(const jostle_world* world, jostle_
                                               const void* questions, uint64_t count,
                                               const jostle_query_filter* filter, uint64_t* counts,
                                               jostle_error* error);
+/// As jostle_index_closest_pairs: of objects of this world whose filters let them pair, or of one of this and
+/// one of another world.
+JOSTLE_C_API jostle_status jostle_world_closest_pairs(const jostle_world* world, const jostle_world* other,
+                                                      double max_distance,
+                                                      jostle_visit_close_pair_function visit, void* context,
+                                                      int32_t* finished, jostle_error* error);
 /// All pairs of one of `boxes` and an object that it touches, ascending by (a, b): a is the position in
 /// `boxes`, b the object's index. One call at a time.
 JOSTLE_C_API jostle_status jostle_world_join(jostle_world* world, const jostle_boxes* boxes,
@@ -822,6 +985,21 @@ JOSTLE_C_API jostle_status jostle_shape_capsule(int32_t dim, double half_length,
 /// Half the edges: dim numbers.
 JOSTLE_C_API jostle_status jostle_shape_box(int32_t dim, const double* half, jostle_shape** out,
                                             jostle_error* error);
+/// All points within `radius` of that box.
+JOSTLE_C_API jostle_status jostle_shape_rounded_box(int32_t dim, const double* half, double radius,
+                                                    jostle_shape** out, jostle_error* error);
+/// All points within `radius` of the convex hull of points, which are as jostle_shape_hull's.
+JOSTLE_C_API jostle_status jostle_shape_rounded_hull(jostle_space space, const void* points, uint64_t count,
+                                                     double radius, jostle_shape** out, jostle_error* error);
+/// All points within `radius` of the y axis from -half_length to +half_length, in 3D.
+JOSTLE_C_API jostle_status jostle_shape_cylinder(double half_length, double radius, jostle_shape** out,
+                                                 jostle_error* error);
+/// From a disc of `radius` at y = -half_length to its tip at y = +half_length, in 3D.
+JOSTLE_C_API jostle_status jostle_shape_cone(double half_length, double radius, jostle_shape** out,
+                                             jostle_error* error);
+/// Half as wide along each axis as `half` says: dim numbers.
+JOSTLE_C_API jostle_status jostle_shape_ellipsoid(int32_t dim, const double* half, jostle_shape** out,
+                                                  jostle_error* error);
 /// Everything below a plane. The normal has dim numbers.
 JOSTLE_C_API jostle_status jostle_shape_half_space(int32_t dim, const double* normal, double offset,
                                                    jostle_shape** out, jostle_error* error);
@@ -896,7 +1074,7 @@ JOSTLE_C_API jostle_status jostle_bounds(jostle_space space, const jostle_object
                                          jostle_executor* executor, void* boxes, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
-// Contacts, distances, impacts: contact.hpp
+// Contacts, distances, impacts, casts: contact.hpp, cast.hpp
 // ---------------------------------------------------------------------------------------------------------
 
 /// Where two objects touch: jostle::Contact.
@@ -987,6 +1165,43 @@ JOSTLE_C_API jostle_status jostle_contact_finder_find(jostle_contact_finder* fin
                                                       const jostle_objects* b, const jostle_blocks* pairs,
                                                       double margin, jostle_blocks* contacts,
                                                       jostle_error* error);
+/// The deepest point of a contact: jostle::PointContact.
+typedef struct jostle_point_contact_2f
+{
+    jostle_pair pair;
+    uint32_t part_a, part_b;
+    float normal[2], from_a[2], from_b[2], depth;
+    uint32_t feature;
+} jostle_point_contact_2f;
+typedef struct jostle_point_contact_3f
+{
+    jostle_pair pair;
+    uint32_t part_a, part_b;
+    float normal[3], from_a[3], from_b[3], depth;
+    uint32_t feature;
+} jostle_point_contact_3f;
+typedef struct jostle_point_contact_2d
+{
+    jostle_pair pair;
+    uint32_t part_a, part_b;
+    double normal[2], from_a[2], from_b[2], depth;
+    uint32_t feature;
+} jostle_point_contact_2d;
+typedef struct jostle_point_contact_3d
+{
+    jostle_pair pair;
+    uint32_t part_a, part_b;
+    double normal[3], from_a[3], from_b[3], depth;
+    uint32_t feature;
+} jostle_point_contact_3d;
+/// The same contacts, of each the deepest point alone: jostle_point_contact_... of the space.
+JOSTLE_C_API jostle_status jostle_contact_finder_find_points(jostle_contact_finder* finder,
+                                                             const jostle_objects* a, const jostle_objects* b,
+                                                             const jostle_blocks* pairs, double margin,
+                                                             jostle_blocks* contacts, jostle_error* error);
+/// Moves the contacts of the last find_points into `results`.
+JOSTLE_C_API jostle_status jostle_contact_finder_take_points(jostle_contact_finder* finder,
+                                                             jostle_results* results, jostle_error* error);
 /// Moves the contacts of the last find into `results`.
 JOSTLE_C_API jostle_status jostle_contact_finder_take(jostle_contact_finder* finder, jostle_results* results,
                                                       jostle_error* error);
@@ -1008,6 +1223,41 @@ JOSTLE_C_API jostle_status jostle_contact_finder_impacts(jostle_contact_finder* 
                                                          const jostle_blocks* pairs, double tolerance,
                                                          void* impacts, jostle_error* error);
 
+/// Where a ray, or a shape on its way, first meets another: jostle::CastHit. The fraction is infinite where
+/// it doesn't.
+typedef struct jostle_cast_hit_2f
+{
+    float fraction, normal[2], point[2];
+    uint32_t part, moving_part;
+} jostle_cast_hit_2f;
+typedef struct jostle_cast_hit_3f
+{
+    float fraction, normal[3], point[3];
+    uint32_t part, moving_part;
+} jostle_cast_hit_3f;
+typedef struct jostle_cast_hit_2d
+{
+    double fraction, normal[2], point[2];
+    uint32_t part, moving_part;
+} jostle_cast_hit_2d;
+typedef struct jostle_cast_hit_3d
+{
+    double fraction, normal[3], point[3];
+    uint32_t part, moving_part;
+} jostle_cast_hit_3d;
+
+/// Where ray pair.a first meets object pair.b, one jostle_cast_hit_... of the space for each pair. A ray is
+/// origin, direction and greatest fraction: 2 dim + 1 numbers.
+JOSTLE_C_API jostle_status jostle_contact_finder_ray_casts(jostle_contact_finder* finder,
+                                                           const jostle_values* rays,
+                                                           const jostle_objects* objects,
+                                                           const jostle_blocks* pairs, void* hits,
+                                                           jostle_error* error);
+/// Where object pair.a of `moving`, moved by its displacement (dim numbers), first touches object pair.b.
+JOSTLE_C_API jostle_status jostle_contact_finder_shape_casts(
+    jostle_contact_finder* finder, const jostle_objects* moving, const jostle_values* displacements,
+    const jostle_objects* objects, const jostle_blocks* pairs, void* hits, jostle_error* error);
+
 // One pair at a time, with the same bits. Poses and motions are numbers of the space.
 
 JOSTLE_C_API jostle_status jostle_touching(jostle_space space, const jostle_shape* a, const void* pose_a,
@@ -1025,6 +1275,92 @@ JOSTLE_C_API jostle_status jostle_time_of_impact(jostle_space space, const jostl
                                                  const void* motion_a, const jostle_shape* b,
                                                  const void* motion_b, double tolerance, void* impact,
                                                  jostle_error* error);
+/// As one element of jostle_contact_finder_ray_casts.
+JOSTLE_C_API jostle_status jostle_cast_ray(jostle_space space, const jostle_shape* shape, const void* pose,
+                                           const void* ray, void* hit, jostle_error* error);
+/// As one element of jostle_contact_finder_shape_casts.
+JOSTLE_C_API jostle_status jostle_cast_shape(jostle_space space, const jostle_shape* moving, const void* pose,
+                                             const void* displacement, const jostle_shape* shape,
+                                             const void* shape_pose, void* hit, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Rays, moving shapes and distances against all shapes of an index or a world: shape_query.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+// `objects` have a shape and a pose for every id of the index, or every index of an id of the world.
+// `filters` are `filter_count` structs, one behind the other, each as big as the first one's struct_size
+// says: none, one for all questions, or one for each. Questions are answered on the executor that the index
+// or world was made with.
+
+/// Rays, or shapes that move without turning: one or the other.
+typedef struct jostle_casts
+{
+    jostle_values rays;           ///< origin, direction, greatest fraction: 2 dim + 1 numbers each
+    const jostle_objects* moving; ///< NULL: rays
+    jostle_values displacements;  ///< dim numbers for each shape that moves
+} jostle_casts;
+
+/// What each of the casts meets first: ids[i], as in jostle_hit, and hits[i], a jostle_cast_hit_... of the
+/// space, whose fraction is infinite where it meets nothing.
+JOSTLE_C_API jostle_status jostle_index_first_hits(const jostle_index* index, const jostle_objects* objects,
+                                                   const jostle_casts* casts,
+                                                   const jostle_query_filter* filters, uint64_t filter_count,
+                                                   uint64_t* ids, void* hits, jostle_error* error);
+/// All that each of them meets, ascending by (fraction, id), no more than max_results each: UINT64_MAX for
+/// all. The results have lists, in which `at` is the fraction, and the hits of all lists as blocks.
+JOSTLE_C_API jostle_status jostle_index_all_hits(const jostle_index* index, const jostle_objects* objects,
+                                                 const jostle_casts* casts,
+                                                 const jostle_query_filter* filters, uint64_t filter_count,
+                                                 uint64_t max_results, jostle_results* results,
+                                                 jostle_error* error);
+/// The object whose shape is nearest to each of the objects `near`: ids[i], and its distance as one element
+/// of jostle_contact_finder_distances, `near` being a; infinite where it is more than max_distances[i], a
+/// double. Without max_distances however far it is.
+JOSTLE_C_API jostle_status jostle_index_nearest_shapes(
+    const jostle_index* index, const jostle_objects* objects, const jostle_objects* near,
+    const jostle_values* max_distances, const jostle_query_filter* filters, uint64_t filter_count,
+    uint64_t* ids, void* distances, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_first_hits(const jostle_world* world, const jostle_objects* objects,
+                                                   const jostle_casts* casts,
+                                                   const jostle_query_filter* filters, uint64_t filter_count,
+                                                   jostle_id* ids, void* hits, jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_all_hits(const jostle_world* world, const jostle_objects* objects,
+                                                 const jostle_casts* casts,
+                                                 const jostle_query_filter* filters, uint64_t filter_count,
+                                                 uint64_t max_results, jostle_results* results,
+                                                 jostle_error* error);
+JOSTLE_C_API jostle_status jostle_world_nearest_shapes(
+    const jostle_world* world, const jostle_objects* objects, const jostle_objects* near,
+    const jostle_values* max_distances, const jostle_query_filter* filters, uint64_t filter_count,
+    jostle_id* ids, void* distances, jostle_error* error);
+
+// ---------------------------------------------------------------------------------------------------------
+// Inside and outside of closed meshes, in 3D: closed_mesh.hpp
+// ---------------------------------------------------------------------------------------------------------
+
+/// `mesh` is a mesh in 3D without holes.
+/// Errors    JOSTLE_INVALID_ARGUMENT that names the first side of a triangle without another one.
+JOSTLE_C_API jostle_status jostle_closed_mesh_new(const jostle_shape* mesh, jostle_closed_mesh** out,
+                                                  jostle_error* error);
+JOSTLE_C_API jostle_status jostle_closed_mesh_free(jostle_closed_mesh* mesh, jostle_error* error);
+/// How often the surface winds around points in the mesh's own axes, 3 doubles each: numbers[i].
+JOSTLE_C_API jostle_status jostle_closed_mesh_winding_numbers(const jostle_closed_mesh* mesh,
+                                                              const double* points, uint64_t count,
+                                                              int32_t* numbers, jostle_error* error);
+// Below, `space` is JOSTLE_3F or JOSTLE_3D; `pose` is one, 7 numbers, and NULL where the mesh's own axes are
+// the world's; points are 3 numbers each. `executor` may be NULL: the calling thread.
+
+/// Whether each point lies inside, 1 or 0: inside[i].
+JOSTLE_C_API jostle_status jostle_closed_mesh_contains(const jostle_closed_mesh* mesh, jostle_space space,
+                                                       const void* pose, const jostle_values* points,
+                                                       const jostle_executor* executor, uint8_t* inside,
+                                                       jostle_error* error);
+/// Signed distance, normal, nearest point from the position of the pose: 7 numbers of the space each.
+JOSTLE_C_API jostle_status jostle_closed_mesh_signed_distances(const jostle_closed_mesh* mesh,
+                                                               jostle_space space, const void* pose,
+                                                               const jostle_values* points,
+                                                               const jostle_executor* executor,
+                                                               void* distances, jostle_error* error);
 
 // ---------------------------------------------------------------------------------------------------------
 // Work on pairs: process.hpp, responses.hpp

@@ -6,11 +6,15 @@
 /// | header                | what it is for                                                      | settled |
 /// |-----------------------|---------------------------------------------------------------------|---------|
 /// | find_pairs.hpp        | all pairs of touching boxes, of one set or of two                   | yes     |
+/// | periodic.hpp          | images, for pairs across the borders of periodic space              | mostly  |
 /// | world.hpp             | objects that come, move, rest and go; begin and end events          | yes     |
 /// | query.hpp             | rays, sweeps, overlaps, nearest, views: what can be asked           | yes     |
 /// | box_index.hpp         | those questions about boxes that seldom change                      | yes     |
 /// | shapes.hpp            | spheres, capsules, boxes, hulls, meshes, height fields, your own    | mostly  |
+/// | cast.hpp              | rays, and shapes that move, against shapes                          | mostly  |
+/// | closed_mesh.hpp       | which points are inside of a mesh, and how far from its surface      | mostly  |
 /// | contact.hpp           | contacts, distances and times of impact of shapes                   | mostly  |
+/// | shape_query.hpp, shape_hits.hpp | rays, moving shapes, distances: against all shapes | mostly |
 /// | process.hpp           | work on pairs, balanced over the cores                              | yes     |
 /// | responses.hpp         | results per object, added up by all cores without locks             | yes     |
 /// | box.hpp, vec.hpp      | boxes, views of boxes in your own memory, vectors                   | yes     |
@@ -27,17 +31,22 @@
 /// with every minor version.
 #include "jostle/box.hpp"
 #include "jostle/box_index.hpp"
+#include "jostle/cast.hpp"
 #include "jostle/chapter.hpp"
+#include "jostle/closed_mesh.hpp"
 #include "jostle/contact.hpp"
 #include "jostle/error.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/function_ref.hpp"
 #include "jostle/pair_buffer.hpp"
+#include "jostle/periodic.hpp"
 #include "jostle/process.hpp"
 #include "jostle/query.hpp"
 #include "jostle/recorder.hpp"
 #include "jostle/responses.hpp"
+#include "jostle/shape_hits.hpp"
+#include "jostle/shape_query.hpp"
 #include "jostle/shapes.hpp"
 #include "jostle/stats.hpp"
 #include "jostle/vec.hpp"

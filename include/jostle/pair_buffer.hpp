@@ -2,8 +2,11 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
+#include <memory_resource>
 #include <span>
+#include <vector>
 
 #include "jostle/block_buffer.hpp"
 #include "jostle/version.hpp"
@@ -43,6 +46,39 @@ class PairView
     std::span<const Pair> array_;
     std::span<const std::span<const Pair>> blocks_;
     std::uint64_t size_;
+};
+
+/// The pairs of many scenes, each scene's in one array: what PairFinder::find_scenes returns.
+///
+///     const jostle::ScenePairs& found = finder.find_scenes(boxes, offsets);
+///     for (std::size_t scene = 0; scene < found.scenes(); ++scene)
+///         for (jostle::Pair pair : found[scene]) ... // numbers of boxes within the scene
+///
+/// Lifetime  the arrays stay valid until the object is filled again, moved or destroyed.
+/// Threads   const members from any number of threads.
+class ScenePairs
+{
+  public:
+    explicit ScenePairs(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
+        : small_(memory), large_(memory), scenes_(memory)
+    {
+    }
+
+    [[nodiscard]] std::size_t scenes() const noexcept { return scenes_.size(); }
+    /// Of one scene. No check of the number.
+    [[nodiscard]] std::span<const Pair> operator[](std::size_t scene) const noexcept
+    {
+        return scenes_[scene];
+    }
+    /// How many there are in all scenes.
+    [[nodiscard]] std::uint64_t size() const noexcept { return size_; }
+
+  private:
+    friend class SceneFinder; // the library fills it: src/pairs/scene_finder.hpp
+
+    PairBuffer small_, large_; // memory alone: shared by scenes, and of single scenes
+    std::vector<std::span<const Pair>, detail::MovingAllocator<std::span<const Pair>>> scenes_;
+    std::uint64_t size_ = 0;
 };
 
 /// An order-independent fingerprint of a set of pairs: the sum modulo 2^64 over its pairs of the splitmix64

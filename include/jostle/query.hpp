@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -92,6 +93,18 @@ struct Nearest
     T max_distance = std::numeric_limits<T>::infinity();
 };
 
+/// Asks for the `count` boxes that are nearest to a box, and no further away than `max_distance`. A box that
+/// touches it is at distance 0.
+///
+/// Valid     the box is valid and finite, max_distance is as the radius of a sphere.
+template <int Dim, Coordinate T>
+struct NearestToBox
+{
+    Aabb<Dim, T> box;
+    std::uint32_t count = 1;
+    T max_distance = std::numeric_limits<T>::infinity();
+};
+
 using Ray2f = Ray<2, float>;
 using Ray3f = Ray<3, float>;
 using Ray2d = Ray<2, double>;
@@ -116,6 +129,10 @@ using Nearest2f = Nearest<2, float>;
 using Nearest3f = Nearest<3, float>;
 using Nearest2d = Nearest<2, double>;
 using Nearest3d = Nearest<3, double>;
+using NearestToBox2f = NearestToBox<2, float>;
+using NearestToBox3f = NearestToBox<3, float>;
+using NearestToBox2d = NearestToBox<2, double>;
+using NearestToBox3d = NearestToBox<3, double>;
 
 /// An object found along a ray or sweep or near a point.
 template <Coordinate T>
@@ -139,6 +156,41 @@ struct Hit
 
 using Hitf = Hit<float>;
 using Hitd = Hit<double>;
+
+/// Two objects and the squared distance between their boxes: squared_distance(box of a, box of b).
+template <Coordinate T>
+struct PairHit
+{
+    std::uint32_t a = Hit<T>::none, b = Hit<T>::none;
+    T at = 0;
+
+    friend constexpr bool operator==(const PairHit&, const PairHit&) = default;
+    /// By `at`, then a, then b.
+    friend constexpr bool operator<(const PairHit& x, const PairHit& y) noexcept
+    {
+        if (x.at != y.at) return x.at < y.at;
+        return x.a != y.a ? x.a < y.a : x.b < y.b;
+    }
+};
+
+using PairHitf = PairHit<float>;
+using PairHitd = PairHit<double>;
+
+// --- Visitors: who is handed each object that a question finds ---
+// A visitor returns whether to go on. It may ask the same index or world again, even the same question, but
+// it may change nothing in it.
+
+/// For questions without an order.
+using IdVisitor = FunctionRef<bool(std::uint32_t id)>;
+/// For rays, sweeps and the nearest. Nothing further than `bound`, in the units of `hit.at`, is handed over
+/// from then on: a visitor that needs no more than that lowers it. It begins with the greatest fraction or
+/// the square of the greatest distance. To raise it has no effect; NaN is an `Error`.
+template <Coordinate T>
+using HitVisitor = FunctionRef<bool(const Hit<T>& hit, T& bound)>;
+/// For pairs without an order, and for the closest.
+using PairVisitor = FunctionRef<bool(std::uint32_t a, std::uint32_t b)>;
+template <Coordinate T>
+using PairHitVisitor = FunctionRef<bool(const PairHit<T>& hit, T& bound)>;
 
 /// Says which objects a question is about. An object counts if every part that is given agrees. A part that
 /// is left empty filters nothing.
@@ -246,6 +298,19 @@ template <int Dim, Coordinate T>
     T sum = 0;
     for (int d = 0; d < Dim; ++d) {
         const T below = box.lo[d] - point[d], above = point[d] - box.hi[d];
+        const T gap = below > 0 ? below : (above > 0 ? above : T(0));
+        sum += gap * gap;
+    }
+    return sum;
+}
+
+/// The squared distance between two boxes: the same sum over the gaps between them.
+template <int Dim, Coordinate T, std::same_as<Aabb<Dim, T>> From>
+[[nodiscard]] constexpr T squared_distance(const From& from, const Aabb<Dim, T>& box) noexcept
+{
+    T sum = 0;
+    for (int d = 0; d < Dim; ++d) {
+        const T below = box.lo[d] - from.hi[d], above = from.lo[d] - box.hi[d];
         const T gap = below > 0 ? below : (above > 0 ? above : T(0));
         sum += gap * gap;
     }

@@ -112,7 +112,7 @@ class Recorder
             else
                 fail();
         }
-        // What is buffered is written by now or never.
+        // Some file systems find out only now that the disk is full.
         if (std::fclose(std::exchange(file_, nullptr)) != 0 && problem_.empty()) fail();
         return problem_.empty();
     }
@@ -169,7 +169,9 @@ class Recorder
     }
     bool write()
     {
-        if (std::fwrite(bytes_.data(), 1, bytes_.size(), file_) == bytes_.size()) return true;
+        // Handed to the system at once: what a buffer holds is lost where the program is killed.
+        if (std::fwrite(bytes_.data(), 1, bytes_.size(), file_) == bytes_.size() && std::fflush(file_) == 0)
+            return true;
         fail();
         return false;
     }

@@ -200,6 +200,12 @@ struct ShapeTypes
     static constexpr ShapeType mesh = 5;
     static constexpr ShapeType height_field = 6;
     static constexpr ShapeType compound = 7;
+    static constexpr ShapeType rounded_box = 8;
+    static constexpr ShapeType rounded_hull = 9; ///< or polygon
+    static constexpr ShapeType cylinder = 10;
+    static constexpr ShapeType cone = 11;
+    static constexpr ShapeType ellipsoid = 12; ///< in 2D an ellipse
+    static constexpr ShapeType end = 13;       ///< the library's own are below
     static constexpr ShapeType first_custom = 16;
 };
 
@@ -241,6 +247,19 @@ class JOSTLE_API Shape
     [[nodiscard]] static Shape capsule(double half_length, double radius);
     /// |x| <= half[0] and so on.
     [[nodiscard]] static Shape box(const Vec<Dim, double>& half);
+    /// All points within `radius` of that box.
+    [[nodiscard]] static Shape rounded_box(const Vec<Dim, double>& half, double radius);
+    /// All points within `radius` of a hull.
+    [[nodiscard]] static Shape rounded_hull(const ConvexHull<Dim>& hull, double radius);
+    [[nodiscard]] static Shape rounded_hull(const ConvexHull<Dim>&& hull, double radius) = delete;
+    /// All points within `radius` of the local y axis, from y = -half_length to +half_length.
+    [[nodiscard]] static Shape cylinder(double half_length, double radius)
+        requires(Dim == 3);
+    /// From a disc of `radius` at y = -half_length to its tip at y = +half_length.
+    [[nodiscard]] static Shape cone(double half_length, double radius)
+        requires(Dim == 3);
+    /// Half as wide along each axis as `half` says, a ball where all are alike. In 2D an ellipse.
+    [[nodiscard]] static Shape ellipsoid(const Vec<Dim, double>& half);
     /// The points p with normal . p <= offset * |normal|: everything below a plane. It has no end.
     [[nodiscard]] static Shape half_space(const Vec<Dim, double>& normal, double offset);
 
@@ -259,9 +278,10 @@ class JOSTLE_API Shape
     Shape(const CustomShape<Dim>&& custom, ShapeType type) = delete;
 
     [[nodiscard]] ShapeType type() const noexcept { return type_; }
-    /// Of sphere and capsule; else 0.
+    /// Of sphere and capsule, and that by which a box or hull is rounded; else 0.
     [[nodiscard]] double radius() const noexcept { return radius_; }
-    /// box: half edges; capsule: {0, half length, 0}; half-space: unit normal; else zeros.
+    /// box: half edges; capsule: {0, half length, 0}; cylinder and cone: {radius, half length, radius};
+    /// ellipsoid: half its widths; half-space: unit normal; else zeros.
     [[nodiscard]] const Vec<Dim, double>& size() const noexcept { return size_; }
     /// Of a half-space; else 0.
     [[nodiscard]] double offset() const noexcept { return type_ == ShapeTypes::half_space ? reach_ : 0; }
@@ -281,6 +301,16 @@ class JOSTLE_API Shape
 
 using Shape2 = Shape<2>;
 using Shape3 = Shape<3>;
+using ConvexHull2 = ConvexHull<2>;
+using ConvexHull3 = ConvexHull<3>;
+using Mesh2 = Mesh<2>;
+using Mesh3 = Mesh<3>;
+using HeightGridf = HeightGrid<float>;
+using HeightGridd = HeightGrid<double>;
+using Compound2 = Compound<2>;
+using Compound3 = Compound<3>;
+using CustomShape2 = CustomShape<2>;
+using CustomShape3 = CustomShape<3>;
 
 /// The tightest box around a posed shape, rounded outwards, with `margin` (>= 0) added on every side: what
 /// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's is

@@ -18,7 +18,7 @@ struct Stats
 {
     std::uint64_t objects = 0;    ///< boxes read
     std::uint64_t pairs = 0;      ///< pairs reported
-    std::uint64_t records = 0;    ///< box copies stored in bricks, nested grids included
+    std::uint64_t records = 0;    ///< box copies stored in bricks; few boxes need none
     std::uint64_t candidates = 0; ///< pairs of records whose bounds were compared
     std::uint64_t ties = 0;       ///< candidates that quantised bounds couldn't decide
     std::uint64_t bricks = 0;     ///< bricks with records

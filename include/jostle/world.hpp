@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <iosfwd>
+#include <limits>
 #include <memory>
 #include <memory_resource>
 #include <optional>
@@ -34,7 +35,7 @@ struct ObjectId
     friend constexpr auto operator<=>(const ObjectId&, const ObjectId&) = default;
 };
 
-/// Whom an object pairs with; as in `Filter`.
+/// Says whom an object pairs with, as `Filter` does.
 struct ObjectFilter
 {
     std::uint32_t category = 1;
@@ -48,8 +49,9 @@ template <class T>
 struct ObjectOptions
 {
     ObjectFilter filter = {};
-    bool enabled = true; ///< disabled objects keep their id and their box, and touch nothing
-    T margin = 0;        ///< added to `WorldOptions::margin`
+    bool enabled = true;         ///< disabled objects keep their id and their box, and touch nothing
+    T margin = 0;                ///< added to `WorldOptions::margin`
+    std::uint64_t user_data = 0; ///< the user's own: see World::set_user_data
 };
 
 struct ObjectPair
@@ -60,7 +62,7 @@ struct ObjectPair
 
 enum class EndReason : std::uint8_t
 {
-    moved_apart, ///< the boxes touch no more
+    moved_apart, ///< the boxes touch no more, or one of them is odd
     removed,     ///< one of the objects is gone
     disabled,    ///< one of the objects was disabled
     filtered,    ///< the boxes touch, but a filter or `accept` is against it now
@@ -82,7 +84,23 @@ struct ObjectHit
     friend constexpr bool operator==(const ObjectHit&, const ObjectHit&) = default;
 };
 
-/// Which objects a question is about. What is left as it is doesn't filter.
+/// As PairHit, of a world.
+template <Coordinate T>
+struct ObjectPairHit
+{
+    ObjectId a, b;
+    T at = 0;
+    friend constexpr bool operator==(const ObjectPairHit&, const ObjectPairHit&) = default;
+};
+
+/// As IdVisitor, HitVisitor and PairHitVisitor, of a world.
+using ObjectVisitor = FunctionRef<bool(ObjectId id)>;
+template <Coordinate T>
+using ObjectHitVisitor = FunctionRef<bool(const ObjectHit<T>& hit, T& bound)>;
+template <Coordinate T>
+using ObjectPairHitVisitor = FunctionRef<bool(const ObjectPairHit<T>& hit, T& bound)>;
+
+/// Says which objects a question is about. A part that is left as it is filters nothing.
 struct ObjectQueryFilter
 {
     /// The asker's own, if given: as between two objects, both masks must meet the other's category.
@@ -90,7 +108,7 @@ struct ObjectQueryFilter
     std::uint32_t mask = ~std::uint32_t{0};
     std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count
     ObjectId exclude = {};                  ///< nor does this one
-    /// Asked last, with the number of the question (0 for a single one); see QueryFilter::accept.
+    /// It is called last, with the number of the question (0 for a single one); see QueryFilter::accept.
     StoredFunctionRef<bool(std::uint32_t question, ObjectId id)> accept = {};
 };
 
@@ -102,8 +120,24 @@ struct WorldOptions
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
     /// One of supported_instruction_sets(), or the constructor refuses it; for tests and measurements.
     InstructionSet instruction_set = supported_instruction_sets().front();
-    /// Every box is this much bigger on every side: pairs begin before their boxes touch. Units of the boxes.
+    /// By how much every box counts as bigger on each side, in its own units: pairs begin before boxes touch.
     double margin = 0;
+    /// How far the sides of a box may go, in small motions to and fro, before its neighbours among the active
+    /// objects are searched for anew; units of the boxes. No answer depends on it: pairs, events, questions
+    /// are of the boxes as they were given. A few times what objects move in an update is good where that is
+    /// much less than their size, such as in a pile that settles; updates of one in which nobody goes farther
+    /// take 0.6 of the time. Much more costs time and memory, some 70 bytes for each pair of boxes so near to
+    /// each other. Where objects keep going farther, it neither helps nor costs much.
+    double slack = 0;
+    /// Takes boxes that are none, NaN or inverted, and displacements that lead to no number, instead of
+    /// throwing an `Error`: for hosts that hand such boxes over now and then. An object with one stays known
+    /// under its id, touches nothing, is found by no question; pairs that it had end, as `moved_apart`. With
+    /// the next good box it is whole again. WorldStats::odd counts them. resize() leaves an odd box as it is.
+    /// Sweeps that don't move are taken as well: they hit, at 0, what their box touches.
+    bool ignore_odd_boxes = false;
+    /// Each pair that touches has a number of its own: see World::began_slots. Costs up to 45 bytes a pair,
+    /// and some 80 ns for one that begins or ends, one thread doing it.
+    bool pair_slots = false;
     /// Asked once about each pair that would begin, and again about the pairs of an object whose filter is
     /// set; its answer holds until the pair ends. It is called inside update(), on its thread, in ascending
     /// order of the pairs. It may queue commands and read the world, not update or restore it. What it throws
@@ -111,14 +145,15 @@ struct WorldOptions
     std::function<bool(ObjectId a, ObjectId b)> accept = {};
 };
 
-/// What the last update did, and what there is. Counts depend on neither threads nor instruction set; times
-/// do.
+/// Tells what the last update did, and what there is. Counts depend on neither threads nor instruction set;
+/// times do.
 struct WorldStats
 {
     std::uint64_t objects = 0;  ///< in the world
     std::uint64_t resting = 0;  ///< of these: kept in the index, cost nothing
     std::uint64_t active = 0;   ///< of these: moved in one of the last updates
     std::uint64_t disabled = 0; ///< of these
+    std::uint64_t odd = 0;      ///< of these: enabled, but their box is none; see ignore_odd_boxes
     std::uint64_t refused = 0;  ///< pairs that `accept` has refused and that still touch
 
     std::uint64_t commands = 0;        ///< applied by the last update
@@ -129,6 +164,7 @@ struct WorldStats
     std::uint64_t candidates = 0;      ///< pairs of touching boxes that were found, one of which changed
     std::uint64_t false_positives = 0; ///< of these: kept apart by filters
     std::uint64_t listed = 0;          ///< objects for which what rests along their way was listed anew
+    std::uint64_t padded = 0;          ///< objects that went farther than the slack, and were searched for
     std::uint64_t began = 0, persisted = 0, ended = 0;
 
     std::uint64_t bytes_reserved = 0; ///< all memory that the world holds
@@ -144,7 +180,7 @@ enum class DrawKind : std::uint8_t
 {
     active,
     resting,
-    disabled, ///< boxes
+    disabled, ///< boxes; odd ones aren't drawn
     began,
     persisted,
     ended, ///< lines from centre to centre
@@ -153,7 +189,7 @@ enum class DrawKind : std::uint8_t
 /// Objects that live, move and rest, and the pairs between them: which began, persist and ended.
 ///
 /// What callers do between updates is *queued* and takes effect, all at once, in the next update(). Between
-/// two updates everything that can be read stays as it is.
+/// two updates everything that can be read stays as it is, but where apply() shows what is queued.
 ///
 /// Cost      an update is proportional to the objects that changed and their pairs. Resting objects cost
 ///           nothing, however many. There is nothing to configure: no capacity, bounds, cell size or order of
@@ -161,9 +197,9 @@ enum class DrawKind : std::uint8_t
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
-///           update(), restore(), clear() and join(), one at a time, or an `Error`; not inside `accept`
-///           either. Nor update(), restore() and clear() inside the `accept` of a question or a function
-///           given to draw() or pairs().
+///           update(), apply(), restore(), clear() and join(), one at a time, or an `Error`; not inside
+///           `accept` either. Nor all of these but join() inside the `accept` of a question or a function
+///           given to draw(), pairs(), closest_pairs() or visit().
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -173,7 +209,7 @@ enum class DrawKind : std::uint8_t
 /// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes
 ///           denormal numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` that names the object and the value, from the call that was given it: stale ids, NaN
-///           or inverted boxes. `std::bad_alloc`. Either leaves the world as it was before the call.
+///           or inverted boxes (see ignore_odd_boxes). `std::bad_alloc`. Either leaves the world as it was.
 template <int Dim, Coordinate T>
 class JOSTLE_API World
 {
@@ -191,27 +227,27 @@ class JOSTLE_API World
 
     // --- Commands: queued, from any thread at any time ---
 
-    /// A new object. The id is good at once; the object is there from the next update on.
+    /// Adds an object. Its id is good at once; the object is there from the next update on.
     ObjectId add(const Box& box, const Options& options = {});
-    /// As many as there are boxes; ids[i] becomes that of boxes[i].
+    /// Adds an object for each box; ids[i] becomes the id of the one for boxes[i].
     void add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options = {});
     void remove(ObjectId id);
     void remove(std::span<const ObjectId> ids);
 
-    /// The object's box is now this one, of whatever size.
+    /// Gives the object this box, of whatever size.
     void move(ObjectId id, const Box& box, std::uint32_t sequence = 0);
     void move(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t sequence = 0);
-    /// The object's box is now this one, and during the coming step moves by `displacement`: it touches what
-    /// lies on its way, until it is moved again.
+    /// Gives the object this box, which moves by `displacement` during the coming step: until it is moved
+    /// again, the object touches what lies on its way.
     void move(ObjectId id, const Box& box, const Vector& displacement, std::uint32_t sequence = 0);
-    /// The same as move; says that the places needn't be near each other.
+    /// Does the same as move, and says that the two places needn't be near each other.
     void teleport(ObjectId id, const Box& box, std::uint32_t sequence = 0);
-    /// New edge lengths, the same centre: of the box as it is when the command takes effect. A side with an
-    /// infinite bound stays as it is. So does a displacement.
+    /// Gives the object's box, as it is when the command takes effect, new edge lengths about the same
+    /// centre. A side with an infinite bound stays as it is. So does a displacement.
     void resize(ObjectId id, const Vector& size, std::uint32_t sequence = 0);
     /// With `accept`, this has it asked again about the object's pairs, also where the filter is the same.
     void set_filter(ObjectId id, const ObjectFilter& filter, std::uint32_t sequence = 0);
-    /// The object's own, which comes on top of the world's.
+    /// Sets the object's own margin, which comes on top of the world's.
     void set_margin(ObjectId id, T margin, std::uint32_t sequence = 0);
     void set_enabled(ObjectId id, bool enabled, std::uint32_t sequence = 0);
     /// For hosts that have changed their mind about what a pair is to them: in the next update, the pairs of
@@ -220,12 +256,36 @@ class JOSTLE_API World
     void report_again(ObjectId id);
     void report_again(ObjectId a, ObjectId b);
 
+    // --- The user's own 64 bits for each object ---
+
+    /// Takes effect at once; any number of threads may set and read, at any time. The bits take
+    /// no room, in memory or snapshots, until some other than 0 are set.
+    void set_user_data(ObjectId id, std::uint64_t data);
+    /// Returns what was set, also for an object that the last update has removed, whose id is in ended().
+    /// Costs a lookup by index; for one that was removed, a search among those.
+    [[nodiscard]] std::uint64_t user_data(ObjectId id) const;
+    /// out[i] becomes what was set for ids[i]; both have the same length.
+    void user_data(std::span<const ObjectId> ids, std::span<std::uint64_t> out) const;
+
     // --- Update ---
 
     /// Applies what was queued before the call and finds out what that did to the pairs.
     void update();
-    /// move(ids, boxes) by this thread, with sequence 0, then update(); the boxes are read in place.
+    /// move(ids, boxes) by this thread, with sequence 0, then update(); the boxes are read in place. After
+    /// apply() the moves are queued, and stay so if this fails.
     void update(std::span<const ObjectId> ids, const Boxes& boxes);
+    /// Shows what was queued before the call, ahead of the next update: questions, touching(), pairs() and
+    /// all that can be asked about an object see it as it will be. The lists of the last update stay, and so
+    /// does what the next one will give, the same as without this call: a pair that begins and ends between
+    /// two updates is in no list of theirs. `accept` isn't asked: pairs that it is still to be asked about
+    /// count as touching. save() and fork() go by the last update.
+    /// Costs what the commands since the last call do, and the first question behind it about as much as
+    /// moving their objects in a BoxIndex; where several threads, or commands with a sequence, speak of one
+    /// object, as much as all commands since the update. Questions skip one by one what was at rest and has
+    /// moved; closest_pairs() makes an index without them, for each call.
+    /// Whatever fails, this or an update, takes back all that was shown: then the world is as the last update
+    /// left it, and everything is queued still.
+    void apply();
 
     // --- The pairs, as of the last update ---
 
@@ -241,6 +301,24 @@ class JOSTLE_API World
     /// one object changed. This is the list for `ContactFinder::find`. The first call after an update copies
     /// it together, unless no pair began. Valid until the next update.
     [[nodiscard]] const PairBuffer& changed_pairs() const;
+    // With `WorldOptions::pair_slots`, a pair has a small number, its slot, from the update in which it
+    // begins to the one in which it ends, also while it rests: for arrays of what belongs to pairs, such as
+    // impulses to start from. A pair that begins gets the least that none had before the update, in the order
+    // of began(); one that is reported again keeps its own. Slots depend on the pairs of all updates alone,
+    // and are kept by snapshots. Without the option the lists are empty.
+
+    static constexpr std::uint32_t no_slot = ~std::uint32_t{0};
+    /// began_slots()[k] is that of began()[k]; ended_slots()[k] the one that ended()[k] had. Valid until the
+    /// next update.
+    [[nodiscard]] std::span<const std::uint32_t> began_slots() const noexcept;
+    [[nodiscard]] std::span<const std::uint32_t> ended_slots() const noexcept;
+    /// Returns the slots of changed_pairs(). The first call after an update looks each of them up.
+    [[nodiscard]] std::span<const std::uint32_t> changed_slots() const;
+    /// Returns the slot of the pair with these indices; `no_slot` if the two don't touch.
+    [[nodiscard]] std::uint32_t pair_slot(std::uint32_t a, std::uint32_t b) const noexcept;
+    /// Returns a number that every slot is less than.
+    [[nodiscard]] std::uint32_t pair_slots_end() const noexcept;
+
     /// All pairs that touch, changed or not, given by index and ascending by (a, b). The call searches for
     /// them, which costs as much as a `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;
@@ -252,10 +330,23 @@ class JOSTLE_API World
     /// Costs a question about its bounds.
     void touching(ObjectId id, std::vector<ObjectId>& out) const;
 
+    /// As BoxIndex::closest_pairs and closest_pair, with the objects' bounds: of this world's objects that
+    /// aren't disabled and whose filters let them pair, a.index < b.index; or of one of this world's and one
+    /// of another world's, whatever their filters. The visitor may queue commands and read the worlds, not
+    /// update or restore them. The order of pairs at squared distance 0 may be another one after a restore().
+    bool closest_pairs(ObjectPairHitVisitor<T> visitor,
+                       T max_distance = std::numeric_limits<T>::infinity()) const;
+    bool closest_pairs(const World& other, ObjectPairHitVisitor<T> visitor,
+                       T max_distance = std::numeric_limits<T>::infinity()) const;
+    [[nodiscard]] std::optional<ObjectPairHit<T>>
+    closest_pair(T max_distance = std::numeric_limits<T>::infinity()) const;
+    [[nodiscard]] std::optional<ObjectPairHit<T>>
+    closest_pair(const World& other, T max_distance = std::numeric_limits<T>::infinity()) const;
+
     // --- Questions, about the bounds (margins and displacements included) of the objects as of the last
-    // update; disabled ones don't count ---
-    // As those of `BoxIndex`, with the same answers in the same order, an id's index standing for the id. The
-    // first question after an update that moved objects brings the index of active objects up to date.
+    // update or apply(); disabled ones don't count ---
+    // They are those of `BoxIndex`, with the same answers in the same order, where an id's index stands for
+    // the id. The first one after an update that moved objects brings the index of active objects up to date.
 
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 
@@ -275,13 +366,31 @@ class JOSTLE_API World
              std::uint64_t max_results = no_limit) const;
     void nearest(const Nearest<Dim, T>& question, std::vector<ObjectHit<T>>& out,
                  const ObjectQueryFilter& filter = {}) const;
+    void nearest(const NearestToBox<Dim, T>& question, std::vector<ObjectHit<T>>& out,
+                 const ObjectQueryFilter& filter = {}) const;
+    /// Hands each answer to `visitor` until it returns false; says whether it never did. As
+    /// BoxIndex::visit, which tells the order; that of a region may be another one after a restore(). The
+    /// visitor may queue commands and read the world, not update or restore it.
+    bool visit(const Ray<Dim, T>& ray, ObjectHitVisitor<T> visitor,
+               const ObjectQueryFilter& filter = {}) const;
+    bool visit(const Sweep<Dim, T>& sweep, ObjectHitVisitor<T> visitor,
+               const ObjectQueryFilter& filter = {}) const;
+    bool visit(const Nearest<Dim, T>& question, ObjectHitVisitor<T> visitor,
+               const ObjectQueryFilter& filter = {}) const;
+    bool visit(const NearestToBox<Dim, T>& question, ObjectHitVisitor<T> visitor,
+               const ObjectQueryFilter& filter = {}) const;
+    bool visit(const Box& region, ObjectVisitor visitor, const ObjectQueryFilter& filter = {}) const;
+    bool visit(const Sphere<Dim, T>& region, ObjectVisitor visitor,
+               const ObjectQueryFilter& filter = {}) const;
+    bool visit(const Frustum<Dim, T>& region, ObjectVisitor visitor,
+               const ObjectQueryFilter& filter = {}) const;
     /// `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
     template <class Question>
     [[nodiscard]] bool any(const Question& question, const ObjectQueryFilter& filter = {}) const;
     template <class Question>
     [[nodiscard]] std::uint64_t count(const Question& question, const ObjectQueryFilter& filter = {}) const;
 
-    /// Many at once, on the executor's threads.
+    /// Answers many questions at once, on the executor's threads.
     template <class Line>
     void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
                const ObjectQueryFilter& filter = {}) const;
@@ -292,6 +401,8 @@ class JOSTLE_API World
     void all(std::span<const Region> regions, ResultLists<ObjectId>& out,
              const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
     void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
+                 const ObjectQueryFilter& filter = {}) const;
+    void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                  const ObjectQueryFilter& filter = {}) const;
     template <class Question>
     void any(std::span<const Question> questions, std::span<bool> out,
@@ -304,39 +415,41 @@ class JOSTLE_API World
     /// update(), one call at a time, or an `Error`.
     void join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter = {});
 
-    // --- The objects, as of the last update ---
+    // --- The objects, as of the last update or apply() ---
 
     [[nodiscard]] std::size_t size() const noexcept;
-    /// Every index is less than this.
+    /// Returns a number that every index is less than.
     [[nodiscard]] std::uint32_t index_end() const noexcept;
     [[nodiscard]] bool contains(ObjectId id) const noexcept;
-    /// Of the object with this index; `ObjectId{}` if there is none.
+    /// Returns the id of the object with this index; `ObjectId{}` if there is none.
     [[nodiscard]] ObjectId id(std::uint32_t index) const noexcept;
     /// The least box around the bounds of all objects that aren't disabled; none if there is no such object.
     /// Costs as little as a question that finds nothing.
     [[nodiscard]] std::optional<Box> bounds() const;
-    /// As it was given, without margin and displacement.
+    /// Returns the object's box as it was given, without margin and displacement.
     [[nodiscard]] Box box(ObjectId id) const;
-    /// As it is compared with others, margin and displacement included.
+    /// Returns the object's bounds, as they are compared with others: margin and displacement included; NaN
+    /// of an odd box.
     [[nodiscard]] Box bounds(ObjectId id) const;
     [[nodiscard]] ObjectFilter filter(ObjectId id) const;
     [[nodiscard]] bool enabled(ObjectId id) const;
-    /// The world's and the object's own together.
+    /// Returns the world's margin and the object's own together.
     [[nodiscard]] T margin(ObjectId id) const;
 
     // --- Snapshots, of the world as of the last update ---
 
-    /// What the world is: objects, ids, filters, who rests, and what `accept` refused. Not what is queued,
-    /// nor the lists of the last update. Version, checksum and layout: the source's src/world/snapshot.cpp;
-    /// the same bytes on every machine. About 44 bytes and 60 ns an object.
+    /// What the world is: objects, ids, filters, who rests, what `accept` refused, user data and the slots of
+    /// pairs. Not what is queued, nor the lists of the last update. Version, checksum and layout: the
+    /// source's src/world/snapshot.cpp; the same bytes on every machine. About 44 bytes and 60 ns an object.
     [[nodiscard]] std::vector<std::byte> save() const;
-    /// Becomes the world that was saved, with its margin; executor, memory and `accept` stay as they are
-    /// here. Every later result is, byte for byte, what that world would have given. What was queued is
-    /// forgotten, and ids of objects whose addition was still queued are given out again (by a fork, too): no
-    /// command may be given during the call. A snapshot that is cut short, altered or of
-    /// another kind of world is an `Error` that says so. Costs as much as adding all objects at once.
+    /// Becomes the world that was saved, with its margin; executor, memory, `accept` and whether pairs have
+    /// slots stay as they are here (if they have here and hadn't there, they get them in ascending order).
+    /// Every later result is, byte for byte, what that world would have given. What was queued is forgotten,
+    /// and ids of objects whose addition was still queued are given out again (by a fork, too): no command
+    /// may be given during the call. A snapshot that is cut short, altered or of another kind of world is an
+    /// `Error` that says so. Costs as much as adding all objects at once.
     void restore(std::span<const std::byte> snapshot);
-    /// Another world like this one.
+    /// Returns another world that is like this one.
     [[nodiscard]] World fork() const;
     /// Becomes a world without objects, as it was when it was made, but for a margin that came with a
     /// snapshot: nothing is queued, no list has a pair, and ids are handed out from the first one on. So ids

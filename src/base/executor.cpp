@@ -24,7 +24,11 @@ namespace {
 
 std::uint32_t core_count()
 {
+#if defined(__EMSCRIPTEN__) && !defined(__EMSCRIPTEN_PTHREADS__)
+    return 1; // however many cores there are, no thread can be started
+#else
     return std::max(1u, std::thread::hardware_concurrency());
+#endif
 }
 
 class SerialExecutor final : public Executor

@@ -297,8 +297,12 @@ jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const
             with_questions<dim, T>(kind, question, 1, any_kind, [&](auto questions) {
                 const auto& asked = questions.front();
                 using Question = std::remove_cvref_t<decltype(asked)>;
-                if constexpr (std::same_as<Question, Nearest<dim, T>>) {
-                    const T distance = squared_distance(asked.point, target);
+                if constexpr (is_nearest<Question>) {
+                    T distance;
+                    if constexpr (std::same_as<Question, Nearest<dim, T>>)
+                        distance = squared_distance(asked.point, target);
+                    else
+                        distance = squared_distance(asked.box, target);
                     *at = distance;
                     *answers = distance <= asked.max_distance * asked.max_distance ? 1 : 0;
                 } else if constexpr (is_line<Question>) {
@@ -332,7 +336,9 @@ jostle_status jostle_results_blocks(const jostle_results* results, jostle_blocks
     return guarded(error, [&] {
         const ResultsContent& content = open(results);
         wanted(out, "out");
-        if (content.holds != ResultsContent::Holds::blocks) refuse("these results have no pairs or contacts");
+        if (content.holds != ResultsContent::Holds::blocks &&
+            content.holds != ResultsContent::Holds::lists_and_blocks)
+            refuse("these results have no pairs or contacts");
         *out = content.blocks;
     });
 }
@@ -341,7 +347,9 @@ jostle_status jostle_results_lists(const jostle_results* results, jostle_lists* 
     return guarded(error, [&] {
         const ResultsContent& content = open(results);
         wanted(out, "out");
-        if (content.holds != ResultsContent::Holds::lists) refuse("these results have no lists of answers");
+        if (content.holds != ResultsContent::Holds::lists &&
+            content.holds != ResultsContent::Holds::lists_and_blocks)
+            refuse("these results have no lists of answers");
         const Lists& lists = content.lists;
         *out = {lists.more.size(),
                 lists.ids.size(),

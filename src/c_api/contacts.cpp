@@ -27,6 +27,27 @@ static_assert(contact_as_documented<jostle_contact_2f, Contact<2, float>, jostle
               contact_as_documented<jostle_contact_3d, Contact<3, double>, jostle_contact_point_3d,
                                     ContactPoint<3, double>>);
 
+template <class C, class Cpp>
+constexpr bool point_as_documented =
+    sizeof(C) == sizeof(Cpp) && offsetof(C, part_a) == offsetof(Cpp, part_a) &&
+    offsetof(C, part_b) == offsetof(Cpp, part_b) && offsetof(C, normal) == offsetof(Cpp, normal) &&
+    offsetof(C, from_a) == offsetof(Cpp, from_a) && offsetof(C, from_b) == offsetof(Cpp, from_b) &&
+    offsetof(C, depth) == offsetof(Cpp, depth) && offsetof(C, feature) == offsetof(Cpp, feature);
+static_assert(point_as_documented<jostle_point_contact_2f, PointContact<2, float>> &&
+              point_as_documented<jostle_point_contact_3f, PointContact<3, float>> &&
+              point_as_documented<jostle_point_contact_2d, PointContact<2, double>> &&
+              point_as_documented<jostle_point_contact_3d, PointContact<3, double>>);
+template <class C, class Cpp>
+constexpr bool hit_as_documented =
+    sizeof(C) == sizeof(Cpp) && offsetof(C, normal) == offsetof(Cpp, normal) &&
+    offsetof(C, point) == offsetof(Cpp, point) && offsetof(C, part) == offsetof(Cpp, part) &&
+    offsetof(C, moving_part) == offsetof(Cpp, moving_part);
+static_assert(hit_as_documented<jostle_cast_hit_2f, CastHit<2, float>> &&
+              hit_as_documented<jostle_cast_hit_3f, CastHit<3, float>> &&
+              hit_as_documented<jostle_cast_hit_2d, CastHit<2, double>> &&
+              hit_as_documented<jostle_cast_hit_3d, CastHit<3, double>>);
+static_assert(sizeof(Ray<2, float>) == 5 * sizeof(float) && sizeof(Ray<3, double>) == 7 * sizeof(double));
+
 /// A user's own test, kept for as long as the finder lives.
 struct Test
 {
@@ -111,13 +132,24 @@ using PoseOf = Pose<Dim, T>;
 template <int Dim, class T>
 using MotionOf = Motion<Dim, T>;
 
-/// The pose, or motion, that the caller's numbers are.
+/// The pose, motion, ray or vector that the caller's numbers are.
 template <class Placed>
 Placed read_placed(const void* numbers, const char* name)
 {
     Placed placed;
     std::memcpy(static_cast<void*>(&placed), wanted_array_of<Placed>(numbers, 1, name), sizeof placed);
     return placed;
+}
+
+template <template <int, class> class Made>
+void take_contacts(ContactFinderContent& content, ResultsContent& into)
+{
+    into.begin();
+    content.on([&]<int Dim, Coordinate T>(ContactFinder<Dim, T>& typed) {
+        BlockBuffer<Made<Dim, T>> taken(content.kept.resource());
+        typed.take(taken);
+        into.take(std::move(taken), content.kept.memory);
+    });
 }
 
 template <class F>
@@ -188,19 +220,36 @@ jostle_status jostle_contact_finder_find(jostle_contact_finder* finder, const jo
             });
     });
 }
+jostle_status jostle_contact_finder_find_points(jostle_contact_finder* finder, const jostle_objects* a,
+                                                const jostle_objects* b, const jostle_blocks* pairs,
+                                                double margin, jostle_blocks* contacts, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(contacts, "contacts");
+        const auto list = [&]<class Item>(const BlockBuffer<Item>& found) {
+            *contacts = list_blocks<Item>(found.blocks(), found.size(), open(finder).table);
+        };
+        work_on<PoseOf>(
+            finder, a, b, pairs,
+            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
+                list(typed.find_points(of.shapes, of.placed, all, static_cast<T>(margin)));
+            },
+            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of,
+                                  auto all) {
+                list(typed.find_points(of.shapes, of.placed, and_of.shapes, and_of.placed, all,
+                                       static_cast<T>(margin)));
+            });
+    });
+}
 jostle_status jostle_contact_finder_take(jostle_contact_finder* finder, jostle_results* results,
                                          jostle_error* error)
 {
-    return guarded(error, [&] {
-        ContactFinderContent& content = open(finder);
-        ResultsContent& into = open(results);
-        into.begin();
-        content.on([&]<int Dim, Coordinate T>(ContactFinder<Dim, T>& typed) {
-            ContactBuffer<Dim, T> taken(content.kept.resource());
-            typed.take(taken);
-            into.take(std::move(taken), content.kept.memory);
-        });
-    });
+    return guarded(error, [&] { take_contacts<Contact>(open(finder), open(results)); });
+}
+jostle_status jostle_contact_finder_take_points(jostle_contact_finder* finder, jostle_results* results,
+                                                jostle_error* error)
+{
+    return guarded(error, [&] { take_contacts<PointContact>(open(finder), open(results)); });
 }
 jostle_status jostle_contact_finder_touching(jostle_contact_finder* finder, const jostle_objects* a,
                                              const jostle_objects* b, const jostle_blocks* pairs,
@@ -260,6 +309,41 @@ jostle_status jostle_contact_finder_impacts(jostle_contact_finder* finder, const
                     of.shapes, of.placed, and_of.shapes, and_of.placed, all, static_cast<T>(tolerance),
                     std::span(wanted_array_of<Impact<Dim, T>>(impacts, all.size(), "impacts"), all.size()));
             });
+    });
+}
+
+jostle_status jostle_contact_finder_ray_casts(jostle_contact_finder* finder, const jostle_values* rays,
+                                              const jostle_objects* objects, const jostle_blocks* pairs,
+                                              void* hits, jostle_error* error)
+{
+    return guarded(error, [&] {
+        ContactFinderContent& content = open(finder);
+        content.on([&]<int Dim, Coordinate T>(ContactFinder<Dim, T>& typed) {
+            const auto of = objects_of<Dim, Pose<Dim, T>>(objects, "objects");
+            const auto given = view<Ray<Dim, T>>(wanted(rays, "rays"), "rays");
+            const std::span<const Pair> all = read_pairs(pairs, content.scratch);
+            typed.ray_casts(
+                given, of.shapes, of.placed, all,
+                std::span(wanted_array_of<CastHit<Dim, T>>(hits, all.size(), "hits"), all.size()));
+        });
+    });
+}
+jostle_status jostle_contact_finder_shape_casts(jostle_contact_finder* finder, const jostle_objects* moving,
+                                                const jostle_values* displacements,
+                                                const jostle_objects* objects, const jostle_blocks* pairs,
+                                                void* hits, jostle_error* error)
+{
+    return guarded(error, [&] {
+        ContactFinderContent& content = open(finder);
+        content.on([&]<int Dim, Coordinate T>(ContactFinder<Dim, T>& typed) {
+            const auto movers = objects_of<Dim, Pose<Dim, T>>(moving, "moving");
+            const auto of = objects_of<Dim, Pose<Dim, T>>(objects, "objects");
+            const auto ways = view<Vec<Dim, T>>(wanted(displacements, "displacements"), "displacements");
+            const std::span<const Pair> all = read_pairs(pairs, content.scratch);
+            typed.shape_casts(
+                movers.shapes, movers.placed, ways, of.shapes, of.placed, all,
+                std::span(wanted_array_of<CastHit<Dim, T>>(hits, all.size(), "hits"), all.size()));
+        });
     });
 }
 
@@ -329,6 +413,37 @@ jostle_status jostle_time_of_impact(jostle_space space, const jostle_shape* a, c
                 time_of_impact(shape_a, read_placed<Placed>(motion_a, "motion_a"), shape_b,
                                read_placed<Placed>(motion_b, "motion_b"), static_cast<T>(tolerance));
             *into = found ? *found : Found{std::numeric_limits<T>::infinity(), {}, {}, {}};
+        });
+    });
+}
+jostle_status jostle_cast_ray(jostle_space space, const jostle_shape* shape, const void* pose,
+                              const void* ray, void* hit, jostle_error* error)
+{
+    return guarded(error, [&] {
+        in_space(space, [&](auto in) {
+            constexpr int dim = decltype(in)::dim;
+            using T = typename decltype(in)::T;
+            auto* const into = wanted_array_of<CastHit<dim, T>>(hit, 1, "hit");
+            const auto found =
+                ray_cast(shape_of<dim>(shape, "shape").shape, read_placed<Pose<dim, T>>(pose, "pose"),
+                         read_placed<Ray<dim, T>>(ray, "ray"));
+            *into = found ? *found : CastHit<dim, T>{std::numeric_limits<T>::infinity(), {}, {}};
+        });
+    });
+}
+jostle_status jostle_cast_shape(jostle_space space, const jostle_shape* moving, const void* pose,
+                                const void* displacement, const jostle_shape* shape, const void* shape_pose,
+                                void* hit, jostle_error* error)
+{
+    return guarded(error, [&] {
+        with_two(space, moving, shape, [&](auto in, const auto& mover, const auto& target) {
+            constexpr int dim = decltype(in)::dim;
+            using T = typename decltype(in)::T;
+            auto* const into = wanted_array_of<CastHit<dim, T>>(hit, 1, "hit");
+            const auto found = shape_cast(mover, read_placed<Pose<dim, T>>(pose, "pose"),
+                                          read_placed<Vec<dim, T>>(displacement, "displacement"), target,
+                                          read_placed<Pose<dim, T>>(shape_pose, "shape_pose"));
+            *into = found ? *found : CastHit<dim, T>{std::numeric_limits<T>::infinity(), {}, {}};
         });
     });
 }

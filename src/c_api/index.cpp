@@ -2,6 +2,7 @@
 #include <variant>
 
 #include "c_api/questions.hpp"
+#include "c_api/shape_questions.hpp"
 #include "jostle/box_index.hpp"
 
 namespace jostle::c_api {
@@ -113,6 +114,16 @@ void ask(const jostle_index* index, jostle_question kind, const void* questions,
         with_questions<Dim, T>(kind, questions, count, kinds,
                                [&](auto asked) { inside(typed, asked, wish.filter); });
     });
+}
+
+/// inside(index, other) of the same type; NULL as the other is the index itself.
+template <class F>
+void with_other(const jostle_index* index, const jostle_index* other, F&& inside)
+{
+    const IndexContent& content = open(index);
+    const IndexContent& second = other != nullptr ? open(other) : content;
+    if (content.space != second.space) refuse("the two indexes are of different spaces");
+    content.on([&]<class Typed>(const Typed& typed) { inside(typed, std::get<Typed>(second.index)); });
 }
 
 std::span<const std::uint32_t> ids_of(const std::uint32_t* ids, std::uint64_t count)
@@ -285,6 +296,47 @@ jostle_status jostle_index_all(const jostle_index* index, jostle_question kind, 
             });
     });
 }
+jostle_status jostle_index_visit(const jostle_index* index, jostle_question kind, const void* question,
+                                 const jostle_query_filter* filter, jostle_visit_answer_function visit,
+                                 void* context, int32_t* finished, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted_function(visit, "visit");
+        wanted(finished, "finished");
+        ask(index, kind, question, 1, filter, any_kind,
+            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const QueryFilter& wish) {
+                *finished = ask_visit<T>(typed, asked.front(), wish, visit, context, plain_id) ? 1 : 0;
+            });
+    });
+}
+jostle_status jostle_index_pairs(const jostle_index* index, const jostle_index* other,
+                                 jostle_visit_close_pair_function visit, void* context, int32_t* finished,
+                                 jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted_function(visit, "visit");
+        wanted(finished, "finished");
+        with_other(index, other, [&](const auto& typed, const auto& typed_other) {
+            const auto hand_over = [&](std::uint32_t a, std::uint32_t b) {
+                return agreed(visit(context, a, b, 0, nullptr));
+            };
+            *finished = typed.pairs(typed_other, hand_over) ? 1 : 0;
+        });
+    });
+}
+jostle_status jostle_index_closest_pairs(const jostle_index* index, const jostle_index* other,
+                                         double max_distance, jostle_visit_close_pair_function visit,
+                                         void* context, int32_t* finished, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted_function(visit, "visit");
+        wanted(finished, "finished");
+        with_other(index, other,
+                   [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, const BoxIndex<Dim, T>& second) {
+                       *finished = ask_closest<T>(typed, second, max_distance, visit, context, plain_id);
+                   });
+    });
+}
 jostle_status jostle_index_any(const jostle_index* index, jostle_question kind, const void* questions,
                                uint64_t count, const jostle_query_filter* filter, uint8_t* any,
                                jostle_error* error)
@@ -305,6 +357,46 @@ jostle_status jostle_index_count(const jostle_index* index, jostle_question kind
             [&](const auto& typed, auto asked, const QueryFilter& wish) {
                 ask_count(typed, asked, wish, counts);
             });
+    });
+}
+
+jostle_status jostle_index_first_hits(const jostle_index* index, const jostle_objects* objects,
+                                      const jostle_casts* casts, const jostle_query_filter* filters,
+                                      uint64_t filter_count, uint64_t* ids, void* hits, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const IndexContent& content = open(index);
+        content.on([&](const auto& typed) {
+            ask_first_hits<IndexFilter, QueryFilter>(typed, content.kept, objects, casts, filters,
+                                                     filter_count, ids, hits, id_of_hit);
+        });
+    });
+}
+jostle_status jostle_index_all_hits(const jostle_index* index, const jostle_objects* objects,
+                                    const jostle_casts* casts, const jostle_query_filter* filters,
+                                    uint64_t filter_count, uint64_t max_results, jostle_results* results,
+                                    jostle_error* error)
+{
+    return guarded(error, [&] {
+        const IndexContent& content = open(index);
+        ResultsContent& into = open(results);
+        content.on([&](const auto& typed) {
+            ask_all_hits<IndexFilter, QueryFilter>(typed, content.kept, objects, casts, filters, filter_count,
+                                                   max_results, into, id_of_hit);
+        });
+    });
+}
+jostle_status jostle_index_nearest_shapes(const jostle_index* index, const jostle_objects* objects,
+                                          const jostle_objects* near, const jostle_values* max_distances,
+                                          const jostle_query_filter* filters, uint64_t filter_count,
+                                          uint64_t* ids, void* distances, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const IndexContent& content = open(index);
+        content.on([&](const auto& typed) {
+            ask_nearest_shapes<IndexFilter, QueryFilter>(typed, content.kept, objects, near, max_distances,
+                                                         filters, filter_count, ids, distances, id_of_hit);
+        });
     });
 }
 

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: MIT
+#include <limits>
+
 #include "c_api/results.hpp"
 #include "jostle/find_pairs.hpp"
+#include "jostle/periodic.hpp"
+
+#include <variant>
 
 namespace jostle::c_api {
 namespace {
@@ -57,6 +62,50 @@ class Search
     Accept accept_{&given_};
 };
 
+class ImagesContent final : public Content
+{
+  public:
+    ImagesContent(jostle_space given, const Kept& with) : kept(with)
+    {
+        in_space(given, [&](auto in) {
+            using Images = PeriodicImages<decltype(in)::dim, typename decltype(in)::T>;
+            images.emplace<Images>(PeriodicOptions{kept.executor.get(), kept.resource()});
+        });
+    }
+    Kept kept;
+    std::variant<std::monostate, PeriodicImages<2, float>, PeriodicImages<3, float>,
+                 PeriodicImages<2, double>, PeriodicImages<3, double>>
+        images;
+    // Of the last filter.
+    jostle_filter of_originals{};
+    Filter of_all;
+    const std::uint32_t* origin = nullptr;
+
+    /// Calls inside(images).
+    template <class F>
+    void visit(F&& inside)
+    {
+        std::visit(
+            [&](auto& each) {
+                if constexpr (!std::is_same_v<std::decay_t<decltype(each)>, std::monostate>) inside(each);
+            },
+            images);
+    }
+    static std::int32_t accept(void* context, std::uint32_t a, std::uint32_t b) noexcept
+    {
+        const auto& self = *static_cast<const ImagesContent*>(context);
+        if (self.of_all.accept && !self.of_all.accept(a, b)) return 0;
+        if (self.of_originals.accept == nullptr) return 1;
+        return self.of_originals.accept(self.of_originals.context, self.origin[a], self.origin[b]);
+    }
+};
+
+jostle_values values_of(const StridedView<std::uint32_t>& view)
+{
+    if (view.empty()) return {};
+    return {&view[0], view.size(), sizeof(std::uint32_t)};
+}
+
 Order order_of(jostle_order order)
 {
     if (order != JOSTLE_CANONICAL && order != JOSTLE_SORTED)
@@ -89,6 +138,14 @@ struct Behind<jostle_finder>
     using type = FinderContent;
     static constexpr std::uint64_t mark = 0x6a6f73746c650003U;
     static constexpr const char* name = "jostle_finder";
+};
+
+template <>
+struct Behind<jostle_images>
+{
+    using type = ImagesContent;
+    static constexpr std::uint64_t mark = 0x6a6f73746c650010U;
+    static constexpr const char* name = "jostle_images";
 };
 
 } // namespace jostle::c_api
@@ -149,6 +206,39 @@ jostle_status jostle_finder_take(jostle_finder* finder, jostle_space space, cons
             [&](const auto& first, const auto& second, const CrossFilter& wish) {
                 into.take(content.finder.take(first, second, wish, wanted_order), content.kept.memory);
             });
+    });
+}
+
+jostle_status jostle_finder_find_scenes(jostle_finder* finder, jostle_space space, const jostle_boxes* boxes,
+                                        const uint64_t* offsets, uint64_t scene_count,
+                                        const jostle_scene_filter* filter, jostle_blocks* pairs,
+                                        jostle_error* error)
+{
+    return guarded(error, [&] {
+        FinderContent& content = open(finder);
+        wanted(pairs, "pairs");
+        wanted(offsets, "offsets");
+        if (scene_count >= std::numeric_limits<std::size_t>::max() / sizeof *offsets)
+            refuse("scene_count is " + std::to_string(scene_count) + ": no memory holds so many offsets");
+        const jostle_scene_filter given = read_options(filter, "jostle_scene_filter");
+        const auto accept = [&](std::size_t scene, std::uint32_t a, std::uint32_t b) {
+            return agreed(given.accept(given.context, scene, a, b));
+        };
+        SceneFilter wish;
+        wish.category = view<std::uint32_t>(given.category, "category");
+        wish.mask = view<std::uint32_t>(given.mask, "mask");
+        wish.owner = view<std::uint32_t>(given.owner, "owner");
+        if (given.accept != nullptr) wish.accept = accept;
+        const std::span<const std::uint64_t> all_offsets(offsets, static_cast<std::size_t>(scene_count) + 1);
+        in_space(space, [&](auto in) {
+            const ScenePairs& found = content.finder.find_scenes(
+                view<decltype(in)::dim, typename decltype(in)::T>(boxes, "boxes"), all_offsets, wish);
+            content.table.clear();
+            content.table.reserve(found.scenes());
+            for (std::size_t scene = 0; scene < found.scenes(); ++scene)
+                content.table.push_back({found[scene].data(), found[scene].size()});
+            *pairs = {content.table.data(), content.table.size(), found.size(), sizeof(Pair)};
+        });
     });
 }
 
@@ -230,6 +320,83 @@ jostle_status jostle_find_pairs_brute_force(jostle_space space, const jostle_box
                 into.pairs = find_pairs_brute_force(first, second, wish);
             });
         into.show(std::span<const Pair>(into.pairs));
+    });
+}
+
+jostle_status jostle_images_new(jostle_space space, const jostle_options* options, jostle_images** out,
+                                jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        hand_out(out, std::make_unique<ImagesContent>(space, keep(options)));
+    });
+}
+jostle_status jostle_images_free(jostle_images* images, jostle_error* error)
+{
+    return guarded(error, [&] { release(images); });
+}
+
+jostle_status jostle_images_build(jostle_images* images, const jostle_boxes* boxes, const void* period,
+                                  jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(images).visit([&]<int Dim, class T>(PeriodicImages<Dim, T>& each) {
+            const T* const lengths = wanted_array_of<T>(period, Dim, "period");
+            Vec<Dim, T> along;
+            std::copy_n(lengths, Dim, along.data());
+            each.build(view<Dim, T>(boxes, "boxes"), along);
+        });
+    });
+}
+
+jostle_status jostle_images_view_read(const jostle_images* images, jostle_images_view* out,
+                                      jostle_error* error)
+{
+    return guarded(error, [&] {
+        ImagesContent& content = open(images);
+        wanted(out, "out");
+        content.visit([&]<int Dim, class T>(const PeriodicImages<Dim, T>& each) {
+            jostle_images_view read{};
+            if (!each.boxes().empty())
+                for (std::size_t d = 0; d < Dim; ++d) {
+                    read.boxes.lo[d] = each.boxes().front().lo.data() + d;
+                    read.boxes.hi[d] = each.boxes().front().hi.data() + d;
+                }
+            read.boxes.count = each.boxes().size();
+            read.boxes.stride = sizeof(Aabb<Dim, T>);
+            read.origin = each.origin().data();
+            read.shift = each.shift().data();
+            read.originals = each.originals();
+            *out = read;
+        });
+    });
+}
+
+jostle_status jostle_images_filter(jostle_images* images, const jostle_filter* originals, jostle_filter* out,
+                                   jostle_error* error)
+{
+    return guarded(error, [&] {
+        ImagesContent& content = open(images);
+        wanted(out, "out");
+        jostle_filter given = read_options(originals, "jostle_filter");
+        const jostle_accept_pair_function accept = std::exchange(given.accept, nullptr);
+        Search search(&(given.struct_size = sizeof given, given));
+        content.visit([&](auto& each) {
+            content.of_all = each.filter(search.filter());
+            content.origin = each.origin().data();
+        });
+        given.accept = accept;
+        content.of_originals = given;
+        jostle_filter all{};
+        all.struct_size = sizeof all;
+        all.category = values_of(content.of_all.category);
+        all.mask = values_of(content.of_all.mask);
+        all.owner = values_of(content.of_all.owner);
+        if (accept != nullptr || content.of_all.accept) {
+            all.accept = ImagesContent::accept;
+            all.context = &content;
+        }
+        *out = all;
     });
 }
 

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <bit>
+#include <cmath>
+#include <cstddef>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -25,11 +28,13 @@ template <class Question>
 inline constexpr bool is_nearest = false;
 template <int Dim, Coordinate T>
 inline constexpr bool is_nearest<Nearest<Dim, T>> = true;
+template <int Dim, Coordinate T>
+inline constexpr bool is_nearest<NearestToBox<Dim, T>> = true;
 
 // Which kinds a call takes, as bits.
 inline constexpr unsigned lines = 1U << JOSTLE_RAY | 1U << JOSTLE_SWEEP;
 inline constexpr unsigned regions = 1U << JOSTLE_BOX | 1U << JOSTLE_SPHERE | 1U << JOSTLE_FRUSTUM;
-inline constexpr unsigned any_kind = lines | regions | 1U << JOSTLE_NEAREST;
+inline constexpr unsigned any_kind = lines | regions | 1U << JOSTLE_NEAREST | 1U << JOSTLE_NEAREST_TO_BOX;
 
 template <int Dim, Coordinate T>
 constexpr bool laid_out_as_documented()
@@ -51,13 +56,25 @@ static_assert(offsetof(Nearest3f, count) == offsetof(jostle_nearest_3f, count) &
               offsetof(Nearest3f, max_distance) == offsetof(jostle_nearest_3f, max_distance) &&
               offsetof(Nearest3d, max_distance) == offsetof(jostle_nearest_3d, max_distance));
 
+template <int Dim, Coordinate T, class InC>
+constexpr bool laid_out_as_in_c()
+{
+    using InCpp = NearestToBox<Dim, T>;
+    return sizeof(InCpp) == sizeof(InC) && offsetof(InCpp, count) == offsetof(InC, count) &&
+           offsetof(InCpp, max_distance) == offsetof(InC, max_distance);
+}
+static_assert(laid_out_as_in_c<2, float, jostle_nearest_to_box_2f>() &&
+              laid_out_as_in_c<3, float, jostle_nearest_to_box_3f>() &&
+              laid_out_as_in_c<2, double, jostle_nearest_to_box_2d>() &&
+              laid_out_as_in_c<3, double, jostle_nearest_to_box_3d>());
+
 /// The caller's questions as a span of what they are. `kinds` are those that the call takes. Instantiates
 /// `inside` for all of them: where it can't take one, it must say so with `if constexpr`.
 template <int Dim, Coordinate T, class F>
 void with_questions(jostle_question kind, const void* questions, std::uint64_t count, unsigned kinds,
                     F&& inside)
 {
-    if (kind < JOSTLE_RAY || kind > JOSTLE_NEAREST || (kinds >> kind & 1U) == 0)
+    if (kind < JOSTLE_RAY || kind > JOSTLE_NEAREST_TO_BOX || (kinds >> kind & 1U) == 0)
         refuse("kind is " + std::to_string(kind) + ", which this call doesn't take");
     if (count > UINT32_MAX) refuse("more than 2^32 - 1 questions", JOSTLE_TOO_MANY_OBJECTS);
     const auto size = static_cast<std::size_t>(count);
@@ -73,6 +90,8 @@ void with_questions(jostle_question kind, const void* questions, std::uint64_t c
         return ask(static_cast<const Sphere<Dim, T>*>(questions));
     case JOSTLE_NEAREST:
         return ask(static_cast<const Nearest<Dim, T>*>(questions));
+    case JOSTLE_NEAREST_TO_BOX:
+        return ask(static_cast<const NearestToBox<Dim, T>*>(questions));
     default:
         break;
     }
@@ -186,6 +205,52 @@ void ask_all(const Asked& asked, std::span<const Question> questions, const Filt
             append(results.lists, found[i], found.more(i), id_of);
     }
     results.holds = ResultsContent::Holds::lists;
+}
+
+/// A bound that C has set, rounded up where it is no number of the type.
+template <class T>
+T bound_from(double given) noexcept
+{
+    const T bound = static_cast<T>(given);
+    return static_cast<double>(bound) < given ? std::nextafter(bound, std::numeric_limits<T>::infinity())
+                                              : bound;
+}
+
+/// Hands the answers to one question to the caller's function. Whether it never said stop.
+template <Coordinate T, class Asked, class Question, class Filter, class IdOf>
+bool ask_visit(const Asked& asked, const Question& question, const Filter& filter,
+               jostle_visit_answer_function visit, void* context, IdOf id_of)
+{
+    if constexpr (is_line<Question> || is_nearest<Question>) {
+        return asked.visit(
+            question,
+            [&](const auto& hit, T& bound) {
+                double shown = bound;
+                const bool goes_on = agreed(visit(context, id_of(hit.id), hit.at, &shown));
+                if (!(shown >= bound)) bound = bound_from<T>(shown);
+                return goes_on;
+            },
+            filter);
+    } else {
+        return asked.visit(
+            question, [&](const auto& id) { return agreed(visit(context, id_of(id), 0, nullptr)); }, filter);
+    }
+}
+
+/// Hands the closest pairs to the caller's function. Whether it never said stop.
+template <Coordinate T, class Asked, class IdOf>
+bool ask_closest(const Asked& asked, const Asked& other, double max_distance,
+                 jostle_visit_close_pair_function visit, void* context, IdOf id_of)
+{
+    return asked.closest_pairs(
+        other,
+        [&](const auto& hit, T& bound) {
+            double shown = bound;
+            const bool goes_on = agreed(visit(context, id_of(hit.a), id_of(hit.b), hit.at, &shown));
+            if (!(shown >= bound)) bound = bound_from<T>(shown);
+            return goes_on;
+        },
+        static_cast<T>(max_distance));
 }
 
 template <class Asked, class Question, class Filter>

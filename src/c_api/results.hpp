@@ -33,7 +33,8 @@ class ResultsContent final : public Content
     // A buffer's memory resource came with it, from the finder that filled it.
     std::shared_ptr<std::pmr::memory_resource> memory;
     std::variant<std::monostate, PairBuffer, ContactBuffer<2, float>, ContactBuffer<3, float>,
-                 ContactBuffer<2, double>, ContactBuffer<3, double>>
+                 ContactBuffer<2, double>, ContactBuffer<3, double>, PointContactBuffer<2, float>,
+                 PointContactBuffer<3, float>, PointContactBuffer<2, double>, PointContactBuffer<3, double>>
         buffer;
     std::vector<jostle_block> table;
     jostle_blocks blocks{};
@@ -42,6 +43,7 @@ class ResultsContent final : public Content
         nothing,
         blocks,
         lists,
+        lists_and_blocks,
         bytes
     } holds = Holds::nothing;
 

@@ -35,6 +35,22 @@ void hand_out_shape(jostle_shape** out, Shape<Dim> shape, std::shared_ptr<const 
     hand_out(out, std::move(content));
 }
 
+/// make(hull) is the shape.
+template <class Make>
+void hand_out_hull(jostle_space space, const void* points, std::uint64_t count, jostle_shape** out,
+                   const Make& make)
+{
+    in_space(space, [&](auto in) {
+        constexpr int dim = decltype(in)::dim;
+        using Point = Vec<dim, typename decltype(in)::T>;
+        auto owned = std::make_shared<Owned<dim>>();
+        owned->hull.emplace(
+            std::span(wanted_array_of<Point>(points, count, "points"), static_cast<std::size_t>(count)));
+        const Shape<dim> shape = make(*owned->hull);
+        hand_out_shape<dim>(out, shape, std::move(owned));
+    });
+}
+
 ShapesContent& open_shapes(jostle_shapes* shapes)
 {
     return open(shapes);
@@ -90,6 +106,40 @@ jostle_status jostle_shape_box(int32_t dim, const double* half, jostle_shape** o
         });
     });
 }
+jostle_status jostle_shape_rounded_box(int32_t dim, const double* half, double radius, jostle_shape** out,
+                                       jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_dimensions(dim, [&](auto in) {
+            hand_out_shape<in()>(out, Shape<in()>::rounded_box(vector_of<in()>(half, "half"), radius));
+        });
+    });
+}
+jostle_status jostle_shape_cylinder(double half_length, double radius, jostle_shape** out,
+                                    jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        hand_out_shape<3>(out, Shape<3>::cylinder(half_length, radius));
+    });
+}
+jostle_status jostle_shape_cone(double half_length, double radius, jostle_shape** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        hand_out_shape<3>(out, Shape<3>::cone(half_length, radius));
+    });
+}
+jostle_status jostle_shape_ellipsoid(int32_t dim, const double* half, jostle_shape** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        in_dimensions(dim, [&](auto in) {
+            hand_out_shape<in()>(out, Shape<in()>::ellipsoid(vector_of<in()>(half, "half")));
+        });
+    });
+}
 jostle_status jostle_shape_half_space(int32_t dim, const double* normal, double offset, jostle_shape** out,
                                       jostle_error* error)
 {
@@ -105,14 +155,16 @@ jostle_status jostle_shape_hull(jostle_space space, const void* points, uint64_t
 {
     return guarded(error, [&] {
         wanted(out, "out");
-        in_space(space, [&](auto in) {
-            constexpr int dim = decltype(in)::dim;
-            using Point = Vec<dim, typename decltype(in)::T>;
-            auto owned = std::make_shared<Owned<dim>>();
-            owned->hull.emplace(
-                std::span(wanted_array_of<Point>(points, count, "points"), static_cast<std::size_t>(count)));
-            const Shape<dim> shape(*owned->hull);
-            hand_out_shape<dim>(out, shape, std::move(owned));
+        hand_out_hull(space, points, count, out, [](const auto& hull) { return Shape(hull); });
+    });
+}
+jostle_status jostle_shape_rounded_hull(jostle_space space, const void* points, uint64_t count, double radius,
+                                        jostle_shape** out, jostle_error* error)
+{
+    return guarded(error, [&] {
+        wanted(out, "out");
+        hand_out_hull(space, points, count, out, [&]<int Dim>(const ConvexHull<Dim>& hull) {
+            return Shape<Dim>::rounded_hull(hull, radius);
         });
     });
 }
@@ -262,6 +314,13 @@ jostle_status jostle_shape_face(const jostle_shape* shape, uint64_t face, const 
         *count = found.size();
     });
 }
+
+static_assert(JOSTLE_SHAPE_COMPOUND == ShapeTypes::compound &&
+              JOSTLE_SHAPE_ROUNDED_BOX == ShapeTypes::rounded_box &&
+              JOSTLE_SHAPE_ROUNDED_HULL == ShapeTypes::rounded_hull &&
+              JOSTLE_SHAPE_CYLINDER == ShapeTypes::cylinder && JOSTLE_SHAPE_CONE == ShapeTypes::cone &&
+              JOSTLE_SHAPE_ELLIPSOID == ShapeTypes::ellipsoid &&
+              JOSTLE_SHAPE_ELLIPSOID + 1 == ShapeTypes::end);
 
 // --- One per object ---
 

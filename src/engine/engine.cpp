@@ -2,12 +2,14 @@
 #include "engine/engine.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 
 #include "base/block_buffer_access.hpp"
 #include "base/exact_floats.hpp"
 #include "base/run_tasks.hpp"
 #include "engine/apart.hpp"
+#include "engine/kernels/few.hpp"
 #include "engine/output.hpp"
 #include "engine/scatter.hpp"
 #include "engine/slot.hpp"
@@ -42,8 +44,9 @@ constexpr std::uint32_t blocks_per_grid = 512;
 constexpr std::uint64_t far_smaller = 32;
 constexpr std::uint64_t many_boxes = 1u << 15;
 
-/// The share of a window that is of the other set than the row, twice, for testing it takes more than its
-/// share of the time; 1 unless one of the sets is far the smaller.
+/// What part of a window's steps costs time: all of it (1), unless one of the sets is far the smaller. Then
+/// bricks are swept set by set (apart.hpp), and only the part that is of the other set than the row is
+/// tested: 2ab / n^2 on average. It is counted twice, because testing it takes more than its share of time.
 template <int Dim, class T>
 double share_of_windows(const Boxes<Dim, T>& boxes)
 {
@@ -434,10 +437,10 @@ class Engine::Search
     std::pmr::vector<const BrickStore*>& stores_;
 };
 
-std::span<Pair> ResultChunks::next(PairBuffer& result)
+std::span<Pair> ResultChunks::next(PairBuffer& result, std::size_t pairs)
 {
     const std::lock_guard lock(mutex_);
-    const std::span<Pair> chunk = PairBufferAccess(result).chunk(used_, chunk_pairs);
+    const std::span<Pair> chunk = PairBufferAccess(result).chunk(used_, pairs);
     ++used_; // only now: after a failure, other threads still ask for theirs
     return chunk;
 }
@@ -445,8 +448,12 @@ std::span<Pair> ResultChunks::next(PairBuffer& result)
 void ResultChunks::keep_spare(PairBuffer& result, std::uint32_t tasks)
 {
     const std::uint64_t chunks = result.bytes_reserved() / (chunk_pairs * sizeof(Pair));
-    if (chunks >= used_ + tasks) return;
-    for (std::uint64_t c = chunks; c < used_ + 2 * tasks + used_ / 16; ++c)
+    if (chunks < used_ + tasks) reserve(result, used_ + 2 * tasks + used_ / 16);
+}
+
+void ResultChunks::reserve(PairBuffer& result, std::uint64_t chunks)
+{
+    for (std::uint64_t c = result.bytes_reserved() / (chunk_pairs * sizeof(Pair)); c < chunks; ++c)
         PairBufferAccess(result).chunk(c, chunk_pairs);
 }
 
@@ -493,10 +500,55 @@ void Engine::begin_call() noexcept
     chunks_.begin_call();
 }
 
+void Engine::match(const Engine& other)
+{
+    use_slots(static_cast<std::uint32_t>(other.slots_.size()));
+    for (std::size_t s = 0; s < other.slots_.size(); ++s) {
+        slots_[s]->match(*other.slots_[s]);
+        slots_[s]->store.match(
+            other.slots_[s]->store); // not by luck but by the boxes, which are others' here
+    }
+    job_pool_->match(*other.job_pool_, options_.memory);
+    blocks_.reserve(other.blocks_.capacity());
+    jobs_.reserve(other.jobs_.capacity());
+}
+
+/// Without a grid: see few.hpp.
+template <int Dim, class T>
+bool Engine::search_few(const Boxes<Dim, T>& boxes, const Request& request)
+{
+    const ExactFloats exact;
+    use_slots(1);
+    Slot& slot = *slots_[0];
+    const std::uint64_t n = boxes.size(),
+                        most = boxes.cross ? boxes.a.size() * boxes.b.size() : n * (n - (n != 0)) / 2;
+    // In few steps, so that a scene that breathes doesn't allocate at every new box.
+    const std::size_t room = std::bit_ceil(static_cast<std::size_t>(most) + 8);
+    Pair* const first =
+        request.sink ? slot.to_sink.reserve_exactly(room) : chunks_.next(*request.result, room).data();
+    Pair* end = find_among_few(options_.instruction_set, boxes, slot.unit<T>(), first);
+    if (end == nullptr) throw BadBox{};
+
+    stats.objects += n;
+    stats.candidates += most;
+    next_block = request.first_block + 1;
+    if (request.offset_a != 0 || request.offset_b != 0)
+        for (Pair* pair = first; pair != end; ++pair)
+            *pair = {pair->a + request.offset_a, pair->b + request.offset_b};
+    if (request.select && first != end) end = request.select(first, end);
+    if (first == end) return true;
+    const std::span<const Pair> pairs(first, end);
+    if (request.sink) return request.sink({pairs, request.first_block, 0});
+    PairBufferAccess result(*request.result);
+    result.reserve_blocks(1);
+    result.append(pairs);
+    return true;
+}
+
 template <int Dim, class T>
 bool Engine::search(const Boxes<Dim, T>& boxes, const Request& request)
 {
-    return Search<Dim, T>(*this, boxes, request)();
+    return boxes.size() <= few_boxes ? search_few(boxes, request) : Search<Dim, T>(*this, boxes, request)();
 }
 
 template bool Engine::search(const Boxes<2, float>&, const Request&);

@@ -48,11 +48,13 @@ class ResultChunks
 {
   public:
     void begin_call() noexcept { used_ = 0; }
-    /// From any thread.
-    std::span<Pair> next(PairBuffer& result);
+    /// With room for `pairs` at least, if they are few. From any thread.
+    std::span<Pair> next(PairBuffer& result, std::size_t pairs = chunk_pairs);
     /// After a search by so many tasks. How many chunks the same pairs fill varies by one per task with the
     /// threads' luck. Some to spare, and twice that when they run short, keep steady frames from allocating.
     void keep_spare(PairBuffer& result, std::uint32_t tasks);
+    /// So many chunks, if there aren't as many yet.
+    static void reserve(PairBuffer& result, std::uint64_t chunks);
 
   private:
     std::mutex mutex_;
@@ -78,6 +80,8 @@ class Engine
     std::uint64_t next_block = 0; // the number after the last block of the last search
 
     [[nodiscard]] Executor& executor() const noexcept { return *executor_; }
+    /// Has as much memory as `other`: next time the work may be shared out the other way round.
+    void match(const Engine& other);
     [[nodiscard]] std::uint64_t bytes() const noexcept;
     void release();
 
@@ -91,6 +95,8 @@ class Engine
         std::uint32_t slot, first, last;
     };
 
+    template <int Dim, class T>
+    bool search_few(const Boxes<Dim, T>& boxes, const Request& request);
     void use_slots(std::uint32_t count);
 
     FinderOptions options_;

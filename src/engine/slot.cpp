@@ -29,6 +29,16 @@ void JobPool::take_all_back() noexcept
         job->in_use = false;
 }
 
+void JobPool::match(const JobPool& other, std::pmr::memory_resource* memory)
+{
+    while (jobs_.size() < other.jobs_.size())
+        jobs_.push_back(std::make_unique<Job>(memory));
+    for (std::size_t k = 0; k < other.jobs_.size(); ++k) {
+        jobs_[k]->records.reserve_exactly(other.jobs_[k]->records.capacity());
+        jobs_[k]->window_end.reserve_exactly(other.jobs_[k]->window_end.capacity());
+    }
+}
+
 std::uint64_t JobPool::bytes() const noexcept
 {
     std::uint64_t sum = 0;

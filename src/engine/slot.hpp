@@ -51,6 +51,8 @@ class JobPool
     /// new memory whoever finds which job first. From any thread.
     Job& take(std::uint32_t records, std::pmr::memory_resource* memory);
     void take_all_back() noexcept;
+    /// Has as many jobs as `other`, each with as much memory. No search may be under way.
+    void match(const JobPool& other, std::pmr::memory_resource* memory);
     [[nodiscard]] std::uint64_t bytes() const noexcept;
     void release() noexcept { jobs_.clear(); }
 

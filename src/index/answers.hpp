@@ -6,12 +6,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory_resource>
+#include <span>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "index/kernels/kernels.hpp"
 #include "index/tree.hpp"
+#include "jostle/error.hpp"
 #include "jostle/process.hpp"
 #include "jostle/query.hpp"
 
@@ -48,6 +51,31 @@ struct ItemOf<Sweep<Dim, T>>
     using Item = Hit<T>;
 };
 
+// Both questions for the nearest, as one: a point is a box.
+template <int Dim, class T>
+Aabb<Dim, T> from_of(const Nearest<Dim, T>& question) noexcept
+{
+    return {question.point, question.point};
+}
+template <int Dim, class T>
+const Aabb<Dim, T>& from_of(const NearestToBox<Dim, T>& question) noexcept
+{
+    return question.box;
+}
+
+/// What a visitor says that nothing counts beyond, taken over if it is less. It is about this object.
+template <class T>
+void shrink(T& bound, T wish, std::uint32_t id)
+{
+    if (wish < bound)
+        bound = wish;
+    else if (wish != wish)
+        throw Error(ErrorCode::nan_coordinate,
+                    "the visitor of object " + std::to_string(id) +
+                        " has made the bound NaN; it must be a number",
+                    id);
+}
+
 /// Results on their way to the end of a vector.
 template <class Items>
 struct IntoVector : Found<typename Items::value_type>
@@ -81,10 +109,20 @@ template <int Dim, class T>
 class Answers
 {
   public:
-    /// `other` may be null.
-    Answers(const Kernels<Dim, T>& kernels, const Tree<Dim, T>& tree, const Tree<Dim, T>* other = nullptr)
-        : kernels_(kernels), size_(tree.size()), id_end_(tree.id_end())
+    /// Says of an object that isn't where the first tree has it where it is: in the other tree, if its box is
+    /// one. Null of the others.
+    using Elsewhere = FunctionRef<const Aabb<Dim, T>*(std::uint32_t id)>;
+
+    /// `other` and `elsewhere` may be null.
+    Answers(const Kernels<Dim, T>& kernels, const Tree<Dim, T>& tree, const Tree<Dim, T>* other = nullptr,
+            Elsewhere elsewhere = {})
+        : kernels_(kernels),
+          queues_(tree.queues()),
+          elsewhere_(elsewhere),
+          size_(tree.size()),
+          id_end_(tree.id_end())
     {
+        has_first_ = static_cast<bool>(tree.root());
         if (tree.root()) roots_[count_++] = tree.root();
         if (other == nullptr) return;
         if (other->root()) roots_[count_++] = other->root();
@@ -98,12 +136,13 @@ class Answers
     {
         Line<Dim, T> line(question);
         Hit<T> best;
-        for (int k = 0; k < count_; ++k) {
-            const Hit<T> hit = kernels_.first(roots_[k], line, wanted);
-            if (hit.id == Hit<T>::none || (best.id != Hit<T>::none && !(hit < best))) continue;
+        each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
+            const Hit<T> hit = kernels_.first(root, line, here);
+            if (hit.id == Hit<T>::none || (best.id != Hit<T>::none && !(hit < best))) return true;
             best = hit;
             line.max_fraction = hit.at; // what is as far and has a lesser id counts
-        }
+            return true;
+        });
         return best;
     }
     /// Appends the first max_results, in order. Returns whether there are more.
@@ -112,8 +151,10 @@ class Answers
     {
         const std::size_t begin = out.size();
         IntoVector<Items> found(out);
-        for (int k = 0; k < count_; ++k)
-            search(roots_[k], question, wanted, found);
+        each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
+            search(root, question, here, found);
+            return true;
+        });
         found.flush(found);
         const bool more = out.size() - begin > max_results;
         if (more) {
@@ -135,9 +176,9 @@ class Answers
     {
         return count_up(question, wanted, true) != 0;
     }
-    /// Appends, in order.
-    template <class Items>
-    void nearest(const Nearest<Dim, T>& question, Wanted wanted, Items& out) const
+    /// Appends, in order. For Nearest and NearestToBox.
+    template <class Question, class Items>
+    void nearest(const Question& question, Wanted wanted, Items& out) const
     {
         const std::size_t before = out.size();
         Best<T> best;
@@ -146,13 +187,78 @@ class Answers
         best.limit = question.max_distance * question.max_distance;
         out.resize(before + best.wanted);
         best.heap = out.data() + before;
-        for (int k = 0; k < count_; ++k)
-            kernels_.nearest(roots_[k], question.point.data(), wanted, best);
+        each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
+            kernels_.nearest(root, from_of(question), here, best);
+            return true;
+        });
         std::sort_heap(best.heap, best.heap + best.size);
         out.resize(before + best.size);
     }
+    /// Hands over all in order, as long as the visitor returns true; whether it always did.
+    template <class Question>
+    bool visit_in_order(const Question& question, Wanted wanted, HitVisitor<T> visit) const
+    {
+        const std::span<const Child<Dim, T>> roots(roots_, static_cast<std::size_t>(count_));
+        std::uint64_t left = ~std::uint64_t{0};
+        if constexpr (requires { question.count; }) left = question.count;
+        if (left == 0) return true;
+        bool goes_on = true;
+        Hit<T> last;
+        const auto checked = [&](const Hit<T>& hit, T& bound) {
+            if (elsewhere_) { // who lies in both trees comes twice; side by side, if as far
+                const Aabb<Dim, T>* const box = elsewhere_(hit.id);
+                if (box != nullptr && (hit == last || !is_at(question, *box, hit.at))) return true;
+                last = hit;
+                if (wanted && !wanted(hit.id)) return true;
+            }
+            T wish = bound;
+            goes_on = visit(hit, wish);
+            shrink(bound, wish, hit.id);
+            return goes_on && --left != 0;
+        };
+        if constexpr (requires { question.count; })
+            kernels_.visit_near(roots, from_of(question), question.max_distance * question.max_distance,
+                                elsewhere_ ? Wanted() : wanted, checked, queues_);
+        else
+            kernels_.visit_line(roots, Line<Dim, T>(question), elsewhere_ ? Wanted() : wanted, checked,
+                                queues_);
+        return goes_on;
+    }
+    /// The same without an order, for regions.
+    template <class Region>
+    bool visit(const Region& region, Wanted wanted, IdVisitor visit) const
+    {
+        // Somebody who wants nothing, asked about everything, until a search for anything is over.
+        bool goes_on = true;
+        const auto refuse_all = [&](std::uint32_t id) {
+            if (goes_on && (!wanted || wanted(id))) goes_on = visit(id);
+            return !goes_on;
+        };
+        (void)any(region, refuse_all);
+        return goes_on;
+    }
 
   private:
+    /// Calls body(root, wanted) with what counts there, until it returns false.
+    template <class Body>
+    void each_root(Wanted wanted, const Body& body) const
+    {
+        const auto is_here = [&](std::uint32_t id) {
+            return elsewhere_(id) == nullptr && (!wanted || wanted(id));
+        };
+        for (int k = 0; k < count_; ++k)
+            if (!body(roots_[k], k == 0 && has_first_ && elsewhere_ ? Wanted(is_here) : wanted)) break;
+    }
+    /// Whether this is what the question says of the box. A box of NaN is nowhere.
+    template <class Question>
+    static bool is_at(const Question& question, const Aabb<Dim, T>& box, T at) noexcept
+    {
+        if (box.lo[0] != box.lo[0]) return false;
+        if constexpr (requires { question.count; })
+            return squared_distance(from_of(question), box) == at;
+        else
+            return hit_fraction(question, box) == at;
+    }
     // The searches, under one name for all questions.
     void search(Child<Dim, T> root, const Ray<Dim, T>& ray, Wanted wanted, Found<Hit<T>>& out) const
     {
@@ -182,11 +288,11 @@ class Answers
     {
         IntoCount<typename ItemOf<Question>::Item> found;
         found.one_will_do = one_will_do;
-        for (int k = 0; k < count_; ++k) {
-            search(roots_[k], question, wanted, found);
+        each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
+            search(root, question, here, found);
             found.flush(found);
-            if (one_will_do && found.count != 0) break;
-        }
+            return !one_will_do || found.count == 0;
+        });
         return found.count;
     }
     /// What was appended from `begin` on.
@@ -205,6 +311,9 @@ class Answers
     }
 
     const Kernels<Dim, T>& kernels_;
+    QueueShelf<Dim, T>& queues_;
+    const Elsewhere elsewhere_;
+    bool has_first_ = false; // the first tree has a root
     Child<Dim, T> roots_[2];
     int count_ = 0;
     std::size_t size_;

@@ -16,6 +16,7 @@
 #include "index/check.hpp"
 #include "index/join.hpp"
 #include "index/kernels/kernels.hpp"
+#include "index/pair_answers.hpp"
 #include "index/tree.hpp"
 #include "jostle/process.hpp"
 
@@ -166,6 +167,34 @@ struct BoxIndex<Dim, T>::Implementation
                 return filtered(filter, static_cast<std::uint32_t>(i),
                                 [&](Wanted wanted) { return find(i, wanted, items); });
             });
+    }
+    template <class Question>
+    void nearest(std::span<const Question> questions, ResultLists<Hit<T>>& out,
+                 const QueryFilter& filter) const
+    {
+        check(questions, filter);
+        const index::Answers<Dim, T> given = answers();
+        lists(questions.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
+            given.nearest(questions[i], wanted, items);
+            return false;
+        });
+    }
+
+    [[nodiscard]] index::Roots<Dim, T> roots_with(const Implementation& other) const noexcept
+    {
+        return {tree.root(), other.tree.root(), this == &other};
+    }
+    bool pairs(const Implementation& other, PairVisitor visitor) const
+    {
+        const index::Roots<Dim, T> roots = roots_with(other);
+        return kernels.pairs({&roots, 1}, {}, visitor);
+    }
+    bool closest_pairs(const Implementation& other, PairHitVisitor<T> visitor, T max_distance) const
+    {
+        index::check_max_distance(max_distance);
+        const index::Roots<Dim, T> roots = roots_with(other);
+        return index::visit_closest<Dim, T>(kernels, {&roots, 1}, max_distance * max_distance, {}, visitor,
+                                            tree.closest_work());
     }
 
     IndexOptions options;
@@ -401,6 +430,70 @@ void BoxIndex<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<Hit<
 }
 
 template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::nearest(const NearestToBox<Dim, T>& question, std::vector<Hit<T>>& out,
+                               const QueryFilter& filter) const
+{
+    out.clear();
+    implementation_->check(question, filter);
+    filtered(filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
+}
+
+#define JOSTLE_VISIT(Question, Visitor, in_which_order)                                                      \
+    template <int Dim, Coordinate T>                                                                         \
+    bool BoxIndex<Dim, T>::visit(const Question<Dim, T>& question, Visitor visitor,                          \
+                                 const QueryFilter& filter) const                                            \
+    {                                                                                                        \
+        implementation_->check(question, filter);                                                            \
+        return filtered(filter, 0, [&](Wanted wanted) {                                                      \
+            return implementation_->answers().in_which_order(question, wanted, visitor);                     \
+        });                                                                                                  \
+    }
+JOSTLE_VISIT(Ray, HitVisitor<T>, visit_in_order)
+JOSTLE_VISIT(Sweep, HitVisitor<T>, visit_in_order)
+JOSTLE_VISIT(Nearest, HitVisitor<T>, visit_in_order)
+JOSTLE_VISIT(NearestToBox, HitVisitor<T>, visit_in_order)
+JOSTLE_VISIT(Aabb, IdVisitor, visit)
+JOSTLE_VISIT(Sphere, IdVisitor, visit)
+JOSTLE_VISIT(Frustum, IdVisitor, visit)
+#undef JOSTLE_VISIT
+
+// --- Pairs of objects ---
+
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::pairs(PairVisitor visitor) const
+{
+    return implementation_->pairs(*implementation_, visitor);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::pairs(const BoxIndex& other, PairVisitor visitor) const
+{
+    return implementation_->pairs(*other.implementation_, visitor);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::closest_pairs(PairHitVisitor<T> visitor, T max_distance) const
+{
+    return implementation_->closest_pairs(*implementation_, visitor, max_distance);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::closest_pairs(const BoxIndex& other, PairHitVisitor<T> visitor, T max_distance) const
+{
+    return implementation_->closest_pairs(*other.implementation_, visitor, max_distance);
+}
+template <int Dim, Coordinate T>
+std::optional<PairHit<T>> BoxIndex<Dim, T>::closest_pair(T max_distance) const
+{
+    return closest_pair(*this, max_distance);
+}
+template <int Dim, Coordinate T>
+std::optional<PairHit<T>> BoxIndex<Dim, T>::closest_pair(const BoxIndex& other, T max_distance) const
+{
+    std::optional<PairHit<T>> closest;
+    const auto keep_first = [&](const PairHit<T>& hit, T&) { return closest = hit, false; };
+    closest_pairs(other, keep_first, max_distance);
+    return closest;
+}
+
+template <int Dim, Coordinate T>
 template <class Question>
 bool BoxIndex<Dim, T>::any(const Question& question, const QueryFilter& filter) const
 {
@@ -460,12 +553,14 @@ template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
                                const QueryFilter& filter) const
 {
-    implementation_->check(questions, filter);
-    const auto answers = implementation_->answers();
-    implementation_->lists(questions.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
-        answers.nearest(questions[i], wanted, items);
-        return false;
-    });
+    implementation_->nearest(questions, out, filter);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
+                               const QueryFilter& filter) const
+{
+    implementation_->nearest(questions, out, filter);
 }
 
 template <int Dim, Coordinate T>

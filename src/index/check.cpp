@@ -133,6 +133,16 @@ void check_box(const Aabb<Dim, T>& box, const char* what, std::uint64_t number)
     }
 }
 
+template <int Dim, class T>
+void check_finite_box(const Aabb<Dim, T>& box, const char* what, std::uint64_t number)
+{
+    check_box(box, what, number);
+    for (int d = 0; d < Dim; ++d) {
+        check_finite(box.lo[d], what, number, "box.lo", d);
+        check_finite(box.hi[d], what, number, "box.hi", d);
+    }
+}
+
 void check_ids(const StridedView<std::uint32_t>& column, std::uint64_t ids, const char* name)
 {
     if (column.empty() || column.size() >= ids) return;
@@ -156,11 +166,7 @@ void check(const Ray<Dim, T>& ray, std::uint64_t number)
 template <int Dim, class T>
 void check(const Sweep<Dim, T>& sweep, std::uint64_t number)
 {
-    check_box(sweep.box, "sweep", number);
-    for (int d = 0; d < Dim; ++d) {
-        check_finite(sweep.box.lo[d], "sweep", number, "box.lo", d);
-        check_finite(sweep.box.hi[d], "sweep", number, "box.hi", d);
-    }
+    check_finite_box(sweep.box, "sweep", number);
     check_motion(sweep.motion, "sweep", number, "motion", "ask for the overlaps of the box");
     check_not_negative(sweep.max_fraction, "sweep", number, "max_fraction");
 }
@@ -199,6 +205,21 @@ void check(const Nearest<Dim, T>& nearest, std::uint64_t number)
     check_distance(nearest.max_distance, "nearest", number, "max_distance");
 }
 
+template <int Dim, class T>
+void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number)
+{
+    check_finite_box(nearest.box, "nearest", number);
+    check_distance(nearest.max_distance, "nearest", number, "max_distance");
+}
+
+template <class T>
+void check_max_distance(T max_distance)
+{
+    check_distance(max_distance, "closest pairs", Error::no_index, "max_distance");
+}
+template void check_max_distance(float);
+template void check_max_distance(double);
+
 void check(const QueryFilter& filter, std::uint64_t ids)
 {
     check_ids(filter.category, ids, "category");
@@ -217,7 +238,8 @@ void check(const QueryFilter& filter, std::uint64_t ids)
     template void check<Dim, T>(const Aabb<Dim, T>&, std::uint64_t);                                         \
     template void check<Dim, T>(const Sphere<Dim, T>&, std::uint64_t);                                       \
     template void check<Dim, T>(const Frustum<Dim, T>&, std::uint64_t);                                      \
-    template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t);
+    template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t);                                      \
+    template void check<Dim, T>(const NearestToBox<Dim, T>&, std::uint64_t);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

@@ -24,6 +24,12 @@ template <int Dim, class T>
 void check(const Frustum<Dim, T>& frustum, std::uint64_t number);
 template <int Dim, class T>
 void check(const Nearest<Dim, T>& nearest, std::uint64_t number);
+template <int Dim, class T>
+void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number);
+
+/// How far apart pairs may be.
+template <class T>
+void check_max_distance(T max_distance);
 
 /// Of a batch.
 template <class Question>

@@ -187,7 +187,8 @@ std::uint64_t depth_of(const Parts<Dim, T>& parts, Ref ref) noexcept
 } // namespace
 
 template <int Dim, class T>
-Tree<Dim, T>::Tree(const IndexOptions& options) : parts_(options), leaving_(options.memory)
+Tree<Dim, T>::Tree(const IndexOptions& options)
+    : parts_(options), leaving_(options.memory), queues_(options.memory), closest_work_(options.memory)
 {
     show_root(parts_);
 }
@@ -398,6 +399,8 @@ void Tree<Dim, T>::clear() noexcept
 template <int Dim, class T>
 void Tree<Dim, T>::release_memory() noexcept
 {
+    queues_.release_memory();
+    closest_work_.release_memory();
     while (!parts_.page_of.empty() && parts_.page_of.back() == none)
         parts_.page_of.pop_back();
     parts_.page_of.shrink_to_fit();
@@ -432,7 +435,7 @@ IndexStats Tree<Dim, T>::stats() const noexcept
     stats.splits = parts_.splits;
     stats.bytes = parts_.leaves.bytes() + parts_.pages.bytes() + parts_.forks.bytes() + parts_.wides.bytes() +
                   (parts_.page_of.capacity() + parts_.listed.capacity()) * sizeof(std::uint32_t) +
-                  leaving_.capacity() * sizeof(Record<Dim, T>);
+                  leaving_.capacity() * sizeof(Record<Dim, T>) + queues_.bytes() + closest_work_.bytes();
     return stats;
 }
 

@@ -54,6 +54,9 @@ class Tree
     }
     [[nodiscard]] Box box(std::uint32_t id) const noexcept;
     [[nodiscard]] Child<Dim, T> root() const noexcept { return parts_.root_child; }
+    /// Working memory of the searches that need some.
+    [[nodiscard]] QueueShelf<Dim, T>& queues() const noexcept { return queues_; }
+    [[nodiscard]] Shelf<ClosestWork<Dim, T>>& closest_work() const noexcept { return closest_work_; }
     /// The bounds of everything.
     [[nodiscard]] Box hull() const noexcept { return parts_.hull; }
     [[nodiscard]] const Frame<Dim>& frame() const noexcept { return parts_.frame; }
@@ -67,6 +70,8 @@ class Tree
 
     Parts<Dim, T> parts_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
+    mutable QueueShelf<Dim, T> queues_;
+    mutable Shelf<ClosestWork<Dim, T>> closest_work_;
 };
 
 } // namespace index

@@ -4,8 +4,10 @@
 
 #include <limits>
 
+#include "narrow/cast.hpp"
 #include "narrow/gaps3.hpp"
 #include "narrow/motion.hpp"
+#include "narrow/ray.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -78,6 +80,59 @@ Distance<Dim, T> distance_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, co
     Gap<Dim> gap;
     find_gap(pair, double{max_distance}, gap);
     return finish<Dim, T>(gap, pair.d, swapped);
+}
+
+template <int Dim, class T>
+CastHit<Dim, T> no_hit()
+{
+    CastHit<Dim, T> answer{};
+    answer.fraction = std::numeric_limits<T>::infinity();
+    return answer;
+}
+
+/// A checked ray.
+template <int Dim, class T>
+CastHit<Dim, T> ray_hit_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, const Ray<Dim, T>& ray,
+                           const Kernels& kernels)
+{
+    // Lengths of the direction, in two factors: their product may be infinite, or the square of one.
+    const V<Dim> given = load(ray.direction);
+    double scale = 0;
+    for (int d = 0; d < Dim; ++d)
+        scale = std::max(scale, std::abs(given[d]));
+    V<Dim> way = given;
+    for (int d = 0; d < Dim; ++d)
+        way[d] = given[d] / scale;
+    const double stretch = length(way);
+    way = way * (1 / stretch);
+    const V<Dim> origin = load(ray.origin) - load(pose.position);
+    const double most = double{ray.max_fraction} * scale * stretch;
+    const Strike<Dim> strike = find_strike(shape, rotation(pose), Line<Dim>{origin, way, most}, kernels);
+    if (strike.at == HUGE_VAL) return no_hit<Dim, T>();
+    CastHit<Dim, T> answer{};
+    answer.fraction = std::min(static_cast<T>(strike.at / scale / stretch), ray.max_fraction);
+    store(strike.normal, answer.normal);
+    store(origin + way * strike.at, answer.point);
+    answer.part = strike.part;
+    return answer;
+}
+
+template <int Dim, class T>
+CastHit<Dim, T> shape_hit_of(const Shape<Dim>& moving, const Pose<Dim, T>& pose,
+                             const Vec<Dim, T>& displacement, const Shape<Dim>& shape,
+                             const Pose<Dim, T>& shape_pose, const Kernels& kernels)
+{
+    const Touch<Dim> touch =
+        find_first_touch(place(shape, shape_pose, moving, pose, kernels), load(displacement));
+    if (touch.time == HUGE_VAL) return no_hit<Dim, T>();
+    CastHit<Dim, T> answer{};
+    answer.fraction = static_cast<T>(touch.time);
+    if (double{answer.fraction} > touch.time) answer.fraction = std::nextafter(answer.fraction, T{0});
+    store(touch.normal, answer.normal);
+    store(touch.on_a, answer.point);
+    answer.part = touch.part_a;
+    answer.moving_part = touch.part_b;
+    return answer;
 }
 
 template <class T>

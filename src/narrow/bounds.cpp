@@ -33,6 +33,27 @@ Vec2 column(const Mat2& r, int axis)
     return axis == 0 ? Vec2{r.c, r.s} : Vec2{-r.s, r.c};
 }
 
+/// How far a disc about the y axis reaches along axis d.
+template <int Dim>
+double disc_half(const M<Dim>& r, int d, double radius)
+{
+    V<Dim> across;
+    for (int axis = 0; axis < Dim; ++axis)
+        if (axis != 1) across[axis] = column(r, axis)[d] * radius;
+    return length(across);
+}
+
+template <int Dim>
+Extent<Dim> nothing()
+{
+    Extent<Dim> e;
+    for (int d = 0; d < Dim; ++d) {
+        e.lo[d] = HUGE_VAL;
+        e.hi[d] = -HUGE_VAL;
+    }
+    return e;
+}
+
 void add_hull(const HullData<3>& hull, const Mat3& r, const Vec3& p, Extent<3>& e)
 {
     for (const auto& corner : hull.corners)
@@ -76,8 +97,9 @@ void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent
         add_symmetric([&](int d) { return std::abs(column(r, 1)[d]) * size[1] + radius; });
         return;
     case Kind::box:
+    case Kind::rounded_box:
         add_symmetric([&](int d) {
-            double half = 0;
+            double half = radius;
             for (int axis = 0; axis < Dim; ++axis)
                 half += std::abs(column(r, axis)[d]) * size[axis];
             return half;
@@ -85,6 +107,37 @@ void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent
         return;
     case Kind::convex:
         add_hull(ShapeAccess::data<HullData<Dim>>(shape), r, p, e);
+        return;
+    case Kind::rounded_hull: {
+        Extent<Dim> hull = nothing<Dim>();
+        add_hull(ShapeAccess::data<HullData<Dim>>(shape), r, p, hull);
+        for (int d = 0; d < Dim; ++d) {
+            e.lo[d] = std::min(e.lo[d], hull.lo[d] - radius);
+            e.hi[d] = std::max(e.hi[d], hull.hi[d] + radius);
+        }
+        return;
+    }
+    case Kind::cylinder:
+        add_symmetric(
+            [&](int d) { return std::abs(column(r, 1)[d]) * size[1] + disc_half<Dim>(r, d, size[0]); });
+        return;
+    case Kind::cone: {
+        const V<Dim> tip = column(r, 1) * size[1];
+        e.add(p + tip);
+        for (int d = 0; d < Dim; ++d) {
+            const double half = disc_half<Dim>(r, d, size[0]);
+            e.lo[d] = std::min(e.lo[d], p[d] - tip[d] - half);
+            e.hi[d] = std::max(e.hi[d], p[d] - tip[d] + half);
+        }
+        return;
+    }
+    case Kind::ellipsoid:
+        add_symmetric([&](int d) {
+            V<Dim> half;
+            for (int axis = 0; axis < Dim; ++axis)
+                half[axis] = column(r, axis)[d] * size[axis];
+            return length(half);
+        });
         return;
     case Kind::half_space: {
         const V<Dim> normal = r * size;
@@ -173,11 +226,7 @@ Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double ma
             box.lo[d] = box.hi[d] = std::numeric_limits<T>::quiet_NaN();
         return box;
     }
-    Extent<Dim> e;
-    for (int d = 0; d < Dim; ++d) {
-        e.lo[d] = HUGE_VAL;
-        e.hi[d] = -HUGE_VAL;
-    }
+    Extent<Dim> e = nothing<Dim>();
     const M<Dim> turned = shape.type() == ShapeTypes::sphere ? M<Dim>{} : rotation(pose);
     add_shape(shape, turned, V<Dim>{}, e);
     const V<Dim> p = load(pose.position);

@@ -5,13 +5,23 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// The face that looks most into `direction`, in local axes.
-std::uint32_t best_face(const Polytope& hull, const Kernels& kernels, const Vec3& d, double& alignment)
+/// The face that looks most into `direction`, in local axes. A cylinder's are its discs, of which 0 is the
+/// upper, a cone's is its disc.
+std::uint32_t best_face(const Core3& core, const Vec3& d, double& alignment)
 {
+    const Polytope& hull = core.polytope;
     alignment = -HUGE_VAL;
+    if (core.smooth == Smooth::cylinder) {
+        alignment = std::abs(d.y);
+        return d.y > 0 ? 0 : 1;
+    }
+    if (core.smooth == Smooth::cone) {
+        alignment = -d.y;
+        return 1;
+    }
     std::uint32_t best = 0;
     if (hull.faces > 2) {
-        best = kernels.furthest(hull.nx, hull.face_stride, d.x, d.y, d.z);
+        best = core.kernels->furthest(hull.nx, hull.face_stride, d.x, d.y, d.z);
         alignment = dot(d, hull.normal(best));
         return best;
     }
@@ -31,6 +41,30 @@ constexpr double nearly_level = 0.087;
 /// by 50 times what they do. Below this sine of the angle they are side by side and have two points.
 constexpr double side_by_side = 0.02;
 
+/// A disc has as many corners as a face of contact needs, the first where it reaches furthest along d, unless
+/// that hardly leans to any side: then corners that stay where they are serve a solver better.
+constexpr std::uint32_t rim_corners = 8;
+constexpr double leaning = 0.02;
+
+void take_disc(const Core3& core, std::uint32_t f, const Vec3& d, Feature& feature)
+{
+    const bool up = f == 0;
+    feature.kind = face_feature;
+    feature.id = f;
+    feature.normal = up ? core.frame.r.y : -core.frame.r.y;
+    Vec3 spoke = d.x * d.x + d.z * d.z > leaning * leaning ? across_axis(d) : Vec3{1, 0, 0};
+    const double turn = std::sqrt(0.5);
+    for (std::uint32_t k = 0; k < rim_corners; ++k) {
+        feature.vertex.push_back(f * rim_corners + k);
+        feature.point.push_back(core.frame * Vec3{spoke.x * core.lengths.x,
+                                                  up ? core.lengths.y : -core.lengths.y,
+                                                  spoke.z * core.lengths.x});
+        // By an eighth of a turn, counterclockwise seen from outside.
+        const double sine = up ? turn : -turn;
+        spoke = {spoke.x * turn + spoke.z * sine, 0, spoke.z * turn - spoke.x * sine};
+    }
+}
+
 } // namespace
 
 void take_face(const Core3& core, std::uint32_t f, Feature& feature)
@@ -47,9 +81,38 @@ void take_face(const Core3& core, std::uint32_t f, Feature& feature)
 
 namespace {
 
+void take_face_towards(const Core3& core, std::uint32_t f, const Vec3& d, Feature& feature)
+{
+    core.is_smooth() ? take_disc(core, f, d, feature) : take_face(core, f, feature);
+}
+
+/// The line along a cylinder's or cone's side that d leans to, or the point furthest along d.
+void take_line_or_point(const Core3& core, const Vec3& d, double slope, Feature& feature)
+{
+    const bool cylinder = core.smooth == Smooth::cylinder;
+    if ((cylinder || core.smooth == Smooth::cone) && (d.x != 0 || d.z != 0)) {
+        const Vec3 rim = across_axis(d) * core.lengths.x;
+        const Vec3 low{rim.x, -core.lengths.y, rim.z},
+            high{cylinder ? rim.x : 0, core.lengths.y, cylinder ? rim.z : 0};
+        const Vec3 along = high - low;
+        const double rise = dot(d, along), extent = length2(along);
+        if (extent > 0 && rise * rise <= slope * slope * extent) {
+            feature.kind = edge_feature;
+            for (const Vec3& p : {low, high}) {
+                feature.vertex.push_back(static_cast<std::uint32_t>(feature.vertex.size()));
+                feature.point.push_back(core.frame * p);
+            }
+            return;
+        }
+    }
+    feature.vertex.push_back(0);
+    feature.point.push_back(core.frame * smooth_support(core, d));
+}
+
 /// An edge if one is level within `slope`, or lies highest of all at any slope where that is 1.
 void take_edge_or_vertex(const Core3& core, const Vec3& d, double slope, Feature& feature)
 {
+    if (core.is_smooth()) return take_line_or_point(core, d, slope, feature);
     const Polytope& hull = core.polytope;
     SmallVector<double, 128> depth;
     depth.resize(hull.stride);
@@ -98,19 +161,19 @@ void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, F
 {
     const Vec3 da = a.frame.r.back(n), db = b.frame.r.back(-n);
     double along_a = -1, along_b = -1;
-    const std::uint32_t face_a = best_face(a.polytope, *a.kernels, da, along_a);
-    const std::uint32_t face_b = best_face(b.polytope, *b.kernels, db, along_b);
+    const std::uint32_t face_a = best_face(a, da, along_a);
+    const std::uint32_t face_b = best_face(b, db, along_b);
     const bool exact_a = along_a > squarely_face, exact_b = along_b > squarely_face;
     // Against a face the other shape shows all it has, and what is too high falls away by its depth:
     // points come and go continuously. Where no face is hit squarely only what is nearly level counts.
     const double threshold_a = exact_b ? other_face : nearly_face;
     const double threshold_b = exact_a ? other_face : nearly_face;
     if (along_a > threshold_a)
-        take_face(a, face_a, fa);
+        take_face_towards(a, face_a, da, fa);
     else
         take_edge_or_vertex(a, da, exact_b ? 1 : nearly_level, fa);
     if (along_b > threshold_b)
-        take_face(b, face_b, fb);
+        take_face_towards(b, face_b, db, fb);
     else
         take_edge_or_vertex(b, db, exact_a ? 1 : nearly_level, fb);
 }
@@ -119,11 +182,9 @@ void take_against_face(const Core3& core, const Vec3& n, Feature& feature)
 {
     double along = -1;
     const Vec3 local = core.frame.r.back(n);
-    const std::uint32_t face = best_face(core.polytope, *core.kernels, local, along);
-    if (along > other_face) return take_face(core, face, feature);
-    if (core.custom == nullptr) return take_edge_or_vertex(core, local, 1, feature);
-    feature.point.push_back(support(core, n).p);
-    feature.vertex.push_back(0);
+    const std::uint32_t face = best_face(core, local, along);
+    if (along > other_face) return take_face_towards(core, face, local, feature);
+    take_edge_or_vertex(core, local, 1, feature);
 }
 
 namespace {

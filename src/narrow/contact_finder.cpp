@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <optional>
 
 #include "base/block_buffer_access.hpp"
 #include "base/checks.hpp"
@@ -50,7 +51,10 @@ struct ContactFinder<Dim, T>::Implementation
     using Objects = narrow::ObjectSet<Dim, Pose<Dim, T>>;
     using MovingObjects = narrow::ObjectSet<Dim, Motion<Dim, T>>;
     explicit Implementation(const ContactOptions& given)
-        : options(given), kernels(&narrow::kernels_for(checked(given.instruction_set))), result(given.memory)
+        : options(given),
+          kernels(&narrow::kernels_for(checked(given.instruction_set))),
+          result(given.memory),
+          points(given.memory)
     {
     }
 
@@ -70,13 +74,26 @@ struct ContactFinder<Dim, T>::Implementation
     /// The user's test for these two types, in either order; null if there is none.
     [[nodiscard]] const PairTest<Dim>* own_test(ShapeType a, ShapeType b) const;
 
-    const ContactBuffer<Dim, T>& find(const Objects& set_a, const Objects& set_b,
-                                      std::span<const std::span<const Pair>> blocks, T margin);
+    /// Made is Contact or PointContact.
+    template <class Made>
+    const BlockBuffer<Made>& find(const Objects& set_a, const Objects& set_b,
+                                  std::span<const std::span<const Pair>> blocks, T margin,
+                                  BlockBuffer<Made>& into);
+    /// A block whose pairs are balls and nothing else, straight into its results: nothing is kept on the way.
+    /// Returns how many there are, or that one can't be told so.
+    template <class Chunk>
+    static std::optional<std::size_t> find_balls(const Objects& set_a, const Objects& set_b,
+                                                 std::span<const Pair> pairs, double margin,
+                                                 const Chunk& chunk_of);
     void touching(const Objects& set_a, const Objects& set_b, PairView pairs, std::span<std::uint8_t> out);
     void distances(const Objects& set_a, const Objects& set_b, PairView pairs, T max_distance,
                    std::span<Distance<Dim, T>> out);
     void impacts(const MovingObjects& set_a, const MovingObjects& set_b, PairView pairs, T tolerance,
                  std::span<Impact<Dim, T>> out);
+    void ray_casts(StridedView<Ray<Dim, T>> rays, const Objects& objects, PairView pairs,
+                   std::span<CastHit<Dim, T>> out);
+    void shape_casts(const Objects& moving, StridedView<Vec<Dim, T>> displacements, const Objects& objects,
+                     PairView pairs, std::span<CastHit<Dim, T>> out);
     template <class Where, class Out, class Answer>
     void ask(const narrow::ObjectSet<Dim, Where>& set_a, const narrow::ObjectSet<Dim, Where>& set_b,
              PairView pairs, std::span<Out> out, std::uint64_t block, const Answer& answer);
@@ -95,9 +112,12 @@ struct ContactFinder<Dim, T>::Implementation
         std::uint64_t number; // of the first among all pairs
         std::size_t contacts; // found
     };
-    /// Sorts a block's pairs by what tests them and runs the kernels. What is left is in Group::other.
-    void run_groups(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs,
-                    std::uint64_t first, double margin, Worker& worker) const;
+    /// Checks a block's pairs and sorts them by what tests them.
+    void sort_groups(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs,
+                     std::uint64_t first, Worker& worker) const;
+    /// Runs the kernels on sorted pairs. What is left is in Group::other.
+    void run_groups(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs, double margin,
+                    Worker& worker) const;
     void ready_workers(std::uint32_t count)
     {
         while (workers.size() < count)
@@ -111,6 +131,7 @@ struct ContactFinder<Dim, T>::Implementation
     std::pmr::vector<Worker> workers{options.memory};
     std::pmr::vector<PairBlock> pair_blocks{options.memory};
     ContactBuffer<Dim, T> result;
+    PointContactBuffer<Dim, T> points;
     std::atomic<bool> in_use{false};
 };
 
@@ -146,21 +167,29 @@ auto ContactFinder<Dim, T>::Implementation::find_one(const Objects& set_a, const
 }
 
 template <int Dim, Coordinate T>
-void ContactFinder<Dim, T>::Implementation::run_groups(const Objects& set_a, const Objects& set_b,
-                                                       std::span<const Pair> pairs, std::uint64_t first,
-                                                       double margin, Worker& worker) const
+void ContactFinder<Dim, T>::Implementation::sort_groups(const Objects& set_a, const Objects& set_b,
+                                                        std::span<const Pair> pairs, std::uint64_t first,
+                                                        Worker& worker) const
 {
-    worker.found.clear();
     worker.lists.clear();
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         narrow::check_pair(set_a, set_b, pairs[i], first + i);
-        worker.contacts[i].count = 0;
         const Shape<Dim>&a = set_a.shapes[pairs[i].a], &b = set_b.shapes[pairs[i].b];
         narrow::Group group = narrow::group_of<Dim>(a.type(), b.type());
         if (own_in_group[static_cast<std::size_t>(group)] && own_test(a.type(), b.type()) != nullptr)
             group = narrow::Group::other;
         worker.lists.add(group, static_cast<std::uint16_t>(i));
     }
+}
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::Implementation::run_groups(const Objects& set_a, const Objects& set_b,
+                                                       std::span<const Pair> pairs, double margin,
+                                                       Worker& worker) const
+{
+    worker.found.clear();
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        worker.contacts[i].count = 0;
     if constexpr (Dim == 3) {
         narrow::Batch<T> batch{{set_a.shapes, set_a.poses, set_b.shapes, set_b.poses, pairs},
                                worker.lists,
@@ -172,12 +201,60 @@ void ContactFinder<Dim, T>::Implementation::run_groups(const Objects& set_a, con
 }
 
 template <int Dim, Coordinate T>
-const ContactBuffer<Dim, T>&
+template <class Chunk>
+std::optional<std::size_t>
+ContactFinder<Dim, T>::Implementation::find_balls(const Objects& set_a, const Objects& set_b,
+                                                  std::span<const Pair> pairs, double margin,
+                                                  const Chunk& chunk_of)
+{
+    if constexpr (Dim == 3) {
+        std::uint16_t near[narrow::block_pairs];
+        std::size_t near_count = 0;
+        bool in_one_place = false;
+        for (std::size_t i = 0; i < pairs.size(); ++i) { // which are near is hard to predict: no branches
+            const Pair& pair = pairs[i];
+            const narrow::Vec3 d =
+                narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
+            const double radii = set_a.shapes[pair.a].radius() + set_b.shapes[pair.b].radius();
+            near[near_count] = static_cast<std::uint16_t>(i);
+            near_count += narrow::spheres_near(radii + margin, d) ? 1 : 0;
+            in_one_place = in_one_place | (narrow::length2(d) == 0);
+        }
+        if (in_one_place) return {};
+        const auto chunk = chunk_of(near_count);
+        std::size_t count = 0;
+        for (std::size_t k = 0; k < near_count; ++k) {
+            const Pair& pair = pairs[near[k]];
+            const Shape<3>&a = set_a.shapes[pair.a], &b = set_b.shapes[pair.b];
+            const narrow::Vec3 d =
+                narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
+            // Put in order as any other pair.
+            const bool swapped = (d.x != 0 ? d.x : d.y != 0 ? d.y : d.z) < 0;
+            const narrow::Vec3 way = d * (swapped ? -1.0 : 1.0);
+            narrow::Manifold<3> manifold;
+            const narrow::Verdict verdict = narrow::spheres(
+                swapped ? b.radius() : a.radius(), swapped ? a.radius() : b.radius(), way, margin, manifold);
+            if (verdict != narrow::Verdict::touch) continue;
+            using Made = typename decltype(chunk)::value_type;
+            Made& contact = *::new (&chunk[count++]) Made;
+            contact.pair = pair;
+            narrow::finish(manifold, way, swapped, contact);
+        }
+        return count;
+    } else {
+        return {};
+    }
+}
+
+template <int Dim, Coordinate T>
+template <class Made>
+const BlockBuffer<Made>&
 ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects& set_b,
-                                            std::span<const std::span<const Pair>> blocks, T margin)
+                                            std::span<const std::span<const Pair>> blocks, T margin,
+                                            BlockBuffer<Made>& into)
 {
     const InUse call(in_use, "ContactFinder");
-    result.clear();
+    into.clear();
     narrow::check_length("margin", margin, true);
     narrow::check_sizes(set_a, set_b, "poses");
 
@@ -186,7 +263,7 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
     for (std::size_t b = 0; b < blocks.size(); before += blocks[b++].size())
         for (std::size_t first = 0; first < blocks[b].size(); first += narrow::block_pairs)
             pair_blocks.push_back({b, first, before + first, 0});
-    BlockBufferAccess access(result);
+    BlockBufferAccess access(into);
     access.reserve_chunks(pair_blocks.size());
     access.reserve_blocks(pair_blocks.size());
     const ProcessOptions one_by_one{&executor(), 1};
@@ -197,7 +274,17 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
         const std::span<const Pair> pairs = all.subspan(
             pair_blocks[k].first, std::min(narrow::block_pairs, all.size() - pair_blocks[k].first));
         Worker& worker = workers[work.slot];
-        run_groups(set_a, set_b, pairs, pair_blocks[k].number, double{margin}, worker);
+        // A little more than needed, so that a scene that breathes doesn't allocate at every new contact.
+        const auto chunk_of = [&](std::size_t most) {
+            return access.chunk(k, most <= access.capacity(k) ? most : (most * 5 / 4 + 63) / 64 * 64);
+        };
+        sort_groups(set_a, set_b, pairs, pair_blocks[k].number, worker);
+        if (worker.lists.of(narrow::Group::spheres).size() == pairs.size())
+            if (const auto balls = find_balls(set_a, set_b, pairs, double{margin}, chunk_of)) {
+                pair_blocks[k].contacts = *balls;
+                return;
+            }
+        run_groups(set_a, set_b, pairs, double{margin}, worker);
         for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
             const Arranged arranged = find_one(set_a, set_b, pairs[i], double{margin}, worker.one);
             worker.contacts[i] = {static_cast<std::uint32_t>(worker.found.size()),
@@ -205,10 +292,7 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
                                   arranged.placed.d};
             worker.found.insert(worker.found.end(), worker.one.begin(), worker.one.end());
         }
-        // A little more than needed, so that a scene that breathes doesn't allocate at every new contact.
-        const std::size_t most = worker.found.size();
-        const std::span<Contact<Dim, T>> chunk =
-            access.chunk(k, most <= access.capacity(k) ? most : (most * 5 / 4 + 63) / 64 * 64);
+        const std::span<Made> chunk = chunk_of(worker.found.size());
         std::size_t count = 0;
         std::uint16_t touching[narrow::block_pairs];
         std::size_t touching_count = 0;
@@ -219,7 +303,7 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
         for (const std::uint16_t i : std::span(touching).first(touching_count)) {
             const narrow::PairContacts<Dim>& those = worker.contacts[i];
             for (std::uint32_t f = those.first; f < those.first + those.count; ++f) {
-                Contact<Dim, T>& contact = *::new (&chunk[count++]) Contact<Dim, T>;
+                Made& contact = *::new (&chunk[count++]) Made;
                 contact.pair = pairs[i];
                 narrow::finish(worker.found[f], those.d, those.swapped, contact);
             }
@@ -229,7 +313,7 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
     process_items(pair_blocks.size(), find_in_block, one_by_one);
     for (std::size_t k = 0; k < pair_blocks.size(); ++k)
         access.append(access.chunk(k, 0).first(pair_blocks[k].contacts));
-    return result;
+    return into;
 }
 
 template <int Dim, Coordinate T>
@@ -250,7 +334,7 @@ void ContactFinder<Dim, T>::add_test(const PairTest<Dim>& test)
     if (test.test == nullptr)
         throw Error(ErrorCode::invalid_argument, "a pair test without a function; give PairTest::test");
     for (const ShapeType type : {test.type_a, test.type_b})
-        if (type > ShapeTypes::compound && type < ShapeTypes::first_custom)
+        if (type >= ShapeTypes::end && type < ShapeTypes::first_custom)
             throw Error(ErrorCode::invalid_argument,
                         "a pair test for shapes of type " + std::to_string(type) +
                             ", which there are none of; give one of ShapeTypes, or a custom one from " +
@@ -268,6 +352,13 @@ void ContactFinder<Dim, T>::take(ContactBuffer<Dim, T>& buffer)
     std::swap(implementation_->result, buffer);
     implementation_->result.clear();
 }
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::take(PointContactBuffer<Dim, T>& buffer)
+{
+    const InUse call(implementation_->in_use, "ContactFinder");
+    std::swap(implementation_->points, buffer);
+    implementation_->points.clear();
+}
 
 template <int Dim, Coordinate T>
 void ContactFinder<Dim, T>::Implementation::touching(const Objects& set_a, const Objects& set_b,
@@ -281,7 +372,8 @@ void ContactFinder<Dim, T>::Implementation::touching(const Objects& set_a, const
     const auto test_some = [&](const PairBatch& some) {
         Worker& worker = workers[some.work.slot];
         const std::span<std::uint8_t> touch = out.subspan(some.first, some.items.size());
-        run_groups(set_a, set_b, some.items, some.first, 0, worker);
+        sort_groups(set_a, set_b, some.items, some.first, worker);
+        run_groups(set_a, set_b, some.items, 0, worker);
         for (std::size_t i = 0; i < touch.size(); ++i)
             touch[i] = worker.contacts[i].count != 0 ? 1 : 0;
         for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
@@ -366,6 +458,58 @@ void ContactFinder<Dim, T>::Implementation::impacts(const MovingObjects& set_a, 
         });
 }
 
+/// Pairs of rays or shapes that move, and shapes that rest.
+constexpr std::uint64_t cast_block = 64;
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::Implementation::ray_casts(StridedView<Ray<Dim, T>> rays, const Objects& objects,
+                                                      PairView pairs, std::span<CastHit<Dim, T>> out)
+{
+    const InUse call(in_use, "ContactFinder");
+    narrow::check_sizes(objects, objects, "poses");
+    narrow::check_out(pairs.size(), out.size());
+    const auto cast_some = [&](const PairBatch& some) {
+        for (std::size_t i = 0; i < some.items.size(); ++i) {
+            const Pair& pair = some.items[i];
+            if (pair.a >= rays.size() || pair.b >= objects.shapes.size())
+                narrow::refuse_pair(pair, some.first + i, rays.size(), objects.shapes.size());
+            const Ray<Dim, T>& ray = rays[pair.a];
+            const Shape<Dim>& shape = objects.shapes[pair.b];
+            const Pose<Dim, T>& pose = objects.poses[pair.b];
+            narrow::check_ray(ray, pair.a);
+            narrow::check_object(shape, pose, pair.b);
+            out[some.first + i] = narrow::ray_hit_of(shape, pose, ray, *kernels);
+        }
+    };
+    process_pairs(pairs, cast_some, {&executor(), cast_block});
+}
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::Implementation::shape_casts(const Objects& moving,
+                                                        StridedView<Vec<Dim, T>> displacements,
+                                                        const Objects& objects, PairView pairs,
+                                                        std::span<CastHit<Dim, T>> out)
+{
+    const InUse call(in_use, "ContactFinder");
+    narrow::check_sizes(moving, objects, "poses");
+    if (displacements.size() != moving.shapes.size())
+        throw Error(ErrorCode::size_mismatch,
+                    "there are " + std::to_string(moving.shapes.size()) + " shapes that move and " +
+                        std::to_string(displacements.size()) + " displacements; give one of each per object");
+    narrow::check_out(pairs.size(), out.size());
+    const auto cast_some = [&](const PairBatch& some) {
+        for (std::size_t i = 0; i < some.items.size(); ++i) {
+            const Pair& pair = some.items[i];
+            narrow::check_pair(moving, objects, pair, some.first + i);
+            narrow::check_displacement(displacements[pair.a], pair.a);
+            out[some.first + i] =
+                narrow::shape_hit_of(moving.shapes[pair.a], moving.poses[pair.a], displacements[pair.a],
+                                     objects.shapes[pair.b], objects.poses[pair.b], *kernels);
+        }
+    };
+    process_pairs(pairs, cast_some, {&executor(), cast_block});
+}
+
 // With one set of objects, and with two.
 template <int Dim, Coordinate T>
 const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes, const Poses& poses,
@@ -378,7 +522,22 @@ const ContactBuffer<Dim, T>& ContactFinder<Dim, T>::find(const Shapes& shapes_a,
                                                          const Shapes& shapes_b, const Poses& poses_b,
                                                          PairView pairs, T margin)
 {
-    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, pairs.blocks(), margin);
+    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, pairs.blocks(), margin,
+                                 implementation_->result);
+}
+template <int Dim, Coordinate T>
+const PointContactBuffer<Dim, T>& ContactFinder<Dim, T>::find_points(const Shapes& shapes, const Poses& poses,
+                                                                     PairView pairs, T margin)
+{
+    return find_points(shapes, poses, shapes, poses, pairs, margin);
+}
+template <int Dim, Coordinate T>
+const PointContactBuffer<Dim, T>&
+ContactFinder<Dim, T>::find_points(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
+                                   const Poses& poses_b, PairView pairs, T margin)
+{
+    return implementation_->find({shapes_a, poses_a}, {shapes_b, poses_b}, pairs.blocks(), margin,
+                                 implementation_->points);
 }
 template <int Dim, Coordinate T>
 void ContactFinder<Dim, T>::touching(const Shapes& shapes, const Poses& poses, PairView pairs,
@@ -417,6 +576,21 @@ void ContactFinder<Dim, T>::impacts(const Shapes& shapes_a, const Motions& motio
                                     std::span<Impact<Dim, T>> out)
 {
     implementation_->impacts({shapes_a, motions_a}, {shapes_b, motions_b}, pairs, tolerance, out);
+}
+
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::ray_casts(StridedView<Ray<Dim, T>> rays, const Shapes& shapes, const Poses& poses,
+                                      PairView pairs, std::span<CastHit<Dim, T>> out)
+{
+    implementation_->ray_casts(rays, {shapes, poses}, pairs, out);
+}
+template <int Dim, Coordinate T>
+void ContactFinder<Dim, T>::shape_casts(const Shapes& moving, const Poses& poses,
+                                        StridedView<Vec<Dim, T>> displacements, const Shapes& shapes,
+                                        const Poses& shape_poses, PairView pairs,
+                                        std::span<CastHit<Dim, T>> out)
+{
+    implementation_->shape_casts({moving, poses}, displacements, {shapes, shape_poses}, pairs, out);
 }
 
 template class ContactFinder<2, float>;

@@ -7,8 +7,8 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// How many corners stand for a user's smooth shape: a regular fan of its support points.
-constexpr std::uint32_t custom_corners = 64;
+/// How many corners stand for a smooth shape: a regular fan of its support points.
+constexpr std::uint32_t fan_corners = 64;
 
 } // namespace
 
@@ -24,6 +24,7 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
         add(frame * Vec2{0, -size[1]}, 0);
         if (size[1] > 0) add(frame * Vec2{0, size[1]}, 1);
         break;
+    case Kind::rounded_box:
     case Kind::box: {
         const double x = size[0], y = size[1];
         add(frame * Vec2{-x, -y}, 0);
@@ -32,6 +33,7 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
         if (x > 0 && y > 0) add(frame * Vec2{-x, y}, 3);
         break;
     }
+    case Kind::rounded_hull:
     case Kind::convex: {
         const auto& hull = ShapeAccess::data<HullData<2>>(shape);
         for (std::size_t i = 0; i < hull.loop.size(); ++i)
@@ -42,14 +44,19 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
     case Kind::mesh:       // not convex: their parts are
     case Kind::height_field:
     case Kind::compound:
+    case Kind::cylinder: // of space alone
+    case Kind::cone:
         break;
+    case Kind::ellipsoid:
     case Kind::custom: {
+        smooth = true;
         custom = shape.custom();
+        ellipse = load(size);
         // The directions of a regular polygon, by turning one step after another.
         const Vec2 step{0.99518472667219689, 0.098017140329560602};
         Vec2 d{1, 0};
-        for (std::uint32_t i = 0; i < custom_corners; ++i) {
-            const Vec2 p = frame * load(custom->support({d.x, d.y}));
+        for (std::uint32_t i = 0; i < fan_corners; ++i) {
+            const Vec2 p = frame * smooth_support(*this, d);
             if (corner.empty() || (length2(p - corner[corner.size() - 1]) > 0 && length2(p - corner[0]) > 0))
                 add(p, i);
             d = {d.x * step.x - d.y * step.y, d.x * step.y + d.y * step.x};
@@ -157,31 +164,44 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
     }
 }
 
-void refine(Core2& core, const Core2& other)
+namespace {
+
+/// Makes the support point along a normal a corner. Returns whether it wasn't one.
+bool grow(Core2& core, const Vec2& normal)
+{
+    const Vec2 p = support(core, normal);
+    const double height = dot(normal, furthest(core, normal));
+    if (!(dot(normal, p) > height + 1e-12 * core.reach)) return false;
+    // Between the corners of the side it lies outside of most.
+    std::size_t after = 0;
+    double most = -HUGE_VAL;
+    for (std::size_t i = 0; i < core.corner.size(); ++i) {
+        const Vec2 side = core.next(i) - core.corner[i];
+        const double size = length(side);
+        const double outside = size > 0 ? dot(right(side), p - core.corner[i]) / size : 0;
+        if (outside > most) {
+            most = outside;
+            after = i;
+        }
+    }
+    core.add(p, fan_corners);
+    for (std::size_t i = core.corner.size() - 1; i > after + 1; --i) {
+        std::swap(core.corner[i], core.corner[i - 1]);
+        std::swap(core.number[i], core.number[i - 1]);
+    }
+    return true;
+}
+
+} // namespace
+
+void refine(Core2& a, Core2& b)
 {
     for (int step = 0; step < 24; ++step) {
         Gap<2> gap;
-        core_gap(core, other, gap);
-        const Vec2 p = support(core, gap.normal);
-        const double height = dot(gap.normal, furthest(core, gap.normal));
-        if (!(dot(gap.normal, p) > height + 1e-12 * core.reach)) return;
-        // Between the corners of the side it lies outside of most.
-        std::size_t after = 0;
-        double most = -HUGE_VAL;
-        for (std::size_t i = 0; i < core.corner.size(); ++i) {
-            const Vec2 side = core.next(i) - core.corner[i];
-            const double size = length(side);
-            const double outside = size > 0 ? dot(right(side), p - core.corner[i]) / size : 0;
-            if (outside > most) {
-                most = outside;
-                after = i;
-            }
-        }
-        core.add(p, custom_corners);
-        for (std::size_t i = core.corner.size() - 1; i > after + 1; --i) {
-            std::swap(core.corner[i], core.corner[i - 1]);
-            std::swap(core.number[i], core.number[i - 1]);
-        }
+        core_gap(a, b, gap);
+        const bool grown_a = a.is_smooth() && grow(a, gap.normal);
+        const bool grown_b = b.is_smooth() && grow(b, -gap.normal);
+        if (!grown_a && !grown_b) return;
     }
 }
 
@@ -356,7 +376,7 @@ Core2 lowest_point(const Core2& core, const Vec2& normal)
 
 void half_space_gap(const Core2& a, const Vec2& normal, double offset, Gap<2>& gap)
 {
-    if (a.custom != nullptr) return half_space_gap(lowest_point(a, normal), normal, offset, gap);
+    if (a.is_smooth()) return half_space_gap(lowest_point(a, normal), normal, offset, gap);
     const Vec2 lowest = furthest(a, -normal);
     gap.distance = dot(normal, lowest) - offset - a.radius;
     gap.normal = -normal;
@@ -368,8 +388,7 @@ void half_space_gap(const Core2& a, const Vec2& normal, double offset, Gap<2>& g
 bool half_space_contact(const Core2& a, const Vec2& normal, double offset, double margin,
                         Manifold<2>& manifold)
 {
-    if (a.custom != nullptr)
-        return half_space_contact(lowest_point(a, normal), normal, offset, margin, manifold);
+    if (a.is_smooth()) return half_space_contact(lowest_point(a, normal), normal, offset, margin, manifold);
     const auto depth_of = [&](std::size_t i) { return offset + a.radius - dot(normal, a.corner[i]); };
     const auto point = [&](std::size_t i) {
         const double depth = depth_of(i);
@@ -397,6 +416,15 @@ bool half_space_contact(const Core2& a, const Vec2& normal, double offset, doubl
 void convex_gap(const Core2& a, const Core2& b, Gap<2>& gap)
 {
     core_gap(a, b, gap);
+    if (gap.distance <= 0) { // in the middle of what they share, as in 3D
+        Manifold<2> manifold;
+        make_manifold(a, b, gap, 0, manifold);
+        gap.distance -= a.radius + b.radius;
+        const Vec2 half = gap.normal * (0.5 * gap.distance);
+        gap.on_a = manifold.point[0].p - half;
+        gap.on_b = manifold.point[0].p + half;
+        return;
+    }
     gap.distance -= a.radius + b.radius;
     gap.on_a += gap.normal * a.radius;
     gap.on_b += gap.normal * -b.radius;

@@ -16,6 +16,8 @@ struct Core2
     SmallVector<Vec2, 16> corner;
     SmallVector<std::uint32_t, 16> number; ///< of each corner, for features
     double radius, reach;
+    bool smooth = false;
+    Vec2 ellipse; ///< half its widths, if it is one
     const CustomShape<2>* custom = nullptr;
     Frame<2> frame;
 
@@ -24,6 +26,8 @@ struct Core2
     {
     }
     Core2(const Shape<2>& shape, const Frame<2>& where);
+    /// Known by its support points: its corners are some of them.
+    [[nodiscard]] bool is_smooth() const { return smooth; }
     void add(const Vec2& p, std::uint32_t n)
     {
         corner.push_back(p);
@@ -40,16 +44,25 @@ inline Vec2 furthest(const Core2& core, const Vec2& direction)
     return core.corner[furthest_corner(core, direction)];
 }
 
-/// The point of a user's smooth shape furthest along a direction, which is none of the corners.
+/// The point of a smooth shape furthest along a direction, which is none of the corners; both in local axes.
+inline Vec2 smooth_support(const Core2& core, const Vec2& d)
+{
+    if (core.custom != nullptr) return load(core.custom->support({d.x, d.y}));
+    Vec2 scaled{d.x * core.ellipse.x, d.y * core.ellipse.y};
+    const double big = std::max(std::abs(scaled.x), std::abs(scaled.y));
+    if (big == 0) return {};
+    scaled = scaled * (1 / big);
+    scaled = scaled * (1 / length(scaled));
+    return {scaled.x * core.ellipse.x, scaled.y * core.ellipse.y};
+}
 inline Vec2 support(const Core2& core, const Vec2& direction)
 {
-    const Vec2 local = core.frame.r.back(direction);
-    return core.frame * load(core.custom->support({local.x, local.y}));
+    return core.frame * smooth_support(core, core.frame.r.back(direction));
 }
 
-/// Turns a user's smooth shape into a polygon that is exact where it meets `other`: its support point along
-/// the normal becomes a corner, until that changes nothing. Each step quarters the error.
-void refine(Core2& core, const Core2& other);
+/// Turns whichever of the two is smooth into a polygon that is exact where it meets the other: its support
+/// point along the normal becomes a corner, until that changes nothing. Each step quarters the error.
+void refine(Core2& a, Core2& b);
 
 /// The distance between cores (not their radii), or how much they overlap, and the points that have it.
 void core_gap(const Core2& a, const Core2& b, Gap<2>& gap);

@@ -37,7 +37,7 @@ Core3::Core3(const Shape<3>& shape, const Frame<3>& where, const Kernels& with)
       reach(ShapeAccess::reach(shape) - radius),
       kernels(&with)
 {
-    const Vec<3, double>& size = ShapeAccess::size(shape);
+    const Vec<3, double>& given = ShapeAccess::size(shape);
     polytope.x = coordinates_;
     polytope.stride = lanes;
     switch (kind_of(shape)) {
@@ -49,19 +49,31 @@ Core3::Core3(const Shape<3>& shape, const Frame<3>& where, const Kernels& with)
     case Kind::capsule:
         polytope.vertices = 2;
         for (std::uint32_t i = 0; i < lanes; ++i)
-            put(coordinates_, i, {0, i == 1 ? size[1] : -size[1], 0});
+            put(coordinates_, i, {0, i == 1 ? given[1] : -given[1], 0});
         polytope.edge = box_edge; // 0 to 1
         polytope.edges = 1;
         polytope.direction = axes + 1;
         polytope.directions = 1;
         break;
     case Kind::box:
-        set_box(size);
+    case Kind::rounded_box:
+        set_box(given);
+        break;
+    case Kind::cylinder:
+        set_smooth(Smooth::cylinder, given);
+        break;
+    case Kind::cone:
+        set_smooth(Smooth::cone, given);
+        break;
+    case Kind::ellipsoid:
+        set_smooth(Smooth::ellipsoid, given);
         break;
     case Kind::convex:
+    case Kind::rounded_hull:
         polytope = ShapeAccess::data<HullData<3>>(shape).polytope;
         break;
     case Kind::custom:
+        smooth = Smooth::custom;
         custom = shape.custom();
         break;
     case Kind::half_space: // a plane and no polytope
@@ -70,6 +82,12 @@ Core3::Core3(const Shape<3>& shape, const Frame<3>& where, const Kernels& with)
     case Kind::compound:
         break;
     }
+}
+
+void Core3::set_smooth(Smooth what, const Vec<3, double>& size)
+{
+    smooth = what;
+    lengths = load(size);
 }
 
 /// A box without extent along some axes is a rectangle, a segment or a point: a face without area would have

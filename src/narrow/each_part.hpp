@@ -49,16 +49,16 @@ void for_each_element(const MeshData<Dim>& mesh, const Kernels& kernels, const F
     }
 }
 
+/// Calls visit(number, corners) for the triangles of a height field.
 template <class Visit>
-void for_each_cell(const HeightData& field, const Kernels& kernels, const Frame<3>& frame,
-                   const Region<3>& region, const Range<3>& range, Visit&& visit)
+void for_each_triangle(const HeightData& field, const Region<3>& region, const Range<3>& range, Visit&& visit)
 {
     const Region<3> all = region.swept(range.time);
     if (all.lo[1] > field.highest + range.reach) return;
     // Cells under the region; numbers that no grid has are cut off before they become integers.
     const auto cell = [](double x, double spacing, std::uint32_t count) {
         const double c = std::floor(x / spacing);
-        return static_cast<std::uint32_t>(std::clamp(c, 0.0, static_cast<double>(count)));
+        return c > 0 ? static_cast<std::uint32_t>(std::min(c, static_cast<double>(count))) : 0;
     };
     const double width = (field.columns - 1) * field.spacing_x, depth = (field.rows - 1) * field.spacing_z;
     if (all.hi[0] + range.reach < 0 || all.lo[0] - range.reach > width || all.hi[2] + range.reach < 0 ||
@@ -67,6 +67,8 @@ void for_each_cell(const HeightData& field, const Kernels& kernels, const Frame<
     const std::uint32_t z0 = cell(all.lo[2] - range.reach, field.spacing_z, field.rows - 2);
     const std::uint32_t z1 = cell(all.hi[2] + range.reach, field.spacing_z, field.rows - 2);
     for (std::uint32_t z = z0; z <= z1; ++z) {
+        if (range.reach == -HUGE_VAL)
+            return; // it may end the search; an endless region less that is no number
         double lo = region.lo[0], hi = region.hi[0];
         if (range.time > 0) { // where the region is while it passes this row
             double enter = 0, leave = range.time;
@@ -87,10 +89,26 @@ void for_each_cell(const HeightData& field, const Kernels& kernels, const Frame<
                 const double low[3] = {x * field.spacing_x, field.floor, z * field.spacing_z};
                 const double top[3] = {low[0] + field.spacing_x, high, low[2] + field.spacing_z};
                 if (range.time > 0 ? region.meets(low, top, range) : region.lo[1] <= high + range.reach)
-                    visit(number + (second ? 1 : 0), Part<3>(field, corners, frame, kernels));
+                    visit(number + (second ? 1u : 0u), corners);
             }
         }
     }
+}
+
+template <class Visit>
+void for_each_cell(const HeightData& field, const Kernels& kernels, const Frame<3>& frame,
+                   const Region<3>& region, const Range<3>& range, Visit&& visit)
+{
+    for_each_triangle(field, region, range, [&](std::uint32_t number, const Mesh<3>::Element& corners) {
+        visit(number, Part<3>(field, corners, frame, kernels));
+    });
+}
+
+/// A user's shape without a support function has no part that anything could meet.
+template <int Dim>
+bool has_part(const Shape<Dim>& shape)
+{
+    return shape.custom() == nullptr || shape.custom()->has_support();
 }
 
 template <int Dim, class Visit>
@@ -105,9 +123,9 @@ void for_each_child(const CompoundData<Dim>& compound, const Kernels& kernels, c
             lo[d] = child.frame.p[d] - ball;
             hi[d] = child.frame.p[d] + ball;
         }
-        const bool has_part = child.shape.custom() == nullptr || child.shape.custom()->has_support();
         const Frame<Dim> there{frame.r * child.frame.r, frame * child.frame.p};
-        if (has_part && region.meets(lo, hi, range)) visit(number, Part<Dim>(child.shape, there, kernels));
+        if (has_part(child.shape) && region.meets(lo, hi, range))
+            visit(number, Part<Dim>(child.shape, there, kernels));
         ++number;
     }
 }
@@ -118,26 +136,35 @@ template <int Dim, class Visit>
 void for_each_part(const Shape<Dim>& shape, const Kernels& kernels, const Frame<Dim>& frame,
                    const Region<Dim>& region, const Range<Dim>& range, Visit&& visit)
 {
-    switch (kind_of(shape)) {
-    case Kind::mesh:
-        return for_each_element(ShapeAccess::data<MeshData<Dim>>(shape), kernels, frame, region, range,
-                                visit);
-    case Kind::height_field:
-        if constexpr (Dim == 3)
-            for_each_cell(ShapeAccess::data<HeightData>(shape), kernels, frame, region, range, visit);
-        return;
-    case Kind::compound:
-        return for_each_child(ShapeAccess::data<CompoundData<Dim>>(shape), kernels, frame, region, range,
-                              visit);
-    case Kind::custom:
-        if (!shape.custom()->has_support()) return;
-        [[fallthrough]];
-    case Kind::sphere:
-    case Kind::capsule:
-    case Kind::box:
-    case Kind::convex:
-    case Kind::half_space:
-        visit(0u, Part<Dim>(shape, frame, kernels));
+    const Kind kind = kind_of(shape);
+    if (!consists_of_parts(kind)) {
+        if (has_part(shape)) visit(0u, Part<Dim>(shape, frame, kernels));
+    } else if (kind == Kind::mesh) {
+        for_each_element(ShapeAccess::data<MeshData<Dim>>(shape), kernels, frame, region, range, visit);
+    } else if (kind == Kind::compound) {
+        for_each_child(ShapeAccess::data<CompoundData<Dim>>(shape), kernels, frame, region, range, visit);
+    } else if constexpr (Dim == 3) {
+        for_each_cell(ShapeAccess::data<HeightData>(shape), kernels, frame, region, range, visit);
+    }
+}
+
+/// Calls visit(part) with one part by its number, as for_each_part has numbered it.
+template <int Dim, class Visit>
+void with_part(const Shape<Dim>& shape, std::uint32_t number, const Kernels& kernels, const Frame<Dim>& frame,
+               Visit&& visit)
+{
+    const Kind kind = kind_of(shape);
+    if (!consists_of_parts(kind)) {
+        visit(Part<Dim>(shape, frame, kernels));
+    } else if (kind == Kind::mesh) {
+        const auto& mesh = ShapeAccess::data<MeshData<Dim>>(shape);
+        visit(Part<Dim>(mesh, mesh.elements[number], frame, kernels));
+    } else if (kind == Kind::compound) {
+        const auto& child = ShapeAccess::data<CompoundData<Dim>>(shape).children[number];
+        visit(Part<Dim>(child.shape, {frame.r * child.frame.r, frame * child.frame.p}, kernels));
+    } else if constexpr (Dim == 3) {
+        const auto& field = ShapeAccess::data<HeightData>(shape);
+        visit(Part<3>(field, field.triangle(number), frame, kernels));
     }
 }
 

@@ -70,7 +70,7 @@ class Expansion
 
     void run()
     {
-        const bool smooth = a_.custom != nullptr || b_.custom != nullptr;
+        const bool smooth = a_.is_smooth() || b_.is_smooth();
         const double enough = (smooth ? 1e-8 : 1e-12) * extent_;
         const int most_steps = smooth ? 64 : 1000;
         // How far the cores reach into each other along a face's normal is never less than the depth; the

@@ -131,8 +131,8 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, in
             // v . w / |v| is a lower bound of the distance, |v| an upper one.
             bool done = size - along <= 1e-14 * size;
             for (int i = 0; i < s.count; ++i)
-                done = done || (a.custom == nullptr && b.custom == nullptr && s.point[i].ia == w.ia &&
-                                s.point[i].ib == w.ib);
+                done = done ||
+                       (!a.is_smooth() && !b.is_smooth() && s.point[i].ia == w.ia && s.point[i].ib == w.ib);
             if (done) break;
         }
         s.point[s.count] = w;

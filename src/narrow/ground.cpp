@@ -35,7 +35,7 @@ bool in_column(const Part<3>& triangle, const Vec3& p)
 Vec3 centre_of(const Core3& core)
 {
     Vec3 sum;
-    if (core.custom != nullptr) { // which needn't hold its own origin
+    if (core.is_smooth()) { // which needn't hold its own origin
         for (const Vec3& axis : {core.frame.r.x, core.frame.r.y, core.frame.r.z})
             sum += furthest(core, axis) + furthest(core, -axis);
         return sum * (1.0 / 6);

@@ -102,6 +102,50 @@ template <int Dim, class T>
         object);
 }
 
+template <int Dim, class T>
+std::string listed(const Vec<Dim, T>& numbers)
+{
+    std::string text_of;
+    for (const T x : numbers)
+        text_of += " " + text(double{x});
+    return text_of;
+}
+inline std::string named(const char* what, std::uint64_t number)
+{
+    return number == Error::no_index ? std::string("a ") + what
+                                     : std::string("the ") + what + " " + std::to_string(number);
+}
+template <int Dim, class T>
+void check_ray(const Ray<Dim, T>& ray, std::uint64_t number)
+{
+    bool good = true;
+    T longest_component = 0;
+    for (int d = 0; d < Dim; ++d) {
+        good = good && std::abs(double{ray.origin[d]}) <= longest &&
+               std::abs(ray.direction[d]) <= std::numeric_limits<T>::max();
+        longest_component = std::max(longest_component, std::abs(ray.direction[d]));
+    }
+    good = good && T(1) / longest_component <= std::numeric_limits<T>::max() && ray.max_fraction >= 0;
+    if (good) return;
+    throw Error(ErrorCode::invalid_argument,
+                named("ray", number) + " has origin" + listed(ray.origin) + ", direction" +
+                    listed(ray.direction) + ", max_fraction " + text(double{ray.max_fraction}) +
+                    "; give an origin within 1e60, a finite direction that isn't zero or too short to divide "
+                    "by, and a fraction of 0 or more",
+                number);
+}
+template <int Dim, class T>
+void check_displacement(const Vec<Dim, T>& displacement, std::uint64_t number)
+{
+    for (const T x : displacement)
+        if (!(std::abs(double{x}) <= longest))
+            throw Error(ErrorCode::invalid_argument,
+                        (number == Error::no_index ? std::string("a displacement")
+                                                   : "the displacement of object " + std::to_string(number)) +
+                            " is" + listed(displacement) + "; give numbers within 1e60",
+                        number);
+}
+
 /// One set of objects, each with a Pose or a Motion.
 template <int Dim, class Where>
 struct ObjectSet

@@ -22,7 +22,13 @@ namespace one_pair {
 #define HWY_ATTR
 #include "simd/plain-inl.hpp"
 //
-#include "narrow/kernels-inl.hpp"
+#include "narrow/kernels_reals-inl.hpp"
+//
+#include "narrow/kernels_pairs-inl.hpp"
+//
+#include "narrow/kernels_polyhedra-inl.hpp"
+//
+#include "narrow/kernels_trees-inl.hpp"
 #pragma pop_macro("HWY_ATTR")
 
 } // namespace one_pair
@@ -40,7 +46,13 @@ namespace HWY_NAMESPACE {
 #if !JOSTLE_SIMD_PLAIN
 #include "simd/vec-inl.hpp"
 //
-#include "narrow/kernels-inl.hpp"
+#include "narrow/kernels_reals-inl.hpp"
+//
+#include "narrow/kernels_pairs-inl.hpp"
+//
+#include "narrow/kernels_polyhedra-inl.hpp"
+//
+#include "narrow/kernels_trees-inl.hpp"
 #else
 using one_pair::approaches;
 using one_pair::bounds;

@@ -12,10 +12,19 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Pairs that a kernel looks at in one call; unused ones hold the last pair again.
+/// How many pairs a kernel looks at in one call. Where there are fewer, the last one stands in all places
+/// that are left.
 inline constexpr std::uint32_t batch = 8;
 
-/// Arranged pairs, one array per number: unit quaternions or any multiples near 1, b's position from a's.
+// A batch is pairs transposed, so that a vector is one number of several pairs:
+//
+//     d[0]   x of pair 0   x of pair 1   ...   x of pair 7
+//     d[1]   y of pair 0   y of pair 1   ...
+//
+// turn_a and turn_b are the rotations as quaternions, whose length need not be exactly 1; d is b's position
+// seen from a's. Kernels fill in what comes behind "Out".
+
+/// Two boxes.
 struct BoxBatch
 {
     double turn_a[4][batch], turn_b[4][batch], d[3][batch], half_a[3][batch], half_b[3][batch];
@@ -27,18 +36,20 @@ struct BoxBatch
     double matrix_a[9][batch], matrix_b[9][batch]; ///< x, y and z axis
 };
 
+/// A capsule's segment, which runs along y, and a box.
 struct CapsuleBoxBatch
 {
     double turn_a[4][batch], turn_b[4][batch], d[3][batch], half_length[batch], half[3][batch];
 
-    // Out: the segment's distance from the box and the nearest points; where they overlap minus the depth.
+    // Out: the segment's distance from the box and the nearest points; where they overlap, the depth,
+    // negated.
     double distance[batch];
     double normal[3][batch];
     double on_a[3][batch], on_b[3][batch]; ///< from a's position; of separated pairs only
     double axis_a[3][batch], matrix_b[9][batch];
 };
 
-/// Two segments along y, or points; and a point and a box.
+/// Two segments along y, or points: segments of length 0.
 struct RoundBatch
 {
     double turn_a[4][batch], turn_b[4][batch], d[3][batch], half_a[batch], half_b[batch];
@@ -47,16 +58,19 @@ struct RoundBatch
     double distance[batch];
     double normal[3][batch], on_a[3][batch], on_b[3][batch];
 };
+/// A point and a box.
 struct PointBoxBatch
 {
     double turn_a[4][batch], turn_b[4][batch], d[3][batch], half[3][batch];
 
-    // Out: of the point, which is a, and the box.
+    // Out: how far the point, which is a, is from the box, in which direction, and the nearest point of the
+    // box.
     double distance[batch];
     double normal[3][batch], on_b[3][batch];
 };
 
-/// Edges of a polyhedron with the normals of their two faces. Unused ones up to a multiple of 8 are zero.
+/// Edges of a polyhedron with the normals of their two faces. Up to a multiple of 8 the rows are filled with
+/// zeros, which are no edges: nothing crosses them.
 struct EdgeRows
 {
     static constexpr std::uint32_t most = 192;
@@ -68,7 +82,7 @@ struct EdgePair
     double separation; ///< minus infinity: there is none
     std::uint32_t a, b;
 };
-/// A few points, and what is known of planes by them.
+/// A few points of one polyhedron, and how deep they are below the planes of another.
 struct PlaneRows
 {
     static constexpr std::uint32_t most = 2 * EdgeRows::most / 3 + 8; // faces and corners have three edges
@@ -78,17 +92,17 @@ struct PlaneRows
 
     // Out, by plane.
     double depth[most];  ///< of the deepest of the points
-    double deeper[most]; ///< of which the mantissa's bit i is set where point i is deeper than `enough`
+    double deeper[most]; ///< bit i of its mantissa is set where point i is deeper than `enough`
 };
 
-/// What is compiled for each instruction set. Many points (or normals) are three rows of numbers: their x,
+/// What is compiled for each instruction set. Points (or normals) are three rows of numbers: first their x,
 /// then from x + stride on their y, then their z. The stride is a multiple of 8, and the kernels read and
-/// write whole rows.
+/// write whole rows, so what a row has beyond its points must be harmless: a copy of one of them.
 struct Kernels
 {
     void (*boxes)(BoxBatch&);
     void (*capsule_box)(CapsuleBoxBatch&);
-    /// As round_gap and sphere_box_gap in gaps3.hpp, step by step.
+    /// These do what round_gap and sphere_box_gap in gaps3.hpp do, operation by operation.
     void (*rounds)(RoundBatch&);
     void (*point_box)(PointBoxBatch&);
     /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i].
@@ -106,7 +120,8 @@ struct Kernels
     /// normal of one of its faces to that of the other, and the arc of a's edge has to cross the negated arc
     /// of b's. Source: Gregorius, The Separating Axis Test between Convex Polyhedra, GDC 2013.
     EdgePair (*edges)(const EdgeRows& a, const EdgeRows& b);
-    /// How far a box surely is from each of 8: along its own axes and along theirs.
+    /// Lower bounds of a box's distance from each of 8 others, by its own axes and by theirs; and for
+    /// `approaches` in which direction.
     void (*bounds)(const BoxRows& rows, const OrientedBox& box, BoxBounds& out);
     void (*approaches)(const BoxRows& rows, const OrientedBox& box, BoxApproaches& out);
 };
@@ -114,7 +129,7 @@ struct Kernels
 /// Of supported_instruction_sets().front().
 [[nodiscard]] const Kernels& best_kernels() noexcept;
 
-/// What a kernel finds for one pair, from its matrices.
+/// What the kernel `boxes` finds, for one pair.
 struct BoxAxis
 {
     double separation;
@@ -123,6 +138,7 @@ struct BoxAxis
 };
 [[nodiscard]] BoxAxis box_axis(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
                                const Vec3& d);
+/// What the kernel `capsule_box` finds, for one pair.
 struct CapsuleBoxGap
 {
     double distance;

@@ -35,6 +35,23 @@ void nearest_when_parted(const Core3& a, const Core3& b, const Gap<3>& cores, Ve
     }
 }
 
+/// Calls visit(p, number), in local axes, for the points that can be deepest below a plane across d: four of
+/// each disc, of which one is deepest of all, and a tip.
+template <class Visit>
+void for_each_corner(const Core3& core, const Vec3& d, const Visit& visit)
+{
+    const bool cylinder = core.smooth == Smooth::cylinder;
+    if (!cylinder && core.smooth != Smooth::cone) return visit(smooth_support(core, d), 0);
+    const Vec3 rim = across_axis(d) * core.lengths.x;
+    const Vec3 spokes[] = {rim, {rim.z, 0, -rim.x}, -rim, {-rim.z, 0, rim.x}};
+    std::uint32_t number = 0;
+    for (const Vec3& spoke : spokes) {
+        visit({spoke.x, -core.lengths.y, spoke.z}, number++);
+        if (cylinder) visit({spoke.x, core.lengths.y, spoke.z}, number++);
+    }
+    if (!cylinder) visit({0, core.lengths.y, 0}, number);
+}
+
 /// Of candidates[first] to the last: the one that `measure` says most of, more than `most`; else `otherwise`.
 template <class Measure>
 std::uint32_t greatest(const ManifoldPoint<3>* candidates, std::uint32_t first, std::uint32_t count,
@@ -99,14 +116,12 @@ void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double m
     Clip clip(a, b, n, margin);
     const double depth = a.radius + b.radius - cores.distance;
     Feature fa, fb;
-    if (a.custom == nullptr && b.custom == nullptr) {
-        take_features(a, b, n, fa, fb);
-        clip_features(clip, fa, fb);
-    }
+    take_features(a, b, n, fa, fb);
+    clip_features(clip, fa, fb);
     double deepest = -HUGE_VAL;
     for (std::size_t i = 0; i < clip.found.size(); ++i)
         deepest = std::max(deepest, clip.found[i].depth);
-    // What is left: a vertex against anything, custom shapes, and rounding.
+    // What is left: a vertex against anything, as all of a user's shape is, and rounding.
     const double slack = 1e-7 * (a.reach + b.reach + std::abs(depth));
     if (deepest > depth + slack) clip.found.clear();
     if (!(deepest >= depth - slack) || clip.found.empty()) {
@@ -148,8 +163,9 @@ bool half_space_contact(const Core3& a, const Vec3& normal, double offset, doubl
             found.push_back({p + normal * (0.5 * depth - a.radius), depth, feature_id(vertex_feature, vertex),
                              feature_id(face_feature, 0)});
     };
-    if (a.custom != nullptr)
-        add(support(a, -normal).p, 0);
+    if (a.is_smooth())
+        for_each_corner(a, a.frame.r.back(-normal),
+                        [&](const Vec3& p, std::uint32_t number) { add(a.frame * p, number); });
     else
         for (std::uint32_t i = 0; i < a.polytope.vertices; ++i)
             add(a.frame * a.polytope.vertex(i), i);

@@ -49,7 +49,7 @@ Outlook<Dim> look_ahead(const Moving<Dim>& pair, const Placed<Dim>& now, double 
         range.reach = flight.tolerance + flight.turn(to) + rounding;
     };
     shorten(time);
-    const auto look_at = [&](const Part<Dim>& a, const Part<Dim>& b) {
+    const auto look_at = [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {
         const double enough = range.reach + sliding * range.time;
         Gap<Dim> gap;
         moving_gap(a, b, enough, gap);
@@ -64,9 +64,7 @@ Outlook<Dim> look_ahead(const Moving<Dim>& pair, const Placed<Dim>& now, double 
             for_each_approaching(now, flight, range, look_at);
             return outlook;
         }
-    for_each_part_pair(now, range, [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {
-        look_at(a, b);
-    });
+    for_each_part_pair(now, range, look_at);
     return outlook;
 }
 

@@ -314,7 +314,7 @@ struct Approaching : Judge
 {
     const Flight<3>& flight;
     const Range<3>& range;
-    FunctionRef<void(const Part<3>&, const Part<3>&)> visit_parts;
+    FunctionRef<VisitPartPair> visit_parts;
 
     [[nodiscard]] bool excludes(double key) const { return key >= range.time; }
     void keys(const Opening& opening, double (&key)[BoxRows::size]) const
@@ -337,13 +337,7 @@ struct Approaching : Judge
             key[i] = safe_time(opening, i, distance, opening.open_b ? n : -n);
         }
     }
-    void visit(std::uint32_t at_a, std::uint32_t at_b)
-    {
-        with_parts(at_a, at_b,
-                   [&](std::uint32_t, const Part<3>& part_a, std::uint32_t, const Part<3>& part_b) {
-                       visit_parts(part_a, part_b);
-                   });
-    }
+    void visit(std::uint32_t at_a, std::uint32_t at_b) { with_parts(at_a, at_b, visit_parts); }
 
   private:
     /// For how long what is in two boxes surely stays apart: they are by `distance` along n, from a to b.
@@ -410,7 +404,7 @@ bool any_parts_touch(const Placed<3>& pair)
 }
 
 void for_each_approaching(const Placed<3>& pair, const Flight<3>& flight, const Range<3>& range,
-                          FunctionRef<void(const Part<3>&, const Part<3>&)> visit)
+                          FunctionRef<VisitPartPair> visit)
 {
     for_each_side_pair(pair, range, [&](const Side& a, const Side& b) {
         Approaching judge{{a, b, *pair.kernels, rounding_of(pair)}, flight, range, visit};

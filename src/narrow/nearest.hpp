@@ -22,6 +22,9 @@ bool has_mesh_tree(const Placed<Dim>& pair)
            b != ShapeTypes::height_field;
 }
 
+/// With the numbers of both.
+using VisitPartPair = void(std::uint32_t, const Part<3>&, std::uint32_t, const Part<3>&);
+
 /// As find_gap. Of parts that are equally near, those of the lowest numbers count: part_a's first.
 void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best);
 /// As find_touch.
@@ -29,7 +32,7 @@ bool any_parts_touch(const Placed<3>& pair);
 /// Visits pairs of parts until all others surely stay further apart than half the tolerance for `range.time`
 /// from now on. That may become less meanwhile.
 void for_each_approaching(const Placed<3>& pair, const Flight<3>& flight, const Range<3>& range,
-                          FunctionRef<void(const Part<3>&, const Part<3>&)> visit);
+                          FunctionRef<VisitPartPair> visit);
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

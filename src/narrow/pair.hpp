@@ -98,8 +98,20 @@ void finish(const Manifold<Dim>& manifold, const V<Dim>& d, bool swapped, Contac
         to.feature = swapped ? fb | fa << 16 : fa | fb << 16;
     }
 }
+/// Its deepest point, which is the first.
 template <int Dim, class T>
-void finish(const Found<Dim>& found, const V<Dim>& d, bool swapped, Contact<Dim, T>& contact)
+void finish(const Manifold<Dim>& manifold, const V<Dim>& d, bool swapped, PointContact<Dim, T>& contact)
+{
+    store(manifold.normal * (swapped ? -1.0 : 1.0), contact.normal);
+    const ManifoldPoint<Dim>& from = manifold.point[0];
+    store(from.p, swapped ? contact.from_b : contact.from_a);
+    store(from.p - d, swapped ? contact.from_a : contact.from_b);
+    contact.depth = static_cast<T>(from.depth);
+    const std::uint32_t fa = from.feature_a, fb = from.feature_b;
+    contact.feature = swapped ? fb | fa << 16 : fa | fb << 16;
+}
+template <int Dim, class Made>
+void finish(const Found<Dim>& found, const V<Dim>& d, bool swapped, Made& contact)
 {
     contact.part_a = swapped ? found.part_b : found.part_a;
     contact.part_b = swapped ? found.part_a : found.part_b;

@@ -10,23 +10,22 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-bool is_custom(const Part<2>& part)
+bool is_smooth(const Part<2>& part)
 {
-    return !part.half_space && part.core.custom != nullptr;
+    return !part.half_space && part.core.is_smooth();
 }
-/// In the plane a user's smooth shape is refined to a polygon for each other shape that it meets.
+/// In the plane a smooth shape is refined to a polygon for each other shape that it meets.
 bool wants_refining(const Part<2>& a, const Part<2>& b)
 {
-    return !a.half_space && !b.half_space && (is_custom(a) || is_custom(b));
+    return !a.half_space && !b.half_space && (is_smooth(a) || is_smooth(b));
 }
 struct Refined
 {
     Part<2> a, b;
     Refined(const Part<2>& given_a, const Part<2>& given_b) : a(given_a), b(given_b)
     {
-        if (a.core.custom != nullptr) refine(a.core, b.core);
-        if (b.core.custom != nullptr) refine(b.core, a.core);
-        a.core.custom = b.core.custom = nullptr;
+        refine(a.core, b.core);
+        a.core.smooth = b.core.smooth = false;
     }
 };
 
@@ -131,6 +130,15 @@ Region<2> region_of(const Part<2>& part, const Frame<2>& frame)
     Region<2> region{{HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL}};
     const Core2& core = part.core;
     const double grow = core.radius + 1e-14 * (core.reach + core.radius + length(frame.p));
+    if (core.is_smooth()) { // it reaches further than its corners
+        const Vec2 axes[2] = {frame.r * Vec2{1, 0}, frame.r * Vec2{0, 1}};
+        for (int d = 0; d < 2; ++d) {
+            const double shift = dot(axes[d], frame.p);
+            region.lo[d] = dot(axes[d], support(core, -axes[d])) - shift - grow;
+            region.hi[d] = dot(axes[d], support(core, axes[d])) - shift + grow;
+        }
+        return region;
+    }
     for (std::size_t i = 0; i < core.corner.size(); ++i) {
         const Vec2 p = frame.r.back(core.corner[i] - frame.p);
         for (int d = 0; d < 2; ++d) {
@@ -169,7 +177,7 @@ Spread<2> spread_of(const Part<2>& part, const Part<2>&, const Turning<2>& turni
     const Core2& core = part.core;
     if (part.half_space) // n is its normal
         spread.add_height(part.offset);
-    else if (is_custom(part))
+    else if (is_smooth(part))
         spread.add_somewhere(dot(n, support(core, n)), core.frame.p, core.reach);
     else
         for (std::size_t i = 0; i < core.corner.size(); ++i)
@@ -185,7 +193,7 @@ Spread<3> spread_of(const Part<3>& part, const Part<3>& other, const Turning<3>&
     const auto top = [&] { return dot(n, furthest(core, n)) + core.radius; };
     if (part.half_space) { // n is its normal
         spread.add_height(part.offset);
-    } else if (core.custom != nullptr) {
+    } else if (core.is_smooth()) {
         spread.add_somewhere(top(), core.frame.p, core.reach);
     } else if (turning.speed == 0) {
         spread.add_height(top());

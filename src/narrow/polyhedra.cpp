@@ -104,7 +104,7 @@ struct Side
 
 bool is_small(const Core3& core)
 {
-    return core.custom == nullptr && core.polytope.offset != nullptr && core.polytope.edges <= EdgeRows::most;
+    return !core.is_smooth() && core.polytope.offset != nullptr && core.polytope.edges <= EdgeRows::most;
 }
 
 } // namespace

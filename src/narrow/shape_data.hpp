@@ -126,6 +126,12 @@ struct HeightData
         const std::uint32_t v = z * columns + x, w = v + columns + 1;
         return {v, second ? v + columns : w, second ? w : v + 1};
     }
+    /// The triangle that contacts know by this number.
+    [[nodiscard]] Mesh<3>::Element triangle(std::uint32_t number) const
+    {
+        const std::uint32_t cell = number / 2;
+        return triangle(cell % (columns - 1), cell / (columns - 1), number % 2 != 0);
+    }
     /// Visits the triangles that have vertex v until visit() returns true.
     template <class Visit>
     void find_at(std::uint32_t v, Visit&& visit) const
@@ -164,6 +170,11 @@ enum class Kind : ShapeType
     mesh = ShapeTypes::mesh,
     height_field = ShapeTypes::height_field,
     compound = ShapeTypes::compound,
+    rounded_box = ShapeTypes::rounded_box,
+    rounded_hull = ShapeTypes::rounded_hull,
+    cylinder = ShapeTypes::cylinder,
+    cone = ShapeTypes::cone,
+    ellipsoid = ShapeTypes::ellipsoid,
     custom = ShapeTypes::first_custom ///< and all above
 };
 template <int Dim>
@@ -171,7 +182,30 @@ Kind kind_of(const Shape<Dim>& shape)
 {
     return shape.type() >= ShapeTypes::first_custom ? Kind::custom : Kind{shape.type()};
 }
-/// A shape whose parts are elements that go on beyond their ends.
+/// Whether shapes of a kind consist of parts: then those are looked for one by one.
+constexpr bool consists_of_parts(Kind kind) noexcept
+{
+    switch (kind) {
+    case Kind::mesh:
+    case Kind::height_field:
+    case Kind::compound:
+        return true;
+    case Kind::sphere:
+    case Kind::capsule:
+    case Kind::box:
+    case Kind::convex:
+    case Kind::half_space:
+    case Kind::rounded_box:
+    case Kind::rounded_hull:
+    case Kind::cylinder:
+    case Kind::cone:
+    case Kind::ellipsoid:
+    case Kind::custom:
+        break;
+    }
+    return false;
+}
+/// Whether a shape's parts are elements of a surface that goes on beyond their ends.
 template <int Dim>
 bool is_surface(const Shape<Dim>& shape)
 {
@@ -201,6 +235,15 @@ struct ShapeAccess
     static double reach(const Shape<Dim>& shape)
     {
         return shape.type_ == ShapeTypes::half_space ? HUGE_VAL : shape.reach_;
+    }
+    /// A cylinder or a cone along y, no point of which is further from the centre than its rims.
+    static Shape<3> with_rims(ShapeType type, double half_length, double radius)
+    {
+        Shape<3> shape;
+        shape.type_ = type;
+        shape.size_ = {radius, half_length, radius};
+        shape.reach_ = length(Vec3{radius, half_length, 0});
+        return shape;
     }
     template <class Data, int Dim>
     static const Data& data(const Shape<Dim>& shape)

@@ -74,6 +74,67 @@ Shape<Dim> Shape<Dim>::box(const Vec<Dim, double>& half)
 }
 
 template <int Dim>
+Shape<Dim> Shape<Dim>::rounded_box(const Vec<Dim, double>& half, double radius)
+{
+    check_length("a rounded box's radius", radius);
+    Shape shape = box(half);
+    shape.type_ = ShapeTypes::rounded_box;
+    shape.radius_ = radius;
+    shape.reach_ += radius;
+    return shape;
+}
+
+template <int Dim>
+Shape<Dim> Shape<Dim>::rounded_hull(const ConvexHull<Dim>& hull, double radius)
+{
+    check_length("a rounded hull's radius", radius);
+    Shape shape(hull);
+    shape.type_ = ShapeTypes::rounded_hull;
+    shape.radius_ = radius;
+    shape.reach_ += radius;
+    return shape;
+}
+
+template <int Dim>
+Shape<Dim> Shape<Dim>::cylinder(double half_length, double radius)
+    requires(Dim == 3)
+{
+    check_length("a cylinder's half length", half_length);
+    check_length("a cylinder's radius", radius);
+    // clang 14 compiles it for 2, too
+    if constexpr (Dim == 3)
+        return narrow::ShapeAccess::with_rims(ShapeTypes::cylinder, half_length, radius);
+    else
+        return {};
+}
+
+template <int Dim>
+Shape<Dim> Shape<Dim>::cone(double half_length, double radius)
+    requires(Dim == 3)
+{
+    check_length("a cone's half length", half_length);
+    check_length("a cone's radius", radius);
+    // clang 14 compiles it for 2, too
+    if constexpr (Dim == 3)
+        return narrow::ShapeAccess::with_rims(ShapeTypes::cone, half_length, radius);
+    else
+        return {};
+}
+
+template <int Dim>
+Shape<Dim> Shape<Dim>::ellipsoid(const Vec<Dim, double>& half)
+{
+    Shape shape;
+    shape.type_ = ShapeTypes::ellipsoid;
+    for (const double h : half) {
+        check_length("half an ellipsoid's width", h);
+        shape.reach_ = std::max(shape.reach_, h);
+    }
+    shape.size_ = half;
+    return shape;
+}
+
+template <int Dim>
 Shape<Dim> Shape<Dim>::half_space(const Vec<Dim, double>& normal, double offset)
 {
     double big = 0;

@@ -78,6 +78,30 @@ std::optional<Impact<Dim, T>> time_of_impact(const Shape<Dim>& a, const Motion<D
     return answer;
 }
 
+template <int Dim, Coordinate T>
+std::optional<CastHit<Dim, T>> ray_cast(const Shape<Dim>& shape, const Pose<Dim, T>& pose,
+                                        const Ray<Dim, T>& ray)
+{
+    narrow::check_ray(ray, Error::no_index);
+    if (!narrow::valid(pose)) narrow::refuse_pose(pose, Error::no_index);
+    const CastHit<Dim, T> answer = narrow::ray_hit_of(shape, pose, ray, narrow::best_kernels());
+    if (answer.fraction == std::numeric_limits<T>::infinity()) return {};
+    return answer;
+}
+
+template <int Dim, Coordinate T>
+std::optional<CastHit<Dim, T>> shape_cast(const Shape<Dim>& moving, const Pose<Dim, T>& pose,
+                                          const Vec<Dim, T>& displacement, const Shape<Dim>& shape,
+                                          const Pose<Dim, T>& shape_pose)
+{
+    narrow::check_poses(pose, shape_pose);
+    narrow::check_displacement(displacement, Error::no_index);
+    const CastHit<Dim, T> answer =
+        narrow::shape_hit_of(moving, pose, displacement, shape, shape_pose, narrow::best_kernels());
+    if (answer.fraction == std::numeric_limits<T>::infinity()) return {};
+    return answer;
+}
+
 #define JOSTLE_SINGLE(Dim, T)                                                                                \
     template JOSTLE_API bool touching(const Shape<Dim>&, const Pose<Dim, T>&, const Shape<Dim>&,             \
                                       const Pose<Dim, T>&);                                                  \
@@ -86,7 +110,11 @@ std::optional<Impact<Dim, T>> time_of_impact(const Shape<Dim>& a, const Motion<D
     template JOSTLE_API std::optional<Distance<Dim, T>> distance(const Shape<Dim>&, const Pose<Dim, T>&,     \
                                                                  const Shape<Dim>&, const Pose<Dim, T>&, T); \
     template JOSTLE_API std::optional<Impact<Dim, T>> time_of_impact(                                        \
-        const Shape<Dim>&, const Motion<Dim, T>&, const Shape<Dim>&, const Motion<Dim, T>&, T)
+        const Shape<Dim>&, const Motion<Dim, T>&, const Shape<Dim>&, const Motion<Dim, T>&, T);              \
+    template JOSTLE_API std::optional<CastHit<Dim, T>> ray_cast(const Shape<Dim>&, const Pose<Dim, T>&,      \
+                                                                const Ray<Dim, T>&);                         \
+    template JOSTLE_API std::optional<CastHit<Dim, T>> shape_cast(                                           \
+        const Shape<Dim>&, const Pose<Dim, T>&, const Vec<Dim, T>&, const Shape<Dim>&, const Pose<Dim, T>&)
 JOSTLE_SINGLE(2, float);
 JOSTLE_SINGLE(2, double);
 JOSTLE_SINGLE(3, float);

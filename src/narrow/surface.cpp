@@ -217,8 +217,9 @@ Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold
         Vec3 corner[3];
         for (std::uint32_t i = 0; i < 3; ++i)
             corner[i] = a.frame.r.back(b.core.frame * b.core.polytope.vertex(i) - a.frame.p);
-        const double separation = box_triangle(half, corner, margin, cores.normal);
-        if (separation > margin) return Answer::none;
+        const double enough = a.radius + margin;
+        const double separation = box_triangle(half, corner, enough, cores.normal);
+        if (separation > enough) return Answer::none;
         cores.normal = a.frame.r * cores.normal;
         if (separation <= 0) cores.distance = separation;
     }

@@ -31,10 +31,24 @@ void check_masks(const StridedView<std::uint32_t>& category, const StridedView<s
 
 } // namespace
 
-void check_filter(const Filter& filter, std::size_t size)
+namespace {
+
+template <class OneSet>
+void check_one_set(const OneSet& filter, std::size_t size)
 {
     check_masks(filter.category, filter.mask, size, "category", "mask");
     check_column(filter.owner, size, "owner");
+}
+
+} // namespace
+
+void check_filter(const Filter& filter, std::size_t size)
+{
+    check_one_set(filter, size);
+}
+void check_filter(const SceneFilter& filter, std::size_t size)
+{
+    check_one_set(filter, size);
 }
 
 void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t size_b)
@@ -58,9 +72,8 @@ bool owners_differ(std::uint32_t a, std::uint32_t b) noexcept
     return a != b || a == Filter::no_owner;
 }
 
-} // namespace
-
-bool passes(const Filter& filter, std::uint32_t a, std::uint32_t b) noexcept
+template <class OneSet>
+bool passes_one_set(const OneSet& filter, std::size_t a, std::size_t b) noexcept
 {
     if (!filter.mask.empty() &&
         ((filter.category[a] & filter.mask[b]) == 0 || (filter.category[b] & filter.mask[a]) == 0))
@@ -68,7 +81,18 @@ bool passes(const Filter& filter, std::uint32_t a, std::uint32_t b) noexcept
     return filter.owner.empty() || owners_differ(filter.owner[a], filter.owner[b]);
 }
 
-bool passes(const CrossFilter& filter, std::uint32_t a, std::uint32_t b) noexcept
+} // namespace
+
+bool passes(const Filter& filter, std::size_t a, std::size_t b) noexcept
+{
+    return passes_one_set(filter, a, b);
+}
+bool passes(const SceneFilter& filter, std::size_t a, std::size_t b) noexcept
+{
+    return passes_one_set(filter, a, b);
+}
+
+bool passes(const CrossFilter& filter, std::size_t a, std::size_t b) noexcept
 {
     if (!filter.mask_a.empty() &&
         ((filter.category_a[a] & filter.mask_b[b]) == 0 || (filter.category_b[b] & filter.mask_a[a]) == 0))

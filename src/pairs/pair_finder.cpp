@@ -10,8 +10,10 @@
 #include "base/checks.hpp"
 #include "base/in_use.hpp"
 #include "engine/engine.hpp"
+#include "engine/kernels/few.hpp"
 #include "pairs/filters.hpp"
 #include "pairs/pair_finder_access.hpp"
+#include "pairs/scene_finder.hpp"
 #include "pairs/sort_pairs.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -19,7 +21,11 @@ JOSTLE_NAMESPACE_BEGIN
 struct PairFinder::Implementation
 {
     explicit Implementation(const FinderOptions& options)
-        : engine(options), result(options.memory), sorter(options.memory), sorted(options.memory)
+        : engine(options),
+          result(options.memory),
+          sorter(options.memory),
+          sorted(options.memory),
+          scenes(options)
     {
     }
 
@@ -43,9 +49,13 @@ struct PairFinder::Implementation
                                                          " is none; give Order::canonical or Order::sorted");
         }
         search(boxes, {}, filter, {}, result);
-        return order == Order::sorted ? sort(boxes.a.size()) : result;
+        const bool ascending = boxes.size() <= engine::few_boxes && boxes.size() <= slice; // as they are
+        return order == Order::sorted && !ascending ? sort(boxes.a.size()) : result;
     }
     PairBuffer& sort(std::size_t objects);
+    template <int Dim, class T>
+    const ScenePairs& find_scenes(const BoxView<Dim, T>& boxes, std::span<const std::uint64_t> offsets,
+                                  const SceneFilter& filter);
 
     std::size_t slice = std::size_t{1} << engine::index_bits; // objects that the engine can number at a time
 
@@ -53,6 +63,7 @@ struct PairFinder::Implementation
     PairBuffer result;
     PairSorter sorter;
     PairBuffer sorted; // used when asked for
+    SceneFinder scenes;
     Stats stats;
     std::atomic<bool> in_use{false};
 };
@@ -60,13 +71,19 @@ struct PairFinder::Implementation
 namespace {
 
 template <int Dim, class T>
+void check_pointers(const BoxView<Dim, T>& set)
+{
+    for (int d = 0; d < Dim; ++d)
+        if (!set.empty() && (set.lo_pointer(d) == nullptr || set.hi_pointer(d) == nullptr))
+            throw Error(ErrorCode::invalid_argument,
+                        "a view of " + std::to_string(set.size()) + " boxes with a null pointer");
+}
+
+template <int Dim, class T>
 void check_sizes(const engine::Boxes<Dim, T>& boxes)
 {
     for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b}) {
-        for (int d = 0; d < Dim; ++d)
-            if (!set->empty() && (set->lo_pointer(d) == nullptr || set->hi_pointer(d) == nullptr))
-                throw Error(ErrorCode::invalid_argument,
-                            "a view of " + std::to_string(set->size()) + " boxes with a null pointer");
+        check_pointers(*set);
         if (set->size() > std::numeric_limits<std::uint32_t>::max())
             throw Error(ErrorCode::too_many_objects,
                         std::to_string(set->size()) +
@@ -189,6 +206,22 @@ PairBuffer& PairFinder::Implementation::sort(std::size_t objects)
     return sorted;
 }
 
+template <int Dim, class T>
+const ScenePairs& PairFinder::Implementation::find_scenes(const BoxView<Dim, T>& boxes,
+                                                          std::span<const std::uint64_t> offsets,
+                                                          const SceneFilter& filter)
+{
+    const InUse call(in_use, "PairFinder");
+    const auto start = std::chrono::steady_clock::now();
+    scenes.clear();
+    stats = {};
+    check_pointers(boxes);
+    scenes.find(boxes, offsets, filter, engine, stats);
+    stats.ms_total =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    return scenes.result();
+}
+
 PairFinder::PairFinder(const FinderOptions& options)
     : implementation_(std::make_unique<Implementation>(options))
 {
@@ -229,6 +262,7 @@ void PairFinder::release_memory() noexcept
     implementation_->result.release();
     implementation_->sorted.release();
     implementation_->sorter.release();
+    implementation_->scenes.release();
     implementation_->stats.bytes_reserved = implementation_->engine.bytes();
 }
 
@@ -243,6 +277,13 @@ const PairBuffer& PairFinder::find(const BoxView<Dim, T>& a, const View& b, cons
                                    Order order)
 {
     return implementation_->store(engine::Boxes<Dim, T>{a, b, true}, filter, order);
+}
+
+template <int Dim, Coordinate T>
+const ScenePairs& PairFinder::find_scenes(const BoxView<Dim, T>& boxes,
+                                          std::span<const std::uint64_t> offsets, const SceneFilter& filter)
+{
+    return implementation_->find_scenes(boxes, offsets, filter);
 }
 
 template <int Dim, Coordinate T>
@@ -276,6 +317,8 @@ PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const View& b, const Cross
     template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const Filter&, Order);               \
     template const PairBuffer& PairFinder::find(const BoxView<Dim, T>&, const BoxView<Dim, T>&,              \
                                                 const CrossFilter&, Order);                                  \
+    template const ScenePairs& PairFinder::find_scenes(const BoxView<Dim, T>&,                               \
+                                                       std::span<const std::uint64_t>, const SceneFilter&);  \
     template bool PairFinder::stream(const BoxView<Dim, T>&, PairSink, const Filter&);                       \
     template bool PairFinder::stream(const BoxView<Dim, T>&, const BoxView<Dim, T>&, PairSink,               \
                                      const CrossFilter&);                                                    \

@@ -190,4 +190,7 @@ HWY_ATTR HWY_INLINE void transpose(Four (&rows)[4])
     rows[2].raw = hn::ConcatLowerLower(d, high23, high01);
     rows[3].raw = hn::ConcatUpperUpper(d, high23, high01);
 }
+#if HWY_TARGET == HWY_WASM
+#include "simd/wasm_doubles-inl.hpp"
+#endif
 #endif

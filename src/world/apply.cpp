@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "jostle/process.hpp"
 #include "world/instantiate.hpp"
@@ -12,13 +13,28 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
 template <int Dim, class T>
-Writer<Dim, T>::Writer(State<Dim, T>& state, Changes<Dim, T>& changes, bool several_queues, Arena& arena)
+Writer<Dim, T>::Writer(State<Dim, T>& state, Changes<Dim, T>& changes, Arena& arena)
     : state_(state),
       changes_(changes),
-      several_queues_(several_queues),
       queue_of_(arena.take<Table<Index, std::uint32_t>>("queue that wrote to an object"))
 {
-    if (several_queues_) queue_of_.grow(state_.objects.capacity());
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Touched>* touched)
+{
+    touched_ = touched;
+    any_contested_ = false;
+    if (queues == 0) return;
+    const bool another = only_queue_ != 0 && only_queue_ != number;
+    if (several_queues_ || queues > 1 || another) {
+        queue_of_.grow(state_.objects.capacity());
+        if (!several_queues_ && only_queue_ != 0)
+            for (const Index index : changes_.objects())
+                queue_of_[index] = only_queue_;
+        several_queues_ = true;
+    }
+    only_queue_ = number;
 }
 
 /// Makes the object ready to be written to; false if it is gone.
@@ -31,14 +47,27 @@ bool Writer<Dim, T>::open(ObjectId id)
         return false;
     }
     const Object object = state_.objects[index];
+    touch(index);
     if (!object.has(flag::written)) {
         changes_.list().push_back(index);
         object.keep_box();
         if (several_queues_) queue_of_[index] = queue_;
     } else if (several_queues_ && queue_of_[index] != queue_) {
         contest(object);
+    } else if (object.has(flag::contested)) {
+        any_contested_ = true; // since before
     }
     return true;
+}
+
+template <int Dim, class T>
+void Writer<Dim, T>::touch(Index index)
+{
+    if (touched_ == nullptr) return;
+    const Object object = state_.objects[index];
+    if (object.has(flag::touched)) return;
+    touched_->push_back({index, object.has(flag::alive)});
+    object.set(flag::touched);
 }
 
 /// A new object belongs to the first queue that says something about it.
@@ -60,11 +89,13 @@ void Writer<Dim, T>::add(const Addition<Dim, T>& addition)
 {
     const Index index{addition.id.index};
     const Object object = state_.objects[index];
+    touch(index);
     if (!object.has(flag::written)) changes_.list().push_back(index);
     object.set_state(static_cast<std::uint32_t>(Place::none) | flag::alive |
                      (object.state() & flag::transient) | flag::written);
     object.set(flag::enabled, addition.options.enabled);
     object.now() = object.before() = addition.box;
+    object.set(flag::odd, !valid(addition.box));
     object.set_filter(addition.options.filter);
     if (const T margin = state_.margin + addition.options.margin; margin != 0) set_margin(index, margin);
     if (several_queues_) queue_of_[index] = 0;
@@ -141,19 +172,32 @@ void Writer<Dim, T>::set_box(Index index, const Box& box)
     const Object object = state_.objects[index];
     if (!object.has(flag::has_reach)) {
         object.now() = box;
+        if (valid(box) == object.has(flag::odd)) object.set(flag::odd, !valid(box));
         return;
     }
     Reach<Dim, T>& reach = reach_of(index);
     reach.box = box;
     for (T& each : reach.displacement)
         each = 0;
-    object.now() = reach.bounds();
+    set_bounds(index);
+}
+
+/// To what follows from its reach.
+template <int Dim, class T>
+void Writer<Dim, T>::set_bounds(Index index)
+{
+    const Object object = state_.objects[index];
+    const Reach<Dim, T>& reach = state_.objects.reach(index);
+    const bool is_odd = reach.is_odd();
+    object.set(flag::odd, is_odd);
+    object.now() = is_odd ? nowhere_box<Dim, T>() : reach.bounds();
 }
 
 template <int Dim, class T>
 void Writer<Dim, T>::resize(Index index, const Box& size)
 {
     const Object object = state_.objects[index];
+    if (object.has(flag::odd)) return; // it has no centre
     Box box = state_.objects.box(index);
     for (int d = 0; d < Dim; ++d) {
         const T lo = box.lo[d], hi = box.hi[d], length = hi - lo, half = size.lo[d] / 2;
@@ -168,7 +212,7 @@ void Writer<Dim, T>::resize(Index index, const Box& size)
     }
     Reach<Dim, T>& reach = reach_of(index);
     reach.box = box;
-    object.now() = reach.bounds();
+    set_bounds(index);
 }
 
 template <int Dim, class T>
@@ -176,7 +220,7 @@ void Writer<Dim, T>::set_displacement(Index index, const T* displacement)
 {
     Reach<Dim, T>& reach = reach_of(index);
     std::copy_n(displacement, Dim, reach.displacement);
-    state_.objects[index].now() = reach.bounds();
+    set_bounds(index);
 }
 
 template <int Dim, class T>
@@ -184,7 +228,7 @@ void Writer<Dim, T>::set_margin(Index index, T margin)
 {
     Reach<Dim, T>& reach = reach_of(index);
     reach.margin = margin;
-    state_.objects[index].now() = reach.bounds();
+    set_bounds(index);
 }
 
 template <int Dim, class T>
@@ -203,12 +247,13 @@ void Writer<Dim, T>::set_filter(Index index, const ObjectFilter& filter)
 
 namespace {
 
-/// Who speaks in this update. Queues have numbers from 1 up, the moves given to update() that of the calling
-/// thread's queue, where they come last.
+/// Who speaks in this update. The moves given to update() have the number of the calling thread's queue,
+/// where they come last.
 struct QueueCounts
 {
     std::uint32_t own = 0;
     std::uint32_t that_command = 0; // how many have commands
+    std::uint32_t one = 0;          // of these
     std::uint64_t commands = 0;
 };
 
@@ -217,17 +262,20 @@ QueueCounts count_queues(const Queues<Dim, T>& queues, std::size_t moves)
 {
     const std::thread::id me = std::this_thread::get_id();
     QueueCounts counts;
-    std::uint32_t number = 0;
+    const auto note = [&](std::uint32_t number) {
+        ++counts.that_command;
+        counts.one = number;
+    };
     for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
-        ++number;
         const bool own = queue->owner.load(std::memory_order_relaxed) == me;
-        if (own) counts.own = number;
-        if (!queue->taken_commands.empty() || (own && moves != 0)) ++counts.that_command;
-        counts.commands += queue->taken_commands.size() + queue->taken_additions.size();
+        if (own) counts.own = queue->number;
+        const std::size_t commands = queue->taken_commands.size() - queue->applied_commands;
+        if (commands != 0 || (own && moves != 0)) note(queue->number);
+        counts.commands += commands + queue->taken_additions.size() - queue->applied_additions;
     }
     if (counts.own == 0) {
-        counts.own = number + 1;
-        counts.that_command += moves != 0;
+        counts.own = queues.first() == nullptr ? 1 : queues.first()->number + 1;
+        if (moves != 0) note(counts.own);
     }
     counts.commands += moves;
     return counts;
@@ -236,14 +284,17 @@ QueueCounts count_queues(const Queues<Dim, T>& queues, std::size_t moves)
 template <int Dim, class T>
 void apply_queued(const State<Dim, T>& state, const Queues<Dim, T>& queues, Writer<Dim, T>& writer)
 {
-    for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next)
-        for (const Addition<Dim, T>& addition : queue->taken_additions)
-            writer.add(addition);
-    std::uint32_t number = 0;
-    for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
-        writer.set_queue(++number);
+    for (Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
+        const auto& additions = queue->taken_additions;
+        for (std::size_t i = queue->applied_additions; i < additions.size(); ++i)
+            writer.add(additions[i]);
+        queue->applied_additions = additions.size();
+    }
+    for (Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
+        writer.set_queue(queue->number);
         const auto& commands = queue->taken_commands;
-        for (std::size_t i = 0; i < commands.size(); ++i) {
+        for (std::size_t i = std::exchange(queue->applied_commands, commands.size()); i < commands.size();
+             ++i) {
             if (i + fetch_ahead < commands.size())
                 state.objects.prefetch(Index{commands[i + fetch_ahead].id.index});
             writer.apply(commands[i]);
@@ -260,7 +311,7 @@ void move_one_by_one(const State<Dim, T>& state, const Moves<Dim, T>& moves, Wri
             state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
         state.ids.check(id);
         const Aabb<Dim, T> box = moves.boxes[i];
-        check_box(box, id);
+        check_box(state, box, id);
         writer.move(id, box);
     }
 }
@@ -276,7 +327,8 @@ bool are_plain(const State<Dim, T>& state, const Moves<Dim, T>& moves)
             const ObjectId id = moves.ids[i];
             if (i + fetch_ahead < end) state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
             all &= state.ids.is_good(id) && (i == 0 || moves.ids[i - 1].index < id.index) &&
-                   (state.objects[Index{id.index}].state() & (flag::alive | flag::has_reach)) == flag::alive;
+                   (state.objects[Index{id.index}].state() & (flag::alive | flag::has_reach | flag::odd)) ==
+                       flag::alive;
         }
         if (!all) plain.store(false, std::memory_order_relaxed);
     };
@@ -302,10 +354,12 @@ void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim
             if (i + fetch_ahead < end) state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
             const auto object = state.objects[index];
             const Aabb<Dim, T> box = moves.boxes[i];
-            all &= valid(box);
+            const bool is_good = valid(box);
+            all &= is_good;
             if (same(object.now(), box)) continue;
             object.before() = box;
             object.exchange_boxes();
+            if (!is_good) object.set(flag::odd);
             *to++ = index;
         }
         if (!all) good.store(false, std::memory_order_relaxed);
@@ -321,39 +375,60 @@ void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim
     changed.resize(kept);
     if (good) return;
     for (std::size_t i = 0; i < moves.ids.size(); ++i)
-        check_box(moves.boxes[i], moves.ids[i]);
+        check_box(state, moves.boxes[i], moves.ids[i]);
 }
 
 } // namespace
 
 template <int Dim, class T>
-Changes<Dim, T> apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, T>& moves,
-                      Arena& arena)
+void apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, T>& moves,
+           Applied<Dim, T>& applied, Arena& arena)
 {
     state.make_room(state.ids.end());
     const QueueCounts counts = count_queues(queues, moves.ids.size());
-    Changes<Dim, T> changes(state, arena);
-    changes.commands = counts.commands;
-    Writer<Dim, T> writer(state, changes, counts.that_command > 1, arena);
-    changes.list().reserve(counts.commands);
+    auto& [changes, writer, added, removed] = applied;
+    changes.commands += counts.commands;
+    writer.begin(counts.that_command, counts.one, nullptr);
+    reserve_more(changes.list(), counts.commands);
     apply_queued(state, queues, writer);
     if (changes.objects().empty()) { // no command was about an object that is there
-        if (moves.ids.empty()) return changes;
+        if (moves.ids.empty()) return;
         if (are_plain(state, moves)) {
             move_in_place(state, moves, changes, arena);
-            return changes;
+            return;
         }
     }
     writer.set_queue(counts.own);
     move_one_by_one(state, moves, writer);
     if (writer.any_contested()) settle_contests(state, changes, writer, queues, moves, counts.own, arena);
     changes.close(arena);
-    return changes;
+}
+
+template <int Dim, class T>
+void apply_ahead(State<Dim, T>& state, const Queues<Dim, T>& queues, Applied<Dim, T>& applied,
+                 std::pmr::vector<Touched>& touched, Arena& arena)
+{
+    state.make_room(state.ids.end());
+    const QueueCounts counts = count_queues(queues, 0);
+    auto& [changes, writer, added, removed] = applied;
+    changes.commands += counts.commands;
+    writer.begin(counts.that_command, counts.one, &touched);
+    apply_queued(state, queues, writer);
+    if (writer.any_contested()) settle_contests(state, changes, writer, queues, {}, counts.own, arena);
+    for (const Touched& each : touched) {
+        const auto object = state.objects[each.index];
+        object.set(flag::touched, false);
+        added += object.has(flag::alive) && !each.was_alive;
+        removed += each.was_alive && !object.has(flag::alive);
+    }
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class Writer<Dim, T>;                                                                           \
-    template Changes<Dim, T> apply(State<Dim, T>&, const Queues<Dim, T>&, const Moves<Dim, T>&, Arena&);
+    template void apply(State<Dim, T>&, const Queues<Dim, T>&, const Moves<Dim, T>&, Applied<Dim, T>&,       \
+                        Arena&);                                                                             \
+    template void apply_ahead(State<Dim, T>&, const Queues<Dim, T>&, Applied<Dim, T>&,                       \
+                              std::pmr::vector<Touched>&, Arena&);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

@@ -44,7 +44,7 @@ class CountedMemory final : public std::pmr::memory_resource
 
 /// The temporary memory of updates: lists and buffers, each under the name of what is in it. The stage that
 /// takes one has it until the next update begins, and nobody else may take it until then; its memory stays
-/// for the next time, so that steady updates allocate nothing.
+/// for the next time, so that steady updates allocate nothing. What is kept outlasts calls between updates.
 class Arena
 {
   public:
@@ -62,9 +62,22 @@ class Arena
     /// What was taken so far is nobody's any more.
     void begin() noexcept
     {
+        for (Piece& piece : pieces_)
+            piece.is_kept = false;
+        begin_again();
+    }
+    /// What is taken now outlasts begin_again().
+    void keep() noexcept
+    {
+        for (Piece& piece : pieces_)
+            piece.is_kept = piece.is_taken;
+    }
+    /// What was taken since keep() is nobody's any more.
+    void begin_again() noexcept
+    {
         next_ = 0;
         for (Piece& piece : pieces_)
-            piece.is_taken = false;
+            piece.is_taken = piece.is_kept;
     }
 
     /// An empty list.
@@ -83,7 +96,7 @@ class Arena
         if (piece == nullptr) {
             // So that nothing fails once the thing is there.
             if (pieces_.size() == pieces_.capacity()) pieces_.reserve(pieces_.size() + 32);
-            pieces_.push_back({name, new (place_for<Thing>()) Thing(memory_), &destroy<Thing>, false});
+            pieces_.push_back({name, new (place_for<Thing>()) Thing(memory_), &destroy<Thing>, false, false});
             piece = &pieces_.back();
         }
         assert(!piece->is_taken && piece->destroy == &destroy<Thing>);
@@ -97,7 +110,7 @@ class Arena
         const char* name;
         void* thing;
         void (*destroy)(void*);
-        bool is_taken;
+        bool is_taken, is_kept;
     };
     template <class Thing>
     static void destroy(void* thing)

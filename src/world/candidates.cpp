@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <utility>
 
 #include "base/block_buffer_access.hpp"
@@ -26,6 +27,33 @@ constexpr std::size_t few_boxes = 24;
 
 // So few against many idle ones are tried one by one: a grid for all would be made for them alone.
 constexpr std::size_t few_movers = 8;
+
+/// Finds pairs of a position in `boxes` and a place in `parked` whose boxes touch.
+template <int Dim, class T>
+void find_parked(const Parked<Dim, T>& parked, std::span<const Aabb<Dim, T>> boxes, PairFinder& finder,
+                 PairBuffer& buffer, std::pmr::vector<Pair>& found)
+{
+    const std::span<const Aabb<Dim, T>> others = parked.boxes();
+    if (others.empty() || boxes.empty()) return;
+    if (boxes.size() > few_movers) {
+        PairFinderAccess::find(finder, BoxView<Dim, T>(boxes), BoxView<Dim, T>(others), {}, buffer);
+        for (const std::span<const Pair> block : buffer.blocks())
+            found.insert(found.end(), block.begin(), block.end());
+        return;
+    }
+    constexpr std::uint32_t at_once = 64;
+    const auto count = static_cast<std::uint32_t>(others.size());
+    for (std::uint32_t first = 0; first < count; first += at_once) {
+        const std::uint32_t here = std::min(at_once, count - first);
+        for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+            std::uint64_t touching = 0;
+            for (std::uint32_t k = 0; k < here; ++k)
+                touching |= std::uint64_t{overlaps_branchless(boxes[i], others[first + k])} << k;
+            for (; touching != 0; touching &= touching - 1)
+                found.push_back({i, first + static_cast<std::uint32_t>(std::countr_zero(touching))});
+        }
+    }
+}
 
 /// While it lives, what wakes up has no filter class. It is still in the index, and found there; whoever
 /// finds something without a class looks at the object, and sees that it is found as a changed one already.
@@ -64,19 +92,22 @@ class Search
     using Boxes = BoxView<Dim, T>;
 
     Search(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
-           NeighbourLists<Dim, T>& neighbour_lists, Arena& arena)
+           NeighbourLists<Dim, T>& neighbour_lists, NearPairs<Dim, T>* near_pairs, Arena& arena)
         : state_(state),
           entries_(entries),
           finder_(finder),
           neighbour_lists_(neighbour_lists),
+          near_pairs_(near_pairs),
           arena_(arena),
           found_(arena.take<PairBuffer>("pairs as they were found")),
+          near_found_(arena.list<std::span<const Pair>>("near pairs that touch, in blocks")),
           all_pass_(state.classes.all_pass())
     {
         found_.clear();
     }
 
     void among_active();
+    void among_parked();
     void among_resting();
     /// All that was found, in the memory of `to`.
     std::span<Pair> sorted(PairBuffer& to);
@@ -84,6 +115,7 @@ class Search
     [[nodiscard]] std::uint64_t looked_at() const noexcept { return looked_at_; }
     [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
     [[nodiscard]] std::uint64_t listed() const noexcept { return listed_; }
+    [[nodiscard]] std::uint64_t padded() const noexcept { return padded_; }
 
   private:
     using Division = typename NeighbourLists<Dim, T>::Division;
@@ -109,6 +141,9 @@ class Search
                                  const EntryOf& entry_of) noexcept;
     void try_all(std::span<const Box> boxes);
     void try_each(std::span<const Box> moved, std::span<const Box> idle);
+    void among_near();
+    Pair* select_near(std::uint32_t slot, Pair* to, std::uint64_t& looked_at) const noexcept;
+    std::span<Pair> sorted_found(PairBuffer& to);
     void find_listed(const Division& division);
     void find_unlisted(const Division& division);
 
@@ -116,11 +151,13 @@ class Search
     const Entries<Dim, T>& entries_;
     PairFinder& finder_;
     NeighbourLists<Dim, T>& neighbour_lists_;
+    NearPairs<Dim, T>* const near_pairs_; // null: not to be used
     Arena& arena_;
     PairBuffer& found_; // pairs of indices, in memory of those that found them
+    std::pmr::vector<std::span<const Pair>>& near_found_; // others, ascending
     const bool all_pass_;
     std::atomic<std::uint64_t> looked_at_{0}, rejected_{0};
-    std::uint64_t listed_ = 0;
+    std::uint64_t listed_ = 0, padded_ = 0;
 };
 
 /// Of pairs of entries, the second ones counted from `first_b`, keeps those that agree, as pairs of indices.
@@ -161,10 +198,59 @@ void Search<Dim, T>::try_each(std::span<const Box> moved, std::span<const Box> i
     PairBufferAccess(found_).append({tried.data(), end});
 }
 
+/// Of the near pairs whose first object has this slot, those that touch and agree, as pairs of indices.
+template <int Dim, class T>
+Pair* Search<Dim, T>::select_near(std::uint32_t slot, Pair* to, std::uint64_t& looked_at) const noexcept
+{
+    const NearPairs<Dim, T>& kept = *near_pairs_;
+    const Entry entry = kept.entry(slot);
+    const Box box = kept.box(slot);
+    const std::uint32_t index = raw(kept.index(slot));
+    const bool is_changed = raw(entry) < entries_.changed;
+    for (const std::uint32_t other : kept.partners(slot)) {
+        bool touches = is_changed;
+        touches |= raw(kept.entry(other)) < entries_.changed;
+        touches &= overlaps_branchless(box, kept.box(other));
+        looked_at += touches;
+        *to = {index, raw(kept.index(other))};
+        if (all_pass_ || !touches)
+            to += touches;
+        else
+            to += pass(entry, kept.entry(other));
+    }
+    return to;
+}
+
+/// Pairs of changed objects with each other and with idle ones, all of which are padded.
+template <int Dim, class T>
+void Search<Dim, T>::among_near()
+{
+    constexpr std::uint32_t per_run = 256;
+    const NearPairs<Dim, T>& kept = *near_pairs_;
+    const std::uint32_t slots = kept.slots();
+    near_found_.resize((slots + per_run - 1) / per_run);
+    Pair* const pairs =
+        arena_.take<Buffer<Pair>>("near pairs that touch").reserve(kept.partners_before(slots));
+    const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        Pair* const first = pairs + kept.partners_before(static_cast<std::uint32_t>(begin));
+        Pair* to = first;
+        std::uint64_t looked_at = 0;
+        for (std::uint64_t slot = begin; slot < end; ++slot)
+            to = select_near(static_cast<std::uint32_t>(slot), to, looked_at);
+        near_found_[work.block] = {first, to};
+        count(looked_at, static_cast<std::uint64_t>(to - first));
+    };
+    process_items(slots, select, {state_.executor_for(slots), per_run});
+}
+
 /// Pairs of changed objects with each other and with idle ones.
 template <int Dim, class T>
 void Search<Dim, T>::among_active()
 {
+    if (near_pairs_ != nullptr && near_pairs_->follow(state_, entries_, finder_, padded_, arena_)) {
+        among_near();
+        return;
+    }
     // Idle objects among themselves are known; many of them are better kept apart.
     const std::size_t idle = entries_.size() - entries_.changed;
     const bool together = idle <= entries_.changed;
@@ -198,6 +284,30 @@ void Search<Dim, T>::among_active()
     PairFinderAccess::find(finder_, Boxes(moved), Boxes(all.subspan(entries_.changed)), select, pairs);
     for (const std::span<const Pair> block : pairs.blocks())
         found.append(block);
+}
+
+/// Pairs of changed objects with parked ones.
+template <int Dim, class T>
+void Search<Dim, T>::among_parked()
+{
+    const std::span<const Box> moved = std::span<const Box>(entries_.box.values()).first(entries_.changed);
+    auto& pairs = arena_.list<Pair>("pairs of changed entries and parked objects");
+    find_parked(state_.parked, moved, finder_,
+                arena_.take<PairBuffer>("pairs with parked objects, in blocks"), pairs);
+    Pair* kept = pairs.data();
+    std::uint64_t candidates = 0;
+    for (const Pair& pair : pairs) {
+        const Entry entry{pair.a};
+        const Index index = entries_.index[entry], other = state_.parked.index(pair.b);
+        // What has changed is found as such.
+        if (other == Parked<Dim, T>::nobody || state_.objects[other].has(flag::written)) continue;
+        ++candidates;
+        if (all_pass_ || pass(entries_.filter[entry], index, state_.classes[other], other))
+            *kept++ = pair_of(index, other);
+    }
+    const auto count_kept = static_cast<std::size_t>(kept - pairs.data());
+    count(candidates, count_kept);
+    PairBufferAccess(found_).append({pairs.data(), count_kept});
 }
 
 /// Of pairs of an entry and a resting object keeps those that agree, as pairs of indices.
@@ -273,16 +383,24 @@ void Search<Dim, T>::find_listed(const Division& division)
 template <int Dim, class T>
 void Search<Dim, T>::find_unlisted(const Division& division)
 {
-    const std::span<const Entry> unlisted = division.unlisted;
-    std::span<const Box> boxes = std::span<const Box>(entries_.box.values()).first(entries_.changed);
-    if (!division.lookups.empty() || division.listed != 0) { // else it is all, in order
-        auto& some = arena_.list<Box>("boxes of entries without a list of neighbours");
-        for (const Entry entry : unlisted)
-            some.push_back(entries_.box[entry]);
-        boxes = some;
+    // Where what rests lies in one place, such as the ground below, most come nowhere near.
+    const Box hull = BoxIndexAccess::tree(state_.resting).hull();
+    auto& unlisted = arena_.list<Entry>("entries to be asked about");
+    auto& boxes = arena_.list<Box>("boxes of these");
+    unlisted.resize(division.unlisted.size());
+    boxes.resize(division.unlisted.size());
+    std::size_t asked = 0;
+    for (const Entry entry : division.unlisted) {
+        const Box& box = entries_.box[entry];
+        unlisted[asked] = entry;
+        boxes[asked] = box;
+        asked += overlaps_branchless(box, hull);
     }
+    if (asked == 0) return;
+    unlisted.resize(asked);
+    boxes.resize(asked);
     auto& pairs = arena_.list<Pair>("pairs found in the index");
-    state_.resting.join(Boxes(boxes), pairs);
+    state_.resting.join(Boxes(std::span<const Box>(boxes)), pairs);
     auto& kept_of_run = arena_.list<std::uint32_t>("pairs that runs find in the index");
     kept_of_run.resize((pairs.size() + run_length - 1) / run_length);
     const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
@@ -297,6 +415,35 @@ void Search<Dim, T>::find_unlisted(const Division& division)
 template <int Dim, class T>
 std::span<Pair> Search<Dim, T>::sorted(PairBuffer& to)
 {
+    if (near_found_.empty()) return sorted_found(to);
+    const std::span<const Pair> found = sorted_found(arena_.take<PairBuffer>("other pairs, sorted"));
+    std::size_t count = found.size();
+    for (const std::span<const Pair> block : near_found_)
+        count += block.size();
+    Pair* const first = PairBufferAccess(to).chunk(0, count).data();
+    Pair* end = first;
+    const Pair* next = found.data();
+    const Pair* const found_end = next + found.size();
+    for (const std::span<const Pair> block : near_found_) {
+        const Pair* from = block.data();
+        const Pair* const block_end = from + block.size();
+        while (from != block_end && next != found_end) {
+            const bool takes_found = *next < *from;
+            *end++ = takes_found ? *next : *from;
+            next += takes_found;
+            from += !takes_found;
+        }
+        end = std::copy(from, block_end, end);
+    }
+    end = std::copy(next, found_end, end);
+    return {first, end};
+}
+
+/// What was found, but for near pairs.
+template <int Dim, class T>
+std::span<Pair> Search<Dim, T>::sorted_found(PairBuffer& to)
+{
+    if (found_.size() == 0) return {};
     // The counting sort goes through all objects, if in parallel; the other through the pairs several times.
     const std::uint64_t count = found_.size(), objects = state_.ids.end();
     if (count >= objects ||
@@ -317,13 +464,15 @@ std::span<Pair> Search<Dim, T>::sorted(PairBuffer& to)
 
 template <int Dim, class T>
 Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
-                NeighbourLists<Dim, T>& neighbour_lists, PairBuffer& to, Arena& arena)
+                NeighbourLists<Dim, T>& neighbour_lists, NearPairs<Dim, T>* near_pairs, PairBuffer& to,
+                Arena& arena)
 {
     Candidates candidates;
-    Search<Dim, T> search(state, entries, finder, neighbour_lists, arena);
+    Search<Dim, T> search(state, entries, finder, neighbour_lists, near_pairs, arena);
     if (entries.changed != 0) {
         const auto t0 = Clock::now();
         search.among_active();
+        search.among_parked();
         const auto t1 = Clock::now();
         if (state.resting.size() != 0) search.among_resting();
         candidates.us_active = microseconds(t0, t1);
@@ -333,32 +482,42 @@ Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder
     candidates.looked_at = search.looked_at();
     candidates.rejected = search.rejected();
     candidates.listed = search.listed();
+    candidates.padded = search.padded();
     return candidates;
 }
 
 template <int Dim, class T>
 std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>& changes,
-                                     const Entries<Dim, T>& entries, Arena& arena)
+                                     const Entries<Dim, T>& entries, PairFinder& finder, Arena& arena)
 {
-    if (entries.waking.empty()) return {};
-    auto& pairs = arena.list<Pair>("old pairs of waking objects");
-    auto& joined = arena.list<Pair>("waking objects and what rested around them");
-    state.resting.join(BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(entries.boxes_before)), joined);
+    if (entries.stirring.empty()) return {};
+    const std::span<const Aabb<Dim, T>> boxes(entries.boxes_before);
+    auto& pairs = arena.list<Pair>("old pairs of stirring objects");
+    const auto take = [&](Index a, Index b) {
+        if (a == b || (state.objects[b].has(flag::written) && b < a)) return; // found from the other side
+        if (passes(changes.old_filter(a), changes.old_filter(b))) pairs.push_back(pair_of(a, b));
+    };
+    auto& joined = arena.list<Pair>("stirring objects and what rested around them");
+    if (state.resting.size() != 0) state.resting.join(BoxView<Dim, T>(boxes), joined);
     for (std::size_t k = 0; k < joined.size(); ++k) {
         if (k + fetch_ahead < joined.size()) state.objects.prefetch(Index{joined[k + fetch_ahead].b});
-        const Index a{entries.waking[joined[k].a]}, b{joined[k].b};
-        if (a == b || (state.objects[b].has(flag::written) && b < a)) continue; // found from the other side
-        if (passes(changes.old_filter(a), changes.old_filter(b))) pairs.push_back(pair_of(a, b));
+        take(entries.stirring[joined[k].a], Index{joined[k].b});
     }
-    sort_pairs(pairs, arena.list<Pair>("old pairs of waking objects, in another order"));
+    auto& beside = arena.list<Pair>("stirring objects and what was parked around them");
+    find_parked(state.parked, boxes, finder,
+                arena.take<PairBuffer>("stirring objects and parked ones, in blocks"), beside);
+    for (const Pair& pair : beside)
+        if (const Index other = state.parked.index(pair.b); other != Parked<Dim, T>::nobody)
+            take(entries.stirring[pair.a], other);
+    sort_pairs(pairs, arena.list<Pair>("old pairs of stirring objects, in another order"));
     return pairs;
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template Candidates find(State<Dim, T>&, const Entries<Dim, T>&, PairFinder&, NeighbourLists<Dim, T>&,   \
-                             PairBuffer&, Arena&);                                                           \
+                             NearPairs<Dim, T>*, PairBuffer&, Arena&);                                       \
     template std::span<const Pair> find_old_pairs(State<Dim, T>&, const Changes<Dim, T>&,                    \
-                                                  const Entries<Dim, T>&, Arena&);
+                                                  const Entries<Dim, T>&, PairFinder&, Arena&);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

@@ -11,6 +11,7 @@
 #include "world/arena.hpp"
 #include "world/changes.hpp"
 #include "world/entries.hpp"
+#include "world/near_pairs.hpp"
 #include "world/neighbour_lists.hpp"
 #include "world/pair_lists.hpp"
 #include "world/state.hpp"
@@ -25,19 +26,22 @@ struct Candidates
     std::uint64_t looked_at = 0; // pairs of boxes that touch
     std::uint64_t rejected = 0;  // of these: kept apart by filters
     std::uint64_t listed = 0;    // objects that have got a list of neighbours
+    std::uint64_t padded = 0;    // objects that were padded anew
     double us_active = 0, us_resting = 0;
 };
 
 /// The stage `find` of an update: finds the pairs of changed objects with all that is there, in the memory of
-/// `to`.
+/// `to`. Without near pairs where these are null.
 template <int Dim, class T>
 [[nodiscard]] Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
-                              NeighbourLists<Dim, T>& neighbour_lists, PairBuffer& to, Arena& arena);
+                              NeighbourLists<Dim, T>& neighbour_lists, NearPairs<Dim, T>* near_pairs,
+                              PairBuffer& to, Arena& arena);
 
-/// The pairs that objects which wake up had with what rested. Ascending.
+/// The pairs that stirring objects had with what rested or was parked. Ascending.
 template <int Dim, class T>
 [[nodiscard]] std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>& changes,
-                                                   const Entries<Dim, T>& entries, Arena& arena);
+                                                   const Entries<Dim, T>& entries, PairFinder& finder,
+                                                   Arena& arena);
 
 using Clock = std::chrono::steady_clock;
 [[nodiscard]] inline double microseconds(Clock::time_point from, Clock::time_point to)

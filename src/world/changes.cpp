@@ -56,7 +56,8 @@ void Changes<Dim, T>::reset(Index index) noexcept
 {
     const auto object = state_->objects[index];
     object.now() = object.before();
-    object.set(flag::enabled, object.place() != Place::disabled);
+    object.set(flag::odd, !valid(object.now()));
+    object.set(flag::enabled, object.was_enabled());
     object.set(flag::alive, object.place() != Place::none);
     if (object.has(flag::refiltered)) object.set_filter(find(old_filters_, sorted_filters_, index)->filter);
     if (object.has(flag::reach_kept)) {
@@ -86,7 +87,7 @@ bool Changes<Dim, T>::is_unchanged(Index index) const noexcept
 {
     const auto object = state_->objects[index];
     return object.place() != Place::none && object.has(flag::alive) &&
-           object.has(flag::enabled) == (object.place() != Place::disabled) &&
+           object.has(flag::enabled) == object.was_enabled() &&
            !object.has(flag::asked | flag::again | flag::again_some) &&
            (!object.has(flag::refiltered) || object.filter() == old_filter(index)) &&
            same(object.now(), object.before());
@@ -127,7 +128,8 @@ void Changes<Dim, T>::undo() noexcept
         }
         object.now() = object.before();
         object.set(flag::alive);
-        object.set(flag::enabled, object.place() != Place::disabled);
+        object.set(flag::odd, !valid(object.now()));
+        object.set(flag::enabled, object.was_enabled());
     }
     for (const OldFilter& old : old_filters_)
         if (state_->objects[old.index].state() != 0) state_->objects[old.index].set_filter(old.filter);

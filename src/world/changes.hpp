@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <memory_resource>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "world/arena.hpp"
@@ -34,21 +33,8 @@ class Changes
     };
 
     Changes(State<Dim, T>& state, Arena& arena);
-    Changes(Changes&& other) noexcept
-        : commands(other.commands),
-          dropped(other.dropped),
-          state_(std::exchange(other.state_, nullptr)),
-          objects_(other.objects_),
-          old_filters_(other.old_filters_),
-          old_reaches_(other.old_reaches_),
-          again_(other.again_),
-          any_again_(other.any_again_),
-          scratch_(other.scratch_),
-          sorted_filters_(other.sorted_filters_),
-          sorted_reaches_(other.sorted_reaches_)
-    {
-    }
-    Changes& operator=(Changes&&) = delete;
+    Changes(const Changes&) = delete;
+    Changes& operator=(const Changes&) = delete;
     ~Changes()
     {
         if (state_ != nullptr) undo();
@@ -56,9 +42,12 @@ class Changes
     void keep() noexcept { state_ = nullptr; }
 
     /// Ascending once all commands are applied.
-    [[nodiscard]] std::span<const Index> objects() const noexcept { return objects_; }
+    [[nodiscard]] const std::pmr::vector<Index>& objects() const noexcept { return objects_; }
     /// Of any object: what it was after the last update.
     [[nodiscard]] ObjectFilter old_filter(Index index) const noexcept;
+    /// What was kept of filters and reaches, in any order, each object once.
+    [[nodiscard]] std::span<const OldFilter> old_filters() const noexcept { return old_filters_; }
+    [[nodiscard]] std::span<const OldReach> old_reaches() const noexcept { return old_reaches_; }
     /// Whether there are pairs to be reported as if they were new, and whether this one is.
     [[nodiscard]] bool any_again() const noexcept { return any_again_; }
     [[nodiscard]] bool is_again(const Pair& pair) const noexcept;
@@ -111,11 +100,6 @@ struct Moves
     std::span<const ObjectId> ids;
     BoxView<Dim, T> boxes;
 };
-
-/// The stage `apply` of an update: what was taken from the queues, and `moves`, are applied to the objects.
-template <int Dim, class T>
-[[nodiscard]] Changes<Dim, T> apply(State<Dim, T>& state, const Queues<Dim, T>& queues,
-                                    const Moves<Dim, T>& moves, Arena& arena);
 
 } // namespace world
 JOSTLE_NAMESPACE_END

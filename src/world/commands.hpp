@@ -81,10 +81,12 @@ void reserve_more(Vector& vector, std::size_t count)
 template <int Dim, class T>
 struct alignas(128) Queue
 {
-    explicit Queue(std::pmr::memory_resource* memory)
-        : additions(memory), commands(memory), taken_additions(memory), taken_commands(memory)
+    Queue(std::uint32_t which, std::pmr::memory_resource* memory)
+        : number(which), additions(memory), commands(memory), taken_additions(memory), taken_commands(memory)
     {
     }
+
+    const std::uint32_t number; // from 1 up
 
     std::atomic<std::thread::id> owner{};
     std::mutex mutex; // guards the two that follow
@@ -94,6 +96,7 @@ struct alignas(128) Queue
     // The update's own:
     std::pmr::vector<Addition<Dim, T>> taken_additions;
     std::pmr::vector<Command<Dim, T>> taken_commands;
+    std::size_t applied_additions = 0, applied_commands = 0; // of these, from the first on
     Queue* next = nullptr;
 };
 
@@ -168,6 +171,22 @@ class Queues
             queue->taken_additions.clear();
             queue->taken_commands.clear();
         }
+        forget_applied();
+    }
+    /// What was applied is taken back, and to be applied anew.
+    void forget_applied() noexcept
+    {
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
+            queue->applied_additions = queue->applied_commands = 0;
+    }
+    /// Whether anything was taken that is still to be applied.
+    [[nodiscard]] bool any_to_apply() const noexcept
+    {
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
+            if (queue->applied_additions != queue->taken_additions.size() ||
+                queue->applied_commands != queue->taken_commands.size())
+                return true;
+        return false;
     }
 
     [[nodiscard]] Queue<Dim, T>* first() const noexcept { return first_.load(std::memory_order_acquire); }
@@ -199,7 +218,7 @@ class Queues
                 return *queue;
             }
         void* const memory = memory_->allocate(sizeof(Queue<Dim, T>), alignof(Queue<Dim, T>));
-        auto* const queue = new (memory) Queue<Dim, T>(memory_);
+        auto* const queue = new (memory) Queue<Dim, T>(first() == nullptr ? 1 : first()->number + 1, memory_);
         queue->owner.store(me, std::memory_order_relaxed);
         queue->next = first();
         first_.store(queue, std::memory_order_release);
@@ -209,7 +228,7 @@ class Queues
     template <class Vector>
     static void make_room(Vector& taken, const Vector& queued)
     {
-        if (!taken.empty()) taken.reserve(taken.size() + queued.size());
+        if (!taken.empty()) reserve_more(taken, queued.size());
     }
     template <class Vector>
     static void move_over(Vector& taken, Vector& queued) noexcept

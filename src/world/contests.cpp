@@ -99,13 +99,11 @@ class Contests
             if (is_contested(command.id))
                 statements_.push_back({Index{command.id.index}, queue, statements_.size(), command});
         };
-        std::uint32_t number = 0;
         for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
-            ++number;
             for (const Addition<Dim, T>& addition : queue->taken_additions)
                 if (is_contested(addition.id)) additions_.push_back(&addition);
             for (const Command<Dim, T>& command : queue->taken_commands)
-                state_it(command, number);
+                state_it(command, queue->number);
         }
         for (std::size_t i = 0; i < moves.ids.size(); ++i)
             state_it({moves.ids[i], 0, CommandKind::move, moves.boxes[i]}, own_queue);
@@ -123,6 +121,7 @@ class Contests
         while (next != end) {
             const Index index = next->index;
             const bool is_removed = !state_.objects[index].has(flag::alive); // beats everything
+            writer_.touch(index);
             Settings<Dim, T> best;
             while (next != end && next->index == index) {
                 const std::uint32_t queue = next->queue;

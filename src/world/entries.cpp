@@ -29,6 +29,9 @@ void set(Entries<Dim, T>& entries, Entry entry, const State<Dim, T>& state, Inde
     entries.moves_on[entry] = object.place() == Place::active;
 }
 
+// Where so many are active, and so few of them have changed, the others are parked.
+constexpr std::size_t worth_parking = 1024, active_per_changed = 16;
+
 /// As if each changed object only moved. Says whether it did.
 template <int Dim, class T>
 bool enter_all(Entries<Dim, T>& entries, const State<Dim, T>& state, std::span<const Index> changed)
@@ -43,7 +46,8 @@ bool enter_all(Entries<Dim, T>& entries, const State<Dim, T>& state, std::span<c
         for (std::uint64_t i = begin; i < end; ++i) {
             const Index index = changed[i];
             if (i + fetch_ahead < end) state.objects[changed[i + fetch_ahead]].prefetch_boxes();
-            all &= (state.objects[index].state() & (usual | flag::place | flag::refiltered)) == usual;
+            all &= (state.objects[index].state() &
+                    (usual | flag::place | flag::refiltered | flag::parked | flag::odd)) == usual;
             set(entries, Entry{static_cast<std::uint32_t>(i)}, state, index);
         }
         if (!all) only_moves.store(false, std::memory_order_relaxed);
@@ -52,24 +56,43 @@ bool enter_all(Entries<Dim, T>& entries, const State<Dim, T>& state, std::span<c
     return only_moves;
 }
 
-/// Changed objects of all kinds: those that are there, and a list of those that wake up.
+/// Changed objects of all kinds: those that are there, and lists of those that wake up and that stir.
 template <int Dim, class T>
 std::uint32_t enter_each(Entries<Dim, T>& entries, State<Dim, T>& state, std::span<const Index> changed)
 {
     std::uint32_t count = 0;
     for (const Index index : changed) {
         const auto object = state.objects[index];
-        if (object.place() == Place::resting) {
-            entries.waking.push_back(raw(index));
+        const Place place = object.place();
+        if (place == Place::resting) entries.waking.push_back(raw(index));
+        if (place == Place::resting || object.has(flag::parked) ||
+            (entries.parks && place == Place::active)) {
+            entries.stirring.push_back(index);
             entries.boxes_before.push_back(object.before());
         }
         if (!object.is_there()) continue;
         const Entry entry{count++};
         set(entries, entry, state, index);
-        if (object.place() == Place::none || object.has(flag::refiltered))
+        if (place == Place::none || object.has(flag::refiltered))
             entries.filter[entry] = state.classes.of(object.filter());
     }
     return count;
+}
+
+/// Stages what is active and hasn't changed, then for this update what has: with the box that it had.
+template <int Dim, class T>
+void park_idle(Entries<Dim, T>& entries, State<Dim, T>& state, std::span<const Index> changed)
+{
+    for (const auto& each : state.active) {
+        const auto object = state.objects[each.index];
+        if (!object.has(flag::written)) state.parked.stage(each.index, object.now());
+    }
+    entries.parking = state.parked.staged().size();
+    for (const Index index : changed) {
+        const auto object = state.objects[index];
+        if (object.place() == Place::active && !object.has(flag::parked))
+            state.parked.stage(index, object.before());
+    }
 }
 
 } // namespace
@@ -78,12 +101,20 @@ template <int Dim, class T>
 Entries<Dim, T> enter(State<Dim, T>& state, std::span<const Index> changed, Arena& arena)
 {
     Entries<Dim, T> entries(arena);
-    entries.only_moves = enter_all(entries, state, changed);
+    state.parked.unstage();
+    entries.parks =
+        state.active.size() >= worth_parking && state.active.size() > active_per_changed * changed.size();
+    entries.only_moves = !entries.parks;
+    if (entries.parks)
+        resize(entries, changed.size());
+    else
+        entries.only_moves = enter_all(entries, state, changed);
     entries.all_of_active = entries.only_moves && changed.size() == state.active.size();
     auto count = static_cast<std::uint32_t>(changed.size());
     if (!entries.only_moves) count = enter_each(entries, state, changed);
     entries.changed = count;
-    entries.any_idle = !entries.all_of_active && !state.active.empty();
+    if (entries.parks) park_idle(entries, state, changed);
+    entries.any_idle = !entries.parks && !entries.all_of_active && !state.active.empty();
     if (count == 0 || !entries.any_idle) {
         resize(entries, count);
         return entries;

@@ -23,7 +23,8 @@ struct Entries
           filter(arena.take<Table<Entry, FilterClass>>("filters of entries")),
           moves_on(arena.take<Table<Entry, std::uint8_t>>("entries that were active")),
           waking(arena.list<std::uint32_t>("waking objects")),
-          boxes_before(arena.list<Aabb<Dim, T>>("boxes that waking objects had"))
+          stirring(arena.list<Index>("stirring objects")),
+          boxes_before(arena.list<Aabb<Dim, T>>("boxes that stirring objects had"))
     {
     }
     [[nodiscard]] std::size_t size() const noexcept { return index.size(); }
@@ -36,7 +37,12 @@ struct Entries
 
     // Changed objects that rested, whether they are still there or not, as the index of what rests has them.
     std::pmr::vector<std::uint32_t>& waking;
-    std::pmr::vector<Aabb<Dim, T>>& boxes_before;
+    // Changed objects whose old pairs are in no list: these, those that were parked, and while others are
+    // being parked, all.
+    std::pmr::vector<Index>& stirring;
+    std::pmr::vector<Aabb<Dim, T>>& boxes_before; // of these
+    bool parks = false;                           // what is active and hasn't changed is being parked
+    std::size_t parking = 0;                      // so many of those that are staged in Parked
     bool only_moves = true;     // all that changed was active and is, and has the filter that it had
     bool all_of_active = false; // all that was active has changed, and nothing else
     bool any_idle = false;      // some of what was active hasn't changed; entered only if something else has

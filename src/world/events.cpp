@@ -6,6 +6,7 @@
 #include "world/events.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "base/block_buffer_access.hpp"
 #include "jostle/process.hpp"
@@ -173,9 +174,19 @@ template <int Dim, class T>
 void Merge<Dim, T>::merge_by_lists(Run& run) const
 {
     constexpr std::uint64_t most_steps = 128; // before looking whether a list has come to its end
+    constexpr std::ptrdiff_t stretch = 16;
     const Pair* next = run.next;
     Pair* kept = run.kept;
     while (next != run.end) {
+        // Where little happens, whole stretches are as they were.
+        while (run.end - next >= stretch && run.persisted.key != no_key && run.persisted.left() >= stretch &&
+               key_of(next[stretch - 1]) < run.others.key &&
+               std::memcmp(next, run.persisted.at(), stretch * sizeof(Pair)) == 0) {
+            if (kept != next) std::copy(next, next + stretch, kept);
+            kept += stretch;
+            next += stretch;
+            run.persisted.skip_to(run.persisted.at() + stretch);
+        }
         std::uint64_t steps = std::min(run.persisted.left(), run.others.left());
         steps = std::min({steps, static_cast<std::uint64_t>(run.end - next), most_steps});
         Key* const began_to = run.began_out.make_room(steps);
@@ -271,10 +282,13 @@ void Merge<Dim, T>::touched_only(Run& run, const Pair& pair) const
         run.ended_out.push({key_of(pair), known_.only_moves ? EndReason::moved_apart : reason_of(pair)});
         return;
     }
-    // Two objects that haven't changed. They still touch; if both rest by now, the pair is in no list.
-    if (state_.objects[Index{pair.a}].place() == Place::active ||
-        state_.objects[Index{pair.b}].place() == Place::active)
-        run.others_out.push(pair);
+    // Two objects that haven't changed. They still touch; if both rest by now or are parked, the pair is in
+    // no list.
+    const auto is_listed = [&](std::uint32_t index) {
+        const auto object = state_.objects[Index{index}];
+        return object.place() == Place::active && !object.has(flag::parked);
+    };
+    if (is_listed(pair.a) || is_listed(pair.b)) run.others_out.push(pair);
 }
 
 /// Of a pair that is no more.
@@ -284,6 +298,7 @@ EndReason Merge<Dim, T>::reason_of(const Pair& pair) const noexcept
     const auto a = state_.objects[Index{pair.a}], b = state_.objects[Index{pair.b}];
     if (!a.has(flag::alive) || !b.has(flag::alive)) return EndReason::removed;
     if (!a.has(flag::enabled) || !b.has(flag::enabled)) return EndReason::disabled;
+    if (a.has(flag::odd) || b.has(flag::odd)) return EndReason::moved_apart;
     // With filters as they were, they would be found if they touched.
     if (!a.has(flag::refiltered) && !b.has(flag::refiltered)) return EndReason::moved_apart;
     return overlaps_branchless(a.now(), b.now()) ? EndReason::filtered : EndReason::moved_apart;

@@ -2,9 +2,7 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <atomic>
-#include <bit>
 #include <cstdint>
 #include <limits>
 #include <memory_resource>
@@ -16,6 +14,7 @@
 #include "base/prefetch.hpp"
 #include "jostle/error.hpp"
 #include "jostle/world.hpp"
+#include "world/segments.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -30,15 +29,7 @@ class IdTable
         std::uint32_t index, generation; // to be handed out next
     };
 
-    explicit IdTable(std::pmr::memory_resource* memory) : memory_(memory), free_(memory) {}
-    IdTable(const IdTable&) = delete;
-    IdTable& operator=(const IdTable&) = delete;
-    ~IdTable()
-    {
-        for (std::uint32_t s = 0; s < segments; ++s)
-            if (Generation* segment = segment_[s].load(std::memory_order_relaxed))
-                memory_->deallocate(segment, segment_size(s) * sizeof(Generation), alignof(Generation));
-    }
+    explicit IdTable(std::pmr::memory_resource* memory) : free_(memory), generations_(memory) {}
 
     void take(std::span<ObjectId> ids)
     {
@@ -122,32 +113,13 @@ class IdTable
     [[nodiscard]] std::uint64_t bytes() const noexcept
     {
         const std::lock_guard lock(mutex_);
-        std::uint64_t sum = free_.capacity() * sizeof(Free);
-        for (std::uint32_t s = 0; s < segments; ++s)
-            if (segment_[s].load(std::memory_order_relaxed) != nullptr)
-                sum += segment_size(s) * sizeof(Generation);
-        return sum;
+        return free_.capacity() * sizeof(Free) + generations_.bytes();
     }
 
   private:
-    using Generation = std::atomic<std::uint32_t>;
-    static constexpr std::uint32_t first_bits = 6;
-    static constexpr std::uint32_t segments = 32 - first_bits + 1;
-
-    // Segment 0 has the first 2^first_bits indices, each further one as many as all before it.
-    static std::uint32_t segment_of(std::uint32_t index) noexcept
+    [[nodiscard]] std::atomic<std::uint32_t>& at(std::uint32_t index) const noexcept
     {
-        return 32 - static_cast<std::uint32_t>(std::countl_zero(index >> first_bits));
-    }
-    static std::size_t segment_size(std::uint32_t s) noexcept
-    {
-        return std::size_t{1} << (first_bits + (s == 0 ? 0 : s - 1));
-    }
-    [[nodiscard]] Generation& at(std::uint32_t index) const noexcept
-    {
-        const std::uint32_t s = segment_of(index);
-        const std::uint32_t first = s == 0 ? 0 : static_cast<std::uint32_t>(segment_size(s));
-        return segment_[s].load(std::memory_order_acquire)[index - first];
+        return generations_[index];
     }
     void grow(std::size_t fresh)
     {
@@ -157,20 +129,12 @@ class IdTable
                         "the world would have " + std::to_string(wanted) +
                             " objects: ids number them with 32 bits; use several worlds");
         if (wanted > free_.capacity()) free_.reserve(wanted + wanted / 2);
-        for (std::uint32_t s = 0; wanted != 0 && s <= segment_of(static_cast<std::uint32_t>(wanted - 1)); ++s)
-            if (segment_[s].load(std::memory_order_relaxed) == nullptr) {
-                auto* segment = static_cast<Generation*>(
-                    memory_->allocate(segment_size(s) * sizeof(Generation), alignof(Generation)));
-                for (std::size_t i = 0; i < segment_size(s); ++i)
-                    new (segment + i) Generation(0);
-                segment_[s].store(segment, std::memory_order_release);
-            }
+        generations_.grow(wanted);
     }
 
     mutable std::mutex mutex_; // guards all but looking up
-    std::pmr::memory_resource* memory_;
     std::pmr::vector<Free> free_;
-    std::array<std::atomic<Generation*>, segments> segment_ = {};
+    Segments<std::uint32_t> generations_; // by index
     std::atomic<std::uint32_t> end_{0};
 };
 

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <mutex>
+#include <optional>
 #include <span>
 
 #include "base/in_use.hpp"
@@ -11,9 +12,13 @@
 #include "world/changes.hpp"
 #include "world/commands.hpp"
 #include "world/masked_indexes.hpp"
+#include "world/near_pairs.hpp"
 #include "world/neighbour_lists.hpp"
 #include "world/pair_lists.hpp"
+#include "world/pair_slots.hpp"
 #include "world/state.hpp"
+#include "world/user_data.hpp"
+#include "world/writer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -60,26 +65,55 @@ class ChangedPairs
     PairBuffer list_;
 };
 
+/// The slots of the pairs that began and persist, looked up when somebody asks.
+class ChangedSlots
+{
+  public:
+    explicit ChangedSlots(std::pmr::memory_resource* memory) : list_(memory) {}
+    std::span<const std::uint32_t> of(const PairBuffer& pairs, const PairSlots& slots, Executor& executor);
+    void forget() noexcept { is_fresh_.store(false, std::memory_order_relaxed); }
+
+  private:
+    std::mutex mutex_; // held while the list is made
+    std::atomic<bool> is_fresh_{false};
+    std::pmr::vector<std::uint32_t> list_;
+};
+
 /// All pairs that touch and agree, searched for.
 template <int Dim, class T>
 [[nodiscard]] PairBuffer all_pairs(const State<Dim, T>& state);
 
-/// The active objects, indexed when the first question after an update is asked.
+/// What questions see and the index of resting objects doesn't have: the active objects and those that
+/// apply() has written to, indexed when the first question after an update or apply() is asked.
 template <int Dim, class T>
 class ActiveIndex
 {
   public:
-    explicit ActiveIndex(const IndexOptions& options) : index_(options) {}
-    /// Null if no object is active.
+    explicit ActiveIndex(const IndexOptions& options)
+        : index_(options),
+          moved_(options.memory),
+          gone_(options.memory),
+          come_(options.memory),
+          boxes_(options.memory)
+    {
+    }
+    /// Null if there are none.
     BoxIndex<Dim, T>* of(const State<Dim, T>& state);
-    void forget() noexcept { is_fresh_.store(false, std::memory_order_relaxed); }
+    /// These may lie elsewhere: after an update or apply(), or because it is taken back.
+    void note(std::span<const Index> changed, std::span<const std::uint32_t> settling) noexcept;
 
   private:
     void follow(const State<Dim, T>& state);
+    void follow_moved(const State<Dim, T>& state);
+    void follow_all(const State<Dim, T>& state);
 
     std::mutex mutex_; // held while it is brought up to date
     std::atomic<bool> is_fresh_{false};
     BoxIndex<Dim, T> index_;
+    bool knows_moved_ = false;                    // else it has to look at all
+    std::pmr::vector<std::uint32_t> moved_;       // objects that changed or came to rest since it was fresh
+    std::pmr::vector<std::uint32_t> gone_, come_; // working memory
+    std::pmr::vector<Aabb<Dim, T>> boxes_;
 };
 
 } // namespace world
@@ -91,8 +125,11 @@ struct World<Dim, T>::Implementation
     explicit Implementation(const WorldOptions& options);
 
     void queue(const world::Command<Dim, T>& command);
-    /// In update.cpp: an update, stage by stage.
+    /// In update.cpp: an update, stage by stage; and what can be done ahead of one, for questions.
     void update(const world::Moves<Dim, T>& moves);
+    void apply_ahead();
+    /// What was applied is queued again, and everything as the last update has left it.
+    void take_back() noexcept;
     /// After a restore: the pairs that the last update would have left.
     void recall_pairs();
     [[nodiscard]] typename world::Objects<Dim, T>::ConstObject checked(ObjectId id) const;
@@ -104,14 +141,20 @@ struct World<Dim, T>::Implementation
 
     world::Queues<Dim, T> queues;
     world::State<Dim, T> state;
+    world::UserData user_data;
+    std::optional<world::PairSlots> pair_slots; // in a world that has them
     world::NeighbourLists<Dim, T> neighbour_lists;
+    world::NearPairs<Dim, T> near_pairs;
     PairFinder finder;
     world::Arena arena;
-    world::Lists lists[2]; // those of the last update; the others are being written
+    std::optional<world::Applied<Dim, T>> applied; // since the last update; in its midst, by it
+    world::Lists lists[2];                         // those of the last update; the others are being written
     std::uint32_t shown = 0;
+    const world::Lists no_lists{&memory};
     WorldStats stats;
 
     mutable world::ChangedPairs changed_pairs;
+    mutable world::ChangedSlots changed_slots;
     mutable world::ActiveIndex<Dim, T> active_index;
     mutable world::MaskedIndexes<Dim, T> masked_indexes;
 };

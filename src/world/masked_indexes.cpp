@@ -17,14 +17,6 @@ constexpr std::size_t objects_per_question = 64;
 // Updates until one that nobody asks about goes.
 constexpr std::uint32_t patience = 64;
 
-/// Where an object was after the last update: `accept` may ask in the middle of one.
-template <int Dim, class T>
-const Aabb<Dim, T>& last_box(const State<Dim, T>& state, Index index) noexcept
-{
-    const auto object = state.objects[index];
-    return object.has(flag::written) ? object.before() : object.now();
-}
-
 } // namespace
 
 template <int Dim, class T>
@@ -61,6 +53,7 @@ auto MaskedIndexes<Dim, T>::of(const State<Dim, T>& state, std::uint32_t categor
     if (masked->is_fresh.load(std::memory_order_acquire)) return masked;
     const std::uint64_t asked = masked->asked_.fetch_add(questions, std::memory_order_relaxed) + questions;
     if (asked < state.resting.size() / objects_per_question) return nullptr;
+    if (state.shown != nullptr) return nullptr; // what rests may have other filters now
     const std::lock_guard lock(mutex_);
     if (!masked->is_fresh.load(std::memory_order_relaxed)) {
         refresh(*masked, state);
@@ -82,10 +75,11 @@ void MaskedIndexes<Dim, T>::refresh(Masked& masked, const State<Dim, T>& state)
     else if (masked.is_worth_it_)
         follow(masked, state);
     masked.moved_.clear();
-    masked.of_active_ = state.active.size();
+    masked.of_active_ = state.active_count();
     masked.active_ = 0;
-    for (const auto& each : state.active)
-        masked.active_ += counts(state.objects[each.index].filter(), masked.category_, masked.mask_);
+    state.each_active([&](Index index) {
+        masked.active_ += counts(state.objects[index].filter(), masked.category_, masked.mask_);
+    });
 }
 
 template <int Dim, class T>
@@ -101,7 +95,7 @@ void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
         if (object.place() != Place::resting) continue;
         if (!counts(object.filter(), masked.category_, masked.mask_)) continue;
         ids.push_back(i);
-        boxes.push_back(last_box(state, Index{i}));
+        boxes.push_back(state.objects[Index{i}].last());
         masked.is_worth_it_ = 2 * ids.size() <= masked.resting_;
     }
     if (masked.is_worth_it_) {
@@ -129,7 +123,7 @@ void MaskedIndexes<Dim, T>::follow(Masked& masked, const State<Dim, T>& state)
         if (object.place() != Place::resting) continue;
         if (!counts(object.filter(), masked.category_, masked.mask_)) continue;
         come.push_back(i);
-        boxes.push_back(last_box(state, Index{i}));
+        boxes.push_back(state.objects[Index{i}].last());
     }
     masked.is_made_ = false; // unless all succeeds
     BoxIndexAccess::erase(*masked.index_, std::span<const std::uint32_t>(gone));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <memory_resource>
 
 #include "base/box.hpp"
@@ -29,20 +30,25 @@ enum class Place : std::uint32_t
 
 /// The bits of an object's state.
 namespace flag {
-constexpr std::uint16_t place = 3; // the two bits of `Place`
-constexpr std::uint16_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
-constexpr std::uint16_t has_reach = 1u << 5; // its bounds are not just the box that was given
-constexpr std::uint16_t second = 1u << 6;    // which of its two boxes is the present one
+constexpr std::uint32_t place = 3; // the two bits of `Place`
+constexpr std::uint32_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
+constexpr std::uint32_t has_reach = 1u << 5; // its bounds are not just the box that was given
+constexpr std::uint32_t second = 1u << 6;    // which of its two boxes is the present one
+constexpr std::uint32_t parked = 1u << 7;    // active, and one of `Parked`
 // In the update under way:
-constexpr std::uint16_t written = 1u << 8;     // the other box is that of the last update
-constexpr std::uint16_t refiltered = 1u << 9;  // Changes has the filter of the last update
-constexpr std::uint16_t reach_kept = 1u << 10; // Changes has the reach of the last update
-constexpr std::uint16_t contested = 1u << 11;  // commands about it must be put in order
-constexpr std::uint16_t asked = 1u << 12;      // its filter was set: `accept` is asked again
-constexpr std::uint16_t again = 1u << 13;      // all its pairs are to be reported as if they were new
-constexpr std::uint16_t again_some = 1u << 14; // some of them: those that Changes has
-constexpr std::uint16_t transient =
-    written | refiltered | reach_kept | contested | asked | again | again_some;
+constexpr std::uint32_t written = 1u << 8;     // the other box is that of the last update
+constexpr std::uint32_t refiltered = 1u << 9;  // Changes has the filter of the last update
+constexpr std::uint32_t reach_kept = 1u << 10; // Changes has the reach of the last update
+constexpr std::uint32_t contested = 1u << 11;  // commands about it must be put in order
+constexpr std::uint32_t asked = 1u << 12;      // its filter was set: `accept` is asked again
+constexpr std::uint32_t again = 1u << 13;      // all its pairs are to be reported as if they were new
+constexpr std::uint32_t again_some = 1u << 14; // some of them: those that Changes has
+constexpr std::uint32_t touched = 1u << 15;    // the call of apply() under way has spoken of it
+// These two last, too:
+constexpr std::uint32_t odd = 1u << 16;  // its box is none, or its way is: it touches nothing
+constexpr std::uint32_t shut = 1u << 17; // enabled, but `disabled` after the last update, as its box was odd
+constexpr std::uint32_t transient =
+    written | refiltered | reach_kept | contested | asked | again | again_some | touched;
 } // namespace flag
 
 /// Many objects, each property apart: what an update reads of all that moves is little more than boxes.
@@ -52,14 +58,14 @@ struct ObjectChunk
     static constexpr std::uint32_t size = 256; // not more: a world of a few objects has a whole chunk
     ObjectChunk() noexcept
     {
-        std::fill_n(state, size, std::uint16_t{0}); // the rest is written before it is read
+        std::fill_n(state, size, 0u); // the rest is written before it is read
     }
     Aabb<Dim, T> box[2][size];
     struct FilterNumbers
     {
         std::uint32_t category, mask, owner;
     } filter[size];
-    std::uint16_t state[size];
+    std::uint32_t state[size];
 };
 
 /// One object, where it lies. `Chunk` is an ObjectChunk, or a const one.
@@ -72,13 +78,12 @@ class ObjectIn
     [[nodiscard]] auto& now() const noexcept { return chunk_->box[state() / flag::second % 2][at_]; }
     /// Its box after the last update, while `written`.
     [[nodiscard]] auto& before() const noexcept { return chunk_->box[1 - state() / flag::second % 2][at_]; }
+    /// That, whether an update is under way or not.
+    [[nodiscard]] const auto& last() const noexcept { return has(flag::written) ? before() : now(); }
     [[nodiscard]] auto& numbers() const noexcept { return chunk_->filter[at_]; }
 
-    [[nodiscard]] std::uint16_t state() const noexcept { return chunk_->state[at_]; }
-    void set_state(std::uint32_t bits) const noexcept
-    {
-        chunk_->state[at_] = static_cast<std::uint16_t>(bits);
-    }
+    [[nodiscard]] std::uint32_t state() const noexcept { return chunk_->state[at_]; }
+    void set_state(std::uint32_t bits) const noexcept { chunk_->state[at_] = bits; }
     [[nodiscard]] bool has(std::uint32_t bits) const noexcept { return (state() & bits) != 0; }
     void set(std::uint32_t bits, bool on = true) const noexcept
     {
@@ -92,8 +97,10 @@ class ObjectIn
     /// Whether it can have pairs after this update.
     [[nodiscard]] bool is_there() const noexcept
     {
-        return (state() & (flag::alive | flag::enabled)) == (flag::alive | flag::enabled);
+        return (state() & (flag::alive | flag::enabled | flag::odd)) == (flag::alive | flag::enabled);
     }
+    /// Whether it was enabled after the last update.
+    [[nodiscard]] bool was_enabled() const noexcept { return place() != Place::disabled || has(flag::shut); }
     /// From now on `before` is what `now` is.
     void keep_box() const noexcept
     {
@@ -124,6 +131,16 @@ class ObjectIn
     std::uint32_t at_;
 };
 
+/// Where nothing is: touches no box.
+template <int Dim, class T>
+[[nodiscard]] Aabb<Dim, T> nowhere_box() noexcept
+{
+    Aabb<Dim, T> box;
+    std::fill_n(box.lo.begin(), Dim, std::numeric_limits<T>::quiet_NaN());
+    box.hi = box.lo;
+    return box;
+}
+
 /// How bounds come from a box, for objects whose bounds are more than it.
 template <int Dim, class T>
 struct Reach
@@ -140,6 +157,16 @@ struct Reach
             all.hi[d] = std::max(box.hi[d], box.hi[d] + displacement[d]) + margin;
         }
         return all;
+    }
+    /// Neither box nor way lead to numbers: there are no bounds.
+    [[nodiscard]] bool is_odd() const noexcept
+    {
+        bool good = true;
+        for (int d = 0; d < Dim; ++d) {
+            good &= box.lo[d] <= box.hi[d];
+            good &= box.lo[d] + displacement[d] <= box.hi[d] + displacement[d];
+        }
+        return !good;
     }
 };
 

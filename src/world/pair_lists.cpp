@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/block_buffer_access.hpp"
+#include "jostle/process.hpp"
 #include "pairs/pair_finder_access.hpp"
 #include "world/implementation.hpp"
 #include "world/instantiate.hpp"
@@ -38,6 +39,27 @@ const PairBuffer& ChangedPairs::of(const Lists& lists)
     while (began != lists.began.end())
         take_began();
     access.append({first, count});
+    is_fresh_.store(true, std::memory_order_release);
+    return list_;
+}
+
+std::span<const std::uint32_t> ChangedSlots::of(const PairBuffer& pairs, const PairSlots& slots,
+                                                Executor& executor)
+{
+    if (is_fresh_.load(std::memory_order_acquire)) return list_;
+    const std::lock_guard lock(mutex_);
+    if (is_fresh_.load(std::memory_order_relaxed)) return list_;
+    list_.resize(static_cast<std::size_t>(pairs.size()));
+    std::uint32_t* to = list_.data();
+    for (const std::span<const Pair> block : pairs.blocks()) {
+        process_items(block.size(),
+                      [&](std::uint64_t begin, std::uint64_t end, Work) {
+                          for (std::uint64_t k = begin; k < end; ++k)
+                              to[k] = slots.of(key_of(block[k]));
+                      },
+                      {block.size() < 4 * run_length ? &serial_executor() : &executor, run_length});
+        to += block.size();
+    }
     is_fresh_.store(true, std::memory_order_release);
     return list_;
 }

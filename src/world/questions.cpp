@@ -2,6 +2,7 @@
 // Questions: each is put to the resting objects and to the active ones, as if they were one index's.
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "index/answers.hpp"
@@ -16,7 +17,7 @@ namespace world {
 template <int Dim, class T>
 BoxIndex<Dim, T>* ActiveIndex<Dim, T>::of(const State<Dim, T>& state)
 {
-    if (state.active.empty()) return nullptr;
+    if (state.active_count() == 0 && state.shown == nullptr) return nullptr;
     if (!is_fresh_.load(std::memory_order_acquire)) {
         const std::lock_guard lock(mutex_);
         if (!is_fresh_.load(std::memory_order_relaxed)) {
@@ -27,25 +28,74 @@ BoxIndex<Dim, T>* ActiveIndex<Dim, T>::of(const State<Dim, T>& state)
     return &index_;
 }
 
+template <int Dim, class T>
+void ActiveIndex<Dim, T>::note(std::span<const Index> changed,
+                               std::span<const std::uint32_t> settling) noexcept
+{
+    constexpr std::size_t worth = 8; // one that is put elsewhere costs what so many cost that are looked at
+    is_fresh_.store(false, std::memory_order_relaxed);
+    if (!knows_moved_) return;
+    knows_moved_ = worth * (moved_.size() + changed.size() + settling.size()) <= index_.size();
+    try {
+        for (const Index index : knows_moved_ ? changed : changed.first(0))
+            moved_.push_back(raw(index));
+        if (knows_moved_) moved_.insert(moved_.end(), settling.begin(), settling.end());
+    } catch (...) {
+        knows_moved_ = false;
+    }
+}
+
+/// Whether questions find an object in the index of what is active.
+template <int Dim, class T>
+bool is_shown_active(const State<Dim, T>& state, Index index) noexcept
+{
+    return state.is_shown(index) && !state.is_shown_resting(index);
+}
+
 /// Brings the index to where the objects are, from where they were when somebody asked last.
 template <int Dim, class T>
 void ActiveIndex<Dim, T>::follow(const State<Dim, T>& state)
 {
+    const bool knew = std::exchange(knows_moved_, false); // unless all succeeds
+    if (knew)
+        follow_moved(state);
+    else
+        follow_all(state);
+    moved_.clear();
+    knows_moved_ = true;
+}
+
+/// Where few have moved.
+template <int Dim, class T>
+void ActiveIndex<Dim, T>::follow_moved(const State<Dim, T>& state)
+{
+    std::sort(moved_.begin(), moved_.end());
+    moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
+    gone_.clear();
+    come_.clear();
+    boxes_.clear();
+    for (const std::uint32_t i : moved_) {
+        if (index_.contains(i)) gone_.push_back(i);
+        if (!is_shown_active(state, Index{i})) continue;
+        come_.push_back(i);
+        boxes_.push_back(state.shown_box(Index{i}));
+    }
+    BoxIndexAccess::erase(index_, std::span<const std::uint32_t>(gone_));
+    if (!come_.empty())
+        BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(come_),
+                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
+}
+
+template <int Dim, class T>
+void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
+{
     using Box = Aabb<Dim, T>;
-    constexpr T nan = std::numeric_limits<T>::quiet_NaN();
-    Box gone;
-    std::fill_n(gone.lo.begin(), Dim, nan);
-    std::fill_n(gone.hi.begin(), Dim, nan);
-    // `accept` may ask in the middle of an update: the answer is still that of the last one.
-    const auto box_of = [&](Index index) -> const Box& {
-        const auto object = state.objects[index];
-        return object.has(flag::written) ? object.before() : object.now();
-    };
+    const Box gone = nowhere_box<Dim, T>();
     const auto where = [&](std::span<const std::uint32_t> indices, Box* boxes) {
         const Box* now[index::page_capacity];
         for (std::size_t k = 0; k < indices.size(); ++k) {
             const Index index{indices[k]};
-            now[k] = state.objects[index].place() == Place::active ? &box_of(index) : &gone;
+            now[k] = is_shown_active(state, index) ? &state.shown_box(index) : &gone;
             jostle::prefetch(now[k]);
             jostle::prefetch(&now[k]->hi[Dim - 1]);
         }
@@ -53,27 +103,63 @@ void ActiveIndex<Dim, T>::follow(const State<Dim, T>& state)
             boxes[k] = *now[k];
     };
     const bool followed = BoxIndexAccess::follow<Dim, T>(index_, where);
-    if (followed && index_.size() == state.active.size()) return;
+    const std::size_t count = state.active_count();
+    if (followed && state.shown == nullptr && index_.size() == count) return;
     std::pmr::vector<std::uint32_t> indices(state.options.memory);
     std::pmr::vector<Box> boxes(state.options.memory);
     const auto collect = [&](bool all) {
-        for (const auto& each : state.active) {
-            if (!all && index_.contains(raw(each.index))) continue;
-            indices.push_back(raw(each.index));
-            boxes.push_back(box_of(each.index));
-        }
+        const auto collect_one = [&](Index index) {
+            if (!is_shown_active(state, index) || (!all && index_.contains(raw(index)))) return;
+            indices.push_back(raw(index));
+            boxes.push_back(state.shown_box(index));
+        };
+        state.each_active(collect_one);
+        if (state.shown == nullptr) return;
+        for (const Index index : *state.shown)
+            if (state.objects[index].place() != Place::active) collect_one(index);
     };
-    if (followed && state.active.size() <= index_.size() + index_.size() / 3) {
+    if (followed && count <= index_.size() + index_.size() / 3) {
         collect(false);
         BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(indices),
                                BoxView<Dim, T>(std::span<const Box>(boxes)));
     } else {
-        indices.reserve(state.active.size());
-        boxes.reserve(state.active.size());
+        indices.reserve(count);
+        boxes.reserve(count);
         collect(true);
         BoxIndexAccess::rebuild(index_, std::span<const std::uint32_t>(indices),
                                 BoxView<Dim, T>(std::span<const Box>(boxes)));
     }
+}
+
+/// Whether a question hands its answers to a visitor. One in the indexes' own order goes by those that there
+/// always are: which of the others there are depends on what other threads ask.
+enum class Visits
+{
+    none,
+    in_order,
+    in_own_order
+};
+
+/// Throws for a question that can't be answered.
+template <int Dim, class T, class Question>
+void check(const State<Dim, T>& state, const Question& question, std::uint64_t number = Error::no_index)
+{
+    if constexpr (std::is_same_v<Question, Sweep<Dim, T>>) {
+        const T* const motion = question.motion.data();
+        if (state.options.ignore_odd_boxes &&
+            std::all_of(motion, motion + Dim, [](T by) { return by == 0; })) {
+            Sweep<Dim, T> moves = question; // what else there is of it must be as ever
+            moves.motion[0] = 1;
+            return index::check(moves, number);
+        }
+    }
+    index::check(question, number);
+}
+template <int Dim, class T, class Question>
+void check_all(const State<Dim, T>& state, std::span<const Question> questions)
+{
+    for (std::size_t i = 0; i < questions.size(); ++i)
+        check(state, questions[i], i);
 }
 
 /// Puts questions to the resting and the active objects as if they were one index's, and says which of the
@@ -85,17 +171,24 @@ class Asking
     using Implementation = typename World<Dim, T>::Implementation;
 
     /// `questions`: how many will be asked.
-    Asking(const Implementation& world, const ObjectQueryFilter& filter, std::uint64_t questions = 1)
+    Asking(const Implementation& world, const ObjectQueryFilter& filter, std::uint64_t questions = 1,
+           Visits visits = Visits::none)
         : state_(world.state),
-          reader_(filter.accept ? &world.readers : nullptr),
+          reader_(filter.accept || visits != Visits::none ? &world.readers : nullptr),
           filter_(filter),
           exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
-          masked_(is_masked(filter) && !world.in_use.load(std::memory_order_relaxed)
+          masked_(is_masked(filter) && visits != Visits::in_own_order &&
+                          !world.in_use.load(std::memory_order_relaxed)
                       ? world.masked_indexes.of(state_, filter.category, filter.mask, questions)
                       : nullptr),
           numbers_(filter.owner != Filter::no_owner || (is_masked(filter) && !are_all_counted())),
           answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), tree_of_resting(),
-                   tree_of_active(world))
+                   tree_of_active(world), state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere())
+    {
+    }
+
+    Asking(const Implementation& world, const ObjectQueryFilter& filter, Visits visits)
+        : Asking(world, filter, 1, visits)
     {
     }
 
@@ -173,7 +266,7 @@ class Asking
     /// Whether nothing lies in the indexes but what the masks are about.
     [[nodiscard]] bool are_all_counted() const noexcept
     {
-        return masked_ != nullptr && masked_->index() != nullptr &&
+        return masked_ != nullptr && masked_->index() != nullptr && state_.shown == nullptr &&
                (masked_->all_active() || masked_->no_active());
     }
     [[nodiscard]] const index::Tree<Dim, T>& tree_of_resting() const noexcept
@@ -183,7 +276,7 @@ class Asking
     }
     [[nodiscard]] const index::Tree<Dim, T>* tree_of_active(const Implementation& world) const
     {
-        if (masked_ != nullptr && masked_->no_active()) return nullptr;
+        if (masked_ != nullptr && masked_->no_active() && state_.shown == nullptr) return nullptr;
         const BoxIndex<Dim, T>* active = world.active_index.of(world.state);
         return active != nullptr ? &BoxIndexAccess::tree(*active) : nullptr;
     }
@@ -194,6 +287,18 @@ class Asking
     std::uint32_t exclude_;
     const typename MaskedIndexes<Dim, T>::Masked* masked_; // null: it wouldn't be worth it
     bool numbers_;                                         // objects are asked for their filters
+    using Elsewhere = typename index::Answers<Dim, T>::Elsewhere;
+    struct Written
+    {
+        const State<Dim, T>& state;
+        Aabb<Dim, T> nowhere = nowhere_box<Dim, T>();
+        const Aabb<Dim, T>* operator()(std::uint32_t i) const noexcept
+        {
+            const auto object = state.objects[Index{i}];
+            if (!object.has(flag::written)) return nullptr;
+            return object.is_there() ? &object.now() : &nowhere;
+        }
+    } elsewhere_{state_}; // than in the index of what rests: where apply() has put it
     index::Answers<Dim, T> answers_;
 };
 
@@ -203,7 +308,7 @@ template <int Dim, Coordinate T>
 template <class Line>
 std::optional<ObjectHit<T>> World<Dim, T>::first(const Line& line, const ObjectQueryFilter& filter) const
 {
-    index::check(line, Error::no_index);
+    world::check(implementation_->state, line);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     const Hit<T> hit =
         asking.with(0, [&](index::Wanted wanted) { return asking.answers().first(line, wanted); });
@@ -215,7 +320,7 @@ std::optional<ObjectHit<T>> World<Dim, T>::first(const Line& line, const ObjectQ
     bool World<Dim, T>::all(const Question<Dim, T>& question, std::vector<Given>& out,                       \
                             const ObjectQueryFilter& filter, std::uint64_t max_results) const                \
     {                                                                                                        \
-        index::check(question, Error::no_index);                                                             \
+        world::check(implementation_->state, question);                                                      \
         const world::Asking<Dim, T> asking(*implementation_, filter);                                        \
         return asking.template list<Item>(out, [&](index::Wanted wanted, auto& items) {                      \
             return asking.answers().all(question, wanted, max_results, items);                               \
@@ -228,23 +333,63 @@ JOSTLE_ALL(Sphere, std::uint32_t, ObjectId)
 JOSTLE_ALL(Frustum, std::uint32_t, ObjectId)
 #undef JOSTLE_ALL
 
-template <int Dim, Coordinate T>
-void World<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<ObjectHit<T>>& out,
-                            const ObjectQueryFilter& filter) const
-{
-    index::check(question, Error::no_index);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
-    asking.template list<Hit<T>>(out, [&](index::Wanted wanted, auto& items) {
-        asking.answers().nearest(question, wanted, items);
-        return false;
-    });
-}
+#define JOSTLE_ASK_NEAREST(Question)                                                                         \
+    template <int Dim, Coordinate T>                                                                         \
+    void World<Dim, T>::nearest(const Question<Dim, T>& question, std::vector<ObjectHit<T>>& out,            \
+                                const ObjectQueryFilter& filter) const                                       \
+    {                                                                                                        \
+        world::check(implementation_->state, question);                                                      \
+        const world::Asking<Dim, T> asking(*implementation_, filter);                                        \
+        asking.template list<Hit<T>>(out, [&](index::Wanted wanted, auto& items) {                           \
+            asking.answers().nearest(question, wanted, items);                                               \
+            return false;                                                                                    \
+        });                                                                                                  \
+    }
+JOSTLE_ASK_NEAREST(Nearest)
+JOSTLE_ASK_NEAREST(NearestToBox)
+#undef JOSTLE_ASK_NEAREST
+
+// --- Handed over as they are found ---
+
+#define JOSTLE_VISIT(Question)                                                                               \
+    template <int Dim, Coordinate T>                                                                         \
+    bool World<Dim, T>::visit(const Question<Dim, T>& question, ObjectHitVisitor<T> visitor,                 \
+                              const ObjectQueryFilter& filter) const                                         \
+    {                                                                                                        \
+        world::check(implementation_->state, question);                                                      \
+        const world::Asking<Dim, T> asking(*implementation_, filter, world::Visits::in_order);               \
+        const auto visit = [&](const Hit<T>& hit, T& bound) { return visitor(asking.given(hit), bound); };   \
+        return asking.with(0, [&](index::Wanted wanted) {                                                    \
+            return asking.answers().visit_in_order(question, wanted, visit);                                 \
+        });                                                                                                  \
+    }
+JOSTLE_VISIT(Ray)
+JOSTLE_VISIT(Sweep)
+JOSTLE_VISIT(Nearest)
+JOSTLE_VISIT(NearestToBox)
+#undef JOSTLE_VISIT
+
+#define JOSTLE_VISIT(Region)                                                                                 \
+    template <int Dim, Coordinate T>                                                                         \
+    bool World<Dim, T>::visit(const Region<Dim, T>& region, ObjectVisitor visitor,                           \
+                              const ObjectQueryFilter& filter) const                                         \
+    {                                                                                                        \
+        world::check(implementation_->state, region);                                                        \
+        const world::Asking<Dim, T> asking(*implementation_, filter, world::Visits::in_own_order);           \
+        const auto visit = [&](std::uint32_t index) { return visitor(asking.given(index)); };                \
+        return asking.with(                                                                                  \
+            0, [&](index::Wanted wanted) { return asking.answers().visit(region, wanted, visit); });         \
+    }
+JOSTLE_VISIT(Aabb)
+JOSTLE_VISIT(Sphere)
+JOSTLE_VISIT(Frustum)
+#undef JOSTLE_VISIT
 
 template <int Dim, Coordinate T>
 template <class Question>
 bool World<Dim, T>::any(const Question& question, const ObjectQueryFilter& filter) const
 {
-    index::check(question, Error::no_index);
+    world::check(implementation_->state, question);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     return asking.with(0, [&](index::Wanted wanted) { return asking.answers().any(question, wanted); });
 }
@@ -253,7 +398,7 @@ template <int Dim, Coordinate T>
 template <class Question>
 std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFilter& filter) const
 {
-    index::check(question, Error::no_index);
+    world::check(implementation_->state, question);
     const world::Asking<Dim, T> asking(*implementation_, filter);
     return asking.with(0, [&](index::Wanted wanted) { return asking.answers().count(question, wanted); });
 }
@@ -266,7 +411,7 @@ void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> o
                           const ObjectQueryFilter& filter) const
 {
     index::check_room(lines.size(), out.size());
-    index::check_all(lines);
+    world::check_all(implementation_->state, lines);
     const world::Asking<Dim, T> asking(*implementation_, filter, lines.size());
     asking.each(lines.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.given(asking.answers().first(lines[i], wanted));
@@ -278,7 +423,7 @@ template <class Line>
 void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    index::check_all(lines);
+    world::check_all(implementation_->state, lines);
     const world::Asking<Dim, T> asking(*implementation_, filter, lines.size());
     asking.template lists<Hit<T>>(lines.size(), out.first_, out.items_, out.more_, out.found_,
                                   [&](std::size_t i, index::Wanted wanted, auto& items) {
@@ -291,7 +436,7 @@ template <class Region>
 void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out,
                         const ObjectQueryFilter& filter, std::uint64_t max_results) const
 {
-    index::check_all(regions);
+    world::check_all(implementation_->state, regions);
     const world::Asking<Dim, T> asking(*implementation_, filter, regions.size());
     asking.template lists<std::uint32_t>(regions.size(), out.first_, out.items_, out.more_, out.found_,
                                          [&](std::size_t i, index::Wanted wanted, auto& items) {
@@ -300,18 +445,22 @@ void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& 
                                          });
 }
 
-template <int Dim, Coordinate T>
-void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
-                            const ObjectQueryFilter& filter) const
-{
-    index::check_all(questions);
-    const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());
-    asking.template lists<Hit<T>>(questions.size(), out.first_, out.items_, out.more_, out.found_,
-                                  [&](std::size_t i, index::Wanted wanted, auto& items) {
-                                      asking.answers().nearest(questions[i], wanted, items);
-                                      return false;
-                                  });
-}
+#define JOSTLE_ASK_NEAREST(Question)                                                                         \
+    template <int Dim, Coordinate T>                                                                         \
+    void World<Dim, T>::nearest(std::span<const Question<Dim, T>> questions, ResultLists<ObjectHit<T>>& out, \
+                                const ObjectQueryFilter& filter) const                                       \
+    {                                                                                                        \
+        world::check_all(implementation_->state, questions);                                                 \
+        const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());                      \
+        asking.template lists<Hit<T>>(questions.size(), out.first_, out.items_, out.more_, out.found_,       \
+                                      [&](std::size_t i, index::Wanted wanted, auto& items) {                \
+                                          asking.answers().nearest(questions[i], wanted, items);             \
+                                          return false;                                                      \
+                                      });                                                                    \
+    }
+JOSTLE_ASK_NEAREST(Nearest)
+JOSTLE_ASK_NEAREST(NearestToBox)
+#undef JOSTLE_ASK_NEAREST
 
 template <int Dim, Coordinate T>
 template <class Question>
@@ -319,7 +468,7 @@ void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out
                         const ObjectQueryFilter& filter) const
 {
     index::check_room(questions.size(), out.size());
-    index::check_all(questions);
+    world::check_all(implementation_->state, questions);
     const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());
     asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.answers().any(questions[i], wanted);
@@ -332,7 +481,7 @@ void World<Dim, T>::count(std::span<const Question> questions, std::span<std::ui
                           const ObjectQueryFilter& filter) const
 {
     index::check_room(questions.size(), out.size());
-    index::check_all(questions);
+    world::check_all(implementation_->state, questions);
     const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());
     asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
         out[i] = asking.answers().count(questions[i], wanted);
@@ -347,8 +496,16 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const 
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
     me.state.resting.join(boxes, all);
+    if (me.state.shown != nullptr)
+        all.erase(std::remove_if(
+                      all.begin(), all.end(),
+                      [&](const Pair& pair) { return !me.state.is_shown_resting(world::Index{pair.b}); }),
+                  all.end());
     if (BoxIndex<Dim, T>* const active = me.active_index.of(me.state)) {
-        me.arena.begin();
+        if (me.applied)
+            me.arena.begin_again();
+        else
+            me.arena.begin();
         auto& more = me.arena.template list<Pair>("pairs of active objects");
         active->join(boxes, more);
         std::size_t a = more.size(), r = all.size();
@@ -379,16 +536,29 @@ void list_touching(const State<Dim, T>& state, const index::Answers<Dim, T>& ans
                    std::uint32_t from, std::vector<std::uint32_t>& out)
 {
     out.clear();
-    const auto object = state.objects[index];
-    if (object.place() != Place::active && object.place() != Place::resting) return;
-    const ObjectFilter filter = object.filter();
+    if (!state.is_shown(index)) return;
+    const ObjectFilter filter = state.objects[index].filter();
     const auto agrees = [&](std::uint32_t other) {
         return other >= from && other != raw(index) && passes(filter, state.objects[Index{other}].filter()) &&
                (state.refused.empty() ||
                 state.refused.find(key_of(pair_of(index, Index{other}))) == state.refused.end());
     };
-    answers.all(object.has(flag::written) ? object.before() : object.now(), index::Wanted(agrees),
-                World<Dim, T>::no_limit, out);
+    answers.all(state.shown_box(index), index::Wanted(agrees), World<Dim, T>::no_limit, out);
+}
+
+/// Whether apply() has moved something away from the border of all that rests.
+template <int Dim, class T>
+bool has_left_border(const State<Dim, T>& state)
+{
+    if (state.shown == nullptr || state.resting.size() == 0) return false;
+    const Aabb<Dim, T> hull = BoxIndexAccess::tree(state.resting).hull();
+    for (const Index index : *state.shown) {
+        const auto object = state.objects[index];
+        if (object.place() != Place::resting) continue;
+        for (int d = 0; d < Dim; ++d)
+            if (object.before().lo[d] <= hull.lo[d] || object.before().hi[d] >= hull.hi[d]) return true;
+    }
+    return false;
 }
 
 } // namespace
@@ -428,17 +598,24 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
 {
     const world::State<Dim, T>& state = implementation_->state;
     std::optional<Box> all;
-    const auto include = [&](const BoxIndex<Dim, T>& index) {
-        if (index.size() == 0) return;
-        const Box hull = BoxIndexAccess::tree(index).hull();
-        if (!all) all = hull;
+    const auto include = [&](const Box& box) {
+        if (!all) all = box;
         for (int d = 0; d < Dim; ++d) {
-            all->lo[d] = std::min(all->lo[d], hull.lo[d]);
-            all->hi[d] = std::max(all->hi[d], hull.hi[d]);
+            all->lo[d] = std::min(all->lo[d], box.lo[d]);
+            all->hi[d] = std::max(all->hi[d], box.hi[d]);
         }
     };
-    include(state.resting);
-    if (const BoxIndex<Dim, T>* const active = implementation_->active_index.of(state)) include(*active);
+    const auto include_index = [&](const BoxIndex<Dim, T>& index) {
+        if (index.size() != 0) include(BoxIndexAccess::tree(index).hull());
+    };
+    if (world::has_left_border(state)) {
+        for (std::uint32_t i = 0; i < index_end(); ++i)
+            if (state.is_shown_resting(world::Index{i})) include(state.shown_box(world::Index{i}));
+    } else {
+        include_index(state.resting);
+    }
+    if (const BoxIndex<Dim, T>* const active = implementation_->active_index.of(state))
+        include_index(*active);
     return all;
 }
 
@@ -466,6 +643,14 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
                                                 const ObjectQueryFilter&, std::uint64_t) const;              \
     template JOSTLE_API void World<Dim, T>::all(std::span<const Region<Dim, T>>, ResultLists<ObjectId>&,     \
                                                 const ObjectQueryFilter&, std::uint64_t) const;
+#define JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                          \
+    template JOSTLE_API void World<Dim, T>::nearest(const Nearest<Dim, T>&, std::vector<ObjectHit<T>>&,      \
+                                                    const ObjectQueryFilter&) const;                         \
+    template JOSTLE_API void World<Dim, T>::nearest(                                                         \
+        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const ObjectQueryFilter&) const;
+#define JOSTLE_INSTANTIATE_VISIT(Dim, T, Question, Visitor)                                                  \
+    template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
+                                                  const ObjectQueryFilter&) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class world::ActiveIndex<Dim, T>;                                                               \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
@@ -473,10 +658,15 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     JOSTLE_INSTANTIATE_REGION(Dim, T, Aabb)                                                                  \
     JOSTLE_INSTANTIATE_REGION(Dim, T, Sphere)                                                                \
     JOSTLE_INSTANTIATE_REGION(Dim, T, Frustum)                                                               \
-    template JOSTLE_API void World<Dim, T>::nearest(const Nearest<Dim, T>&, std::vector<ObjectHit<T>>&,      \
-                                                    const ObjectQueryFilter&) const;                         \
-    template JOSTLE_API void World<Dim, T>::nearest(                                                         \
-        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const ObjectQueryFilter&) const;       \
+    JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                              \
+    JOSTLE_INSTANTIATE_NEAREST(Dim, T, NearestToBox)                                                         \
+    JOSTLE_INSTANTIATE_VISIT(Dim, T, Ray, ObjectHitVisitor<T>)                                               \
+    JOSTLE_INSTANTIATE_VISIT(Dim, T, Sweep, ObjectHitVisitor<T>)                                             \
+    JOSTLE_INSTANTIATE_VISIT(Dim, T, Nearest, ObjectHitVisitor<T>)                                           \
+    JOSTLE_INSTANTIATE_VISIT(Dim, T, NearestToBox, ObjectHitVisitor<T>)                                      \
+    JOSTLE_INSTANTIATE_VISIT(Dim, T, Aabb, ObjectVisitor)                                                    \
+    JOSTLE_INSTANTIATE_VISIT(Dim, T, Sphere, ObjectVisitor)                                                  \
+    JOSTLE_INSTANTIATE_VISIT(Dim, T, Frustum, ObjectVisitor)                                                 \
     template JOSTLE_API void World<Dim, T>::touching(ObjectId, std::vector<ObjectId>&) const;                \
     template JOSTLE_API bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId, ObjectId)>) const;              \
     template JOSTLE_API std::optional<Aabb<Dim, T>> World<Dim, T>::bounds() const;                           \

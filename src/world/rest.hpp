@@ -21,8 +21,8 @@ struct Rest
 {
     bool same_active; // those that were, and each has changed: then `active` is empty
     std::pmr::vector<typename State<Dim, T>::Active>& active; // ascending
-    std::pmr::vector<std::uint32_t>& settling;                // indices; ascending
-    std::uint64_t recent_work;
+    std::pmr::vector<std::uint32_t>& settling;                // indices; those that are parked first
+    std::size_t parking = 0; // so many of those that are staged in Parked are parked
 };
 
 /// The stage `plan_rest` of an update, the last that can fail; then the index is as it was. Objects that come

@@ -5,9 +5,9 @@
 // 32-bit numbers, then the size of what follows the header and the checksum of both (its own place counted as
 // 0) as 64-bit ones, and 0 as 64 bits. All numbers little-endian, coordinates as IEEE 754.
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <type_traits>
 
 #include "index/box_index_access.hpp"
@@ -19,7 +19,8 @@ namespace world {
 namespace {
 
 constexpr char snapshot_name[8] = {'j', 'o', 's', 't', 'l', 'e', 'w', 'd'};
-constexpr std::uint32_t snapshot_version = 1;
+// 3 where there are odd boxes, 2 where there are user data or slots, else 1.
+constexpr std::uint32_t snapshot_version = 3;
 constexpr std::size_t snapshot_header = 48, checksum_at = 32;
 
 /// Words of 8 bytes, the last filled up with zeros. Each step is a bijection of the sum so far, so a change
@@ -103,6 +104,7 @@ class SnapshotReader
         demand(count <= (bytes_.size() - at_) / size, "a list longer than the snapshot");
         return count;
     }
+    /// One that may be odd.
     template <int Dim, class T>
     Aabb<Dim, T> get_box()
     {
@@ -110,7 +112,6 @@ class SnapshotReader
         for (int d = 0; d < Dim; ++d) {
             box.lo[d] = get<T>();
             box.hi[d] = get<T>();
-            demand(box.lo[d] <= box.hi[d], "a box that is none");
         }
         return box;
     }
@@ -121,12 +122,17 @@ class SnapshotReader
     std::size_t at_ = 0;
 };
 
+constexpr std::uint32_t has_data = 1u << 7; // user data follow
 constexpr std::uint32_t saved_flags =
-    flag::place | flag::alive | flag::enabled | flag::is_static | flag::has_reach;
+    flag::place | flag::alive | flag::enabled | flag::is_static | flag::has_reach | flag::odd;
 
-/// Checks all but what follows the header.
+/// In the list of active objects, how many updates one has been idle; for those that are parked, from this
+/// number on, whose turn comes when.
+constexpr std::uint32_t first_turn = idle_updates + 1;
+
+/// Checks all but what follows the header, and returns the version.
 template <int Dim, class T>
-void read_header(SnapshotReader& in, std::span<const std::byte> snapshot)
+std::uint32_t read_header(SnapshotReader& in, std::span<const std::byte> snapshot)
 {
     if (snapshot.size() < snapshot_header)
         in.refuse(std::to_string(snapshot.size()) + " bytes; even the header takes " +
@@ -138,8 +144,8 @@ void read_header(SnapshotReader& in, std::span<const std::byte> snapshot)
                coordinate = in.get<std::uint32_t>(), reserved = in.get<std::uint32_t>();
     const auto length = in.get<std::uint64_t>(), sum = in.get<std::uint64_t>();
     const auto reserved_too = in.get<std::uint64_t>();
-    if (version != snapshot_version)
-        in.refuse("version " + std::to_string(version) + "; this library reads version " +
+    if (version == 0 || version > snapshot_version)
+        in.refuse("version " + std::to_string(version) + "; this library reads versions 1 to " +
                   std::to_string(snapshot_version));
     if (dim != Dim || coordinate != sizeof(T))
         in.refuse("of a world of " + std::to_string(dim) + " dimensions with coordinates of " +
@@ -152,6 +158,7 @@ void read_header(SnapshotReader& in, std::span<const std::byte> snapshot)
     std::fill_n(unsealed.begin() + checksum_at, 8, std::byte{0});
     if (checksum(unsealed) != sum || reserved != 0 || reserved_too != 0)
         in.refuse("the checksum says that it was altered");
+    return version;
 }
 
 template <class T>
@@ -163,34 +170,42 @@ T read_margin(SnapshotReader& in)
 }
 
 template <int Dim, class T>
-void read_object(SnapshotReader& in, State<Dim, T>& state, Index index)
+void read_object(SnapshotReader& in, State<Dim, T>& state, UserData& user_data, std::uint32_t version,
+                 Index index)
 {
     const auto object = state.objects[index];
-    const auto flags = in.get<std::uint32_t>();
+    auto flags = in.get<std::uint32_t>();
     object.set_state(flags & saved_flags);
+    if (version > 1 && (flags & has_data) != 0) {
+        user_data.set(raw(index), in.get<std::uint64_t>());
+        flags &= ~has_data;
+    }
+    const bool is_odd = object.has(flag::odd);
     in.demand((flags & ~saved_flags) == 0 && object.has(flag::alive) && object.place() != Place::none &&
-                  object.has(flag::enabled) == (object.place() != Place::disabled),
+                  object.is_there() == (object.place() != Place::disabled) && (version > 2 || !is_odd),
               "an object in no proper state");
+    object.set(flag::shut, is_odd && object.has(flag::enabled));
     object.numbers().category = in.get<std::uint32_t>();
     object.numbers().mask = in.get<std::uint32_t>();
     object.numbers().owner = in.get<std::uint32_t>();
     object.now() = in.template get_box<Dim, T>();
+    in.demand(valid(object.now()) != is_odd, "a box that is none");
     state.classes[index] = state.classes.of(object.filter());
     if (!object.has(flag::has_reach)) return;
     state.objects.make_room_for_reach(index);
     Reach<Dim, T>& reach = state.objects.reach(index);
     reach.box = in.template get_box<Dim, T>();
-    for (T& by : reach.displacement) {
+    for (T& by : reach.displacement)
         by = in.get<T>();
-        in.demand(!std::isnan(by), "a displacement that is no number");
-    }
     reach.margin = read_margin<T>(in);
-    in.demand(same(reach.bounds(), object.now()), "bounds that don't fit their box");
+    in.demand(reach.is_odd() == is_odd && (is_odd || same(reach.bounds(), object.now())),
+              "bounds that don't fit their box");
 }
 
 /// Returns the generations of all indices.
 template <int Dim, class T>
-std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state)
+std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state, UserData& user_data,
+                                        std::uint32_t version)
 {
     const std::uint64_t end = in.get_count(4);
     in.demand(end <= std::numeric_limits<std::uint32_t>::max(), "too many objects");
@@ -200,10 +215,11 @@ std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state
     for (std::uint32_t i = 0; i < end; ++i) {
         generations[i] = in.get<std::uint32_t>();
         if (generations[i] == 0) continue;
-        read_object(in, state, Index{i});
+        read_object(in, state, user_data, version, Index{i});
         const auto object = state.objects[Index{i}];
         ++state.alive;
-        state.disabled += object.place() == Place::disabled;
+        state.disabled += !object.has(flag::enabled);
+        state.odd += object.has(flag::shut);
         if (object.place() != Place::resting) continue;
         resting.push_back(i);
         resting_boxes.push_back(object.now());
@@ -228,18 +244,86 @@ std::vector<IdTable::Free> read_free_ids(SnapshotReader& in, std::span<const std
     return free;
 }
 
+/// What objects were after the last update, whatever apply() or an update under way has made of them. Asked
+/// about objects in ascending order.
+template <int Dim, class T>
+class Past
+{
+  public:
+    Past(const State<Dim, T>& state, const std::optional<Applied<Dim, T>>& applied) : state_(state)
+    {
+        if (!applied) return;
+        const auto by_index = [](const auto& x, const auto& y) { return x.index < y.index; };
+        filters_.assign(applied->changes.old_filters().begin(), applied->changes.old_filters().end());
+        reaches_.assign(applied->changes.old_reaches().begin(), applied->changes.old_reaches().end());
+        std::sort(filters_.begin(), filters_.end(), by_index);
+        std::sort(reaches_.begin(), reaches_.end(), by_index);
+    }
+    [[nodiscard]] bool has(std::uint32_t index) const noexcept
+    {
+        return index < state_.objects.capacity() && state_.objects[Index{index}].place() != Place::none;
+    }
+    [[nodiscard]] const Aabb<Dim, T>& box(Index index) const noexcept
+    {
+        const auto object = state_.objects[index];
+        return object.has(flag::written) ? object.before() : object.now();
+    }
+    [[nodiscard]] ObjectFilter filter(Index index) noexcept
+    {
+        if (!state_.objects[index].has(flag::refiltered)) return state_.objects[index].filter();
+        return find(filters_, next_filter_, index).filter;
+    }
+    /// Null if it has none.
+    [[nodiscard]] const Reach<Dim, T>* reach(Index index) noexcept
+    {
+        if (state_.objects[index].has(flag::reach_kept)) {
+            const auto& old = find(reaches_, next_reach_, index);
+            return old.had_reach ? &old.reach : nullptr;
+        }
+        return state_.objects[index].has(flag::has_reach) ? &state_.objects.reach(index) : nullptr;
+    }
+
+  private:
+    template <class Kept>
+    static const Kept& find(const std::vector<Kept>& kept, std::size_t& next, Index index) noexcept
+    {
+        while (kept[next].index < index)
+            ++next;
+        return kept[next];
+    }
+    const State<Dim, T>& state_;
+    std::vector<typename Changes<Dim, T>::OldFilter> filters_; // ascending
+    std::vector<typename Changes<Dim, T>::OldReach> reaches_;
+    std::size_t next_filter_ = 0, next_reach_ = 0;
+};
+
 template <int Dim, class T>
 void read_active(SnapshotReader& in, State<Dim, T>& state, std::size_t end)
 {
     const std::uint64_t count = in.get_count(8);
-    in.demand(count == state.alive - state.disabled - state.resting.size(), "a wrong list of active objects");
+    in.demand(count == state.alive - state.disabled - state.odd - state.resting.size(),
+              "a wrong list of active objects");
+    std::vector<typename State<Dim, T>::Active> parked;
+    std::uint64_t least = 0;
     for (std::uint64_t k = 0; k < count; ++k) {
         const auto index = in.get<std::uint32_t>(), idle = in.get<std::uint32_t>();
-        in.demand(index < end && (state.active.empty() || raw(state.active.back().index) < index) &&
-                      state.objects[Index{index}].place() == Place::active,
+        in.demand(least <= index && index < end && state.objects[Index{index}].place() == Place::active,
                   "a wrong list of active objects");
-        state.active.push_back({Index{index}, idle});
+        least = std::uint64_t{index} + 1;
+        if (idle < first_turn)
+            state.active.push_back({Index{index}, idle});
+        else
+            parked.push_back({Index{index}, idle});
     }
+    std::sort(parked.begin(), parked.end(), [](const auto& x, const auto& y) {
+        return x.idle != y.idle ? x.idle < y.idle : x.index < y.index;
+    });
+    for (const auto& each : parked) {
+        const auto object = state.objects[each.index];
+        state.parked.stage(each.index, object.now());
+        object.set(flag::parked);
+    }
+    state.parked.keep_staged(parked.size());
 }
 
 template <int Dim, class T>
@@ -255,6 +339,19 @@ void read_refused(SnapshotReader& in, State<Dim, T>& state, std::span<const std:
     }
 }
 
+std::vector<Key> read_slots(SnapshotReader& in, std::span<const std::uint32_t> generations)
+{
+    std::vector<Key> keys(in.get_count(8));
+    for (Key& key : keys) {
+        key = in.get<std::uint64_t>();
+        const Pair pair = pair_of(key);
+        in.demand(key == no_key || (pair.a < pair.b && pair.b < generations.size() &&
+                                    generations[pair.a] != 0 && generations[pair.b] != 0),
+                  "the slot of a pair of nobody");
+    }
+    return keys;
+}
+
 } // namespace
 } // namespace world
 
@@ -267,44 +364,64 @@ std::vector<std::byte> World<Dim, T>::save() const
     out.bytes.reserve(world::snapshot_header + 128 + (per_object + 24) * size());
     for (const char letter : world::snapshot_name)
         out.bytes.push_back(static_cast<std::byte>(letter));
-    out.put(world::snapshot_version);
+    const world::UserData& user_data = implementation_->user_data;
+    const auto& slots = implementation_->pair_slots;
+    out.put(1u); // the version, or more in the end
     out.put(static_cast<std::uint32_t>(Dim));
     out.put(static_cast<std::uint32_t>(sizeof(T)));
     out.put(std::uint32_t{0});
     for (int k = 0; k < 3; ++k)
         out.put(std::uint64_t{0}); // size and checksum, for later
 
-    const auto is_alive = [&](std::uint32_t index) {
-        return index < state.objects.capacity() && state.objects[world::Index{index}].has(world::flag::alive);
-    };
-    const auto [generations, free] = state.ids.picture(is_alive);
+    world::Past<Dim, T> past(state, implementation_->applied);
+    const auto [generations, free] = state.ids.picture([&](std::uint32_t index) { return past.has(index); });
     out.put(state.margin);
     if constexpr (sizeof(T) == 4) out.put(std::uint32_t{0});
-    out.put(state.recent_work);
+    out.put(std::uint64_t{0}); // reserved
     out.put(std::uint64_t{generations.size()});
+    bool any_more = slots.has_value(), any_odd = false;
     for (std::uint32_t i = 0; i < generations.size(); ++i) {
         out.put(generations[i]);
         if (generations[i] == 0) continue;
-        const auto object = state.objects[world::Index{i}];
-        out.put(std::uint32_t{object.state()} & world::saved_flags);
-        out.put(object.numbers().category);
-        out.put(object.numbers().mask);
-        out.put(object.numbers().owner);
-        out.put(object.now());
-        if (!object.has(world::flag::has_reach)) continue;
-        const auto& reach = state.objects.reach(world::Index{i});
-        out.put(reach.box);
-        for (const T by : reach.displacement)
+        const world::Index index{i};
+        const world::Place place = state.objects[index].place();
+        const ObjectFilter filter = past.filter(index);
+        const world::Reach<Dim, T>* const reach = past.reach(index);
+        const bool is_odd = !valid(past.box(index));
+        any_odd |= is_odd;
+        out.put(static_cast<std::uint32_t>(place) | world::flag::alive |
+                (state.objects[index].was_enabled() ? world::flag::enabled : 0u) |
+                (is_odd ? world::flag::odd : 0u) | (filter.is_static ? world::flag::is_static : 0u) |
+                (reach != nullptr ? world::flag::has_reach : 0u) |
+                (user_data.of(i) != 0 ? world::has_data : 0u));
+        if (const std::uint64_t data = user_data.of(i); data != 0) {
+            out.put(data);
+            any_more = true;
+        }
+        out.put(filter.category);
+        out.put(filter.mask);
+        out.put(filter.owner);
+        out.put(past.box(index));
+        if (reach == nullptr) continue;
+        out.put(reach->box);
+        for (const T by : reach->displacement)
             out.put(by);
-        out.put(reach.margin);
+        out.put(reach->margin);
     }
     out.put(std::uint64_t{free.size()});
     for (const world::IdTable::Free& each : free) {
         out.put(each.index);
         out.put(each.generation);
     }
-    out.put(std::uint64_t{state.active.size()});
-    for (const auto& each : state.active) {
+    std::vector<typename world::State<Dim, T>::Active> active(state.active.begin(), state.active.end());
+    std::uint32_t turn = world::first_turn;
+    state.parked.each([&](world::Index index) {
+        active.push_back({index, turn++});
+        return true;
+    });
+    std::sort(active.begin(), active.end(), [](const auto& x, const auto& y) { return x.index < y.index; });
+    out.put(std::uint64_t{active.size()});
+    for (const auto& each : active) {
         out.put(raw(each.index));
         out.put(each.idle);
     }
@@ -313,6 +430,14 @@ std::vector<std::byte> World<Dim, T>::save() const
     out.put(std::uint64_t{refused.size()});
     for (const std::uint64_t key : refused)
         out.put(key);
+    if (any_more || any_odd) {
+        out.bytes[8] = static_cast<std::byte>(any_odd ? world::snapshot_version : 2);
+        out.put(std::uint32_t{slots ? 1u : 0u});
+        out.put(std::uint64_t{slots ? slots->end() : 0u});
+        if (slots)
+            for (const world::Key key : slots->keys())
+                out.put(key);
+    }
 
     out.set(24, out.bytes.size() - world::snapshot_header);
     out.set(world::checksum_at, world::checksum(out.bytes));
@@ -326,7 +451,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     const InUse call(implementation_->in_use, "World");
     world::Reader::check_none(implementation_->readers);
     world::SnapshotReader in(snapshot);
-    world::read_header<Dim, T>(in, snapshot);
+    const std::uint32_t version = world::read_header<Dim, T>(in, snapshot);
 
     // From here on whoever made it knew the checksum. Still nothing is believed that could do harm.
     WorldOptions options = implementation_->state.options;
@@ -334,12 +459,25 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     if constexpr (sizeof(T) == 4) in.demand(in.get<std::uint32_t>() == 0, "a wrong margin");
     fresh = std::make_unique<Implementation>(options);
     world::State<Dim, T>& state = fresh->state;
-    state.recent_work = in.get<std::uint64_t>();
-    const std::vector<std::uint32_t> generations = world::read_objects(in, state);
+    (void)in.get<std::uint64_t>(); // how much had changed of late, to the versions before 0.2
+    const std::vector<std::uint32_t> generations = world::read_objects(in, state, fresh->user_data, version);
     state.ids.restore(generations, world::read_free_ids(in, generations));
     world::read_active(in, state, generations.size());
     world::read_refused(in, state, generations);
+    bool has_slots = false;
+    std::vector<world::Key> slots;
+    if (version > 1) {
+        const auto said = in.get<std::uint32_t>();
+        in.demand(said <= 1, "slots or none");
+        has_slots = said == 1;
+        slots = world::read_slots(in, generations);
+        in.demand(has_slots || slots.empty(), "slots that there aren't");
+    }
     in.demand(in.at() == snapshot.size(), "more than a snapshot holds");
+    if (fresh->pair_slots && has_slots)
+        in.demand(fresh->pair_slots->restore(slots), "a pair with two slots");
+    else if (fresh->pair_slots)
+        fresh->pair_slots->assign(world::all_pairs(state));
     fresh->recall_pairs();
     implementation_.swap(fresh);
 }

@@ -13,12 +13,17 @@
 #include "world/ids.hpp"
 #include "world/numbers.hpp"
 #include "world/objects.hpp"
+#include "world/parked.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
 // Pairs are looked at, and boxes set, in runs of this many.
 constexpr std::size_t run_length = 4096;
+
+// Updates an object must stay as it is before it comes to rest, unless it is parked. New objects need one
+// only.
+constexpr std::uint32_t idle_updates = 3;
 
 /// What a world is. The stages of an update read it and say what is to change; `commit_objects` and
 /// `commit_rest` in update.cpp change it.
@@ -33,6 +38,7 @@ struct State
           objects(memory),
           classes(memory),
           active(memory),
+          parked(memory),
           resting({options.executor, memory, options.instruction_set}),
           refused(memory)
     {
@@ -50,15 +56,47 @@ struct State
         Index index;
         std::uint32_t idle; // updates since it changed
     };
-    std::pmr::vector<Active> active;                // ascending
+    std::pmr::vector<Active> active;                // ascending; without those that are parked
+    Parked<Dim, T> parked;                          // active ones that are about to rest
     BoxIndex<Dim, T> resting;                       // the others that are there; ids are indices
     std::pmr::unordered_set<std::uint64_t> refused; // keys of pairs that touch and that `accept` is against
-    std::uint64_t recent_work = 0;                  // bounds how many objects may settle in one update
-    std::size_t alive = 0, disabled = 0;
+    std::size_t alive = 0, disabled = 0, odd = 0;   // odd: enabled, but their boxes are none
+    /// What apply() has written to, which questions see; null: they see what the last update left.
+    const std::pmr::vector<Index>* shown = nullptr;
 
     [[nodiscard]] ObjectId id_of(Index index) const noexcept
     {
         return {raw(index), ids.generation(raw(index))};
+    }
+    /// Active objects, parked ones included.
+    [[nodiscard]] std::size_t active_count() const noexcept { return active.size() + parked.size(); }
+    template <class Body>
+    void each_active(const Body& body) const
+    {
+        for (const auto& each : active)
+            body(each.index);
+        parked.each([&](Index index) {
+            body(index);
+            return true;
+        });
+    }
+    /// Whether questions see an object, and where: `accept` may ask in the middle of an update.
+    [[nodiscard]] bool is_shown(Index index) const noexcept
+    {
+        const auto object = objects[index];
+        if (shown != nullptr && object.has(flag::written)) return object.is_there();
+        return object.place() == Place::active || object.place() == Place::resting;
+    }
+    [[nodiscard]] const Aabb<Dim, T>& shown_box(Index index) const noexcept
+    {
+        const auto object = objects[index];
+        return object.has(flag::written) && shown == nullptr ? object.before() : object.now();
+    }
+    /// Of what questions see: whether the index of resting objects has it as it is.
+    [[nodiscard]] bool is_shown_resting(Index index) const noexcept
+    {
+        const auto object = objects[index];
+        return object.place() == Place::resting && (shown == nullptr || !object.has(flag::written));
     }
     /// With fewer than two runs a thread, waking one takes longer than it helps.
     [[nodiscard]] Executor* executor_for(std::size_t items) const noexcept
@@ -69,6 +107,7 @@ struct State
     {
         objects.grow(count);
         classes.make_room(objects.capacity());
+        parked.make_room(objects.capacity());
     }
 };
 

@@ -18,7 +18,8 @@ void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists
 {
     const auto object = state.objects[index];
     const Place place = object.place();
-    state.disabled -= place == Place::disabled;
+    state.disabled -= place == Place::disabled && !object.has(flag::shut);
+    state.odd -= object.has(flag::shut);
     state.alive -= place != Place::none;
     if (place == Place::resting) neighbour_lists.note_waking(index);
     if (!object.is_there()) neighbour_lists.drop(index);
@@ -31,7 +32,9 @@ void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists
         state.classes[index] = state.classes.of(object.filter());
     object.set_place(object.is_there() ? Place::active : Place::disabled);
     ++state.alive;
-    state.disabled += !object.is_there();
+    object.set(flag::shut, !object.is_there() && object.has(flag::enabled));
+    state.disabled += !object.has(flag::enabled);
+    state.odd += object.has(flag::shut);
     object.set(flag::transient, false);
 }
 
@@ -42,11 +45,21 @@ void commit_objects(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_list
     constexpr std::uint32_t usual = flag::alive | flag::enabled | static_cast<std::uint32_t>(Place::active);
     for (const Index index : changed) {
         const auto object = state.objects[index];
-        if ((object.state() & (usual | flag::place | flag::refiltered)) == usual)
+        if ((object.state() & (usual | flag::place | flag::refiltered | flag::odd)) == usual)
             object.set(flag::transient, false); // most only move
         else
             commit_object(state, neighbour_lists, index);
     }
+}
+
+/// The object is no longer parked if it was.
+template <int Dim, class T>
+void unpark(State<Dim, T>& state, Index index) noexcept
+{
+    const auto object = state.objects[index];
+    if (!object.has(flag::parked)) return;
+    state.parked.remove(index);
+    object.set(flag::parked, false);
 }
 
 template <int Dim, class T>
@@ -55,9 +68,14 @@ void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
 {
     BoxIndexAccess::erase(state.resting, entries.waking);
     for (const std::uint32_t index : rest.settling) {
+        unpark(state, Index{index});
         state.objects[Index{index}].set_place(Place::resting);
         neighbour_lists.note_settling(Index{index});
     }
+    for (const Index index : state.parked.staged().first(rest.parking))
+        state.objects[index].set(flag::parked);
+    state.parked.keep_staged(rest.parking);
+    state.parked.close_gaps();
     neighbour_lists.count_update();
     if (rest.same_active) {
         for (auto& each : state.active)
@@ -65,7 +83,6 @@ void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
     } else {
         state.active.swap(rest.active);
     }
-    state.recent_work = rest.recent_work;
 }
 
 template <int Dim, class T>
@@ -74,8 +91,9 @@ WorldStats describe(const State<Dim, T>& state, const Lists& lists)
     WorldStats stats;
     stats.objects = state.alive;
     stats.resting = state.resting.size();
-    stats.active = state.active.size();
+    stats.active = state.active_count();
     stats.disabled = state.disabled;
+    stats.odd = state.odd;
     stats.refused = state.refused.size();
     stats.began = lists.began.size();
     stats.persisted = lists.persisted.size();
@@ -90,39 +108,77 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
 {
     const auto t0 = world::Clock::now();
-    arena.begin();
+    // Whatever fails, this is undone; what is kept, isn't.
+    struct Undo
+    {
+        Implementation& me;
+        ~Undo() { me.take_back(); }
+    } const undo{*this};
+    if (applied) {
+        arena.begin_again();
+        active_index.note(applied->changes.objects(), {});
+        state.shown = nullptr;
+    } else {
+        arena.begin();
+        applied.emplace(state, arena);
+    }
     queues.take();
-    world::Changes<Dim, T> changes = world::apply(state, queues, moves, arena);
+    world::apply(state, queues, moves, *applied, arena);
+    world::Changes<Dim, T>& changes = applied->changes;
     neighbour_lists.make_room(state.objects.capacity());
 
     const auto t1 = world::Clock::now();
     world::Lists &next = lists[1 - shown], &last = lists[shown];
-    const world::Entries<Dim, T> entries = world::enter(state, changes.objects(), arena);
+    const world::Entries<Dim, T> entries =
+        world::enter(state, std::span<const world::Index>(changes.objects()), arena);
     const world::Candidates candidates =
-        world::find(state, entries, finder, neighbour_lists, next.persisted, arena);
-    const std::span<const Pair> old_pairs = world::find_old_pairs(state, changes, entries, arena);
-    world::Refusals refusals =
-        world::judge(state, changes, entries, candidates.touching, old_pairs, last, next, arena);
+        world::find(state, entries, finder, neighbour_lists, &near_pairs, next.persisted, arena);
+    const std::span<const Pair> old_pairs = world::find_old_pairs(state, changes, entries, finder, arena);
+    // Where the others are being parked, all changed objects stir.
+    world::Refusals refusals = world::judge(state, changes, entries, candidates.touching, old_pairs,
+                                            entries.parks ? no_lists : last, next, arena);
 
     const auto t2 = world::Clock::now();
     const world::Rest<Dim, T> rest =
         world::plan_rest(state, changes, entries, neighbour_lists, finder, arena);
 
+    const bool any_data = user_data.any();
+    if (any_data) {
+        user_data.begin_removal();
+        for (const world::Index index : changes.objects())
+            if (const auto object = state.objects[index];
+                !object.has(world::flag::alive) && object.place() != world::Place::none)
+                user_data.note_removal(state.id_of(index));
+    }
+    if (pair_slots) {
+        pair_slots->make_room(next.began.size());
+        next.began_slots.resize(next.began.size());
+        next.ended_slots.resize(next.ended.size());
+    }
+
     // Nothing fails from here on.
     const std::uint64_t changed = changes.objects().size(), commands = changes.commands,
                         dropped = changes.dropped;
-    world::commit_objects(state, neighbour_lists, changes.objects());
+    for (const world::Index index : entries.stirring)
+        world::unpark(state, index);
+    world::commit_objects(state, neighbour_lists, std::span<const world::Index>(changes.objects()));
     changes.keep();
     refusals.keep();
     world::commit_rest(state, neighbour_lists, entries, rest);
     queues.forget();
-    next.all_active = rest.settling.empty();
+    next.all_active = rest.settling.empty() && rest.parking == 0;
     shown = 1 - shown;
     if (changed != 0 || !rest.settling.empty()) {
-        active_index.forget();
+        active_index.note(changes.objects(), rest.settling);
         masked_indexes.note(entries.waking, rest.settling);
     }
     changed_pairs.forget();
+    if (any_data) user_data.end_removal();
+    if (pair_slots) {
+        pair_slots->change(next);
+        changed_slots.forget();
+    }
+    applied.reset();
 
     const auto t3 = world::Clock::now();
     stats = world::describe(state, next);
@@ -134,6 +190,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     stats.candidates = candidates.looked_at;
     stats.false_positives = candidates.rejected;
     stats.listed = candidates.listed;
+    stats.padded = candidates.padded;
     stats.us_apply = world::microseconds(t0, t1);
     stats.us_active = candidates.us_active;
     stats.us_resting = candidates.us_resting;
@@ -141,6 +198,42 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     stats.us_index = world::microseconds(t2, t3);
     stats.us_total = world::microseconds(t0, t3);
     stats.bytes_reserved = bytes();
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::apply_ahead()
+{
+    if (applied)
+        arena.begin_again();
+    else
+        arena.begin();
+    queues.take();
+    if (!queues.any_to_apply()) return;
+    try {
+        if (!applied) {
+            applied.emplace(state, arena);
+            arena.keep();
+        }
+        auto& touched = arena.list<world::Touched>("objects that apply() writes to");
+        world::apply_ahead(state, queues, *applied, touched, arena);
+        auto& indices = arena.list<world::Index>("indices of these");
+        for (const world::Touched& each : touched)
+            indices.push_back(each.index);
+        active_index.note(indices, {});
+    } catch (...) {
+        take_back();
+        throw;
+    }
+    state.shown = &applied->changes.objects();
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::take_back() noexcept
+{
+    if (state.shown != nullptr) active_index.note(*state.shown, {});
+    state.shown = nullptr;
+    applied.reset();
+    queues.forget_applied();
 }
 
 template <int Dim, Coordinate T>
@@ -154,7 +247,7 @@ void World<Dim, T>::Implementation::recall_pairs()
     const world::Entries<Dim, T> entries = world::enter(state, std::span<const world::Index>(changed), arena);
     world::Lists& last = lists[shown];
     const std::span<const Pair> pairs =
-        world::find(state, entries, finder, neighbour_lists, last.persisted, arena).touching;
+        world::find<Dim, T>(state, entries, finder, neighbour_lists, nullptr, last.persisted, arena).touching;
     last.others.assign(pairs.begin(), pairs.end());
     last.persisted.clear();
     neighbour_lists.count_update(); // lists made here are older than whatever the next update wakes up
@@ -164,6 +257,8 @@ void World<Dim, T>::Implementation::recall_pairs()
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>&);                        \
+    template void World<Dim, T>::Implementation::apply_ahead();                                              \
+    template void World<Dim, T>::Implementation::take_back() noexcept;                                       \
     template void World<Dim, T>::Implementation::recall_pairs();
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE

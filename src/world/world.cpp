@@ -8,6 +8,7 @@
 #include <limits>
 #include <sstream>
 #include <string>
+#include <tuple>
 
 #include "base/checks.hpp"
 #include "index/box_index_access.hpp"
@@ -22,15 +23,19 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
     : memory(options.memory),
       queues(&memory),
       state(options, &memory),
+      user_data(&memory),
       neighbour_lists(&memory),
+      near_pairs(static_cast<T>(options.slack), &memory),
       finder({options.executor, &memory, options.instruction_set}),
       arena(&memory),
       lists{world::Lists(&memory), world::Lists(&memory)},
       changed_pairs(&memory),
+      changed_slots(&memory),
       active_index({options.executor, &memory, options.instruction_set}),
       masked_indexes({options.executor, &memory, options.instruction_set})
 {
     BoxIndexAccess::expect_to_come_back(state.resting);
+    if (options.pair_slots) pair_slots.emplace(&memory);
 }
 
 template <int Dim, Coordinate T>
@@ -40,8 +45,11 @@ auto World<Dim, T>::Implementation::checked(ObjectId id) const -> typename world
     if (id.index >= state.objects.capacity() ||
         !state.objects[world::Index{id.index}].has(world::flag::alive))
         throw Error(ErrorCode::stale_id,
-                    "object " + std::to_string(id.index) +
-                        " is not in the world yet; its add() takes effect in the next update()",
+                    "object " + std::to_string(id.index) + " is not in the world " +
+                        (id.index < state.objects.capacity() &&
+                                 state.objects[world::Index{id.index}].place() != world::Place::none
+                             ? "any more"
+                             : "yet; its add() takes effect in the next apply() or update()"),
                     id.index);
     return state.objects[world::Index{id.index}];
 }
@@ -49,14 +57,14 @@ auto World<Dim, T>::Implementation::checked(ObjectId id) const -> typename world
 namespace world {
 namespace {
 
-/// `margin` as it was given, for a world of T.
+/// `margin`, or `what` it is, as it was given, for a world of T.
 template <class T>
-void check_margin(double margin, const char* whose, std::uint64_t index)
+void check_margin(double margin, const char* whose, std::uint64_t index, const char* what = "margin ")
 {
     if (margin >= 0 && margin <= double{std::numeric_limits<T>::max()}) return;
     std::ostringstream message;
     message.imbue(std::locale::classic());
-    message << "margin " << margin << whose;
+    message << what << margin << whose;
     if (index != Error::no_index) message << index;
     message << "; give a number from 0 to " << std::numeric_limits<T>::max();
     throw Error(ErrorCode::invalid_argument, message.str(), index);
@@ -92,6 +100,7 @@ World<Dim, T>::World(const WorldOptions& options)
 {
     check_memory(options.memory);
     world::check_margin<T>(options.margin, " of the world", Error::no_index);
+    world::check_margin<T>(options.slack, " of the world", Error::no_index, "slack ");
     implementation_ = std::make_unique<Implementation>(options);
 }
 template <int Dim, Coordinate T>
@@ -115,12 +124,15 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options)
 {
     world::check_sizes(ids.size(), boxes.size());
-    validate_boxes_of(boxes, "to be added ");
+    if (!implementation_->state.options.ignore_odd_boxes) validate_boxes_of(boxes, "to be added ");
     world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
                                Error::no_index);
     implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
         world::reserve_more(queue.additions, ids.size());
         implementation_->state.ids.take(ids);
+        if (options.user_data != 0 || implementation_->user_data.any())
+            for (const ObjectId id : ids)
+                implementation_->user_data.set(id.index, options.user_data);
         for (std::size_t i = 0; i < ids.size(); ++i)
             queue.additions.push_back({ids[i], boxes[i], options});
     });
@@ -154,7 +166,7 @@ void World<Dim, T>::remove(std::span<const ObjectId> ids)
 template <int Dim, Coordinate T>
 void World<Dim, T>::move(ObjectId id, const Box& box, std::uint32_t sequence)
 {
-    world::check_box(box, id);
+    world::check_box(implementation_->state, box, id);
     implementation_->queue({id, sequence, world::CommandKind::move, box});
 }
 
@@ -164,7 +176,7 @@ void World<Dim, T>::move(std::span<const ObjectId> ids, const Boxes& boxes, std:
     world::check_sizes(ids.size(), boxes.size());
     for (std::size_t i = 0; i < ids.size(); ++i) {
         implementation_->state.ids.check(ids[i]);
-        world::check_box(boxes[i], ids[i]);
+        world::check_box(implementation_->state, boxes[i], ids[i]);
     }
     implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
         world::reserve_more(queue.commands, ids.size());
@@ -182,8 +194,8 @@ void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement
         moved.hi[d] = box.hi[d] + displacement[d];
     }
     implementation_->state.ids.check(id);
-    world::check_box(box, id);
-    for (int d = 0; d < Dim; ++d)
+    world::check_box(implementation_->state, box, id);
+    for (int d = 0; d < Dim && !implementation_->state.options.ignore_odd_boxes; ++d)
         if (!(moved.lo[d] <= moved.hi[d])) {
             std::ostringstream message;
             message.imbue(std::locale::classic());
@@ -203,7 +215,7 @@ void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement
 template <int Dim, Coordinate T>
 void World<Dim, T>::teleport(ObjectId id, const Box& box, std::uint32_t sequence)
 {
-    world::check_box(box, id);
+    world::check_box(implementation_->state, box, id);
     implementation_->queue({id, sequence, world::CommandKind::move, box});
 }
 
@@ -273,7 +285,17 @@ void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
     const InUse call(implementation_->in_use, "World");
     world::Reader::check_none(implementation_->readers);
     world::check_sizes(ids.size(), boxes.size());
-    implementation_->update({ids, boxes});
+    if (!implementation_->applied) return implementation_->update({ids, boxes});
+    move(ids, boxes); // nothing fails in the midst of what may have to be undone
+    implementation_->update({});
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::apply()
+{
+    const InUse call(implementation_->in_use, "World");
+    world::Reader::check_none(implementation_->readers);
+    implementation_->apply_ahead();
 }
 
 template <int Dim, Coordinate T>
@@ -316,12 +338,73 @@ void World<Dim, T>::clear()
     implementation_.swap(fresh);
 }
 
+template <int Dim, Coordinate T>
+std::span<const std::uint32_t> World<Dim, T>::began_slots() const noexcept
+{
+    return implementation_->lists[implementation_->shown].began_slots;
+}
+
+template <int Dim, Coordinate T>
+std::span<const std::uint32_t> World<Dim, T>::ended_slots() const noexcept
+{
+    return implementation_->lists[implementation_->shown].ended_slots;
+}
+
+template <int Dim, Coordinate T>
+std::span<const std::uint32_t> World<Dim, T>::changed_slots() const
+{
+    const Implementation& me = *implementation_;
+    if (!me.pair_slots) return {};
+    return me.changed_slots.of(changed_pairs(), *me.pair_slots, *me.state.executor);
+}
+
+template <int Dim, Coordinate T>
+std::uint32_t World<Dim, T>::pair_slot(std::uint32_t a, std::uint32_t b) const noexcept
+{
+    const auto& slots = implementation_->pair_slots;
+    return slots ? slots->of(world::key_of(world::pair_of(world::Index{a}, world::Index{b}))) : no_slot;
+}
+
+template <int Dim, Coordinate T>
+std::uint32_t World<Dim, T>::pair_slots_end() const noexcept
+{
+    return implementation_->pair_slots ? implementation_->pair_slots->end() : 0;
+}
+
+// --- What users keep with objects ---
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::set_user_data(ObjectId id, std::uint64_t data)
+{
+    implementation_->state.ids.check(id);
+    implementation_->user_data.set(id.index, data);
+}
+
+template <int Dim, Coordinate T>
+std::uint64_t World<Dim, T>::user_data(ObjectId id) const
+{
+    if (implementation_->state.ids.is_good(id)) return implementation_->user_data.of(id.index);
+    if (const std::uint64_t* data = implementation_->user_data.of_removed(id)) return *data;
+    implementation_->state.ids.throw_stale(id);
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::user_data(std::span<const ObjectId> ids, std::span<std::uint64_t> out) const
+{
+    if (ids.size() != out.size())
+        throw Error(ErrorCode::size_mismatch, std::to_string(ids.size()) + " ids, and room for the data of " +
+                                                  std::to_string(out.size()) + "; give as much as ids");
+    for (std::size_t i = 0; i < ids.size(); ++i)
+        out[i] = user_data(ids[i]);
+}
+
 // --- Objects ---------------------------------------------------------------------------------------------
 
 template <int Dim, Coordinate T>
 std::size_t World<Dim, T>::size() const noexcept
 {
-    return implementation_->state.alive;
+    const auto& [state, applied] = std::tie(implementation_->state, implementation_->applied);
+    return state.alive + (state.shown != nullptr ? applied->added - applied->removed : 0);
 }
 
 template <int Dim, Coordinate T>
@@ -357,7 +440,8 @@ auto World<Dim, T>::box(ObjectId id) const -> Box
 template <int Dim, Coordinate T>
 auto World<Dim, T>::bounds(ObjectId id) const -> Box
 {
-    return implementation_->checked(id).now();
+    const auto object = implementation_->checked(id);
+    return object.has(world::flag::odd) ? world::nowhere_box<Dim, T>() : object.now();
 }
 
 template <int Dim, Coordinate T>
@@ -398,7 +482,8 @@ std::string World<Dim, T>::explain() const
         return of == 0 ? 0.0 : 100 * static_cast<double>(part) / static_cast<double>(of);
     };
     text << s.objects << " objects: " << s.resting << " at rest, " << s.active << " active, " << s.disabled
-         << " disabled; " << s.bytes_reserved / 1024 << " KiB.\n";
+         << " disabled" << (s.odd != 0 ? ", " + std::to_string(s.odd) + " with odd boxes" : "") << "; "
+         << s.bytes_reserved / 1024 << " KiB.\n";
     text << "The last update took " << s.us_total << " us: " << s.us_apply << " applying " << s.commands
          << " commands, " << s.us_active << " among active objects, " << s.us_resting
          << " between active and resting ones, " << s.us_events << " comparing them with those before, "
@@ -432,13 +517,17 @@ void World<Dim, T>::draw(
     if (draw_box)
         for (std::uint32_t i = 0; i < index_end(); ++i) {
             const auto object = me.state.objects[world::Index{i}];
-            if (!object.has(world::flag::alive)) continue;
-            draw_box(object.now(), object.place() == world::Place::resting  ? DrawKind::resting
-                                   : object.place() == world::Place::active ? DrawKind::active
-                                                                            : DrawKind::disabled);
+            if (!object.has(world::flag::alive) || object.has(world::flag::odd)) continue;
+            const bool is_shown = me.state.is_shown(world::Index{i});
+            draw_box(object.now(), !is_shown                                    ? DrawKind::disabled
+                                   : me.state.is_shown_resting(world::Index{i}) ? DrawKind::resting
+                                                                                : DrawKind::active);
         }
     if (!draw_line) return;
     const auto line = [&](std::uint32_t a, std::uint32_t b, DrawKind kind) {
+        if (me.state.objects[world::Index{a}].has(world::flag::odd) ||
+            me.state.objects[world::Index{b}].has(world::flag::odd))
+            return;
         T centre[2][Dim];
         for (int d = 0; d < Dim; ++d)
             for (int k = 0; k < 2; ++k) {

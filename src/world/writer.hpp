@@ -11,6 +11,13 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
+/// An object that apply() has written to, and whether it was in the world before.
+struct Touched
+{
+    Index index;
+    bool was_alive;
+};
+
 /// Writes what commands say into objects, and has Changes keep what they were.
 template <int Dim, class T>
 class Writer
@@ -18,9 +25,12 @@ class Writer
   public:
     using Box = Aabb<Dim, T>;
 
-    /// `several_queues`: of more than one queue there are commands, which may be about the same objects.
-    Writer(State<Dim, T>& state, Changes<Dim, T>& changes, bool several_queues, Arena& arena);
+    Writer(State<Dim, T>& state, Changes<Dim, T>& changes, Arena& arena);
 
+    /// Commands come, of so many queues; if of one only, it has this number. They may be about the same
+    /// objects as those of other queues, also of those that came before. Objects that are written to now are
+    /// noted, with what they were, if `touched` isn't null.
+    void begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Touched>* touched);
     /// Whose commands come now: numbered from 1.
     void set_queue(std::uint32_t queue) noexcept { queue_ = queue; }
     void add(const Addition<Dim, T>& addition);
@@ -29,6 +39,9 @@ class Writer
 
     /// Objects about which several queues had something to say, or that were given a sequence.
     [[nodiscard]] bool any_contested() const noexcept { return any_contested_; }
+
+    /// Notes the object as written to, before that is done.
+    void touch(Index index);
 
     // One property of an object that can be written:
     void set_box(Index index, const Box& box);
@@ -44,13 +57,15 @@ class Writer
     void note_queue(Index index) noexcept;
     void contest(Object object) noexcept;
     void resize(Index index, const Box& size);
+    void set_bounds(Index index);
     Reach<Dim, T>& reach_of(Index index);
 
     State<Dim, T>& state_;
     Changes<Dim, T>& changes_;
-    bool several_queues_;
+    bool several_queues_ = false;
     bool any_contested_ = false;
-    std::uint32_t queue_ = 0;
+    std::uint32_t queue_ = 0, only_queue_ = 0; // the one that commands came of, until there are several
+    std::pmr::vector<Touched>* touched_ = nullptr;
     Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update; 0: it is new
 };
 
@@ -61,10 +76,32 @@ void settle_contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim,
                      const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue,
                      Arena& arena);
 
+/// What commands have made of the objects since the last update, and who goes on with it.
 template <int Dim, class T>
-void check_box(const Aabb<Dim, T>& box, ObjectId id)
+struct Applied
 {
-    jostle::check_box(box, id.index, "of object ");
+    Applied(State<Dim, T>& state, Arena& arena) : changes(state, arena), writer(state, changes, arena) {}
+
+    Changes<Dim, T> changes;
+    Writer<Dim, T> writer;
+    std::size_t added = 0, removed = 0; // objects, as far as apply() shows them
+};
+
+/// The stage `apply` of an update: what was taken from the queues, and `moves`, are applied to the objects.
+template <int Dim, class T>
+void apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, T>& moves,
+           Applied<Dim, T>& applied, Arena& arena);
+/// A part of it, ahead of the update: what was taken, for questions. `touched` becomes the objects that this
+/// call has written to.
+template <int Dim, class T>
+void apply_ahead(State<Dim, T>& state, const Queues<Dim, T>& queues, Applied<Dim, T>& applied,
+                 std::pmr::vector<Touched>& touched, Arena& arena);
+
+/// Throws unless the box is one, or the world takes odd boxes.
+template <int Dim, class T>
+void check_box(const State<Dim, T>& state, const Aabb<Dim, T>& box, ObjectId id)
+{
+    if (!state.options.ignore_odd_boxes) jostle::check_box(box, id.index, "of object ");
 }
 
 } // namespace world

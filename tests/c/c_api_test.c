@@ -151,6 +151,76 @@ static void test_general(void)
     CHECK(jostle_version(NULL, &minor, &patch, NULL) == JOSTLE_INVALID_ARGUMENT);
 }
 
+static int32_t accept_scene_pair(void* context, uint64_t scene, uint32_t a, uint32_t b)
+{
+    if (context != NULL) return *(const int32_t*)context;
+    return (scene + a + b) % 3 != 0;
+}
+
+/* Three scenes of 100 boxes, and an empty one in their midst: each against find() of its boxes. */
+static void test_scenes(jostle_finder* finder, jostle_space space, const jostle_boxes* all,
+                        jostle_results* expected)
+{
+    static const uint64_t offsets[] = {0, 100, 100, 200, 300}, descending[] = {0, 200, 100, 200, 300};
+    uint32_t owners[boxes_made];
+    jostle_scene_filter filter;
+    jostle_blocks pairs, right;
+    uint64_t k, i, sum = 0;
+    int32_t code = -9;
+    for (i = 0; i < boxes_made; ++i)
+        owners[i] = (uint32_t)(i / 4);
+    memset(&filter, 0, sizeof filter);
+    filter.struct_size = sizeof filter;
+    filter.owner.data = owners;
+    filter.owner.count = boxes_made;
+    filter.owner.stride = sizeof owners[0];
+    filter.accept = accept_scene_pair;
+    OK(jostle_finder_find_scenes(finder, space, all, offsets, 4, &filter, &pairs, &error));
+    CHECK(pairs.block_count == 4 && pairs.blocks[1].count == 0 && pairs.item_size == sizeof(jostle_pair));
+    for (k = 0; k < 4; ++k) {
+        const jostle_pair* found = pairs.blocks[k].items;
+        const jostle_pair* candidate;
+        jostle_boxes scene = *all;
+        uint64_t wanted = 0;
+        int d;
+        for (d = 0; d < dim_of(space); ++d) {
+            scene.lo[d] = (const char*)all->lo[d] + (int64_t)offsets[k] * all->stride;
+            scene.hi[d] = (const char*)all->hi[d] + (int64_t)offsets[k] * all->stride;
+        }
+        scene.count = offsets[k + 1] - offsets[k];
+        OK(jostle_find_pairs(space, &scene, NULL, NULL, JOSTLE_CANONICAL, NULL, expected, &error));
+        OK(jostle_results_blocks(expected, &right, &error));
+        CHECK(right.block_count <= 1);
+        candidate = right.count == 0 ? NULL : right.blocks[0].items;
+        for (i = 0; i < right.count; ++i) {
+            const uint64_t first = offsets[k];
+            if (owners[first + candidate[i].a] == owners[first + candidate[i].b]) continue;
+            if (!accept_scene_pair(NULL, k, candidate[i].a, candidate[i].b)) continue;
+            CHECK(wanted < pairs.blocks[k].count && found[wanted].a == candidate[i].a &&
+                  found[wanted].b == candidate[i].b);
+            ++wanted;
+        }
+        CHECK(wanted == pairs.blocks[k].count);
+        sum += wanted;
+    }
+    CHECK(sum == pairs.count && sum > 10);
+    FAILS(jostle_finder_find_scenes(finder, space, all, descending, 4, NULL, &pairs, &error),
+          JOSTLE_INVALID_ARGUMENT, "offset 2 is 100");
+    CHECK(error.index == 2);
+    FAILS(jostle_finder_find_scenes(finder, space, all, offsets, 3, NULL, &pairs, &error),
+          JOSTLE_SIZE_MISMATCH, "300 boxes");
+    FAILS(jostle_finder_find_scenes(finder, space, all, NULL, 0, NULL, &pairs, &error),
+          JOSTLE_INVALID_ARGUMENT, "offsets");
+    FAILS(jostle_finder_find_scenes(finder, space, all, offsets, UINT64_MAX, NULL, &pairs, &error),
+          JOSTLE_INVALID_ARGUMENT, "scene_count");
+    filter.context = &code;
+    FAILS(jostle_finder_find_scenes(finder, space, all, offsets, 4, &filter, &pairs, &error),
+          JOSTLE_CALLBACK_FAILED, "-9");
+    filter.struct_size = 1;
+    FAILS(jostle_finder_find_scenes(finder, space, all, offsets, 4, &filter, &pairs, &error),
+          JOSTLE_INVALID_ARGUMENT, "struct_size");
+}
+
 static void test_pairs(jostle_space space)
 {
     static numbers memory_a, memory_b;
@@ -234,6 +304,7 @@ static void test_pairs(jostle_space space)
         CHECK(error.callback_result == -3);
         OK(jostle_finder_free(serial, &error));
     }
+    test_scenes(finder, space, &a, expected);
     filter.accept = fail_pair;
     filter.context = &code;
     FAILS(jostle_finder_find(finder, space, &a, NULL, &filter, JOSTLE_CANONICAL, &pairs, &error),
@@ -255,7 +326,180 @@ static void test_pairs(jostle_space space)
     OK(jostle_results_free(taken, &error));
 }
 
+/* What a visitor should be handed: a list, or where there is no order something of it. */
+typedef struct
+{
+    const jostle_lists* lists;
+    const jostle_id* ids;
+    uint64_t begin, end;
+    int any_order, of_world;
+    uint64_t calls;
+    int good;
+} visited;
+
+static int32_t count_visit(void* context, uint64_t id, double at, double* bound)
+{
+    visited* const seen = context;
+    uint64_t k = seen->begin + seen->calls++;
+    if (seen->any_order)
+        for (k = seen->begin; k < seen->end; ++k)
+            if ((seen->of_world ? seen->ids[seen->lists->ids[k]] : seen->lists->ids[k]) == id) break;
+    seen->good += k < seen->end &&
+                  (seen->of_world ? seen->ids[seen->lists->ids[k]] : seen->lists->ids[k]) == id &&
+                  (seen->lists->at == NULL ? bound == NULL : seen->lists->at[k] == at && *bound >= at);
+    return 1;
+}
+static int32_t stop_visit(void* context, uint64_t id, double at, double* bound)
+{
+    (void)id, (void)at, (void)bound;
+    ++((visited*)context)->calls;
+    return 0;
+}
+static int32_t shrink_visit(void* context, uint64_t id, double at, double* bound)
+{
+    (void)id;
+    ++((visited*)context)->calls;
+    *bound = at;
+    return 1;
+}
+static int32_t failing_visit(void* context, uint64_t id, double at, double* bound)
+{
+    (void)context, (void)id, (void)at, (void)bound;
+    return -3;
+}
+
+/* The closest pairs of an index come in the order of their distances, and so do a world's. */
+typedef struct
+{
+    uint64_t calls, at_zero, stop;
+    double last;
+    uint64_t a[64], b[64];
+    int ascending;
+} close_pairs;
+
+static int32_t take_pair(void* context, uint64_t a, uint64_t b, double at, double* bound)
+{
+    close_pairs* const seen = context;
+    seen->ascending &= at >= seen->last && (bound == NULL || *bound >= at);
+    seen->last = at;
+    seen->at_zero += at == 0;
+    seen->a[seen->calls % 64] = a;
+    seen->b[seen->calls % 64] = b;
+    return ++seen->calls != seen->stop;
+}
+
+static void check_closest(jostle_space space, const jostle_index* index, const jostle_world* world)
+{
+    close_pairs touching = {0, 0, 0, 0, {0}, {0}, 1}, all = touching, some = touching, of_world = touching;
+    int32_t finished = 7;
+    jostle_index* empty;
+    const double anywhere = HUGE_VAL;
+    OK(jostle_index_pairs(index, NULL, take_pair, &touching, &finished, &error));
+    CHECK(finished == 1 && touching.calls > 0 && touching.at_zero == touching.calls);
+    OK(jostle_index_closest_pairs(index, NULL, anywhere, take_pair, &all, &finished, &error));
+    CHECK(finished == 1 && all.ascending && all.at_zero == touching.calls);
+    CHECK(all.calls == (uint64_t)boxes_made * (boxes_made - 1) / 2);
+    some.stop = 64;
+    OK(jostle_index_closest_pairs(index, index, anywhere, take_pair, &some, &finished, &error));
+    CHECK(finished == 0 && some.calls == 64);
+    of_world.stop = 1;
+    OK(jostle_world_closest_pairs(world, NULL, anywhere, take_pair, &of_world, &finished, &error));
+    CHECK(finished == 0 && of_world.calls == 1 && (uint32_t)of_world.a[0] < (uint32_t)of_world.b[0]);
+    CHECK(of_world.at_zero == (some.at_zero > 0));
+    OK(jostle_index_new(space, NULL, &empty, &error));
+    OK(jostle_index_closest_pairs(index, empty, anywhere, take_pair, &some, &finished, &error));
+    CHECK(finished == 1 && some.calls == 64);
+    OK(jostle_index_free(empty, &error));
+    OK(jostle_index_new(space == JOSTLE_2F ? JOSTLE_3F : JOSTLE_2F, NULL, &empty, &error));
+    FAILS(jostle_index_pairs(index, empty, take_pair, &some, &finished, &error), JOSTLE_INVALID_ARGUMENT,
+          "spaces");
+    OK(jostle_index_free(empty, &error));
+    FAILS(jostle_index_closest_pairs(index, NULL, -1, take_pair, &some, &finished, &error),
+          JOSTLE_INVALID_ARGUMENT, "max_distance");
+    FAILS(jostle_world_closest_pairs(world, NULL, -1, take_pair, &some, &finished, &error),
+          JOSTLE_INVALID_ARGUMENT, "max_distance");
+}
+
 /* Index and world are asked the same; what each box answers is the definition. */
+/* Two boxes that meet across the border, and two that meet within. */
+static void test_images(jostle_space space)
+{
+    const double at[4] = {0.5, 9.5, 5, 5.5};
+    const int dim = dim_of(space);
+    jostle_images* images;
+    jostle_images_view view;
+    jostle_results* pairs;
+    jostle_filter filter, given;
+    jostle_blocks blocks;
+    jostle_boxes boxes;
+    numbers memory, period;
+    int32_t answer = -5;
+    uint32_t owner[4] = {1, 1, 2, 3};
+    int i, d, round;
+    for (d = 0; d < dim; ++d)
+        set_number(space, &period, d, d == 0 ? 10 : 0);
+    for (i = 0; i < 4; ++i)
+        for (d = 0; d < dim; ++d) {
+            set_number(space, &memory, i * 2 * dim + d, at[i] - 1);
+            set_number(space, &memory, i * 2 * dim + dim + d, at[i] + (i < 2 ? 20 * (d != 0) : 0) + 1);
+        }
+    OK(jostle_boxes_strided(space, memory.f, (const char*)memory.f + dim * number_size(space), 4,
+                            2 * dim * number_size(space), &boxes, &error));
+    OK(jostle_results_new(NULL, &pairs, &error));
+    OK(jostle_images_new(space, NULL, &images, &error));
+    OK(jostle_images_view_read(images, &view, &error));
+    CHECK(view.originals == 0 && view.boxes.count == 0);
+    OK(jostle_images_build(images, &boxes, period.f, &error));
+    OK(jostle_images_view_read(images, &view, &error));
+    CHECK(view.originals == 4 && view.boxes.count == 5 && view.origin[4] == 1 && view.origin[3] == 3);
+    CHECK(is_float(space) ? ((const float*)view.shift)[4 * dim] == -10
+                          : ((const double*)view.shift)[4 * dim] == -10);
+    for (round = 0; round < 4; ++round) { /* no filter, accept, owners, a callback that fails */
+        memset(&given, 0, sizeof given);
+        given.struct_size = sizeof given;
+        if (round == 1) given.accept = accept_even;
+        if (round == 2) {
+            given.owner.data = owner;
+            given.owner.count = 4;
+            given.owner.stride = sizeof *owner;
+        }
+        if (round == 3) {
+            given.accept = fail_pair;
+            given.context = &answer;
+        }
+        OK(jostle_images_filter(images, round == 0 ? NULL : &given, &filter, &error));
+        if (round == 3) {
+            FAILS(jostle_find_pairs(space, &view.boxes, NULL, &filter, JOSTLE_SORTED, NULL, pairs, &error),
+                  JOSTLE_CALLBACK_FAILED, "callback");
+            CHECK(error.callback_result == answer);
+            continue;
+        }
+        OK(jostle_find_pairs(space, &view.boxes, NULL, &filter, JOSTLE_SORTED, NULL, pairs, &error));
+        OK(jostle_results_blocks(pairs, &blocks, &error));
+        if (round == 0) {
+            jostle_pair found[2];
+            CHECK(blocks.count == 2);
+            OK(jostle_blocks_copy(&blocks, 2, found, &error));
+            CHECK(found[0].a == 0 && found[0].b == 4 && found[1].a == 2 && found[1].b == 3);
+        } else {
+            CHECK(blocks.count == (round == 1 ? 0 : 1));
+        }
+    }
+    FAILS(jostle_images_filter(NULL, NULL, &filter, &error), JOSTLE_INVALID_ARGUMENT, "jostle_images");
+    given.owner_b = given.owner;
+    given.owner_b.data = owner;
+    given.owner_b.count = 4;
+    given.owner_b.stride = sizeof *owner;
+    FAILS(jostle_images_filter(images, &given, &filter, &error), JOSTLE_INVALID_ARGUMENT, "second");
+    FAILS(jostle_images_build(images, &boxes, NULL, &error), JOSTLE_INVALID_ARGUMENT, "period");
+    set_number(space, &period, 0, 4);
+    FAILS(jostle_images_build(images, &boxes, period.f, &error), JOSTLE_INVALID_ARGUMENT, "shorter");
+    CHECK(error.index == 0);
+    OK(jostle_images_free(images, &error));
+    OK(jostle_images_free(NULL, &error));
+    OK(jostle_results_free(pairs, &error));
+}
+
 static void check_answers(jostle_space space, const jostle_index* index, const jostle_world* world,
                           const jostle_id* ids, const numbers* memory)
 {
@@ -266,11 +510,17 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
     jostle_nearest_3f near_3f[3];
     jostle_nearest_2d near_2d[3];
     jostle_nearest_3d near_3d[3];
+    jostle_nearest_to_box_2f beside_2f[3];
+    jostle_nearest_to_box_3f beside_3f[3];
+    jostle_nearest_to_box_2d beside_2d[3];
+    jostle_nearest_to_box_3d beside_3d[3];
     jostle_results *of_index, *of_world;
+    int32_t any_finished;
     OK(jostle_results_new(NULL, &of_index, &error));
     OK(jostle_results_new(NULL, &of_world, &error));
-    for (jostle_question kind = JOSTLE_RAY; kind <= JOSTLE_NEAREST; ++kind) {
-        const int sizes[] = {0, 2 * dim + 1, 3 * dim + 1, 2 * dim, dim + 1, dim + 1, dim};
+    for (jostle_question kind = JOSTLE_RAY; kind <= JOSTLE_NEAREST_TO_BOX; ++kind) {
+        const int nearest = kind == JOSTLE_NEAREST || kind == JOSTLE_NEAREST_TO_BOX;
+        const int sizes[] = {0, 2 * dim + 1, 3 * dim + 1, 2 * dim, dim + 1, dim + 1, dim, 2 * dim};
         const void* array = questions.f;
         const char* one_question;
         int64_t step = sizes[kind] * number_size(space);
@@ -283,7 +533,7 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
         for (i = 0; i < asked; ++i) {
             for (d = 0; d < sizes[kind]; ++d)
                 set_number(space, &questions, i * sizes[kind] + d, 1 + i + next_random());
-            if (kind == JOSTLE_SWEEP || kind == JOSTLE_BOX)
+            if (kind == JOSTLE_SWEEP || kind == JOSTLE_BOX || kind == JOSTLE_NEAREST_TO_BOX)
                 for (d = 0; d < dim; ++d)
                     set_number(space, &questions, i * sizes[kind] + dim + d, 4 + i + next_random());
             for (d = 0; d < dim; ++d) {
@@ -293,6 +543,15 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
             near_2f[i].count = near_3f[i].count = near_2d[i].count = near_3d[i].count = 7;
             near_2f[i].max_distance = near_3f[i].max_distance = 3;
             near_2d[i].max_distance = near_3d[i].max_distance = 3;
+            for (d = 0; d < dim; ++d) {
+                beside_2f[i].lo[d % 2] = beside_3f[i].lo[d] = questions.f[i * sizes[kind] + d];
+                beside_2d[i].lo[d % 2] = beside_3d[i].lo[d] = questions.d[i * sizes[kind] + d];
+                beside_2f[i].hi[d % 2] = beside_3f[i].hi[d] = questions.f[i * sizes[kind] + dim + d];
+                beside_2d[i].hi[d % 2] = beside_3d[i].hi[d] = questions.d[i * sizes[kind] + dim + d];
+            }
+            beside_2f[i].count = beside_3f[i].count = beside_2d[i].count = beside_3d[i].count = 7;
+            beside_2f[i].max_distance = beside_3f[i].max_distance = 3;
+            beside_2d[i].max_distance = beside_3d[i].max_distance = 3;
             if (kind == JOSTLE_FRUSTUM) { /* dim + 1 numbers are one plane */
                 set_number(space, &questions, i * sizes[kind] + dim - 1, -1);
                 frusta[i].planes = (const char*)questions.f + i * step;
@@ -302,6 +561,15 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
         if (kind == JOSTLE_FRUSTUM) {
             array = frusta;
             step = sizeof frusta[0];
+        } else if (kind == JOSTLE_NEAREST_TO_BOX) {
+            array = space == JOSTLE_2F   ? (const void*)beside_2f
+                    : space == JOSTLE_3F ? (const void*)beside_3f
+                    : space == JOSTLE_2D ? (const void*)beside_2d
+                                         : (const void*)beside_3d;
+            step = space == JOSTLE_2F   ? sizeof beside_2f[0]
+                   : space == JOSTLE_3F ? sizeof beside_3f[0]
+                   : space == JOSTLE_2D ? sizeof beside_2d[0]
+                                        : sizeof beside_3d[0];
         } else if (kind == JOSTLE_NEAREST) {
             array = space == JOSTLE_2F   ? (const void*)near_2f
                     : space == JOSTLE_3F ? (const void*)near_3f
@@ -317,7 +585,7 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
         OK(jostle_results_lists(of_index, &lists, &error));
         OK(jostle_results_lists(of_world, &same, &error));
         CHECK(lists.questions == 3 && same.questions == 3 && lists.count == same.count && lists.count > 0);
-        CHECK((lists.at != NULL) == (kind == JOSTLE_RAY || kind == JOSTLE_SWEEP || kind == JOSTLE_NEAREST));
+        CHECK((lists.at != NULL) == (kind == JOSTLE_RAY || kind == JOSTLE_SWEEP || nearest));
         for (q = 0; q < lists.count && q < same.count; ++q) {
             CHECK(same.ids[q] == ids[lists.ids[q]]);
             CHECK(lists.at == NULL || lists.at[q] == same.at[q]);
@@ -338,12 +606,42 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
                         CHECK(answers && (lists.at == NULL || lists.at[k] == at));
                         break;
                     }
-                CHECK((k < lists.first[i + 1]) == (answers != 0) || kind == JOSTLE_NEAREST);
+                CHECK((k < lists.first[i + 1]) == (answers != 0) || nearest);
             }
-            if (kind == JOSTLE_NEAREST) found = found < 7 ? found : 7;
+            if (nearest) found = found < 7 ? found : 7;
             CHECK(found == lists.first[i + 1] - lists.first[i]);
         }
-        if (kind == JOSTLE_NEAREST) {
+        for (i = 0; i < asked; ++i) { /* one by one */
+            visited seen = {&lists, ids, lists.first[i], lists.first[i + 1], lists.at == NULL, 0, 0, 0};
+            int32_t finished = 7;
+            one_question = (const char*)array + i * step;
+            OK(jostle_index_visit(index, kind, one_question, NULL, count_visit, &seen, &finished, &error));
+            CHECK(finished == 1 && seen.good == (int)seen.calls);
+            CHECK(seen.calls == lists.first[i + 1] - lists.first[i]);
+            seen.calls = 0, seen.good = 0, seen.of_world = 1;
+            OK(jostle_world_visit(world, kind, one_question, NULL, count_visit, &seen, &finished, &error));
+            CHECK(finished == 1 && seen.good == (int)seen.calls);
+            CHECK(seen.calls == lists.first[i + 1] - lists.first[i]);
+            if (seen.calls == 0) continue;
+            seen.end = seen.begin + 1, seen.calls = 0;
+            OK(jostle_index_visit(index, kind, one_question, NULL, stop_visit, &seen, &finished, &error));
+            CHECK(finished == 0 && seen.calls == 1);
+            OK(jostle_world_visit(world, kind, one_question, NULL, stop_visit, &seen, &finished, &error));
+            CHECK(finished == 0 && seen.calls == 2);
+            if (lists.at == NULL) continue;
+            seen.calls = 0;
+            OK(jostle_index_visit(index, kind, one_question, NULL, shrink_visit, &seen, &finished, &error));
+            CHECK(finished == 1 && seen.calls > 0);
+            for (q = lists.first[i]; q < lists.first[i + 1]; ++q)
+                CHECK((q - lists.first[i] < seen.calls) == (lists.at[q] <= lists.at[lists.first[i]]));
+            CHECK(jostle_index_visit(index, kind, one_question, NULL, failing_visit, &seen, &finished,
+                                     &error) == JOSTLE_CALLBACK_FAILED);
+        }
+        FAILS(jostle_index_visit(index, kind, NULL, NULL, count_visit, NULL, &any_finished, &error),
+              JOSTLE_INVALID_ARGUMENT, "questions");
+        FAILS(jostle_world_visit(world, kind, array, NULL, NULL, NULL, &any_finished, &error),
+              JOSTLE_INVALID_ARGUMENT, "visit");
+        if (nearest) {
             FAILS(jostle_index_any(index, kind, array, 3, NULL, any, &error), JOSTLE_INVALID_ARGUMENT,
                   "kind");
             FAILS(jostle_index_all(index, kind, array, 3, NULL, 2, of_index, &error), JOSTLE_INVALID_ARGUMENT,
@@ -487,6 +785,7 @@ static void test_index_and_world(jostle_space space)
     OK(jostle_world_ids(world, indices, boxes_made, some, &error));
     CHECK(memcmp(ids, some, sizeof ids) == 0);
     check_answers(space, index, world, ids, &memory);
+    check_closest(space, index, world);
 
     OK(jostle_find_pairs_brute_force(space, &boxes, NULL, NULL, expected, &error));
     OK(jostle_results_blocks(expected, &right, &error));
@@ -522,6 +821,115 @@ static void test_index_and_world(jostle_space space)
         OK(jostle_world_update(world, &error));
         OK(jostle_world_began(world, &began, &count, &error));
         CHECK(count == 1);
+    }
+
+    /* What is queued is seen ahead of the update, whose lists stay. */
+    {
+        uint64_t size, now;
+        OK(jostle_world_size(world, &size, &error));
+        OK(jostle_world_began(world, &began, &count, &error));
+        OK(jostle_world_add(world, &boxes, NULL, some, &error));
+        OK(jostle_world_apply(world, &error));
+        OK(jostle_world_size(world, &now, &error));
+        CHECK(now == size + boxes_made && count == 1);
+        OK(jostle_world_remove(world, some, boxes_made, &error));
+        OK(jostle_world_apply(world, &error));
+        OK(jostle_world_size(world, &now, &error));
+        CHECK(now == size);
+        OK(jostle_world_update(world, &error));
+        OK(jostle_world_began(world, &began, &count, &error));
+        CHECK(count == 0);
+    }
+
+    /* What the caller keeps with objects and pairs. */
+    {
+        jostle_world* slotted;
+        jostle_world_options with;
+        jostle_object_options each;
+        const uint32_t *began_slots, *changed_slots, *ended_slots;
+        uint64_t data[2], i;
+        jostle_pair pair;
+        uint32_t slot, slots_end;
+        memset(&with, 0, sizeof with);
+        with.struct_size = sizeof with;
+        with.pair_slots = 1;
+        memset(&each, 0, sizeof each);
+        each.struct_size = sizeof each;
+        each.user_data = 1234567890123;
+        OK(jostle_world_new(space, &with, &slotted, &error));
+        OK(jostle_world_add(slotted, &boxes, &each, some, &error));
+        OK(jostle_world_user_data(slotted, some, 2, data, &error));
+        CHECK(data[0] == 1234567890123 && data[1] == data[0]);
+        data[1] = 7;
+        OK(jostle_world_set_user_data(slotted, some, 2, data, &error));
+        OK(jostle_world_update(slotted, &error));
+        OK(jostle_world_began(slotted, &began, &count, &error));
+        OK(jostle_world_began_slots(slotted, &began_slots, &i, &error));
+        CHECK(i == count && count > 1);
+        OK(jostle_world_changed_slots(slotted, &changed_slots, &i, &error));
+        CHECK(i == count);
+        for (i = 0; i < count; ++i)
+            CHECK(began_slots[i] == i && changed_slots[i] == i);
+        pair.a = (uint32_t)began[1].b;
+        pair.b = (uint32_t)began[1].a;
+        OK(jostle_world_pair_slots(slotted, &pair, 1, &slot, &error));
+        CHECK(slot == 1);
+        pair.b = pair.a;
+        OK(jostle_world_pair_slots(slotted, &pair, 1, &slot, &error));
+        CHECK(slot == UINT32_MAX);
+        OK(jostle_world_pair_slots_end(slotted, &slots_end, &error));
+        CHECK(slots_end == count);
+        OK(jostle_world_remove(slotted, some, boxes_made, &error));
+        OK(jostle_world_update(slotted, &error));
+        OK(jostle_world_ended_slots(slotted, &ended_slots, &i, &error));
+        CHECK(i == count && ended_slots[1] == 1);
+        OK(jostle_world_user_data(slotted, some, 2, data, &error));
+        CHECK(data[0] == 1234567890123 && data[1] == 7);
+        OK(jostle_world_free(slotted, &error));
+    }
+    /* Odd boxes are an error, or taken and counted; slack changes no answer. */
+    {
+        jostle_world *tolerant, *strict;
+        jostle_world_options with;
+        jostle_boxes odd = boxes;
+        memset(&with, 0, sizeof with);
+        with.struct_size = sizeof with;
+        with.slack = -1;
+        FAILS(jostle_world_new(space, &with, &strict, &error), JOSTLE_INVALID_ARGUMENT, "slack");
+        with.slack = 0.25;
+        OK(jostle_world_new(space, &with, &strict, &error));
+        with.ignore_odd_boxes = 1;
+        OK(jostle_world_new(space, &with, &tolerant, &error));
+        OK(jostle_world_add(tolerant, &boxes, NULL, some, &error));
+        OK(jostle_world_add(strict, &boxes, NULL, some, &error));
+        OK(jostle_world_update(tolerant, &error));
+        OK(jostle_world_update(strict, &error));
+        world_stats.struct_size = sizeof world_stats;
+        OK(jostle_world_stats_read(tolerant, &world_stats, &error));
+        CHECK(world_stats.odd == 0 && world_stats.objects == boxes_made);
+        memcpy(&read, &memory, sizeof read);
+        for (i = 0; i < dim; ++i) {
+            odd.lo[i] = (const char*)&read + ((const char*)boxes.lo[i] - (const char*)&memory);
+            odd.hi[i] = (const char*)&read + ((const char*)boxes.hi[i] - (const char*)&memory);
+        }
+        for (i = 0; i < 50; ++i) { /* in turn without a number, and all upside down */
+            char* const at = (char*)&read + ((const char*)odd.lo[0] - (const char*)&read) + i * boxes.stride;
+            if (number_size(space) == 4)
+                *(float*)at = i % 2 == 0 ? (float)NAN : (float)INFINITY;
+            else
+                *(double*)at = i % 2 == 0 ? NAN : INFINITY;
+        }
+        OK(jostle_world_move(tolerant, some, &odd, NULL, 0, &error));
+        FAILS(jostle_world_move(strict, some, &odd, NULL, 0, &error), JOSTLE_NAN_COORDINATE, "0");
+        OK(jostle_world_update(tolerant, &error));
+        OK(jostle_world_stats_read(tolerant, &world_stats, &error));
+        CHECK(world_stats.odd == 50 && world_stats.disabled == 0 && world_stats.ended > 0);
+        OK(jostle_world_move(tolerant, some, &boxes, NULL, 0, &error));
+        OK(jostle_world_update(tolerant, &error));
+        OK(jostle_world_stats_read(tolerant, &world_stats, &error));
+        CHECK(world_stats.odd == 0 && world_stats.began > 0);
+        OK(jostle_world_free(tolerant, &error));
+        OK(jostle_world_free(strict, &error));
     }
 
     /* Joins are pairs between two sets. */
@@ -776,6 +1184,25 @@ static void test_shapes_and_contacts(void)
     OK(jostle_shape_info_read(custom, &info, &error));
     CHECK(info.type == 20 && info.context == point);
     FAILS(jostle_shape_sphere(3, -1, &bad, &error), JOSTLE_INVALID_ARGUMENT, "-1");
+    {
+        const float corners[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+        const jostle_shape_type types[5] = {JOSTLE_SHAPE_ROUNDED_BOX, JOSTLE_SHAPE_ROUNDED_HULL,
+                                            JOSTLE_SHAPE_CYLINDER, JOSTLE_SHAPE_CONE, JOSTLE_SHAPE_ELLIPSOID};
+        jostle_shape* made[5];
+        int k;
+        OK(jostle_shape_rounded_box(3, half, 0.5, &made[0], &error));
+        OK(jostle_shape_rounded_hull(JOSTLE_3F, corners, 4, 0.5, &made[1], &error));
+        OK(jostle_shape_cylinder(1, 0.5, &made[2], &error));
+        OK(jostle_shape_cone(1, 0.5, &made[3], &error));
+        OK(jostle_shape_ellipsoid(3, half, &made[4], &error));
+        for (k = 0; k < 5; ++k) {
+            OK(jostle_shape_info_read(made[k], &info, &error));
+            CHECK(info.type == types[k] && info.dim == 3 && info.radius == (k < 2 ? 0.5 : 0));
+            OK(jostle_shape_free(made[k], &error));
+        }
+        FAILS(jostle_shape_cylinder(1, -1, &bad, &error), JOSTLE_INVALID_ARGUMENT, "radius is -1");
+        FAILS(jostle_shape_rounded_box(4, half, 1, &bad, &error), JOSTLE_INVALID_ARGUMENT, "dim is 4");
+    }
     FAILS(jostle_shape_sphere(4, 1, &bad, &error), JOSTLE_INVALID_ARGUMENT, "dim");
     FAILS(jostle_shape_height_field(JOSTLE_2F, heights, 2, 2, 1, 1, 0, &bad, &error), JOSTLE_INVALID_ARGUMENT,
           "3D");
@@ -824,6 +1251,16 @@ static void test_shapes_and_contacts(void)
         CHECK(contact->pair.a == 0 && contact->pair.b == 1 && contact->part_a == 0 && contact->count == 1);
         CHECK(contact->normal[0] == 1 && contact->point[0].depth == 0.5f);
     }
+    OK(jostle_contact_finder_find_points(finder, &objects, NULL, &given, 0.01, &contacts, &error));
+    CHECK(contacts.count == 2 && contacts.item_size == sizeof(jostle_point_contact_3f));
+    {
+        const jostle_point_contact_3f* contact = contacts.blocks[0].items;
+        CHECK(contact->pair.a == 0 && contact->pair.b == 1 && contact->normal[0] == 1 &&
+              contact->depth == 0.5f);
+    }
+    OK(jostle_contact_finder_take_points(finder, results, &error));
+    OK(jostle_results_blocks(results, &contacts, &error));
+    CHECK(contacts.count == 2 && contacts.item_size == sizeof(jostle_point_contact_3f));
     OK(jostle_contact_finder_take(finder, results, &error));
     OK(jostle_results_blocks(results, &contacts, &error));
     CHECK(contacts.count == 2);
@@ -887,6 +1324,148 @@ static void test_shapes_and_contacts(void)
     CHECK(one[0] > 0.69f && one[0] < 0.71f);
     FAILS(jostle_touching(JOSTLE_3F, sphere, poses[0], flat, poses[1], &touching, &error),
           JOSTLE_INVALID_ARGUMENT, "3D");
+    {
+        float rays[2][7] = {{4, 0, 0, 2, 0, 0, 100}, {4, 0, 0, 0, 1, 0, 100}};
+        float ways[3][3] = {{10, 0, 0}, {0, 10, 0}, {0, 0, 0}};
+        const jostle_pair ray_pairs[2] = {{0, 2}, {1, 2}};
+        const jostle_block block = {ray_pairs, 2};
+        const jostle_blocks cast_pairs = {&block, 1, 2, sizeof ray_pairs[0]};
+        jostle_values given_rays = {rays, 2, sizeof rays[0]};
+        const jostle_values given_ways = {ways, 3, sizeof ways[0]};
+        jostle_cast_hit_3f hits[3];
+        OK(jostle_cast_ray(JOSTLE_3F, sphere, poses[2], rays[0], hits, &error));
+        CHECK(hits[0].fraction == 2 && hits[0].normal[0] == -1 && hits[0].point[0] == -1 &&
+              hits[0].part == 0);
+        OK(jostle_cast_ray(JOSTLE_3F, sphere, poses[2], rays[1], hits, &error));
+        CHECK(hits[0].fraction == HUGE_VALF);
+        OK(jostle_cast_shape(JOSTLE_3F, sphere, poses[0], ways[0], sphere, poses[2], hits, &error));
+        CHECK(hits[0].fraction > 0.6999f && hits[0].fraction <= 0.7f && hits[0].normal[0] == -1);
+        OK(jostle_cast_shape(JOSTLE_3F, sphere, poses[0], ways[1], sphere, poses[2], hits, &error));
+        CHECK(hits[0].fraction == HUGE_VALF);
+        FAILS(jostle_cast_ray(JOSTLE_3F, sphere, poses[2], NULL, hits, &error), JOSTLE_INVALID_ARGUMENT,
+              "ray is NULL");
+        objects.shapes = shapes;
+        OK(jostle_shapes_clear(shapes, &error));
+        OK(jostle_shapes_add(shapes, sphere, 3, &error));
+        OK(jostle_contact_finder_ray_casts(finder, &given_rays, &objects, &cast_pairs, hits, &error));
+        CHECK(hits[0].fraction == 2 && hits[1].fraction == HUGE_VALF);
+        OK(jostle_contact_finder_shape_casts(finder, &objects, &given_ways, &objects, &cast_pairs, hits,
+                                             &error));
+        CHECK(hits[0].fraction <= 0.7f && hits[1].fraction == HUGE_VALF);
+        {
+            /* Against all three at once: the one at x = 8 is met, in an index and in a world. */
+            float shape_boxes[3][6];
+            jostle_index* shape_index = NULL;
+            jostle_world* shape_world = NULL;
+            jostle_boxes boxes_of_shapes;
+            jostle_casts casts;
+            jostle_lists lists;
+            jostle_blocks all_blocks;
+            jostle_query_filter filters[2];
+            jostle_id world_ids[3], hit_ids[3];
+            uint64_t ids[3], at_most_first = 0;
+            float distances[3][10];
+            const double no_further[3] = {0.5, 0.5, 0.5};
+            const jostle_values limits = {no_further, 3, sizeof no_further[0]};
+            memset(&casts, 0, sizeof casts);
+            casts.rays = given_rays;
+            OK(jostle_bounds(JOSTLE_3F, &objects, 0, NULL, shape_boxes, &error));
+            OK(jostle_boxes_strided(JOSTLE_3F, shape_boxes[0], shape_boxes[0] + 3, 3, sizeof shape_boxes[0],
+                                    &boxes_of_shapes, &error));
+            OK(jostle_index_new(JOSTLE_3F, NULL, &shape_index, &error));
+            OK(jostle_index_build(shape_index, NULL, &boxes_of_shapes, &error));
+            OK(jostle_world_new(JOSTLE_3F, NULL, &shape_world, &error));
+            OK(jostle_world_add(shape_world, &boxes_of_shapes, NULL, world_ids, &error));
+            OK(jostle_world_update(shape_world, &error));
+            OK(jostle_index_first_hits(shape_index, &objects, &casts, NULL, 0, ids, hits, &error));
+            CHECK(ids[0] == 2 && hits[0].fraction == 2 && hits[0].point[0] == -1);
+            CHECK(ids[1] == UINT64_MAX && hits[1].fraction == HUGE_VALF);
+            OK(jostle_world_first_hits(shape_world, &objects, &casts, NULL, 0, hit_ids, hits, &error));
+            CHECK(hit_ids[0] == world_ids[2] && hits[0].fraction == 2 && hit_ids[1] == 0);
+            OK(jostle_index_all_hits(shape_index, &objects, &casts, NULL, 0, 1, results, &error));
+            OK(jostle_results_lists(results, &lists, &error));
+            OK(jostle_results_blocks(results, &all_blocks, &error));
+            CHECK(lists.questions == 2 && lists.count == 1 && lists.first[1] == 1 && lists.ids[0] == 2 &&
+                  lists.at[0] == 2 && lists.more[0] == 0 && all_blocks.count == 1);
+            CHECK(((const jostle_cast_hit_3f*)all_blocks.blocks[0].items)->normal[0] == -1);
+            OK(jostle_world_all_hits(shape_world, &objects, &casts, NULL, 0, 0, results, &error));
+            OK(jostle_results_lists(results, &lists, &error));
+            CHECK(lists.count == 0 && lists.more[0] == 1 && lists.more[1] == 0);
+            /* One filter for each: the first leaves the sphere out, the second nothing. */
+            memset(filters, 0, sizeof filters);
+            filters[0].struct_size = filters[1].struct_size = sizeof filters[0];
+            at_most_first = 2;
+            filters[0].exclude = &at_most_first;
+            OK(jostle_index_first_hits(shape_index, &objects, &casts, filters, 2, ids, hits, &error));
+            CHECK(ids[0] == UINT64_MAX);
+            OK(jostle_index_first_hits(shape_index, &objects, &casts, filters + 1, 1, ids, hits, &error));
+            CHECK(ids[0] == 2);
+            FAILS(jostle_index_first_hits(shape_index, &objects, &casts, filters, 3, ids, hits, &error),
+                  JOSTLE_SIZE_MISMATCH, "3 filters");
+            /* Shapes that move. */
+            casts.moving = &objects;
+            FAILS(jostle_index_first_hits(shape_index, &objects, &casts, NULL, 0, ids, hits, &error),
+                  JOSTLE_INVALID_ARGUMENT, "both rays and shapes");
+            memset(&casts.rays, 0, sizeof casts.rays);
+            FAILS(jostle_index_first_hits(shape_index, &objects, &casts, NULL, 0, ids, hits, &error),
+                  JOSTLE_SIZE_MISMATCH, "0 displacements");
+            casts.displacements = given_ways;
+            OK(jostle_index_first_hits(shape_index, &objects, &casts, NULL, 0, ids, hits, &error));
+            CHECK(ids[0] == 0 && hits[0].fraction == 0); /* itself */
+            OK(jostle_index_nearest_shapes(shape_index, &objects, &objects, NULL, NULL, 0, ids, distances,
+                                           &error));
+            CHECK(ids[2] == 2 && distances[2][0] == -2);
+            OK(jostle_world_nearest_shapes(shape_world, &objects, &objects, &limits, NULL, 0, hit_ids,
+                                           distances, &error));
+            CHECK(hit_ids[2] == world_ids[2] && distances[2][0] == -2);
+            FAILS(jostle_world_nearest_shapes(shape_world, &objects, NULL, &limits, NULL, 0, hit_ids,
+                                              distances, &error),
+                  JOSTLE_INVALID_ARGUMENT, "near is NULL");
+            OK(jostle_index_free(shape_index, &error));
+            OK(jostle_world_free(shape_world, &error));
+        }
+        given_rays.count = 1;
+        FAILS(jostle_contact_finder_ray_casts(finder, &given_rays, &objects, &cast_pairs, hits, &error),
+              JOSTLE_INVALID_ARGUMENT, "pair 1");
+    }
+    {
+        /* A tetrahedron, then without one of its sides. */
+        const float corners[4][3] = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}};
+        const uint32_t sides[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+        const float asked[3][3] = {{11, 1, 1}, {9, 1, 1}, {10, 1, 1}};
+        const float place[7] = {10, 0, 0, 0, 0, 0, 1};
+        const double own[3] = {1, 1, 1};
+        const jostle_values points = {asked, 3, sizeof asked[0]};
+        jostle_shape* closed_shape = NULL;
+        jostle_closed_mesh* closed = NULL;
+        uint8_t inside[3] = {9, 9, 9};
+        float far_away[3][7];
+        int32_t number = 9;
+        OK(jostle_shape_mesh(JOSTLE_3F, corners, 4, sides[0], 3, &closed_shape, &error));
+        FAILS(jostle_closed_mesh_new(closed_shape, &closed, &error), JOSTLE_INVALID_ARGUMENT,
+              "isn't closed: the side of triangle 0 between the vertices 0 and 2");
+        FAILS(jostle_closed_mesh_new(sphere, &closed, &error), JOSTLE_INVALID_ARGUMENT, "another type");
+        FAILS(jostle_closed_mesh_new(flat, &closed, &error), JOSTLE_INVALID_ARGUMENT, "3D");
+        OK(jostle_shape_free(closed_shape, &error));
+        OK(jostle_shape_mesh(JOSTLE_3F, corners, 4, sides[0], 4, &closed_shape, &error));
+        OK(jostle_closed_mesh_new(closed_shape, &closed, &error));
+        OK(jostle_shape_free(closed_shape, &error));
+        OK(jostle_closed_mesh_winding_numbers(closed, own, 1, &number, &error));
+        CHECK(number == 1);
+        OK(jostle_closed_mesh_contains(closed, JOSTLE_3F, place, &points, NULL, inside, &error));
+        CHECK(inside[0] == 1 && inside[1] == 0 && inside[2] == 1);
+        OK(jostle_closed_mesh_contains(closed, JOSTLE_3F, NULL, &points, NULL, inside, &error));
+        CHECK(inside[0] == 0);
+        OK(jostle_closed_mesh_signed_distances(closed, JOSTLE_3F, place, &points, NULL, far_away, &error));
+        CHECK(far_away[0][0] < -0.57f && far_away[0][0] > -0.58f && far_away[1][0] == 1 &&
+              far_away[1][1] == -1 && far_away[1][4] == 0 && far_away[1][5] == 1);
+        FAILS(jostle_closed_mesh_contains(closed, JOSTLE_2F, NULL, &points, NULL, inside, &error),
+              JOSTLE_INVALID_ARGUMENT, "JOSTLE_3F or JOSTLE_3D");
+        FAILS(jostle_closed_mesh_contains(closed, JOSTLE_3F, NULL, NULL, NULL, inside, &error),
+              JOSTLE_INVALID_ARGUMENT, "points is NULL");
+        OK(jostle_closed_mesh_free(closed, &error));
+        FAILS(jostle_closed_mesh_free(closed, &error), JOSTLE_BAD_HANDLE, "jostle_closed_mesh");
+    }
     FAILS(jostle_distance(JOSTLE_3F, sphere, poses[0], NULL, poses[1], 1, one, &error),
           JOSTLE_INVALID_ARGUMENT, "b is NULL");
     OK(jostle_contact_finder_free(finder, &error));
@@ -1236,6 +1815,7 @@ int main(void)
     test_general();
     for (space = JOSTLE_2F; space <= JOSTLE_3D; ++space) {
         test_pairs(space);
+        test_images(space);
         test_index_and_world(space);
         test_recorder(space);
     }

@@ -7,21 +7,12 @@
 #include <vector>
 
 #include "jostle/find_pairs.hpp"
+#include "tests/contract/error_of.hpp"
 
 namespace {
 
 using namespace jostle;
-
-template <class Ask>
-std::string message_of(const Ask& ask)
-{
-    try {
-        ask();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "nothing was thrown";
-}
+using contract::message_of;
 
 TEST(Argument, EveryPointerOfAViewIsLookedAt)
 {

@@ -4,6 +4,7 @@
 
 #include "harness.hpp"
 #include "jostle/responses.hpp"
+#include "tests/contract/error_of.hpp"
 #include <atomic>
 
 namespace contract {
@@ -11,18 +12,6 @@ namespace {
 
 using jostle::Error;
 using jostle::ErrorCode;
-
-template <class F>
-Error error_of(F&& call)
-{
-    try {
-        call();
-    } catch (const Error& error) {
-        return error;
-    }
-    ADD_FAILURE() << "no Error was thrown";
-    return Error(ErrorCode::invalid_argument, "");
-}
 
 /// The Error of every form of a search, having checked that all forms and executors throw the same one.
 template <class... Views>

@@ -127,17 +127,19 @@ class BoxMemory
             }
             view_ = BoxView<Dim, T>::arrays(lo, hi, n);
         } else {
-            constexpr std::size_t step = 2 * Dim + 3; // a number, hi, a number, lo, a number
+            // Inside structs: a number, lo, hi, two numbers. Backwards: a number, hi, a number, lo, a number.
+            constexpr std::size_t step = 2 * Dim + 3;
             memory_.assign(n * step, nan);
             const bool backwards = layout == Layout::backwards;
+            const std::size_t lo_at = backwards ? 2 + Dim : 1, hi_at = backwards ? 1 : 1 + Dim;
             for (std::size_t i = 0; i < n; ++i) {
                 T* const here = memory_.data() + (backwards ? n - 1 - i : i) * step;
-                std::copy_n(boxes[i].hi.data(), Dim, here + 1);
-                std::copy_n(boxes[i].lo.data(), Dim, here + 2 + Dim);
+                std::copy_n(boxes[i].hi.data(), Dim, here + hi_at);
+                std::copy_n(boxes[i].lo.data(), Dim, here + lo_at);
             }
             const T* const first = memory_.data() + (backwards ? (n - 1) * step : 0);
             const auto stride = static_cast<std::ptrdiff_t>(step * sizeof(T));
-            view_ = BoxView<Dim, T>::strided(first + 2 + Dim, first + 1, n, backwards ? -stride : stride);
+            view_ = BoxView<Dim, T>::strided(first + lo_at, first + hi_at, n, backwards ? -stride : stride);
         }
     }
     BoxMemory(const BoxMemory&) = delete;

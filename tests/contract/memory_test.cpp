@@ -71,6 +71,8 @@ TEST(Memory, AllComesFromTheResourceAndGoesBack)
         manner.finder = &finder;
         EXPECT_EQ(ask(question, manner), expected);
         EXPECT_GE(memory.peak, question.a.size() * 16);
+        // What sorting takes is kept apart.
+        EXPECT_EQ(finder.find(question.a, {}, jostle::Order::sorted).size(), expected.size());
         const std::uint64_t kept = memory.bytes;
         finder.release_memory();
         EXPECT_LT(memory.bytes, kept / 16);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
 #include <utility>
 #include <vector>
@@ -16,6 +17,8 @@ extern std::vector<std::uint32_t> ids;
 extern jostle::Aabb3f box, new_box, region, door_box, player_box;
 extern jostle::Vec3f eye, direction;
 extern jostle::World3f world;
+extern jostle::ObjectId ghost;
+extern std::vector<jostle::ObjectId> others;
 extern std::vector<jostle::Shape3> shapes;
 extern std::vector<jostle::Pose3f> poses;
 extern jostle::ContactFinder3f finder;

@@ -125,15 +125,24 @@ TEST(Counts, AreThoseThatOneCountsByHand)
             return std::vector<std::uint64_t>{stats.objects,    stats.records, stats.bricks,
                                               stats.candidates, stats.ties,    stats.pairs};
         };
-        // One box lies in one brick and meets nobody.
+        // Few are tested each against each, without bricks.
         boxes = {box};
-        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{1, 1, 1, 0, 0, 0})) << name(set);
-        // Two rows share one step of 16 candidates; the quanta tell that the boxes overlap.
-        boxes = {box, box};
-        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{2, 2, 1, 32, 0, 1})) << name(set);
+        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{1, 0, 0, 0, 0, 0})) << name(set);
+        boxes = {box, box, {{2, 2}, {3, 3}}};
+        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{3, 0, 0, 3, 0, 1})) << name(set);
+        // All lie in one brick. Two rows share each step of 16 candidates, which begins at a multiple of 4.
+        // The quanta tell that the boxes overlap.
+        boxes.assign(130, box);
+        std::uint64_t steps = 0;
+        for (std::uint64_t row = 0; row < 130; row += 2)
+            steps += (130 - (row + 1) / 4 * 4 + 15) / 16;
+        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{130, 130, 1, steps * 32, 0, 130 * 129 / 2}))
+            << name(set);
         // Boxes that only touch leave it to the user's numbers.
-        boxes = {box, {{1, 0}, {2, 1}}};
-        EXPECT_EQ(counts(), (std::vector<std::uint64_t>{2, 2, 1, 32, 1, 1})) << name(set);
+        std::fill(boxes.begin() + 65, boxes.end(), Aabb2f{{1, 0}, {2, 1}});
+        const std::vector<std::uint64_t> touching = counts();
+        EXPECT_EQ(touching[4], 65u * 65u) << name(set);
+        EXPECT_EQ(touching[5], 130u * 129u / 2) << name(set);
     }
 }
 

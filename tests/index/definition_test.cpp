@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "jostle/box_index.hpp"
+#include "tests/contract/error_of.hpp"
 
 namespace {
 
 using namespace jostle;
+using contract::refusal;
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
 constexpr float nan_value = std::numeric_limits<float>::quiet_NaN();
@@ -73,20 +75,6 @@ TEST(Definition, Regions)
     EXPECT_TRUE(overlaps(Frustum<3, float>{}, at_origin));
     const Aabb3f endless{{0, -infinity, -infinity}, {4, infinity, infinity}};
     EXPECT_TRUE(overlaps(frustum, endless));
-}
-
-/// Calls `ask` and returns what it is refused with.
-template <class Ask>
-std::string refusal(ErrorCode code, const Ask& ask)
-{
-    try {
-        ask();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.code(), code) << error.what();
-        return error.what();
-    }
-    ADD_FAILURE() << "nothing was refused";
-    return {};
 }
 
 TEST(Refusals, NameTheValueAndTheQuestion)

@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "index/box_index_access.hpp"
 #include "index/tree.hpp"
 #include "jostle/executor.hpp"
 #include "tests/contract/counting_memory.hpp"
@@ -179,6 +180,31 @@ TEST(Order, LeavesAreFullAndSmall)
         edges += high - low;
     }
     EXPECT_LT(edges, 9 * 0.16);
+}
+
+/// Of a lattice every leaf is a square: both halves are cut along the other axis, and again.
+TEST(Order, LeavesOfALatticeAreSquares)
+{
+    constexpr std::uint32_t side = 16;
+    std::vector<index::Record<2, float>> records;
+    for (std::uint32_t k = 0; k < side * side; ++k) {
+        const std::uint32_t place = k * 77 % (side * side);
+        const float x = static_cast<float>(place % side), y = static_cast<float>(place / side);
+        records.push_back({{{x, y}, {x, y}}, k});
+    }
+    std::uint8_t order[index::page_capacity];
+    for (const InstructionSet set : supported_instruction_sets()) {
+        index::kernels_for<2, float>(set).order(records.data(), side * side, order);
+        for (std::uint32_t leaf = 0; leaf < side; ++leaf)
+            for (int d = 0; d < 2; ++d) {
+                float low = side, high = 0;
+                for (std::uint32_t k = leaf * side; k < (leaf + 1) * side; ++k) {
+                    low = std::min(low, records[order[k]].box.lo[d]);
+                    high = std::max(high, records[order[k]].box.lo[d]);
+                }
+                ASSERT_EQ(high - low, 3) << name(set) << ", leaf " << leaf << ", axis " << d;
+            }
+    }
 }
 
 TEST(Stats, DepthIsTheLongestWayToAPage)
@@ -360,19 +386,40 @@ TEST(Moving, ManyIsBuildingAnew)
         }
 }
 
+TEST(LookAround, FindsNothingInAnIndexThatIsEmptyByNow)
+{
+    const Objects objects(Kind::uniform, 1000, 6);
+    BoxIndex3f index;
+    index.insert(objects.ids, View(objects.boxes));
+    BoxIndexAccess::look_around(index, View(objects.boxes));
+    for (std::size_t k = 0; k < objects.boxes.size(); ++k)
+        ASSERT_FALSE(BoxIndexAccess::around(index, k).empty()) << "itself at least, " << k;
+    index.erase(objects.ids);
+    BoxIndexAccess::look_around(index, View(objects.boxes));
+    for (std::size_t k = 0; k < objects.boxes.size(); ++k)
+        ASSERT_TRUE(BoxIndexAccess::around(index, k).empty()) << k;
+}
+
 TEST(Memory, RunningOutLeavesTheTreeAsItWas)
 {
     const Objects objects(Kind::clusters, 3000, 9), more(Kind::power_law, 3000, 10);
-    std::vector<std::uint32_t> new_ids, moved;
+    std::vector<std::uint32_t> new_ids, many, few; // few are moved one by one, many by building anew
     for (const std::uint32_t id : more.ids) {
         new_ids.push_back(id + 3000);
-        if (id % 2 == 0) moved.push_back(id);
+        if (id % 2 == 0) many.push_back(id);
+        if (id % 12 == 0) few.push_back(id); // 250
     }
-    std::vector<Aabb3f> to;
-    for (const std::uint32_t id : moved)
-        to.push_back(more.boxes[id]);
+    std::vector<Aabb3f> many_to, few_to;
+    for (const std::uint32_t id : many)
+        many_to.push_back(more.boxes[id]);
+    for (const std::uint32_t id : few) { // to where nobody is, between the clusters
+        const Aabb3f &one = objects.boxes[id], &other = objects.boxes[(7 * id + 1500) % 3000];
+        Aabb3f& box = few_to.emplace_back();
+        for (int d = 0; d < 3; ++d)
+            box.lo[d] = box.hi[d] = one.lo[d] / 2 + other.lo[d] / 2;
+    }
     std::uint64_t refusals = 0;
-    for (int change = 0; change < 3; ++change)
+    for (int change = 0; change < 4; ++change)
         for (std::uint64_t allowed = 0;; ++allowed) {
             contract::CountingMemory memory;
             IndexOptions options;
@@ -384,7 +431,8 @@ TEST(Memory, RunningOutLeavesTheTreeAsItWas)
             try {
                 if (change == 0) tree.insert(objects.ids, View(objects.boxes));
                 if (change == 1) tree.insert(new_ids, View(more.boxes));
-                if (change == 2) tree.move(moved, View(to));
+                if (change == 2) tree.move(many, View(many_to));
+                if (change == 3) tree.move(few, View(few_to));
             } catch (const std::bad_alloc&) {
                 failed = true;
             }

@@ -218,6 +218,7 @@ class Twin
         std::vector<Box> regions;
         std::vector<Sphere<Dim, T>> spheres;
         std::vector<Nearest<Dim, T>> nearest;
+        std::vector<NearestToBox<Dim, T>> nearest_to_box;
         std::vector<std::vector<Plane<Dim, T>>> planes(questions);
         std::vector<Frustum<Dim, T>> frustums;
         for (std::uint32_t q = 0; q < questions; ++q) {
@@ -241,6 +242,7 @@ class Twin
             if (random.below(3) == 0) near.max_distance = static_cast<T>(random.number(0, 5));
             spheres.push_back(sphere);
             nearest.push_back(near);
+            nearest_to_box.push_back({finite_box(), near.count, near.max_distance});
             for (std::uint32_t p = random.below(7); p > 0; --p) {
                 Plane<Dim, T> plane;
                 const Box through = finite_box();
@@ -264,6 +266,7 @@ class Twin
             results += compare_regions(spheres, filter, limit);
             results += compare_regions(frustums, filter, limit);
             results += compare_nearest(nearest, filter);
+            results += compare_nearest(nearest_to_box, filter);
         }
         results += compare_join(regions);
         return results;
@@ -338,6 +341,7 @@ class Twin
             ASSERT_OR_RETURN(!first || *first == expected[q].front());
             EXPECT_EQ(index.any(lines[q], filter), !expected[q].empty());
             EXPECT_EQ(index.count(lines[q], filter), expected[q].size());
+            ASSERT_OR_RETURN(compare_visits(lines[q], expected[q], filter));
             if (expected[q].size() > limit) expected[q].resize(static_cast<std::size_t>(limit));
             ASSERT_OR_RETURN(got == expected[q]);
         }
@@ -374,6 +378,7 @@ class Twin
             EXPECT_EQ(more, expected[q].size() > limit);
             EXPECT_EQ(index.any(regions[q], filter), !expected[q].empty());
             EXPECT_EQ(index.count(regions[q], filter), expected[q].size());
+            ASSERT_OR_RETURN(compare_visits(regions[q], expected[q], filter));
             if (expected[q].size() > limit) expected[q].resize(static_cast<std::size_t>(limit));
             ASSERT_OR_RETURN(got == expected[q]);
         }
@@ -401,16 +406,90 @@ class Twin
         for (std::size_t q = 0; q < batch.size(); ++q)
             EXPECT_EQ(any[q], expected[q] != 0);
     }
-    std::uint64_t compare_nearest(const std::vector<Nearest<Dim, T>>& questions, const QueryFilter& filter)
+    static T distance_of(const Nearest<Dim, T>& question, const Box& box)
+    {
+        return squared_distance(question.point, box);
+    }
+    static T distance_of(const NearestToBox<Dim, T>& question, const Box& box)
+    {
+        return squared_distance(question.box, box);
+    }
+
+    /// Visits all of a region, and some.
+    template <class Region>
+    bool compare_visits(const Region& region, const std::vector<std::uint32_t>& expected,
+                        const QueryFilter& filter)
+    {
+        std::vector<std::uint32_t> all, some;
+        if (!index.visit(region, [&](std::uint32_t id) { return all.push_back(id), true; }, filter))
+            return false;
+        const std::size_t stop = random.below(40);
+        const auto stops = [&](std::uint32_t id) {
+            some.push_back(id);
+            return some.size() < stop;
+        };
+        if (index.visit(region, stops, filter) != (expected.empty() || stop > expected.size()) ||
+            some.size() != std::min(expected.size(), std::max<std::size_t>(stop, 1)) ||
+            !std::equal(some.begin(), some.end(), all.begin()))
+            return false;
+        std::sort(all.begin(), all.end());
+        return all == expected;
+    }
+
+    /// Visits what is expected in this order, to the end, with a stop on the way, and looking for the least
+    /// of distances that the visitor alone knows.
+    template <class Question>
+    bool compare_visits(const Question& question, const std::vector<Hit<T>>& expected,
+                        const QueryFilter& filter)
+    {
+        std::vector<Hit<T>> got;
+        if (!index.visit(
+                question, [&](const Hit<T>& hit, T&) { return got.push_back(hit), true; }, filter) ||
+            got != expected)
+            return false;
+        const std::size_t stop = random.below(6);
+        got.clear();
+        const auto stops = [&](const Hit<T>& hit, T& bound) {
+            bound += 1; // greater: stays as it is
+            got.push_back(hit);
+            return got.size() < stop;
+        };
+        if (index.visit(question, stops, filter) != (expected.empty() || stop > expected.size()) ||
+            got.size() != std::min(expected.size(), std::max<std::size_t>(stop, 1)) ||
+            !std::equal(got.begin(), got.end(), expected.begin()))
+            return false;
+        // A shape lies somewhere in its box, so at least as far as that; or isn't met at all.
+        const auto real = [](const Hit<T>& hit) { return hit.at + static_cast<T>(hit.id % 7) / 2; };
+        const auto met = [](const Hit<T>& hit) { return hit.id % 3 != 0; };
+        Hit<T> nearest, least;
+        for (const Hit<T>& hit : expected)
+            if (met(hit) && (least.id == Hit<T>::none || Hit<T>{hit.id, real(hit)} < least))
+                least = {hit.id, real(hit)};
+        std::size_t seen = 0, too_far = 0;
+        const auto shrinks = [&](const Hit<T>& hit, T& bound) {
+            if (seen == expected.size() || !(hit == expected[seen])) return false;
+            ++seen;
+            too_far += nearest.id != Hit<T>::none && hit.at > nearest.at;
+            if (met(hit) && (nearest.id == Hit<T>::none || Hit<T>{hit.id, real(hit)} < nearest)) {
+                nearest = {hit.id, real(hit)};
+                bound = nearest.at;
+            }
+            return true;
+        };
+        return index.visit(question, shrinks, filter) && nearest == least && too_far == 0;
+    }
+
+    template <class Question>
+    std::uint64_t compare_nearest(const std::vector<Question>& questions, const QueryFilter& filter)
     {
         std::uint64_t results = 0;
         ResultLists<Hit<T>> lists;
-        index.nearest(std::span<const Nearest<Dim, T>>(questions), lists, filter);
+        index.nearest(std::span<const Question>(questions), lists, filter);
         for (std::size_t q = 0; q < questions.size(); ++q) {
-            const Nearest<Dim, T>& question = questions[q];
+            const Question& question = questions[q];
             std::vector<Hit<T>> expected, got;
             for (const auto& [id, box] : boxes_) {
-                const T at = squared_distance(question.point, box);
+                const T at = distance_of(question, box);
                 if (at <= question.max_distance * question.max_distance && counts(filter, id))
                     expected.push_back({id, at});
             }
@@ -419,6 +498,7 @@ class Twin
             results += expected.size();
             index.nearest(question, got, filter);
             ASSERT_OR_RETURN(got == expected);
+            ASSERT_OR_RETURN(compare_visits(question, expected, filter));
             ASSERT_OR_RETURN(std::equal(lists[q].begin(), lists[q].end(), expected.begin(), expected.end()));
         }
         return results;

@@ -10,24 +10,15 @@
 
 #include "jostle/jostle.hpp"
 #include "random_pairs.hpp"
+#include "tests/contract/counting_memory.hpp"
+#include "tests/contract/error_of.hpp"
 
 using namespace jostle;
+using contract::error_of;
 
 namespace {
 
 const float nan_f = std::numeric_limits<float>::quiet_NaN();
-
-template <class Call>
-Error error_of(Call call)
-{
-    try {
-        call();
-    } catch (const Error& error) {
-        return error;
-    }
-    ADD_FAILURE() << "no error";
-    return Error(ErrorCode::invalid_argument, "");
-}
 
 TEST(ContactFinder, LooksAtNoObjectThatNoPairNames)
 {
@@ -137,7 +128,7 @@ TEST(ContactFinder, AsksAUsersTestForItsTypesOnly)
     }
     EXPECT_GT(left_out, 3u);
     EXPECT_EQ(next, expected.size());
-    for (const ShapeType type : {ShapeType{8}, ShapeType{15}}) {
+    for (const ShapeType type : {ShapeTypes::end, ShapeType{15}}) {
         PairTest<3> bad = nothing;
         bad.type_b = type;
         EXPECT_NE(
@@ -246,23 +237,7 @@ TEST(OnePair, TakesLengthsOfAnyType)
 /// Contacts of this frame and the last, as warm starting wants them.
 TEST(ContactFinder, GivesItsResultAwayForTheOneBefore)
 {
-    class Counting final : public std::pmr::memory_resource
-    {
-      public:
-        std::uint64_t allocations = 0;
-
-      private:
-        void* do_allocate(std::size_t bytes, std::size_t alignment) override
-        {
-            ++allocations;
-            return std::pmr::new_delete_resource()->allocate(bytes, alignment);
-        }
-        void do_deallocate(void* p, std::size_t bytes, std::size_t alignment) override
-        {
-            std::pmr::new_delete_resource()->deallocate(p, bytes, alignment);
-        }
-        bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
-    } memory;
+    contract::CountingMemory memory;
     Random random(6);
     const std::vector<Shape3> shapes(300, Shape3::box({0.4, 0.5, 0.6}));
     std::vector<Pose3f> poses;
@@ -311,6 +286,77 @@ TEST(ContactFinder, GivesItsResultAwayForTheOneBefore)
     ContactBuffer<3, float>& self = now;
     now = std::move(self);
     EXPECT_FALSE(now.empty());
+}
+
+/// Of each contact the first point, to the bit; blocks of balls alone take a way of their own.
+template <int Dim, class T>
+void points_are_the_deepest_of_contacts(bool balls)
+{
+    Random random(71);
+    const Zoo<Dim> zoo(random, 6);
+    std::vector<Shape<Dim>> shapes;
+    std::vector<Pose<Dim, T>> poses;
+    for (int i = 0; i < 500; ++i) {
+        shapes.push_back(balls ? Shape<Dim>::sphere(random.chance(0.1) ? 0 : random.uniform(0.1, 1))
+                               : zoo.any(random));
+        if constexpr (Dim == 3)
+            poses.push_back(random.pose<T>(random.chance(0.1) ? 0 : 2));
+        else
+            poses.push_back(random.pose2<T>(random.chance(0.1) ? 0 : 2));
+    }
+    if (!balls)
+        for (int i = 0; i < 300; ++i) // some blocks have nothing but balls
+            shapes[static_cast<std::size_t>(i)] = Shape<Dim>::sphere(0.5);
+    std::vector<Pair> pairs;
+    for (std::uint32_t i = 0; i < 3000; ++i) {
+        const std::uint32_t most = i < 1500 ? 300 : 500, a = random.below(most), b = random.below(most);
+        if (a != b) pairs.push_back({a, b});
+    }
+    for (const T margin : {T(0), T(0.25)})
+        for (const unsigned threads : {1u, 3u}) {
+            const auto executor = make_thread_executor(threads);
+            ContactOptions options;
+            options.executor = executor.get();
+            ContactFinder<Dim, T> finder(options);
+            const auto whole = finder.find(shapes, poses, pairs, margin).to_vector();
+            const auto points = finder.find_points(shapes, poses, pairs, margin).to_vector();
+            ASSERT_EQ(whole.size(), points.size());
+            EXPECT_GT(whole.size(), 100u);
+            for (std::size_t i = 0; i < whole.size(); ++i) {
+                ASSERT_EQ(whole[i].pair.a, points[i].pair.a);
+                ASSERT_EQ(whole[i].pair.b, points[i].pair.b);
+                ASSERT_EQ(whole[i].part_a, points[i].part_a);
+                ASSERT_EQ(whole[i].part_b, points[i].part_b);
+                ASSERT_EQ(whole[i].normal, points[i].normal);
+                ASSERT_EQ(whole[i].point[0].from_a, points[i].from_a);
+                ASSERT_EQ(whole[i].point[0].from_b, points[i].from_b);
+                ASSERT_EQ(whole[i].point[0].depth, points[i].depth);
+                ASSERT_EQ(whole[i].point[0].feature, points[i].feature);
+                // The single pair's answer knows no blocks.
+                const auto single = contacts(shapes[points[i].pair.a], poses[points[i].pair.a],
+                                             shapes[points[i].pair.b], poses[points[i].pair.b], margin);
+                ASSERT_FALSE(single.empty());
+                const auto same = [&](const Contact<Dim, T>& one) {
+                    return one.normal == points[i].normal && one.point[0].from_a == points[i].from_a &&
+                           one.point[0].depth == points[i].depth;
+                };
+                ASSERT_TRUE(std::any_of(single.begin(), single.end(), same));
+            }
+            PointContactBuffer<Dim, T> taken;
+            finder.take(taken);
+            EXPECT_EQ(taken.size(), points.size());
+        }
+}
+
+TEST(PointContacts, AreTheDeepestPointsOfContacts)
+{
+    points_are_the_deepest_of_contacts<3, float>(false);
+    points_are_the_deepest_of_contacts<3, double>(false);
+    points_are_the_deepest_of_contacts<2, float>(false);
+    points_are_the_deepest_of_contacts<3, float>(true);
+    points_are_the_deepest_of_contacts<3, double>(true);
+    points_are_the_deepest_of_contacts<2, double>(true);
+    EXPECT_EQ(sizeof(PointContact3f), 60u);
 }
 
 } // namespace

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <random>
 #include <vector>
@@ -111,6 +113,15 @@ struct Zoo
                 p = point(1);
             hulls.push_back(std::make_unique<ConvexHull<Dim>>(points));
             shapes.push_back(*hulls.back());
+            shapes.push_back(Shape<Dim>::rounded_box(half, size()));
+            shapes.push_back(Shape<Dim>::rounded_hull(*hulls.back(), size()));
+            for (double& h : half)
+                h = size();
+            shapes.push_back(Shape<Dim>::ellipsoid(half));
+            if constexpr (Dim == 3) {
+                shapes.push_back(Shape<3>::cylinder(size(), size()));
+                shapes.push_back(Shape<3>::cone(size(), size()));
+            }
             Vec<Dim, double> normal{};
             while (normal == Vec<Dim, double>{})
                 normal = point(1);
@@ -125,11 +136,13 @@ struct Zoo
             meshes.push_back(std::make_unique<Mesh<Dim>>(vertices, elements));
             shapes.push_back(*meshes.back());
             std::vector<typename Compound<Dim>::Child> children;
-            for (std::size_t k = shapes.size() - 6; k < shapes.size() - 2; ++k) {
+            for (const ShapeType type :
+                 {ShapeTypes::sphere, ShapeTypes::capsule, ShapeTypes::box, ShapeTypes::convex,
+                  ShapeTypes::rounded_box, ShapeTypes::ellipsoid}) {
                 if constexpr (Dim == 3)
-                    children.push_back({shapes[k], random.pose<double>(1)});
+                    children.push_back({last(type), random.pose<double>(1)});
                 else
-                    children.push_back({shapes[k], random.pose2<double>(1)});
+                    children.push_back({last(type), random.pose2<double>(1)});
             }
             compounds.push_back(std::make_unique<Compound<Dim>>(children));
             shapes.push_back(*compounds.back());
@@ -141,5 +154,24 @@ struct Zoo
                 shapes.push_back(*fields.back());
             }
         }
+    }
+    /// Any shape, or any of these types.
+    const jostle::Shape<Dim>& any(Random& random) const
+    {
+        return shapes[random.below(static_cast<std::uint32_t>(shapes.size()))];
+    }
+    const jostle::Shape<Dim>& any(Random& random, std::initializer_list<jostle::ShapeType> types) const
+    {
+        while (true) {
+            const jostle::Shape<Dim>& shape = any(random);
+            if (std::find(types.begin(), types.end(), shape.type()) != types.end()) return shape;
+        }
+    }
+
+  private:
+    const jostle::Shape<Dim>& last(jostle::ShapeType type) const
+    {
+        return *std::find_if(shapes.rbegin(), shapes.rend(),
+                             [&](const jostle::Shape<Dim>& shape) { return shape.type() == type; });
     }
 };

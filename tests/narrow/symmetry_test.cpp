@@ -163,7 +163,7 @@ TYPED_TEST(EveryCombination, IsTheSameForAnyNumberOfThreads)
     std::vector<Pose<Dim, T>> poses;
     std::vector<Pair> pairs;
     for (std::uint32_t i = 0; i < 300; ++i) {
-        shapes.push_back(zoo.shapes[random.below(static_cast<std::uint32_t>(zoo.shapes.size()))]);
+        shapes.push_back(zoo.any(random));
         poses.push_back(random_pose<Dim, T>(random, 3));
     }
     for (int i = 0; i < 3000; ++i) {
@@ -222,8 +222,8 @@ TYPED_TEST(EveryCombination, IsTheSameFarFromTheOrigin)
     const T far = sizeof(T) == 4 ? T(0x1p20) : T(0x1p40); // positions on a grid of 1/8 or 2^-12 stay exact
     const double grid = sizeof(T) == 4 ? 8 : 4096;
     for (int round = 0; round < 2000; ++round) {
-        const Shape<Dim>& a = zoo.shapes[random.below(static_cast<std::uint32_t>(zoo.shapes.size()))];
-        const Shape<Dim>& b = zoo.shapes[random.below(static_cast<std::uint32_t>(zoo.shapes.size()))];
+        const Shape<Dim>& a = zoo.any(random);
+        const Shape<Dim>& b = zoo.any(random);
         Pose<Dim, T> pose_a = random_pose<Dim, T>(random, 1), pose_b = random_pose<Dim, T>(random, 1);
         for (Pose<Dim, T>* pose : {&pose_a, &pose_b})
             for (T& x : pose->position)
@@ -270,7 +270,7 @@ TYPED_TEST(EveryCombination, NeverGivesANaN)
                 return Shape<Dim>::box(half);
             }
             default:
-                return zoo->shapes[random.below(static_cast<std::uint32_t>(zoo->shapes.size()))];
+                return zoo->any(random);
             }
         };
         const Shape<Dim> a = any(), b = any();

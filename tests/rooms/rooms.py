@@ -36,8 +36,9 @@ ALLOWED = {
     "recorder": ["scenes", "jostle"],
     "tool": ["scenes", "simulation", "bench", "jostle"],
     "examples": ["jostle"],
+    "adapters": ["scenes", "jostle"],
 }
-OUTSIDE = ("scenes", "simulation", "bench", "recorder", "tool", "examples")
+OUTSIDE = ("scenes", "simulation", "bench", "recorder", "tool", "examples", "adapters")
 INCLUDE = re.compile(r'^\s*#\s*(?:include|define\s+HWY_TARGET_INCLUDE)\s*[<"]([^">]+)[">]', re.MULTILINE)
 
 

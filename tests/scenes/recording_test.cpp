@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -236,6 +238,64 @@ TEST(Recorder, FramesOfOneThatWasNotClosedAreRead)
     }
 }
 
+TEST(Recorder, WhatAProgramWroteThatWasKilledIsThere)
+{
+    const TemporaryFile file;
+    const auto frames = odd_frames<3, float>();
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        jostle::Recorder<3, float> recorder(file.path().string(), 30, "killed");
+        bool good = true;
+        for (const auto& boxes : frames) // a few hundred bytes: less than any buffer
+            good = recorder.frame(boxes) && good;
+        if (good) std::raise(SIGKILL);
+        _exit(1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(status));
+    RecordingReader reader(file.path());
+    EXPECT_EQ(reader.info().description, "killed");
+    EXPECT_EQ(reader.info().objects, 5u);
+    ASSERT_EQ(reader.info().frames, frames.size());
+    expect_frames<3, float>(reader, frames);
+}
+
+TEST(Recorder, MovesWithWhatItHasWritten)
+{
+    const TemporaryFile file, expected("expected");
+    const auto frames = odd_frames<3, float>();
+    jostle::Recorder<3, float> whole(expected.path().string(), 30, "moved");
+    jostle::Recorder<3, float> begun(file.path().string(), 30, "moved");
+    for (const auto& boxes : frames)
+        EXPECT_TRUE(whole.frame(boxes));
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_TRUE(begun.frame(frames[i]));
+    jostle::Recorder<3, float> moved(std::move(begun));
+    EXPECT_EQ(moved.frames(), 3u);
+    EXPECT_TRUE(moved.frame(frames[3])); // which isn't the greatest
+    EXPECT_TRUE(moved.close());
+    EXPECT_TRUE(whole.close());
+    EXPECT_EQ(bytes_of(file.path()), bytes_of(expected.path()));
+    jostle::Recorder<3, float> broken("/no/such/folder/a.jrec");
+    const jostle::Recorder<3, float> still(std::move(broken));
+    EXPECT_NE(still.problem().find("No such file"), std::string::npos);
+}
+
+TEST(Recorder, ADescriptionHasNoMoreThanItsMost)
+{
+    const TemporaryFile file;
+    for (const std::size_t size : {65'536u, 65'537u}) {
+        jostle::Recorder<2, double> recorder(file.path().string(), 0, std::string(size, 'x'));
+        EXPECT_EQ(recorder.frame(std::vector<jostle::Aabb2d>(1)), size == 65'536);
+        EXPECT_EQ(recorder.close(), size == 65'536);
+        if (size == 65'536) {
+            EXPECT_EQ(RecordingReader(file.path()).info().description, std::string(size, 'x'));
+        }
+    }
+}
+
 TEST(Recorder, AlteredOrTruncatedFilesAreRefused)
 {
     const TemporaryFile file, copy("copy");
@@ -279,10 +339,11 @@ TEST(Recorder, SaysWhatCantBeWritten)
     EXPECT_FALSE(full.frame(std::vector<Aabb3f>(1)));
     EXPECT_FALSE(full.close());
 
-    jostle::Recorder<3, float> full_at_the_end("/dev/full"); // small enough for a buffer
-    EXPECT_TRUE(full_at_the_end.frame(std::vector<Aabb3f>(1)));
-    EXPECT_FALSE(full_at_the_end.close());
-    EXPECT_NE(full_at_the_end.problem().find("No space left"), std::string::npos);
+    jostle::Recorder<3, float> full_at_once("/dev/full"); // not even the header
+    EXPECT_NE(full_at_once.problem().find("No space left"), std::string::npos);
+    EXPECT_FALSE(full_at_once.frame(std::vector<Aabb3f>(1)));
+    EXPECT_FALSE(full_at_once.close());
+    EXPECT_EQ(full_at_once.frames(), 0u);
 
     const TemporaryFile file;
     jostle::Recorder<3, float> closed(file.path().string());

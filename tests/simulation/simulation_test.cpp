@@ -5,10 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "jostle/contact.hpp"
+#include "simulation/scenes.hpp"
 #include "simulation/simulation.hpp"
+#include "simulation/solve.hpp"
 #include "tests/process/executors.hpp"
 
 namespace {
@@ -140,6 +146,93 @@ TEST(Simulation, CubesDontSinkFarIntoEachOther)
     for (int frame = 0; frame < 600; ++frame) {
         simulation.step();
         ASSERT_LT(simulation.deepest(), 0.25) << frame;
+    }
+}
+
+// Bodies that overlap are pushed apart, upwards as well as sideways. Where they aren't, these lie in each
+// other by 0.10 and 0.15 m; where they are pushed along x alone, by 0.12 and 0.15.
+TEST(Simulation, WhatHasSunkIsPushedOut)
+{
+    for (const auto& [scene, most] : {std::pair{"boxes", 0.06}, std::pair{"mixed", 0.1}}) {
+        Simulation simulation(options_for(scene, 250, jostle::serial_executor()));
+        double sum = 0;
+        for (int frame = 0; frame < 500; ++frame) {
+            simulation.step();
+            if (frame >= 400) sum += simulation.deepest();
+        }
+        EXPECT_LT(sum / 100, most) << scene;
+    }
+}
+
+// By points all over the shape that weigh alike.
+TEST(Bodies, WeighAndTurnAsTheirShapesSay)
+{
+    const jostle_simulation::World world = jostle_simulation::make_world("mixed", 9, 1);
+    for (std::uint32_t i = 0; i < 9; ++i) {
+        constexpr int steps = 40;
+        constexpr double reach = 0.9, step = 2 * reach / steps; // the greatest is a cube of half an edge 0.5
+        double mass = 0, inertia = 0;
+        const auto at = [](int k) { return (k + 0.5) * step - reach; };
+        for (int x = 0; x < steps; ++x)
+            for (int y = 0; y < steps; ++y)
+                for (int z = 0; z < steps; ++z) {
+                    jostle::Pose3d place;
+                    place.position = {at(x), at(y), at(z)};
+                    if (!jostle::touching(world.shapes[i], jostle::Pose3d(), jostle::Shape3(), place))
+                        continue;
+                    const double weight = 1000 * step * step * step; // water's
+                    mass += weight;
+                    inertia += weight * (at(x) * at(x) + at(z) * at(z));
+                }
+        EXPECT_NEAR(1 / world.bodies[i].inverse_mass, mass, 0.15 * mass) << i;
+        EXPECT_NEAR(world.bodies[i].inverse_mass / world.bodies[i].inverse_inertia, inertia / mass,
+                    0.1 * inertia / mass)
+            << i;
+    }
+}
+
+TEST(Solver, SurfacesDontPullAndFrictionHoldsHalfOfWhatPresses)
+{
+    using namespace jostle_simulation;
+    for (const jostle::InstructionSet set : jostle::supported_instruction_sets()) {
+        SCOPED_TRACE(jostle::name(set));
+        std::vector<float> numbers(16 * strip, 0.0f);
+        float* column = numbers.data();
+        const auto next = [&] { return std::exchange(column, column + strip); };
+        const auto next3 = [&]() -> Columns3 {
+            float *const x = next(), *const y = next(), *const z = next();
+            return {x, y, z};
+        };
+        Points points{};
+        points.normal = next3();
+        points.from_a = next3();
+        points.from_b = next3();
+        points.across = next3();
+        points.gap = next();
+        points.along = next();
+        points.mass_along = next();
+        points.mass_across = next();
+        const auto bodies = std::make_unique<StripBodies>();
+        const auto out = std::make_unique<StripImpulses>();
+        // b comes down on a: fast sideways, slowly sideways, and in the third point it leaves.
+        const Vec3 velocity[3] = {{3, -1, 4}, {0.125f, -1, 0}, {1, 1, 0}};
+        for (std::size_t k = 0; k < 3; ++k) {
+            put(points.normal, k, {0, 1, 0});
+            put(bodies->linear_b, k, velocity[k]);
+            points.mass_along[k] = points.mass_across[k] = 2;
+        }
+        solver_for(set).solve(points, *bodies, 3, *out);
+        const float along[3] = {2, 2, 0};
+        const Vec3 across[3] = {{-0.6f, 0, -0.8f}, {-0.25f, 0, 0}, {}};
+        for (std::size_t k = 0; k < 3; ++k) {
+            SCOPED_TRACE(k);
+            EXPECT_EQ(points.along[k], along[k]);
+            EXPECT_NEAR(get(points.across, k).x, across[k].x, 1e-6);
+            EXPECT_NEAR(get(points.across, k).y, across[k].y, 1e-6);
+            EXPECT_NEAR(get(points.across, k).z, across[k].z, 1e-6);
+            EXPECT_EQ(get(out->impulse, k).y, along[k]);
+            EXPECT_EQ(out->wrong[k], k == 2 ? 0.0f : 1.0f);
+        }
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// jostle bench contacts, questions and responses.
+// jostle bench contacts, questions, responses, scenes and programs.
 #include <map>
 #include <regex>
 #include <set>
@@ -98,6 +98,46 @@ TEST_F(ToolTest, BenchResponsesMeasuresBothParts)
     EXPECT_GE(systems.size(), 6u);
 }
 
+TEST_F(ToolTest, BenchScenesFindsTheSamePairsTogetherAndOneByOne)
+{
+    const Result result = run({"bench", "scenes", "-n", "2,64,300", "--boxes", "3000", "--threads", "2",
+                               "--frames", "1", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    expect_rounded(result.out);
+    const auto rows = nlohmann::json::parse(result.out);
+    ASSERT_EQ(rows.size(), 3u);
+    for (const auto& row : rows) {
+        EXPECT_EQ(row["scenes"], 3000 / row["n"].get<int>()) << row;
+        for (const std::string time : {"median_ms", "one_by_one_ms", "parts_ms"})
+            EXPECT_GT(row[time], 0) << row;
+    }
+    EXPECT_GT(rows[2]["pairs"], 100) << rows[2];
+}
+
+TEST_F(ToolTest, BenchProgramsDoesTheSameOnAnyThreads)
+{
+    const Result result = run(
+        {"bench", "programs", "--size", "0.01", "--threads", "1,2", "--repetitions", "30", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    std::map<std::string, std::set<std::string>> answers;
+    std::map<std::string, int> programs;
+    for (const auto& row : nlohmann::json::parse(result.out)) {
+        const std::string program = row["program"], part = row["part"];
+        EXPECT_LE(row["min_ms"], row["median_ms"]) << row;
+        ++programs[program];
+        if (part == "total") continue;
+        answers[program + " " + part].insert(row["answer"].dump());
+        const std::set<std::string> silent{"save", "restore", "build", "move all", "move a hundredth"};
+        if (silent.count(part) == 0) {
+            EXPECT_GT(row["answer"], 0) << row;
+        }
+    }
+    EXPECT_EQ(programs,
+              (std::map<std::string, int>{{"server", 12}, {"grains", 6}, {"planner", 18}, {"boxes", 18}}));
+    for (const auto& [part, all] : answers)
+        EXPECT_EQ(all.size(), 1u) << part;
+}
+
 TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
 {
     const Result wrong = run({"bench", "responses", "--sprames", "3"});
@@ -115,7 +155,8 @@ TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
 
 TEST_F(ToolTest, BenchPartsRefuseWhatStandsBeforeThem)
 {
-    for (const std::string part : {"world", "questions", "contacts", "distances", "responses"})
+    for (const std::string part :
+         {"world", "questions", "contacts", "distances", "responses", "scenes", "programs"})
         for (const std::vector<std::string>& before : {std::vector<std::string>{"-n", "100"},
                                                        {"uniform"},
                                                        {"--threads", "1"},

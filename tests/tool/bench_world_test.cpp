@@ -109,11 +109,11 @@ TEST_F(ToolTest, BenchWorldNamesWhatItDoesntKnow)
 
 TEST_F(ToolTest, BenchWorldMakesSmallWorldsAndMasksQuestions)
 {
-    const Result result = run({"bench", "world", "small", "others", "overlaps", "masked", "-n", "3000",
+    const Result result = run({"bench", "world", "small", "others", "few", "overlaps", "masked", "-n", "3000",
                                "--threads", "1,2", "--frames", "3", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const nlohmann::json rows = nlohmann::json::parse(result.out);
-    EXPECT_EQ(rows.size(), 8u);
+    EXPECT_EQ(rows.size(), 10u);
     std::map<std::string, std::set<std::string>> checksums;
     std::map<std::string, std::uint64_t> results;
     for (const auto& row : rows) {

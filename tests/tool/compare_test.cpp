@@ -82,6 +82,44 @@ TEST_F(Compare, FilesOfBoxesAreFrames)
     EXPECT_EQ(rows()[0]["pairs"], 2);
 }
 
+TEST_F(Compare, AChangeOfOneBoundIsOne)
+{
+    write("a.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n2,0,3,1\n4,0,5,1\n9,0,9.5,1\n");
+    write("b.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,2,1\n2,0,3,1\n3,0,5,1\n"); // the first and the third have grown
+    const auto result = run({"compare", "a.csv", "b.csv", "--threads", "1", "--json", "rows.json"});
+    ASSERT_EQ(result.exit_code, 0) << result.err << result.out; // else the world missed it
+    EXPECT_EQ(rows()[0]["pairs"], 2);
+    EXPECT_EQ(rows()[1]["pairs"], 2);
+    EXPECT_NE(result.out.find("67 % of the boxes change"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("up to 4 boxes"), std::string::npos) << result.out; // the last frame has three
+    EXPECT_EQ(rows()[0]["n"], 4);
+}
+
+TEST_F(Compare, TakesAsManyFramesAsAreAskedFor)
+{
+    record({100, 40, 160, 160, 10}, 30);
+    const auto few = run({"compare", "mine.jrec", "--frames", "2"});
+    EXPECT_NE(few.out.find("up to 100 boxes, 3D float, 2 frames"), std::string::npos) << few.out;
+    const auto more = run({"compare", "mine.jrec", "--frames", "99"});
+    EXPECT_NE(more.out.find("up to 160 boxes, 3D float, 5 frames"), std::string::npos) << more.out;
+}
+
+TEST_F(Compare, RecommendsWhatItsOwnTableHasAsTheFaster)
+{
+    record(std::vector<std::size_t>(8, 900), 900);
+    const auto moving = run({"compare", "mine.jrec", "--threads", "1", "--json", "rows.json"});
+    const json moving_rows = rows();
+    record(std::vector<std::size_t>(8, 900), 1);
+    const auto resting = run({"compare", "mine.jrec", "--threads", "1", "--json", "rows.json"});
+    const json resting_rows = rows();
+    for (const auto& [result, all] : {std::pair{&moving, &moving_rows}, std::pair{&resting, &resting_rows}}) {
+        ASSERT_EQ(result->exit_code, 0) << result->err;
+        const bool world = (*all)[1]["median_ms"].get<double>() < (*all)[0]["median_ms"].get<double>();
+        EXPECT_EQ(result->out.find("Keep the boxes in a World") != std::string::npos, world) << result->out;
+        EXPECT_EQ(result->out.find("A PairFinder is the faster") != std::string::npos, !world) << result->out;
+    }
+}
+
 TEST_F(Compare, WhatCantBeComparedIsSaidInOneLine)
 {
     const auto expect_refused = [&](const std::vector<std::string>& arguments, const std::string& message) {

@@ -74,11 +74,17 @@ TEST(PairBuffer, RefillsInTheSameMemory)
     fill(buffer, {80, 20});
     EXPECT_EQ(buffer.blocks()[0].data(), memory);
     EXPECT_EQ(buffer.bytes_reserved(), reserved);
+    fill(buffer, {100, 50}); // to the last item
+    EXPECT_EQ(buffer.blocks()[0].data(), memory);
+    fill(buffer, {70}); // what isn't needed now may be the next time
+    EXPECT_EQ(buffer.bytes_reserved(), reserved);
     buffer.clear();
     EXPECT_TRUE(buffer.empty());
     EXPECT_EQ(buffer.bytes_reserved(), reserved);
     buffer.release();
     EXPECT_EQ(buffer.bytes_reserved(), 0u);
+    EXPECT_TRUE(buffer.empty());
+    EXPECT_TRUE(buffer.blocks().empty());
     fill(buffer, {4});
     EXPECT_EQ(buffer.to_vector(), counted(4));
 }

@@ -14,6 +14,11 @@ function(step what)
   endif()
 endfunction()
 
+if(preset STREQUAL "windows")
+  # One server for all programs: else it ends with each of them, and now and then while the next one calls it. A first
+  # program starts what runs beside the others, which must not hold on to their output.
+  execute_process(COMMAND sh -c "wineserver -p600; wine cmd /c exit" OUTPUT_FILE /dev/null ERROR_FILE /dev/null)
+endif()
 step("Configuring" ${CMAKE_COMMAND} --preset ${preset} -B ${build})
 string(REPLACE "," ";" targets "${targets}")
 step("Building" ${CMAKE_COMMAND} --build ${build} --target ${targets} --parallel ${cores})

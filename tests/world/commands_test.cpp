@@ -281,7 +281,7 @@ TEST(Commands, MoreFiltersThanAWorldTellsApartAtAGlance)
             ids.push_back(world.add(cube(0), {.filter = owned_by(i / 2)}));
         world.update();
         EXPECT_EQ(world.began().size(), objects * (objects - 1) / 2 - objects / 2);
-        for (int update = 0; after_rest && update < 8; ++update)
+        for (int update = 0; after_rest && update < 12; ++update)
             world.update();
         if (after_rest) {
             EXPECT_EQ(world.stats().resting, objects);

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <optional>
+#include <tuple>
 
 #include "churn.hpp"
 
@@ -21,8 +22,9 @@ class Questions
         : world_(world), random_(seed)
     {
         for (const auto& [index, thing] : churn.twin.things)
-            if (thing.enabled) there_.push_back({thing.id, thing.bounds(), thing.filter});
+            if (thing.is_there()) there_.push_back({thing.id, thing.bounds(), thing.filter});
         extent_ = churn.extent;
+        sweeps_may_stand_ = churn.options.ignore_odd_boxes;
         if (random_.below(2) == 0) {
             filter_.mask = 3;
             filter_.category = 1;
@@ -60,6 +62,7 @@ class Questions
             }
             rays[i].max_fraction = static_cast<T>(random_.uniform(0, 9));
             sweeps[i].box = boxes[i];
+            if (sweeps_may_stand_ && i == 0) std::fill_n(sweeps[i].motion.begin(), Dim, T(0));
             sweeps[i].max_fraction = static_cast<T>(random_.uniform(0, 3));
             spheres[i].radius = static_cast<T>(random_.uniform(0, 3));
             nears[i].count = 1 + random_.below(9);
@@ -78,7 +81,12 @@ class Questions
         regions(spheres, "sphere", wrong);
         regions(frusta, "frustum", wrong);
         nearest(nears, wrong);
+        std::vector<jostle::NearestToBox<Dim, T>> nears_to_box;
+        for (std::size_t i = 0; i < many; ++i)
+            nears_to_box.push_back({boxes[i], nears[i].count, nears[i].max_distance});
+        nearest(nears_to_box, wrong);
         join(boxes, wrong);
+        closest(wrong);
         if (!wrong.empty()) return testing::AssertionFailure() << "other answers for" << wrong;
         return testing::AssertionSuccess();
     }
@@ -93,6 +101,7 @@ class Questions
         ObjectFilter filter;
     };
 
+    bool sweeps_may_stand_ = false;
     T coordinate() { return static_cast<T>(random_.uniform(-1, extent_ + 1)); }
     bool counts(const There& there) const
     {
@@ -145,9 +154,39 @@ class Questions
             good &= found == cut(expected, 2) && short_lists.more(i) == (expected.size() > 2);
             good &= world_.any(questions[i], filter_) == !expected.empty();
             good &= world_.count(questions[i], filter_) == expected.size();
+            good &= visited(questions[i], expected);
         }
         good &= counted(questions, sizes);
         if (!good) wrong += std::string(" ") + name;
+    }
+
+    /// Whether a visitor gets these, in this order, and may stop.
+    template <class Question>
+    bool visited(const Question& question, const std::vector<ObjectHit<T>>& expected)
+    {
+        std::vector<ObjectHit<T>> all, some;
+        const auto collect = [&](const ObjectHit<T>& hit, T&) { return all.push_back(hit), true; };
+        const auto collect_some = [&](const ObjectHit<T>& hit, T&) {
+            some.push_back(hit);
+            return some.size() < 3;
+        };
+        return world_.visit(question, collect, filter_) && all == expected &&
+               world_.visit(question, collect_some, filter_) == (expected.size() < 3) &&
+               some == cut(expected, 3);
+    }
+    template <class Region>
+    bool visited(const Region& region, const std::vector<ObjectId>& expected)
+    {
+        std::vector<ObjectId> all, some;
+        const auto collect = [&](ObjectId id) { return all.push_back(id), true; };
+        const auto collect_some = [&](ObjectId id) {
+            some.push_back(id);
+            return some.size() < 3;
+        };
+        bool good = world_.visit(region, collect, filter_);
+        good &= world_.visit(region, collect_some, filter_) == (expected.size() < 3) && some == cut(all, 3);
+        std::sort(all.begin(), all.end());
+        return good && all == expected;
     }
 
     /// expected[i]: how many results question i has.
@@ -176,6 +215,50 @@ class Questions
         if (!std::equal(found.begin(), found.end(), expected.begin(), expected.end())) wrong += " join";
     }
 
+    /// The closest pairs whose filters agree, up to where there are some hundreds at most.
+    void closest(std::string& wrong)
+    {
+        using Hit = jostle::ObjectPairHit<T>;
+        if (world_.stats().refused != 0) return; // only the world knows which
+        if (there_.size() > 500) return;         // there are too many pairs
+        const T most = 1;
+        std::vector<Hit> expected, found;
+        for (const There& a : there_)
+            for (const There& b : there_) {
+                if (!(a.id.index < b.id.index) || !pair_up(a.filter, b.filter)) continue;
+                const T at = jostle::squared_distance(a.bounds, b.bounds);
+                if (at <= most * most) expected.push_back({a.id, b.id, at});
+            }
+        const auto in_order = [](const Hit& a, const Hit& b) {
+            return std::tie(a.at, a.a.index, a.b.index) < std::tie(b.at, b.a.index, b.b.index);
+        };
+        const auto collect = [&](const Hit& hit, T&) { return found.push_back(hit), true; };
+        bool good = world_.closest_pairs(collect, most);
+        const auto zeros =
+            std::find_if(found.begin(), found.end(), [](const Hit& hit) { return hit.at > 0; });
+        good &= std::is_sorted(zeros, found.end(), in_order);
+        const auto first = world_.closest_pair(most);
+        good &= first.has_value() == !found.empty() && (!first || *first == found[0]);
+        std::sort(expected.begin(), expected.end(), in_order);
+        std::sort(found.begin(), zeros, in_order);
+        good &= found == expected;
+        // With its fork each object meets its like; a fork is what the last update left, apply() or not.
+        const jostle::World<Dim, T> like = world_.fork();
+        std::size_t likes = 0, expected_likes = 0;
+        for (const There& there : there_)
+            expected_likes += like.contains(there.id) && like.enabled(there.id) &&
+                              overlaps(there.bounds, like.bounds(there.id));
+        good &= world_.closest_pairs(
+            like, [&](const Hit& hit, T&) { return likes += hit.a == hit.b && hit.at == 0, true; }, 0);
+        good &= likes == expected_likes;
+        if (!good) wrong += " closest";
+    }
+    static bool pair_up(const ObjectFilter& a, const ObjectFilter& b)
+    {
+        return (a.category & b.mask) != 0 && (b.category & a.mask) != 0 &&
+               (a.owner != b.owner || a.owner == jostle::Filter::no_owner) && !(a.is_static && b.is_static);
+    }
+
     template <class Region>
     void regions(const std::vector<Region>& questions, const char* name, std::string& wrong)
     {
@@ -200,29 +283,38 @@ class Questions
             good &= found == cut(expected, 3) && short_lists.more(i) == (expected.size() > 3);
             good &= world_.any(questions[i], filter_) == !expected.empty();
             good &= world_.count(questions[i], filter_) == expected.size();
+            good &= visited(questions[i], expected);
         }
         good &= counted(questions, sizes);
         if (!good) wrong += std::string(" ") + name;
     }
 
-    void nearest(const std::vector<jostle::Nearest<Dim, T>>& questions, std::string& wrong)
+    static T distance(const jostle::Nearest<Dim, T>& question, const Aabb<Dim, T>& bounds)
+    {
+        return jostle::squared_distance(question.point, bounds);
+    }
+    static T distance(const jostle::NearestToBox<Dim, T>& question, const Aabb<Dim, T>& bounds)
+    {
+        return jostle::squared_distance(question.box, bounds);
+    }
+    template <class Question>
+    void nearest(const std::vector<Question>& questions, std::string& wrong)
     {
         bool good = true;
         jostle::ResultLists<ObjectHit<T>> lists;
-        world_.nearest(std::span<const jostle::Nearest<Dim, T>>(questions), lists, filter_);
+        world_.nearest(std::span<const Question>(questions), lists, filter_);
         for (std::size_t i = 0; i < questions.size(); ++i) {
             const T limit = questions[i].max_distance * questions[i].max_distance;
             std::vector<ObjectHit<T>> expected;
             for (const There& there : there_)
-                if (const T at = jostle::squared_distance(questions[i].point, there.bounds);
-                    counts(there) && at <= limit)
+                if (const T at = distance(questions[i], there.bounds); counts(there) && at <= limit)
                     expected.push_back({there.id, at});
             std::sort(expected.begin(), expected.end(), earlier);
             expected = cut(expected, questions[i].count);
             results += expected.size();
             std::vector<ObjectHit<T>> found;
             world_.nearest(questions[i], found, filter_);
-            good &= found == expected;
+            good &= found == expected && visited(questions[i], expected);
             found.assign(lists[i].begin(), lists[i].end());
             good &= found == expected;
         }

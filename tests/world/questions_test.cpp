@@ -48,7 +48,7 @@ void ask_masked(std::uint64_t seed, double extent, jostle::Executor& executor)
     churn.giants = false;
     for (std::size_t k = 0; k < 3 * objects; ++k)
         churn.operate(objects);
-    for (int update = 0; update < 4; ++update)
+    for (int update = 0; update < 16; ++update)
         ASSERT_TRUE(churn.update(false));
     ASSERT_GT(churn.world->stats().resting, 1024u);
     std::uint64_t before = 0, with = 0, results = 0;
@@ -101,7 +101,7 @@ TEST(Questions, AboutFewByTheirMasksFromManyThreadsAndInsideAccept)
         const ObjectId id = world.add({{x, 0, 0}, {x + 1, 1, 1}}, with);
         if (i % 16 == 0) few.push_back(id);
     }
-    for (int k = 0; k < 20; ++k)
+    for (int k = 0; k < 40; ++k)
         world.update();
     ASSERT_EQ(world.stats().resting, 4000u);
     const jostle::Aabb3f everywhere{{-1, -1, -1}, {12'000, 2, 2}};
@@ -139,6 +139,68 @@ TEST(Questions, AboutFewByTheirMasksFromManyThreadsAndInsideAccept)
         EXPECT_EQ(asked, 1) << round << ": by the filters that there are from now on";
         in_accept = [] {};
     }
+}
+
+TEST(Questions, CountThoseAtRestAndTheOthersTogether)
+{
+    jostle::World3f world;
+    const ObjectId rests = world.add({{0, 0, 0}, {1, 1, 1}});
+    for (int frame = 0; frame < 200; ++frame)
+        world.update();
+    ASSERT_EQ(world.stats().resting, 1u);
+    for (int i = 1; i < 4; ++i) {
+        const auto x = static_cast<float>(3 * i);
+        (void)world.add({{x, 0, 0}, {x + 1, 1, 1}});
+    }
+    world.update();
+    std::vector<jostle::ObjectHit<float>> hits;
+    world.nearest(jostle::Nearest3f{{0, 0, 0}, 10}, hits);
+    ASSERT_EQ(hits.size(), 4u);
+    EXPECT_EQ(hits[0].id, rests);
+}
+
+TEST(Questions, VisitorsAreWarnedAndGetOneOrder)
+{
+    jostle::World3f world;
+    std::vector<ObjectId> few;
+    for (int i = 0; i < 4000; ++i) {
+        const auto x = static_cast<float>(i * 37 % 4000);
+        jostle::ObjectOptions<float> with;
+        with.filter.category = i % 16 == 0 ? 2 : 1;
+        const ObjectId id = world.add({{3 * x, 0, 0}, {3 * x + 1, 1, 1}}, with);
+        if (i % 16 == 0) few.push_back(id);
+    }
+    for (int k = 0; k < 20; ++k)
+        world.update();
+    const jostle::Aabb3f everywhere{{-1, -1, -1}, {12'000, 2, 2}};
+    const jostle::ObjectQueryFilter wanted{.mask = 2};
+    std::vector<ObjectId> first, again, sorted;
+    const auto visit = [&](std::vector<ObjectId>& order) {
+        order.clear();
+        world.visit(everywhere, [&](ObjectId id) { return order.push_back(id), true; }, wanted);
+    };
+    visit(first);
+    for (int k = 0; k < 500; ++k) // so often that the few get an index of their own
+        (void)world.all(everywhere, sorted, wanted);
+    visit(again);
+    EXPECT_EQ(sorted, few);
+    EXPECT_EQ(first, again);
+    EXPECT_NE(first, few) << "an order of its own";
+    // In it, commands may be queued and questions asked, but no update made.
+    int calls = 0;
+    const jostle::Ray3f along{{-1, 0.5f, 0.5f}, {1, 0, 0}};
+    world.visit(along, [&](const jostle::ObjectHit<float>& hit, float&) {
+        EXPECT_THROW(world.update(), jostle::Error);
+        world.remove(hit.id);
+        EXPECT_EQ(world.first(along)->at, 1);
+        return ++calls < 3;
+    });
+    world.visit(everywhere, [&](ObjectId) {
+        EXPECT_THROW(world.update(), jostle::Error);
+        return false;
+    });
+    world.update();
+    EXPECT_EQ(world.size(), 3997u);
 }
 
 TEST(Questions, FromManyThreadsWhileCommandsAreQueued)

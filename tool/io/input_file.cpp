@@ -11,6 +11,10 @@
 
 #include "tool/commands.hpp"
 
+#ifndef O_CLOEXEC // Windows, where files are text unless they are said to be none
+#define O_CLOEXEC O_BINARY
+#endif
+
 namespace jostle_tool {
 
 InputFile::InputFile(const std::string& path)
@@ -32,7 +36,7 @@ InputFile::~InputFile()
 std::size_t InputFile::read(char* to, std::size_t most)
 {
     for (;;) {
-        const ssize_t got = ::read(fd_, to, std::min(most, std::size_t{1} << 24));
+        const ssize_t got = ::read(fd_, to, static_cast<unsigned>(std::min(most, std::size_t{1} << 24)));
         if (got >= 0) return static_cast<std::size_t>(got);
         if (errno != EINTR)
             throw UsageError(name_ + ": " + std::strerror(errno) + " while reading; check the file");

@@ -16,19 +16,25 @@ changed nothing, unless it says otherwise.
 """
 from __future__ import annotations
 
-from ._contacts import (ContactFinder, Shape, Shapes, bounds, box, capsule, compound, contacts, distances, half_space,
-                        height_field, hull, impacts, mesh, poses, sphere, sum_by_object, touching)
+from ._closed_mesh import ClosedMesh
+from ._contacts import (ContactFinder, Shape, Shapes, bounds, box, capsule, compound, cone, contacts, cylinder, distances,
+                        ellipsoid, half_space, height_field, hull, impacts, mesh, poses, ray_casts, rounded_box, rounded_hull,
+                        shape_casts, sphere, sum_by_object, touching)
 from ._core import instruction_sets, version
 from ._errors import Error, NoSuchObjectError, StaleIdError
 from ._index import (Answers, BoxIndex, Hits, Questions, frustums, nearest, overlapping, rays, spheres,
                      sweeps)
-from ._pairs import find_pairs, iter_pairs, join
+from ._pairs import ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join
 from ._plot import plot
+from ._shape_queries import ShapeHits, ShapeSweeps
 from ._world import EndedPairs, World
 
 __version__ = version()
-__all__ = ["Answers", "BoxIndex", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError", "Questions", "Shape",
-           "Shapes", "StaleIdError", "World", "bounds", "box", "capsule", "compound", "contacts", "distances", "find_pairs",
-           "frustums", "half_space", "height_field", "hull", "impacts", "instruction_sets", "iter_pairs", "join", "mesh",
-           "nearest", "overlapping", "plot", "poses", "rays", "sphere", "spheres", "sum_by_object", "sweeps", "touching",
-           "version"]
+__all__ = ["Answers", "BoxIndex", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError",
+           "Questions", "ScenePairs", "Shape", "ShapeHits", "ShapeSweeps",
+           "Shapes", "StaleIdError", "World", "bounds", "box", "capsule",
+           "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
+           "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",
+           "instruction_sets", "iter_pairs", "join", "mesh", "nearest", "overlapping", "plot", "poses",
+           "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "sphere", "spheres",
+           "sum_by_object", "sweeps", "touching", "version"]

@@ -106,3 +106,19 @@ def ids(given: Any, name: str = "ids") -> np.ndarray:
 def pairs(given: Any) -> np.ndarray:
     out = packed(given, "pairs", np.uint32)
     return out.reshape(0, 2) if out.size == 0 else out
+
+
+def packed_poses(given: Any, dtype: Any) -> np.ndarray:
+    """Rows of numbers, each packed."""
+    out = floats(given, "poses", dtype)
+    good = out.ndim == 2 and out.strides[1] == out.itemsize and out.strides[0] % out.itemsize == 0
+    return out if good else np.ascontiguousarray(out)
+
+
+def rows_dtype(dim: int, number: Any, names: tuple[str, ...]) -> np.dtype:
+    return np.dtype([(names[0], number)] + [(name, number, (dim,)) for name in names[1:]])
+
+
+def hits_dtype(dim: int, number: Any) -> np.dtype:
+    return np.dtype([("fraction", number), ("normal", number, (dim,)), ("point", number, (dim,)), ("part", np.uint32),
+                     ("moving_part", np.uint32)], align=True)

@@ -8,6 +8,7 @@ import numpy as np
 
 from . import _arrays, _core
 from ._errors import Error, NoSuchObjectError
+from ._index import Questions
 
 Shape = _core.Shape
 
@@ -27,6 +28,26 @@ def box(half: Any) -> Shape:
     return _core.box(_arrays.rows(half, "half", np.float64))
 
 
+def rounded_box(half: Any, radius: float) -> Shape:
+    """All points within `radius` of box(half)."""
+    return _core.rounded_box(_arrays.rows(half, "half", np.float64), radius)
+
+
+def cylinder(half_length: float, radius: float) -> Shape:
+    """All points within `radius` of the y axis, from -half_length to half_length."""
+    return _core.cylinder(half_length, radius)
+
+
+def cone(half_length: float, radius: float) -> Shape:
+    """From a disc of `radius` at y = -half_length to its tip at y = half_length."""
+    return _core.cone(half_length, radius)
+
+
+def ellipsoid(half: Any) -> Shape:
+    """Half as wide along each axis as `half` says: 3 numbers, or in 2D, an ellipse, 2."""
+    return _core.ellipsoid(_arrays.rows(half, "half", np.float64))
+
+
 def half_space(normal: Any, offset: float = 0.0) -> Shape:
     """The points p with normal . p <= offset * |normal|: everything below a plane."""
     return _core.half_space(_arrays.rows(normal, "normal", np.float64), offset)
@@ -36,6 +57,12 @@ def hull(points: Any) -> Shape:
     """The convex hull of points (n, d). hull.vertices() and hull.faces() say what it has become."""
     given = _arrays.rows(points, "points")
     return _core.hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given)
+
+
+def rounded_hull(points: Any, radius: float) -> Shape:
+    """All points within `radius` of hull(points)."""
+    given = _arrays.rows(points, "points")
+    return _core.rounded_hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given, radius)
 
 
 def mesh(vertices: Any, elements: Any) -> Shape:
@@ -157,10 +184,6 @@ def _dtype(dim: int, number: Any) -> np.dtype:
 CONTACTS = {(dim, np.dtype(number)): _dtype(dim, number) for dim in (2, 3) for number in (np.float32, np.float64)}
 
 
-def _rows_dtype(dim: int, number: Any, names: tuple[str, ...]) -> np.dtype:
-    return np.dtype([(names[0], number)] + [(name, number, (dim,)) for name in names[1:]])
-
-
 class ContactFinder:
     """Finds where the objects of pairs touch.
 
@@ -193,9 +216,7 @@ class ContactFinder:
         return shapes._shapes, self._rows(rows), None if shapes_b is None else shapes_b._shapes, b, named
 
     def _rows(self, rows: Any) -> np.ndarray:
-        out = _arrays.floats(rows, "poses", self.dtype)
-        good = out.ndim == 2 and out.strides[1] == out.itemsize and out.strides[0] % out.itemsize == 0
-        return out if good else np.ascontiguousarray(out)
+        return _arrays.packed_poses(rows, self.dtype)
 
     def find(self, shapes: Shapes, poses: Any, pairs: Any, margin: float = 0.0, shapes_b: Shapes | None = None,
              poses_b: Any = None) -> np.ndarray:
@@ -205,6 +226,15 @@ class ContactFinder:
         depth, feature, of which the first `count` are set and the others zero.
         """
         return self._finder.find(*self._given(shapes, poses, pairs, shapes_b, poses_b), margin, CONTACTS[self.dim, self.dtype])
+
+    def find_points(self, shapes: Shapes, poses: Any, pairs: Any, margin: float = 0.0, shapes_b: Shapes | None = None,
+                    poses_b: Any = None) -> np.ndarray:
+        """The same contacts, of each the deepest point alone, in a third of the memory: pair (2,), part_a, part_b, normal (d,),
+        from_a, from_b (d,), depth, feature."""
+        vector = (self.dtype, (self.dim,))
+        kind = np.dtype([("pair", np.uint32, (2,)), ("part_a", np.uint32), ("part_b", np.uint32), ("normal", *vector),
+                         ("from_a", *vector), ("from_b", *vector), ("depth", self.dtype), ("feature", np.uint32)], align=True)
+        return self._finder.find_points(*self._given(shapes, poses, pairs, shapes_b, poses_b), margin, kind)
 
     def touching(self, shapes: Shapes, poses: Any, pairs: Any, shapes_b: Shapes | None = None,
                  poses_b: Any = None) -> np.ndarray:
@@ -217,14 +247,37 @@ class ContactFinder:
         point_b."""
         rows = self._finder.rows(*self._given(shapes, poses, pairs, shapes_b, poses_b), max_distance, False)
         names = ("distance", "normal", "point_a", "point_b")
-        return rows.view(_rows_dtype(self.dim, self.dtype, names)).reshape(-1)
+        return rows.view(_arrays.rows_dtype(self.dim, self.dtype, names)).reshape(-1)
 
     def impacts(self, shapes: Shapes, motions: Any, pairs: Any, tolerance: float = 1e-3, shapes_b: Shapes | None = None,
                 motions_b: Any = None) -> np.ndarray:
         """When and where the objects of each pair first touch, infinite where they don't: a structured array of time, normal,
         from_a, from_b."""
         rows = self._finder.rows(*self._given(shapes, motions, pairs, shapes_b, motions_b), tolerance, True)
-        return rows.view(_rows_dtype(self.dim, self.dtype, ("time", "normal", "from_a", "from_b"))).reshape(-1)
+        return rows.view(_arrays.rows_dtype(self.dim, self.dtype, ("time", "normal", "from_a", "from_b"))).reshape(-1)
+
+    def ray_casts(self, rays: Questions, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
+        """Where the rays (jostle.rays) meet shapes: pairs (m, 2) are of a ray and an object, such as those of BoxIndex.join.
+
+        A structured array of fraction, infinite where a ray misses, normal, out of the surface, point, on the surface and
+        from the object's position, and part, the triangle or child that is hit. A ray that begins in a solid hits it at 0.
+        """
+        if not isinstance(rays, Questions) or rays._kind != 1:
+            raise Error("ray_casts wants rays, as jostle.rays makes them")
+        hits = self._finder.casts(None, None, rays._numbers(self.dim, self.dtype), shapes._shapes, self._rows(poses),
+                                  _arrays.pairs(pairs), _arrays.hits_dtype(self.dim, self.dtype))
+        return hits
+
+    def shape_casts(self, moving: Shapes, moving_poses: Any, displacements: Any, shapes: Shapes, poses: Any,
+                    pairs: Any) -> np.ndarray:
+        """Where shapes that move by displacements (n, d), without turning, first touch others that rest: pairs (m, 2) are of
+        one that moves and one that rests.
+
+        As ray_casts; moving_part is the triangle or child of the shape that moves.
+        """
+        ways = _arrays.rows(displacements, "displacements", self.dtype)
+        return self._finder.casts(moving._shapes, self._rows(moving_poses), ways, shapes._shapes, self._rows(poses),
+                                  _arrays.pairs(pairs), _arrays.hits_dtype(self.dim, self.dtype))
 
 
 def _finder(shapes: Shapes, rows: Any, rows_b: Any) -> ContactFinder:
@@ -253,6 +306,16 @@ def impacts(shapes: Shapes, motions: Any, pairs: Any, tolerance: float = 1e-3, s
             motions_b: Any = None) -> np.ndarray:
     """ContactFinder.impacts, once."""
     return _finder(shapes, motions, motions_b).impacts(shapes, motions, pairs, tolerance, shapes_b, motions_b)
+
+
+def ray_casts(rays: Questions, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
+    """ContactFinder.ray_casts, once."""
+    return _finder(shapes, poses, None).ray_casts(rays, shapes, poses, pairs)
+
+
+def shape_casts(moving: Shapes, moving_poses: Any, displacements: Any, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
+    """ContactFinder.shape_casts, once."""
+    return _finder(shapes, poses, moving_poses).shape_casts(moving, moving_poses, displacements, shapes, poses, pairs)
 
 
 def bounds(shapes: Shapes, poses: Any, margin: float = 0.0) -> np.ndarray:

@@ -2,12 +2,16 @@
 """Boxes that stay, and questions about them."""
 from __future__ import annotations
 
-from typing import Any, Callable, Iterator, NamedTuple, Sequence
+from typing import TYPE_CHECKING, Any, Callable, Iterator, NamedTuple, Sequence
 
 import numpy as np
 
-from . import _arrays, _core
+from . import _arrays, _core, _shape_queries
 from ._errors import Error
+from ._shape_queries import ShapeHits, ShapeSweeps
+
+if TYPE_CHECKING:
+    from ._contacts import Shapes
 
 ALL = 2**64 - 1
 
@@ -21,10 +25,10 @@ class Questions:
     def __init__(self, kind: int, columns: Sequence[Any], planes: Sequence[Any] = (), count: int = 1) -> None:
         self._kind, self._columns, self._planes, self._count = kind, columns, planes, count
 
-    def _packed(self, dim: int, dtype: np.dtype) -> _core.Questions:
+    def _numbers(self, dim: int, dtype: np.dtype) -> np.ndarray:
+        """One row for each question."""
         if self._planes:
-            planes = [np.ascontiguousarray(_arrays.floats(one, "planes").astype(dtype)) for one in self._planes]
-            return _core.Questions(self._kind, np.empty((0, 0), dtype), _arrays.SPACES[dim, dtype], planes, self._count)
+            return np.empty((0, 0), dtype)
         parts = []
         for column, width in zip(self._columns, self._widths(dim)):
             part = _arrays.floats(np.array(column, np.float64) if np.isscalar(column) else column, "a question").astype(dtype)
@@ -42,8 +46,11 @@ class Questions:
         if wrong:
             raise Error(f"the parts of the questions have {wrong[0]} and {n} rows", None, "size_mismatch")
         full = [np.broadcast_to(part, (n, part.shape[1])) for part in parts]
-        rows = np.ascontiguousarray(np.concatenate(full, axis=1))
-        return _core.Questions(self._kind, rows, _arrays.SPACES[dim, dtype], [], self._count)
+        return np.ascontiguousarray(np.concatenate(full, axis=1))
+
+    def _packed(self, dim: int, dtype: np.dtype) -> _core.Questions:
+        planes = [np.ascontiguousarray(_arrays.floats(one, "planes").astype(dtype)) for one in self._planes]
+        return _core.Questions(self._kind, self._numbers(dim, dtype), _arrays.SPACES[dim, dtype], planes, self._count)
 
     def _widths(self, dim: int) -> tuple[int, ...]:
         return {1: (dim, dim, 1), 2: (2 * dim, dim, 1), 3: (2 * dim,), 4: (dim, 1), 6: (dim, 1)}[self._kind]
@@ -230,6 +237,31 @@ class BoxIndex:
         """How many answer: (n,) uint64."""
         return self._index.count(_question(questions)._packed(self.dim, self.dtype),
                                  _asking(asker, exclude, accept, category, mask, owner))
+
+    # Against shapes: `shapes` and `poses` have a row for every id, and each shape lies in its box.
+
+    def first_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
+                   exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
+        """The shape that each ray, or each shape that moves, meets first: a structured array of id (-1 where there is
+        none), fraction (infinite there), normal, point, from the object's position, part, moving_part."""
+        return _shape_queries.first_hits(self._index, self.dim, self.dtype, casts, shapes, poses,
+                                         _asking(asker, exclude, accept, category, mask, owner))
+
+    def all_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, max_results: int | None = None, *,
+                 category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
+                 exclude: int | None = None, accept: AcceptAnswer | None = None) -> ShapeHits:
+        """All shapes that each of them meets, nearest first."""
+        return _shape_queries.all_hits(self._index, self.dim, self.dtype, casts, shapes, poses,
+                                       ALL if max_results is None else max_results,
+                                       _asking(asker, exclude, accept, category, mask, owner))
+
+    def nearest_shapes(self, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any, max_distances: Any = np.inf, *,
+                       category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
+                       exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
+        """The shape nearest to each of `near`, which needn't be in here: a structured array of id, distance (infinite where
+        none is within max_distances), normal, point_a, point_b; a is the one of `near`."""
+        return _shape_queries.nearest_shapes(self._index, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
+                                             _asking(asker, exclude, accept, category, mask, owner))
 
     def __repr__(self) -> str:
         return f"BoxIndex({len(self)} boxes, {self.dim}D {self.dtype})"

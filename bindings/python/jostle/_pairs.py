@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The broad phase: find_pairs, iter_pairs, join."""
+"""The broad phase: find_pairs, find_periodic_pairs, iter_pairs, join."""
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Callable, Iterator
 
 import numpy as np
@@ -55,6 +56,66 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
     a, b = _two(boxes, other)
     wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, accept))
     return _core.find(a, b, wish, _is_sorted(order), threads)
+
+
+def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: Any = None, owner: Any = None,
+                        accept: Accept | None = None, order: str = "canonical", threads: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """The pairs in space that repeats itself: what leaves on one side comes in on the other.
+
+    period         its length along each axis, 0 where space doesn't repeat itself. Boxes are shorter than half of it, or infinite
+                   both ways, and lie within less than two periods
+
+    The rest is as in find_pairs. Returns (m, 2) uint32 and (m, d) of the boxes' dtype: box pairs[i, 0] touches box pairs[i, 1] shifted
+    by shifts[i]. Each pair comes once; across a border the second is the one that is shifted down. Shifted bounds are rounded outwards.
+    """
+    a = _arrays.boxes(boxes)
+    lengths = _arrays.rows(period, "period").astype(np.float64)
+    rounded = lengths.astype(a.dtype).astype(np.float64)
+    if not np.array_equal(rounded, lengths, equal_nan=True):
+        raise Error(f"period is {lengths.tolist()}, which {a.dtype} doesn't have: give {rounded.tolist()}, or boxes of float64")
+    wish = _core.PairFilter(*_filter(category, mask, owner, None, None, None, accept))
+    return _core.find_periodic(a, lengths, wish, _is_sorted(order), threads)
+
+
+@dataclass(frozen=True)
+class ScenePairs:
+    """The pairs of many scenes: `found[k]` are those of scene k, (m, 2) uint32, numbered within the scene.
+
+    pairs   those of all scenes, one scene's behind the other's
+    first   (scenes + 1,) int64: those of scene k are pairs[first[k]:first[k + 1]]
+    """
+
+    pairs: np.ndarray
+    first: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.first) - 1
+
+    def __getitem__(self, scene: int) -> np.ndarray:
+        if not -len(self) <= scene < len(self):
+            raise IndexError(f"there is no scene {scene}: there are {len(self)}")
+        scene %= len(self)
+        return self.pairs[self.first[scene]:self.first[scene + 1]]
+
+
+def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = None, owner: Any = None,
+                accept: Callable[[int, int, int], bool] | None = None, threads: int = 0) -> ScenePairs:
+    """The pairs of many scenes that have nothing to do with each other, as thousands of small worlds have side by side.
+
+    boxes          of all scenes, one scene's behind the other's, as for find_pairs
+    offsets        (scenes + 1,) whole numbers: scene k is boxes[offsets[k]:offsets[k + 1]]. The first is 0, the last len(boxes)
+    category, mask, owner   one uint32 per box of all scenes, as for find_pairs
+    accept         called last with (scene, a, b); slow, since it is Python
+    threads        0 for one per core
+
+    Each scene's pairs are those of find_pairs for its boxes, in the same order, whatever the number of threads.
+    For positions among all boxes: found.pairs + np.repeat(offsets[:-1], np.diff(found.first))[:, None].
+    Ctrl-C ends the call.
+    """
+    places = _arrays.packed(offsets, "offsets", np.uint64)
+    return ScenePairs(*_core.find_scenes(
+        _arrays.boxes(boxes), places, _arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
+        _arrays.optional_integers(owner, "owner"), accept, threads))
 
 
 def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, category: Any = None, mask: Any = None,

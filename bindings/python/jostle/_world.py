@@ -2,13 +2,17 @@
 """Objects that live, move and rest."""
 from __future__ import annotations
 
-from typing import Any, Callable, NamedTuple
+from typing import TYPE_CHECKING, Any, Callable, NamedTuple
 
 import numpy as np
 
-from . import _arrays, _core
+from . import _arrays, _core, _shape_queries
 from ._errors import Error
 from ._index import ALL, AcceptAnswer, Answers, Asker, Hits, Questions, _asking, _question, _table
+from ._shape_queries import ShapeHits, ShapeSweeps
+
+if TYPE_CHECKING:
+    from ._contacts import Shapes
 
 
 class EndedPairs(NamedTuple):
@@ -31,6 +35,8 @@ class World:
     index, good for indexing arrays: jostle.World.index(ids).
 
     margin    every box is this much bigger on every side
+    slack     how far boxes may go to and fro before their neighbours are searched for anew; no answer depends on it
+    ignore_odd_boxes   takes NaN and inverted boxes: such objects touch nothing, and stats()["odd"] counts them
     accept    accept(id_a, id_b) is asked once for each pair that would begin
     threads   0 for one per core
 
@@ -39,12 +45,13 @@ class World:
     """
 
     def __init__(self, dim: int = 3, dtype: Any = np.float64, *, margin: float = 0.0,
-                 accept: Callable[[int, int], bool] | None = None, threads: int = 0) -> None:
+                 accept: Callable[[int, int], bool] | None = None, threads: int = 0, pair_slots: bool = False,
+                 ignore_odd_boxes: bool = False, slack: float = 0.0) -> None:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._threads = threads
-        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, accept, threads)
+        self._threads, self._kept = threads, (pair_slots, ignore_odd_boxes, slack)
+        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, accept, threads, *self._kept)
 
     @staticmethod
     def index(ids: Any) -> np.ndarray:
@@ -95,6 +102,11 @@ class World:
         of = _arrays.ids(ids)
         self._world.set_enabled(of, np.ascontiguousarray(np.broadcast_to(np.asarray(enabled, np.uint8), of.shape)), sequence)
 
+    def set_user_data(self, ids: Any, data: Any) -> None:
+        """64 bits of your own for each object; they hold at once."""
+        of = _arrays.ids(ids)
+        self._world.set_user_data(of, np.ascontiguousarray(np.broadcast_to(np.asarray(data, np.uint64), of.shape)))
+
     def report_again(self, ids: Any) -> None:
         """In the next update the pairs of these objects, or these pairs (m, 2), begin again if they still touch."""
         of = _arrays.ids(ids)
@@ -110,6 +122,11 @@ class World:
         else:
             self._world.update_moves(_arrays.ids(ids), self._boxes(boxes))
 
+    def apply(self) -> None:
+        """Shows what was queued ahead of the next update: questions, touching(), pairs() and all that can be asked about
+        objects see it. The lists of the last update stay, and what the next one gives is the same as without this call."""
+        self._world.apply()
+
     # --- Pairs, as of the last update ---
 
     def began(self) -> np.ndarray:
@@ -123,6 +140,22 @@ class World:
     def persisted(self) -> np.ndarray:
         """Pairs that touched before and still do, and of which one object changed: (m, 2) uint32, by index."""
         return self._world.persisted()
+
+    def began_slots(self) -> np.ndarray:
+        """With pair_slots: the number of each pair of began(), small and its own as long as it touches, (m,) uint32."""
+        return self._world.began_slots()
+
+    def ended_slots(self) -> np.ndarray:
+        """With pair_slots: the number that each pair of ended() had."""
+        return self._world.ended_slots()
+
+    def changed_slots(self) -> np.ndarray:
+        """With pair_slots: the number of each pair of changed_pairs()."""
+        return self._world.changed_slots()
+
+    def pair_slots_end(self) -> int:
+        """Every slot is less than this."""
+        return self._world.pair_slots_end()
 
     def changed_pairs(self) -> np.ndarray:
         """Began and persisted as one list, by index: what contacts() wants."""
@@ -167,6 +200,31 @@ class World:
         """All pairs of one of `boxes` and an object that it touches: (m, 2) uint32, position and index."""
         return self._world.join(self._boxes(boxes), _asking(asker, exclude, accept))
 
+    # Against shapes: `shapes` and `poses` have a row for every id's index, and each shape lies in its box.
+
+    def first_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, *, asker: Asker | None = None,
+                   exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
+        """The shape that each ray, or each shape that moves, meets first: a structured array of id (0 where there is
+        none), fraction (infinite there), normal, point, from the object's position, part, moving_part."""
+        return _shape_queries.first_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
+                                         _asking(asker, exclude, accept))
+
+    def all_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, max_results: int | None = None, *,
+                 asker: Asker | None = None,
+                 exclude: int | None = None, accept: AcceptAnswer | None = None) -> ShapeHits:
+        """All shapes that each of them meets, nearest first."""
+        return _shape_queries.all_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
+                                       ALL if max_results is None else max_results,
+                                       _asking(asker, exclude, accept))
+
+    def nearest_shapes(self, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any, max_distances: Any = np.inf, *,
+                       asker: Asker | None = None,
+                       exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
+        """The shape nearest to each of `near`, which needn't be in here: a structured array of id, distance (infinite where
+        none is within max_distances), normal, point_a, point_b; a is the one of `near`."""
+        return _shape_queries.nearest_shapes(self._world, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
+                                             _asking(asker, exclude, accept))
+
     # --- Objects, as of the last update ---
 
     def __len__(self) -> int:
@@ -210,6 +268,10 @@ class World:
         """(n,) bool."""
         return self._world.enabled(_arrays.ids(ids)).astype(bool)
 
+    def user_data(self, ids: Any) -> np.ndarray:
+        """(n,) uint64: your own, also of objects that the last update removed."""
+        return self._world.user_data(_arrays.ids(ids))
+
     def margins(self, ids: Any) -> np.ndarray:
         """The world's and the object's own together: (n,) float64."""
         return self._world.margins(_arrays.ids(ids))
@@ -232,17 +294,20 @@ class World:
         """Another world like this one."""
         other = World.__new__(World)
         other.dim, other.dtype, other._threads, other._world = self.dim, self.dtype, self._threads, self._world.fork()
+        other._kept = self._kept
         return other
 
     __copy__ = fork
 
-    def __getstate__(self) -> tuple[int, str, int, bytes]:
+    def __getstate__(self) -> tuple[int, str, int, bytes, tuple[bool, bool, float]]:
         if self._world.accept is not None:
             raise Error("a world with an `accept` can't be pickled: functions aren't part of a snapshot. Use save() and restore()")
-        return self.dim, self.dtype.str, self._threads, self.save()
+        return self.dim, self.dtype.str, self._threads, self.save(), self._kept
 
-    def __setstate__(self, state: tuple[int, str, int, bytes]) -> None:
-        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2])
+    def __setstate__(self, state: tuple[int, str, int, bytes, tuple[bool, bool, float]]) -> None:
+        slots, ignore_odd_boxes, slack = state[4]
+        World.__init__(self, state[0], np.dtype(state[1]), threads=state[2], pair_slots=slots, ignore_odd_boxes=ignore_odd_boxes,
+                       slack=slack)
         self.restore(state[3])
 
     # --- Seeing inside ---

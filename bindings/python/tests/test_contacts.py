@@ -25,6 +25,11 @@ def test_spheres(dim, dtype):
     assert np.array_equal(contacts["pair"], pairs[touching]) and (contacts["count"] == 1).all()
     assert np.allclose(contacts["point"]["depth"][:, 0], -apart[touching], atol=1e-5)
     assert (contacts["point"]["depth"][:, 1:] == 0).all()  # no garbage
+    points = jostle.ContactFinder(dim, dtype).find_points(shapes, poses, pairs)
+    for name in ("pair", "part_a", "part_b", "normal"):
+        assert np.array_equal(points[name], contacts[name])
+    for name in ("from_a", "from_b", "depth", "feature"):
+        assert np.array_equal(points[name], contacts["point"][name][:, 0])
     distances = jostle.distances(shapes, poses, pairs)
     assert np.allclose(distances["distance"], apart, atol=1e-5)
     assert np.isinf(jostle.distances(shapes, poses, pairs, 0)["distance"][apart > 1e-5]).all()
@@ -72,6 +77,115 @@ def test_impacts():
     assert abs(impact["time"][0] - 0.5) < 1e-3 and np.allclose(impact["normal"][0], [1, 0, 0])
     motions[1, 7] = 8
     assert np.isinf(jostle.impacts(shapes, motions, [(0, 1)])["time"][0])
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_casts(dim, dtype):
+    rng = np.random.default_rng(8)
+    poses = jostle.poses((rng.random((50, dim)) * 10).astype(dtype))
+    shapes = jostle.Shapes.same(jostle.sphere(0.5, dim), 50)
+    origins = (rng.random((20, dim)) * 10).astype(dtype)
+    rays = jostle.rays(origins, np.ones(dim, dtype))
+    pairs = [(ray, ball) for ray in range(20) for ball in range(50)]
+    hits = jostle.ray_casts(rays, shapes, poses, pairs)
+    assert hits["fraction"].dtype == dtype and 0 < np.isfinite(hits["fraction"]).sum() < len(pairs)
+    for (ray, ball), hit in zip(pairs, hits):
+        off = origins[ray].astype(float) - poses[ball, :dim]
+        b, c = off.sum() / dim, (off @ off - 0.25) / dim
+        exact = 0 if c <= 0 else -b - np.sqrt(max(b * b - c, 0)) if b < 0 and b * b >= c else np.inf
+        if abs(b * b - c) > 1e-4 and abs(c) > 1e-4:
+            assert np.isinf(exact) == np.isinf(hit["fraction"])
+            if np.isfinite(exact):
+                assert abs(hit["fraction"] - exact) < 1e-3
+    # The same balls fly as points, and as balls they come sooner.
+    movers = jostle.Shapes.same(jostle.sphere(0, dim), 20)
+    starts, way = jostle.poses(origins), np.full((20, dim), 30, dtype)
+    moved = jostle.shape_casts(movers, starts, way, shapes, poses, pairs)
+    assert np.allclose(moved["fraction"] * 30, hits["fraction"], atol=1e-3)
+    fat = jostle.shape_casts(jostle.Shapes.same(jostle.box([0.2] * dim), 20), starts, way, shapes, poses, pairs)
+    assert (fat["fraction"] <= moved["fraction"]).all() and (fat["fraction"] < moved["fraction"]).any()
+    with pytest.raises(jostle.Error, match="rays"):
+        jostle.ray_casts(origins, shapes, poses, pairs)
+    with pytest.raises(jostle.Error, match="ray 0"):
+        jostle.ray_casts(jostle.rays(origins, np.zeros(dim, dtype)), shapes, poses, pairs)
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_questions_to_all_shapes(dim, dtype):
+    rng = np.random.default_rng(12)
+    poses = jostle.poses((rng.random((60, dim)) * 10).astype(dtype))
+    shapes = jostle.Shapes.spheres(rng.random(60), dim)
+    boxes = jostle.bounds(shapes, poses)
+    index, world = jostle.BoxIndex(boxes), jostle.World(dim=dim, dtype=dtype)
+    ids = world.add(boxes)
+    world.update()
+    pairs = [(question, ball) for question in range(30) for ball in range(60)]
+    origins = (rng.random((30, dim)) * 10).astype(dtype)
+    rays = jostle.rays(origins, rng.random((30, dim)).astype(dtype) - 0.5)
+    movers = jostle.Shapes.same(jostle.box([0.1] * dim), 30)
+    sweeps = jostle.ShapeSweeps(movers, jostle.poses(origins), np.full((30, dim), 2, dtype))
+    for casts, every in ((rays, jostle.ray_casts(rays, shapes, poses, pairs)),
+                         (sweeps, jostle.shape_casts(*sweeps, shapes, poses, pairs))):
+        fractions = every["fraction"].reshape(30, 60)
+        first, of_world = index.first_hits(casts, shapes, poses), world.first_hits(casts, shapes, poses)
+        assert first["normal"].shape == (30, dim) and first["fraction"].dtype == dtype
+        assert np.array_equal(first["fraction"], fractions.min(axis=1)) and np.isfinite(first["fraction"]).any()
+        assert np.array_equal(first["id"], np.where(np.isfinite(fractions.min(axis=1)), fractions.argmin(axis=1), -1))
+        assert np.array_equal(of_world["point"], first["point"])
+        assert np.array_equal(of_world["id"], np.where(first["id"] < 0, 0, ids[first["id"]]))
+        hits = index.all_hits(casts, shapes, poses)
+        assert len(hits) == 30 and not hits.more.any()
+        for i, found in enumerate(hits):
+            order = np.lexsort((np.arange(60), fractions[i]))[:np.isfinite(fractions[i]).sum()]
+            assert np.array_equal(found["id"], order) and np.array_equal(found["fraction"], fractions[i][order])
+        few = world.all_hits(casts, shapes, poses, 1)
+        assert np.array_equal(few.more, [len(found) > 1 for found in hits])
+        odd = index.first_hits(casts, shapes, poses, accept=lambda question, ball: ball % 2 == 1)
+        assert np.array_equal(odd["fraction"], fractions[:, 1::2].min(axis=1))
+    points = jostle.Shapes.same(jostle.sphere(0, dim), 30)
+    starts = jostle.poses(origins)
+    every = jostle.distances(points, starts, pairs, shapes_b=shapes, poses_b=poses)["distance"].reshape(30, 60)
+    nearest = index.nearest_shapes(points, starts, shapes, poses)
+    assert np.array_equal(nearest["distance"], every.min(axis=1)) and np.array_equal(nearest["id"], every.argmin(axis=1))
+    near = world.nearest_shapes(points, starts, shapes, poses, 0.1, exclude=int(ids[nearest["id"][0]]))
+    assert np.array_equal(near["id"] == 0, np.where(np.arange(60) == nearest["id"][0], np.inf, every).min(axis=1) > dtype(0.1))
+    with pytest.raises(jostle.Error, match="ShapeSweeps"):
+        index.first_hits(origins, shapes, poses)
+    with pytest.raises(jostle.Error, match="question 0: a ray"):
+        index.first_hits(jostle.rays(origins, np.zeros(dim, dtype)), shapes, poses)
+    with pytest.raises(jostle.Error, match="displacements"):
+        index.first_hits(jostle.ShapeSweeps(movers, jostle.poses(origins), np.ones((3, dim), dtype)), shapes, poses)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_closed_meshes(dtype):
+    corners = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]], dtype)
+    sides = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    solid = jostle.ClosedMesh(jostle.mesh(corners, sides))
+    points = (np.random.default_rng(13).random((2000, 3)) * 6 - 1).astype(dtype)
+    inside = (points >= 0).all(axis=1) & (points.astype(float).sum(axis=1) <= 4)
+    assert np.array_equal(solid.contains(points), inside) and 0 < inside.sum() < 2000
+    away = solid.signed_distances(points)
+    assert away["distance"].dtype == dtype and np.array_equal(away["distance"] <= 0, inside)
+    assert np.allclose(points - away["normal"] * away["distance"][:, None], away["point"], atol=1e-5)
+    moved = solid.signed_distances(points + dtype(1), jostle.poses(np.ones((1, 3), dtype)))
+    assert np.allclose(moved["distance"], away["distance"], atol=1e-5)
+    assert solid.winding_numbers([[1, 1, 1], [9, 9, 9]]).tolist() == [1, 0]
+    with pytest.raises(jostle.Error, match="triangle 0 between the vertices 0 and 2"):
+        jostle.ClosedMesh(jostle.mesh(corners, sides[:3]))
+    with pytest.raises(jostle.Error, match="point 1"):
+        solid.contains(np.array([[0, 0, 0], [np.nan, 0, 0]], dtype))
+
+
+def test_round_shapes():
+    floor = jostle.half_space([0, 1, 0])
+    for shape, count in ((jostle.cylinder(1, 0.5), 4), (jostle.cone(1, 0.5), 4), (jostle.ellipsoid([2, 1, 3]), 1),
+                         (jostle.rounded_box([1, 0.75, 1], 0.25), 4)):
+        contact = jostle.contacts(jostle.Shapes([floor, shape]), jostle.poses([[0, 0, 0], [0, 0.99, 0]]), [(0, 1)])[0]
+        assert contact["count"] == count and abs(contact["point"]["depth"][0] - 0.01) < 1e-9
+    round_hull = jostle.rounded_hull([[0, 0], [1, 0], [0, 1]], 0.5)
+    box = jostle.bounds(jostle.Shapes([round_hull, jostle.ellipsoid([1, 2])]), jostle.poses(np.zeros((2, 2))))
+    assert np.allclose(box, [[[-0.5, -0.5], [1.5, 1.5]], [[-1, -2], [1, 2]]])
 
 
 def test_sums_are_exact_and_the_same_on_any_number_of_threads():

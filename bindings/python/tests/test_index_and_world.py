@@ -188,6 +188,67 @@ def test_a_world_tells_again_and_is_cleared():
     assert len(world) == 0 and world.bounds_of_all() is None and len(world.began()) == 0
 
 
+def test_a_world_shows_what_is_queued():
+    boxes = some_boxes(200, 2, np.float64)
+    _, world, ids = both(boxes)
+    world.update()
+    world.remove(ids[:100])
+    world.apply()
+    assert len(world) == 100 and len(world.ended().pairs) == 0
+    assert np.array_equal(world.pairs(), by_definition(boxes[100:]) + 100)
+    world.update()
+    pairs = by_definition(boxes)
+    assert len(world.ended().pairs) == (pairs[:, 0] < 100).sum()
+
+
+def test_a_world_keeps_what_belongs_to_objects_and_pairs():
+    boxes = some_boxes(200, 2, np.float64)
+    world = jostle.World(2, pair_slots=True)
+    ids = world.add(boxes)
+    world.set_user_data(ids, np.arange(200) + 2**40)
+    world.update()
+    pairs = len(world.began())
+    assert pairs > 10 and world.began_slots().tolist() == list(range(pairs)) and world.pair_slots_end() == pairs
+    assert np.array_equal(world.changed_slots(), world.began_slots())
+    for other in (world.fork(), pickle.loads(pickle.dumps(world))):
+        assert np.array_equal(other.user_data(ids), np.arange(200) + 2**40) and other.pair_slots_end() == pairs
+    world.remove(ids[:100])
+    world.update()
+    ended = world.ended().pairs
+    assert len(world.ended_slots()) == len(ended) > 0
+    assert np.array_equal(world.user_data(ended[:, 0]), world.index(ended[:, 0]) + np.uint64(2**40))
+    assert len(jostle.World(2).began_slots()) == 0
+
+
+def test_a_world_with_slack_says_the_same_and_may_ignore_odd_boxes():
+    boxes = some_boxes(200, 3, np.float32)
+    worlds = [jostle.World(3, np.float32), jostle.World(3, np.float32, slack=0.5, ignore_odd_boxes=True)]
+    ids = [world.add(boxes) for world in worlds]
+    for shift in (0, 0.01, -0.01, 0.02):
+        for world, its in zip(worlds, ids):
+            world.move(its, boxes + np.float32(shift))
+            world.update()
+        assert np.array_equal(worlds[0].began(), worlds[1].began())
+        assert np.array_equal(worlds[0].persisted(), worlds[1].persisted())
+    assert sum(world.stats()["padded"] for world in worlds) == 0 and worlds[1].stats()["changed"] == 200
+    odd = boxes.copy()
+    odd[3, 0, 0] = np.nan
+    odd[4] = odd[4, ::-1]
+    with pytest.raises(jostle.Error):
+        worlds[0].move(ids[0], odd)
+    worlds[1].move(ids[1], odd)
+    worlds[1].update()
+    assert worlds[1].stats()["odd"] == 2 and worlds[1].stats()["disabled"] == 0
+    other = pickle.loads(pickle.dumps(worlds[1]))
+    assert other.stats()["odd"] == 2
+    other.move(ids[1], boxes)
+    other.update()
+    assert other.stats()["odd"] == 0 and len(other.began()) == len(worlds[1].ended().pairs)
+    other.move(ids[1], odd)
+    with pytest.raises(jostle.Error, match="slack"):
+        jostle.World(3, slack=float("nan"))
+
+
 def test_a_world_asks():
     boxes = np.zeros((3, 2, 2))
     boxes[:, 1] = 1

@@ -51,11 +51,79 @@ def test_finds_what_the_definition_says_at_any_stride(dim, dtype):
 
 
 @pytest.mark.parametrize("dim,dtype", KINDS)
+def test_scenes_are_each_what_find_pairs_says(dim, dtype):
+    sizes = [0, 40, 1, 300, 0, 64, 64, 5_000, 7]
+    boxes = np.concatenate([some_boxes(n, dim, dtype, k) for k, n in enumerate(sizes)])
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    owner = np.arange(len(boxes)) // 5
+    plain = jostle.find_scenes(boxes, offsets)
+    wish = dict(owner=owner, accept=lambda scene, a, b: (scene + a + b) % 3 != 0)
+    filtered = jostle.find_scenes(boxes, offsets.tolist(), threads=2, **wish)
+    assert len(plain) == len(filtered) == len(sizes)
+    for k, (begin, end) in enumerate(zip(offsets[:-1], offsets[1:])):
+        expected = jostle.find_pairs(boxes[begin:end])
+        assert np.array_equal(plain[k], expected)
+        keep = [owner[begin + a] != owner[begin + b] and (k + int(a) + int(b)) % 3 != 0 for a, b in expected]
+        assert np.array_equal(filtered[k], expected[np.array(keep, bool)])
+    assert plain[-1] is not None and len(plain.pairs) == plain.first[-1] > 1000
+    everywhere = plain.pairs + np.repeat(offsets[:-1], np.diff(plain.first))[:, None]
+    assert touch_each(boxes, everywhere)
+    with pytest.raises(IndexError):
+        plain[len(sizes)]
+
+
+def touch_each(boxes, pairs):
+    a, b = boxes[pairs[:, 0]], boxes[pairs[:, 1]]
+    return ((a[:, 0] <= b[:, 1]) & (b[:, 0] <= a[:, 1])).all()
+
+
+def test_wrong_offsets_are_named():
+    boxes = some_boxes(10, 3, np.float64)
+    for offsets, index in (([0, 5, 4, 10], 2), ([1, 10], 0), ([0, 9], 1), ([0, -1, 10], 1)):
+        with pytest.raises(jostle.Error) as error:
+            jostle.find_scenes(boxes, offsets)
+        assert error.value.index == index
+    with pytest.raises(jostle.Error):
+        jostle.find_scenes(boxes, [])
+    with pytest.raises(ZeroDivisionError):
+        jostle.find_scenes(some_boxes(10, 3, np.float64, size=1), [0, 10], accept=lambda *_: 1 // 0)
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
 def test_two_sets(dim, dtype):
     a, b = some_boxes(300, dim, dtype, 1), some_boxes(200, dim, dtype, 2)
     assert np.array_equal(jostle.find_pairs(a, b, order="sorted"), by_definition(a, b))
     if dtype == np.float32:  # the wider type has both
         assert np.array_equal(jostle.find_pairs(a, b.astype(np.float64), order="sorted"), by_definition(a, b))
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_pairs_of_periodic_space(dim, dtype):
+    boxes = np.round(some_boxes(150, dim, dtype) * 64) / 64  # so that shifts are exact
+    period = np.ones(dim)
+    period[-1] = 0
+    pairs, shifts = jostle.find_periodic_pairs(boxes, period, order="sorted", threads=2)
+    assert pairs.dtype == np.uint32 and shifts.dtype == dtype and shifts.shape == (len(pairs), dim)
+    got = {(int(a), int(b), *shift) for (a, b), shift in zip(pairs, shifts.tolist())}
+    expected = {(int(a), int(b), *[0.0] * dim) for a, b in by_definition(boxes)}
+    for steps in np.ndindex(*[3 if p else 1 for p in period]):
+        shift = (np.array(steps) - (period != 0)) * period
+        if tuple(shift) < (0.0,) * dim:
+            for a, b in by_definition(boxes, boxes + shift.astype(dtype)):
+                expected.add((int(a), int(b), *shift.tolist()))
+    assert got == expected and len(got) == len(pairs) and np.any(shifts != 0)
+    owner = np.zeros(150, np.uint32)
+    assert len(jostle.find_periodic_pairs(boxes, period, owner=owner)[0]) == 0
+    some, _ = jostle.find_periodic_pairs(boxes, period, accept=lambda a, b: (a + b) % 2 == 0)
+    assert 0 < len(some) == sum((a + b) % 2 == 0 for a, b, *_ in expected)
+    with pytest.raises(jostle.Error, match="shorter than half") as caught:
+        jostle.find_periodic_pairs(boxes, period / 8)
+    assert caught.value.index is not None
+    with pytest.raises(jostle.Error, match="period"):
+        jostle.find_periodic_pairs(boxes, np.ones(dim + 1))
+    if dtype == np.float32:
+        with pytest.raises(jostle.Error, match="float64"):
+            jostle.find_periodic_pairs(boxes, np.full(dim, 0.1))
 
 
 def test_nothing_is_copied_on_the_way_in():

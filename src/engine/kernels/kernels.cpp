@@ -49,7 +49,8 @@ struct CopyLists
 };
 
 /// Puts the ties of a row with the candidates whose bits are set aside, in their order.
-inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates, std::uint32_t row)
+[[maybe_unused]] inline void defer_ties(PairOutput& out, unsigned ties, const std::uint32_t* candidates,
+                                        std::uint32_t row)
 {
     for (; ties != 0; ties &= ties - 1)
         out.ties[out.tie_count++] = {row, candidates[std::countr_zero(ties)] & object_mask};

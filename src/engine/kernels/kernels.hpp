@@ -19,7 +19,8 @@ template <class T>
 struct Unit
 {
     std::uint32_t count;
-    T lo[3][unit_size], hi[3][unit_size];
+    alignas(64) T lo[3][unit_size];
+    T hi[3][unit_size];
     std::uint32_t object[unit_size]; // with the side and, in a nested grid, the copy flags it came with
 
     // Filled by Kernels::quantise.

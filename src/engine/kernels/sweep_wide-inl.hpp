@@ -119,7 +119,8 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
                     gap0 = _mm512_min_epi16(gap0, _mm512_add_epi16(z, z0));
                     gap1 = _mm512_min_epi16(gap1, _mm512_add_epi16(z, z1));
                 }
-                // Neither half below zero, and no flag shared.
+                // Neither half below zero, so they touch; no flag shared, so this brick owns the
+                // pair (record.hpp).
                 __mmask16 hits0 = _mm512_mask_testn_epi32_mask(behind0, gap0, signs);
                 __mmask16 hits1 = _mm512_mask_testn_epi32_mask(behind1, gap1, signs);
                 hits0 = _mm512_mask_testn_epi32_mask(hits0, objects, flags0);

@@ -25,9 +25,38 @@ namespace {
 namespace HWY_NAMESPACE {
 #include "simd/vec-inl.hpp"
 //
-#include "index/kernels/searches-inl.hpp"
+#include "index/kernels/lane_tests-inl.hpp"
+//
+#include "index/kernels/lanes-inl.hpp"
+//
+#include "index/kernels/sort_few-inl.hpp"
+//
+#include "index/kernels/depth_first-inl.hpp"
+//
+#include "index/kernels/nearest_first-inl.hpp"
+//
+#include "index/kernels/join-inl.hpp"
+//
+#include "index/kernels/look_up-inl.hpp"
+//
+#include "index/kernels/visits-inl.hpp"
+//
+#include "index/kernels/pairs-inl.hpp"
 //
 #include "index/kernels/order-inl.hpp"
+
+template <int Dim, class T>
+const Kernels<Dim, T>& kernels()
+{
+    static constexpr Kernels<Dim, T> table = {
+        search_box<Dim, T>,           search_sphere<Dim, T>, search_frustum<Dim, T>,
+        search_join<Dim, T>,          search_around<Dim, T>, look_up<Dim>,
+        search_first<Dim, T>,         search_all<Dim, T>,    search_nearest<Dim, T>,
+        visit_line<Dim, T>,           visit_near<Dim, T>,    visit_touching<false, Dim, T>,
+        visit_touching<true, Dim, T>, find_closest<Dim, T>,  sort_few,
+        order_objects<Dim, T>};
+    return table;
+}
 } // namespace HWY_NAMESPACE
 } // namespace
 } // namespace index

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "base/buffer.hpp"
 #include "base/prefetch.hpp"
 #include "index/groups.hpp"
 #include "index/listing.hpp"
+#include "index/queue.hpp"
+#include "index/two.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/query.hpp"
 
@@ -147,7 +150,20 @@ struct Kernels
                            FunctionRef<bool(std::uint32_t asker, std::uint32_t id)> decide, Pair* out);
     Hit<T> (*first)(Root root, const Line<Dim, T>& line, Wanted wanted);
     void (*all)(Root root, const Line<Dim, T>& line, Wanted wanted, Found<Hit<T>>& out);
-    void (*nearest)(Root root, const T* point, Wanted wanted, Best<T>& best);
+    void (*nearest)(Root root, const Aabb<Dim, T>& from, Wanted wanted, Best<T>& best);
+    // Hand over what is found below all the roots, ascending by (at, id), no further than `limit`, which the
+    // visitor may make less. Whether it never stopped them.
+    bool (*visit_line)(std::span<const Root> roots, const Line<Dim, T>& line, Wanted wanted,
+                       HitVisitor<T> visit, QueueShelf<Dim, T>& shelf);
+    bool (*visit_near)(std::span<const Root> roots, const Aabb<Dim, T>& from, T limit, Wanted wanted,
+                       HitVisitor<T> visit, QueueShelf<Dim, T>& shelf);
+    // Pairs of one and the other of each of `roots`. The first two hand over those that touch, and those of
+    // which the squared distance is 0, and return whether the visitor never stopped them.
+    bool (*pairs)(std::span<const Roots<Dim, T>> roots, PairWanted wanted, PairVisitor visit);
+    bool (*pairs_at_zero)(std::span<const Roots<Dim, T>> roots, PairWanted wanted, PairVisitor visit);
+    /// Finds the closest that are apart.
+    void (*closest)(std::span<const Roots<Dim, T>> roots, ClosestAsked<T> asked, PairWanted wanted,
+                    ClosestWork<Dim, T>& work);
     /// Sorts at most `few` numbers, no two the same, ascending.
     void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
     /// Finds an order of at most page_capacity objects in which every 16 lie close together: `order` gets

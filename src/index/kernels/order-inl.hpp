@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Puts a page's objects in an order in which leaves are small. Plain loops, which compilers vectorise; all
 // numbers are whole but for the first step, so that every instruction set finds the same order. No include
-// guard: kernels.cpp includes it once per set, behind searches-inl.hpp.
+// guard: kernels.cpp includes it once per set, behind sort_few-inl.hpp.
 
 /// The objects of a page on their way into leaves.
 template <int Dim>
@@ -91,16 +91,4 @@ HWY_ATTR void order_objects(const Record<Dim, T>* records, std::uint32_t count, 
     ordering.run(0, count);
     for (std::uint32_t k = 0; k < count; ++k)
         order[k] = static_cast<std::uint8_t>(ordering.column[Dim][k]);
-}
-
-template <int Dim, class T>
-const Kernels<Dim, T>& kernels()
-{
-    static constexpr Kernels<Dim, T> table = {search_box<Dim, T>,     search_sphere<Dim, T>,
-                                              search_frustum<Dim, T>, search_join<Dim, T>,
-                                              search_around<Dim, T>,  look_up<Dim>,
-                                              search_first<Dim, T>,   search_all<Dim, T>,
-                                              search_nearest<Dim, T>, sort_few,
-                                              order_objects<Dim, T>};
-    return table;
 }

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: MIT
+// jostle_bench_bullet [SCENE [SIZE [STEPS [REPEATS]]]]
+//
+// What broad phases take for the scenes of adapters/bullet/scenes.hpp. A simulation with btDbvtBroadphase is
+// recorded call by call, all but questions. Then the very same calls are made to each broad phase, in turn,
+// and for each step the least time of all repeats counts. Beside it: whole steps of a simulation with each.
+#include "adapters/bullet/scenes.hpp"
+
+#include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <unordered_map>
+
+#include "jostle/bullet.hpp"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Call
+{
+    enum Kind
+    {
+        create,
+        destroy,
+        set,
+        calculate
+    } kind;
+    std::uint32_t proxy;
+    int group, mask;
+    btVector3 lo, hi;
+};
+
+class Recorder final : public btBroadphaseInterface
+{
+  public:
+    std::vector<Call> calls;
+    std::uint32_t proxies = 0;
+
+    btBroadphaseProxy* createProxy(const btVector3& lo, const btVector3& hi, int shape, void* user, int group,
+                                   int mask, btDispatcher* dispatcher) override
+    {
+        btBroadphaseProxy* const made = tree_.createProxy(lo, hi, shape, user, group, mask, dispatcher);
+        numbers_[made] = proxies;
+        calls.push_back({Call::create, proxies++, group, mask, lo, hi});
+        return made;
+    }
+    void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override
+    {
+        calls.push_back({Call::destroy, numbers_[proxy], 0, 0, {}, {}});
+        tree_.destroyProxy(proxy, dispatcher);
+    }
+    void setAabb(btBroadphaseProxy* proxy, const btVector3& lo, const btVector3& hi,
+                 btDispatcher* dispatcher) override
+    {
+        calls.push_back({Call::set, numbers_[proxy], 0, 0, lo, hi});
+        tree_.setAabb(proxy, lo, hi, dispatcher);
+    }
+    void getAabb(btBroadphaseProxy* proxy, btVector3& lo, btVector3& hi) const override
+    {
+        tree_.getAabb(proxy, lo, hi);
+    }
+    void rayTest(const btVector3& from, const btVector3& to, btBroadphaseRayCallback& callback,
+                 const btVector3& lo, const btVector3& hi) override
+    {
+        tree_.rayTest(from, to, callback, lo, hi);
+    }
+    void aabbTest(const btVector3& lo, const btVector3& hi, btBroadphaseAabbCallback& callback) override
+    {
+        tree_.aabbTest(lo, hi, callback);
+    }
+    void calculateOverlappingPairs(btDispatcher* dispatcher) override
+    {
+        calls.push_back({Call::calculate, 0, 0, 0, {}, {}});
+        tree_.calculateOverlappingPairs(dispatcher);
+    }
+    btOverlappingPairCache* getOverlappingPairCache() override { return tree_.getOverlappingPairCache(); }
+    const btOverlappingPairCache* getOverlappingPairCache() const override
+    {
+        return tree_.getOverlappingPairCache();
+    }
+    void getBroadphaseAabb(btVector3& lo, btVector3& hi) const override { tree_.getBroadphaseAabb(lo, hi); }
+    void printStats() override {}
+
+  private:
+    btDbvtBroadphase tree_;
+    std::unordered_map<const btBroadphaseProxy*, std::uint32_t> numbers_;
+};
+
+struct System
+{
+    const char* name;
+    std::function<std::unique_ptr<btBroadphaseInterface>()> make;
+};
+
+/// Microseconds of each step; the first is that of all creation.
+std::vector<double> replay(const std::vector<Call>& calls, std::uint32_t proxies,
+                           btBroadphaseInterface& broadphase, int& pairs)
+{
+    std::vector<btBroadphaseProxy*> made(proxies, nullptr);
+    std::vector<double> steps;
+    auto start = Clock::now();
+    for (const Call& call : calls) {
+        btBroadphaseProxy*& proxy = made[call.proxy];
+        switch (call.kind) {
+        case Call::create:
+            proxy = broadphase.createProxy(call.lo, call.hi, BOX_SHAPE_PROXYTYPE, nullptr, call.group,
+                                           call.mask, nullptr);
+            break;
+        case Call::destroy:
+            broadphase.destroyProxy(proxy, nullptr);
+            proxy = nullptr;
+            break;
+        case Call::set:
+            broadphase.setAabb(proxy, call.lo, call.hi, nullptr);
+            break;
+        case Call::calculate:
+            broadphase.calculateOverlappingPairs(nullptr);
+            const auto now = Clock::now();
+            steps.push_back(std::chrono::duration<double, std::micro>(now - start).count());
+            start = now;
+        }
+    }
+    pairs = broadphase.getOverlappingPairCache()->getNumOverlappingPairs();
+    for (btBroadphaseProxy* proxy : made)
+        if (proxy) broadphase.destroyProxy(proxy, nullptr);
+    return steps;
+}
+
+} // namespace
+
+int main(int count, char** words)
+{
+    const std::string wanted = count > 1 ? words[1] : "all";
+    const double size = count > 2 ? std::atof(words[2]) : 1;
+    const int steps = count > 3 ? std::atoi(words[3]) : 150;
+    const int repeats = count > 4 ? std::atoi(words[4]) : 5;
+    const auto two = jostle::make_tbb_executor(2);
+    const btVector3 far(2000, 2000, 2000);
+    const System systems[] = {
+        {"jostle",
+         [] {
+             return std::make_unique<jostle::bullet::Broadphase>(
+                 jostle::bullet::BroadphaseOptions{.executor = &jostle::serial_executor()});
+         }},
+        {"jostle, 2 threads",
+         [&] {
+             return std::make_unique<jostle::bullet::Broadphase>(
+                 jostle::bullet::BroadphaseOptions{.executor = two.get()});
+         }},
+        {"Dbvt", [] { return std::make_unique<btDbvtBroadphase>(); }},
+        {"Dbvt, deferred",
+         [] {
+             auto tree = std::make_unique<btDbvtBroadphase>();
+             tree->m_deferedcollide = true;
+             return tree;
+         }},
+        {"AxisSweep3",
+         [&]() -> std::unique_ptr<btBroadphaseInterface> {
+             return std::make_unique<bt32BitAxisSweep3>(-far, far, 120'000);
+         }},
+    };
+    std::printf("%-20s %8s  %-18s %9s %9s %9s %9s %8s\n", "scene", "objects", "broad phase", "ms/step", "x",
+                "created", "ms whole", "pairs");
+    for (const jostle_bullet::NamedScene& named : jostle_bullet::scenes) {
+        if (wanted != "all" && wanted != named.name) continue;
+        Recorder recorder;
+        std::size_t last = 0;
+        {
+            jostle_bullet::Scene scene(recorder);
+            named.make(scene, size);
+            for (int i = 0; i < steps; ++i)
+                scene.step();
+            last = recorder.calls.size();
+        }
+        recorder.calls.resize(last); // without the end
+        std::vector<std::vector<double>> best(std::size(systems));
+        std::vector<int> pairs(std::size(systems));
+        for (int repeat = 0; repeat < repeats; ++repeat)
+            for (std::size_t i = 0; i < std::size(systems); ++i) {
+                if (std::string(systems[i].name) == "AxisSweep3" && recorder.proxies > 20'000)
+                    continue; // minutes
+                const auto broadphase = systems[i].make();
+                const auto times = replay(recorder.calls, recorder.proxies, *broadphase, pairs[i]);
+                if (best[i].empty()) best[i] = times;
+                for (std::size_t k = 0; k < times.size(); ++k)
+                    best[i][k] = std::min(best[i][k], times[k]);
+            }
+        const auto mean = [&](std::size_t i) {
+            double sum = 0;
+            for (std::size_t k = 1; k < best[i].size(); ++k)
+                sum += best[i][k];
+            return sum / 1000 / static_cast<double>(best[i].size() - 1);
+        };
+        for (std::size_t i = 0; i < std::size(systems); ++i) {
+            if (best[i].empty()) continue;
+            double whole = 1e300;
+            for (int repeat = 0; repeat < 2; ++repeat) {
+                const auto broadphase = systems[i].make();
+                jostle_bullet::Scene scene(*broadphase);
+                named.make(scene, size);
+                scene.step();
+                const auto start = Clock::now();
+                for (int k = 1; k < steps; ++k)
+                    scene.step();
+                whole =
+                    std::min(whole, std::chrono::duration<double, std::milli>(Clock::now() - start).count() /
+                                        (steps - 1));
+            }
+            std::printf("%-20s %8u  %-18s %9.3f %9.2f %9.2f %9.2f %8d\n", named.name, recorder.proxies,
+                        systems[i].name, mean(i), mean(i) / mean(0), best[i][0] / 1000, whole, pairs[i]);
+            std::fflush(stdout);
+        }
+    }
+}

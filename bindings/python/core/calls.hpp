@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "jostle/jostle.h"
+
+// How the package calls jostle.h: without Python's lock, with errors as exceptions and handles that free
+// themselves.
+
+namespace py = pybind11;
+
+namespace jostle_python {
+
+using namespace py::literals;
+
+/// The first exception of a callback in Python, until the call that it ended has returned.
+class Pending
+{
+  public:
+    /// Runs a callback in Python; -1 if it raised.
+    template <class F>
+    std::int32_t call(F&& function) noexcept
+    {
+        const py::gil_scoped_acquire with_python;
+        try {
+            return function() ? 1 : 0;
+        } catch (...) {
+            const std::lock_guard lock(mutex_);
+            if (first_ == nullptr) first_ = std::current_exception();
+            return -1;
+        }
+    }
+    void rethrow()
+    {
+        if (first_ != nullptr) std::rethrow_exception(std::exchange(first_, nullptr));
+    }
+
+  private:
+    std::mutex mutex_;
+    std::exception_ptr first_;
+};
+
+/// Raises the package's exception for a status; `index` is the object at fault, or None.
+[[noreturn]] void raise_error(const std::string& status, const std::string& message, const py::object& index);
+/// Raises the one for an invalid argument.
+[[noreturn]] void refuse(const std::string& message);
+[[noreturn]] void raise(const jostle_error& error);
+
+/// Calls f(error) without Python's lock. What went wrong becomes an exception.
+template <class F>
+void call(F&& f, Pending* pending = nullptr)
+{
+    jostle_error error;
+    jostle_status status;
+    {
+        const py::gil_scoped_release without_python;
+        status = f(&error);
+    }
+    if (status == JOSTLE_CALLBACK_FAILED && pending != nullptr) pending->rethrow();
+    if (status != JOSTLE_OK) raise(error);
+}
+
+template <class Handle, jostle_status (*Free)(Handle*, jostle_error*)>
+struct Freed
+{
+    void operator()(Handle* handle) const noexcept { Free(handle, nullptr); }
+};
+using Executor = std::unique_ptr<jostle_executor, Freed<jostle_executor, jostle_executor_free>>;
+using Results = std::unique_ptr<jostle_results, Freed<jostle_results, jostle_results_free>>;
+using FinderHandle = std::unique_ptr<jostle_finder, Freed<jostle_finder, jostle_finder_free>>;
+using ImagesHandle = std::unique_ptr<jostle_images, Freed<jostle_images, jostle_images_free>>;
+using IndexHandle = std::unique_ptr<jostle_index, Freed<jostle_index, jostle_index_free>>;
+using WorldHandle = std::unique_ptr<jostle_world, Freed<jostle_world, jostle_world_free>>;
+using ShapeHandle = std::unique_ptr<jostle_shape, Freed<jostle_shape, jostle_shape_free>>;
+using ShapesHandle = std::unique_ptr<jostle_shapes, Freed<jostle_shapes, jostle_shapes_free>>;
+using ContactFinderHandle =
+    std::unique_ptr<jostle_contact_finder, Freed<jostle_contact_finder, jostle_contact_finder_free>>;
+using ResponsesHandle = std::unique_ptr<jostle_responses, Freed<jostle_responses, jostle_responses_free>>;
+
+/// Makes a handle: make(&out, error).
+template <class Owner, class F>
+Owner make(F&& f)
+{
+    typename Owner::pointer out = nullptr;
+    call([&](jostle_error* error) { return f(&out, error); });
+    return Owner(out);
+}
+
+[[nodiscard]] Results new_results();
+
+/// The executor for that many threads; null, which means the default, for 0.
+[[nodiscard]] Executor executor_of(std::uint32_t threads);
+[[nodiscard]] jostle_options options_of(const Executor& executor,
+                                        const jostle_allocator* allocator = nullptr);
+
+} // namespace jostle_python

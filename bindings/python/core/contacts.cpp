@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include <iterator>
+#include <optional>
+#include <vector>
+
+#include "core/module.hpp"
+#include "core/shapes.hpp"
+
+namespace jostle_python {
+
+namespace {
+
+template <class Contact>
+void clear_unused(Contact* contacts, std::uint64_t count)
+{
+    for (std::uint64_t i = 0; i < count; ++i)
+        for (std::size_t k = contacts[i].count; k < std::size(contacts[i].point); ++k)
+            contacts[i].point[k] = {};
+}
+
+class ContactFinder
+{
+  public:
+    ContactFinder(jostle_space given, std::uint32_t threads) : space(given)
+    {
+        const Executor executor = executor_of(threads);
+        const jostle_options options = options_of(executor);
+        handle = make<ContactFinderHandle>(
+            [&](auto** out, auto* error) { return jostle_contact_finder_new(space, &options, out, error); });
+    }
+    /// Calls f(a, b or null, pairs, error).
+    template <class F>
+    void work(const Shapes& shapes_a, const py::array& rows_a, const Shapes* shapes_b,
+              const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs, bool moving, F&& f)
+    {
+        const Objects a(shapes_a, rows_a, space, moving, moving ? "motions" : "poses");
+        std::optional<Objects> b;
+        if ((shapes_b != nullptr) != rows_b.has_value()) refuse("a second set needs shapes and poses");
+        if (shapes_b != nullptr)
+            b.emplace(*shapes_b, *rows_b, space, moving, moving ? "motions_b" : "poses_b");
+        const Pairs all(pairs);
+        call([&](jostle_error* error) { return f(&a.view, b ? &b->view : nullptr, &all.all, error); });
+    }
+    py::array find(const Shapes& shapes_a, const py::array& poses_a, const Shapes* shapes_b,
+                   const std::optional<py::array>& poses_b, const Packed<std::uint32_t>& pairs, double margin,
+                   const py::dtype& type)
+    {
+        jostle_blocks contacts{};
+        work(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
+             [&](auto* a, auto* b, auto* all, auto* error) {
+                 return jostle_contact_finder_find(handle.get(), a, b, all, margin, &contacts, error);
+             });
+        if (contacts.item_size != static_cast<std::uint64_t>(type.itemsize()))
+            refuse("the dtype isn't a contact's");
+        py::array out(type, std::vector<py::ssize_t>{static_cast<py::ssize_t>(contacts.count)});
+        void* const data = out.mutable_data();
+        call([&](jostle_error* error) { return jostle_blocks_copy(&contacts, contacts.count, data, error); });
+        // The points that a contact doesn't have are whatever memory held; an array shows them.
+        switch (space) {
+        case JOSTLE_2F:
+            clear_unused(static_cast<jostle_contact_2f*>(data), contacts.count);
+            break;
+        case JOSTLE_3F:
+            clear_unused(static_cast<jostle_contact_3f*>(data), contacts.count);
+            break;
+        case JOSTLE_2D:
+            clear_unused(static_cast<jostle_contact_2d*>(data), contacts.count);
+            break;
+        default:
+            clear_unused(static_cast<jostle_contact_3d*>(data), contacts.count);
+        }
+        return out;
+    }
+    py::array find_points(const Shapes& shapes_a, const py::array& poses_a, const Shapes* shapes_b,
+                          const std::optional<py::array>& poses_b, const Packed<std::uint32_t>& pairs,
+                          double margin, const py::dtype& type)
+    {
+        jostle_blocks contacts{};
+        work(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
+             [&](auto* a, auto* b, auto* all, auto* error) {
+                 return jostle_contact_finder_find_points(handle.get(), a, b, all, margin, &contacts, error);
+             });
+        if (contacts.item_size != static_cast<std::uint64_t>(type.itemsize()))
+            refuse("the dtype isn't a contact's");
+        py::array out(type, std::vector<py::ssize_t>{static_cast<py::ssize_t>(contacts.count)});
+        void* const data = out.mutable_data();
+        call([&](jostle_error* error) { return jostle_blocks_copy(&contacts, contacts.count, data, error); });
+        return out;
+    }
+    py::array rows(const Shapes& shapes_a, const py::array& rows_a, const Shapes* shapes_b,
+                   const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs, double limit,
+                   bool moving)
+    {
+        py::array out(number_of(space), {pairs.shape(0), py::ssize_t(3 * dim_of(space) + 1)});
+        void* const data = out.mutable_data();
+        work(shapes_a, rows_a, shapes_b, rows_b, pairs, moving,
+             [&](auto* a, auto* b, auto* all, auto* error) {
+                 return moving ? jostle_contact_finder_impacts(handle.get(), a, b, all, limit, data, error)
+                               : jostle_contact_finder_distances(handle.get(), a, b, all, limit, data, error);
+             });
+        return out;
+    }
+    py::array touching(const Shapes& shapes_a, const py::array& poses_a, const Shapes* shapes_b,
+                       const std::optional<py::array>& poses_b, const Packed<std::uint32_t>& pairs)
+    {
+        Packed<std::uint8_t> out(pairs.shape(0));
+        std::uint8_t* const data = out.mutable_data();
+        work(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
+             [&](auto* a, auto* b, auto* all, auto* error) {
+                 return jostle_contact_finder_touching(handle.get(), a, b, all, data, error);
+             });
+        return out;
+    }
+    /// Rays, or shapes that move by displacements where `moving` is given, against objects.
+    py::array casts(const Shapes* moving, const std::optional<py::array>& moving_poses,
+                    const py::array& given, const Shapes& shapes, const py::array& poses,
+                    const Packed<std::uint32_t>& pairs, const py::dtype& type)
+    {
+        const py::ssize_t width = moving == nullptr ? 2 * dim_of(space) + 1 : dim_of(space);
+        const auto count = static_cast<std::uint64_t>(given.ndim() == 2 ? given.shape(0) : 0);
+        want_rows(given, space, width, count, moving == nullptr ? "rays" : "displacements");
+        const jostle_values numbers{given.data(), count, given.strides(0)};
+        const Objects of(shapes, poses, space, false, "poses");
+        std::optional<Objects> movers;
+        if ((moving != nullptr) != moving_poses.has_value()) refuse("shapes that move need poses");
+        if (moving != nullptr) movers.emplace(*moving, *moving_poses, space, false, "moving_poses");
+        const Pairs all(pairs);
+        py::array out(type, std::vector<py::ssize_t>{pairs.shape(0)});
+        void* const data = out.mutable_data();
+        call([&](jostle_error* error) {
+            return movers ? jostle_contact_finder_shape_casts(handle.get(), &movers->view, &numbers, &of.view,
+                                                              &all.all, data, error)
+                          : jostle_contact_finder_ray_casts(handle.get(), &numbers, &of.view, &all.all, data,
+                                                            error);
+        });
+        return out;
+    }
+    jostle_space space;
+    ContactFinderHandle handle;
+};
+
+} // namespace
+
+void define_contacts(py::module_& m)
+{
+    py::class_<ContactFinder>(m, "ContactFinder")
+        .def(py::init<jostle_space, std::uint32_t>())
+        .def("find", &ContactFinder::find)
+        .def("find_points", &ContactFinder::find_points)
+        .def("rows", &ContactFinder::rows)
+        .def("casts", &ContactFinder::casts)
+        .def("touching", &ContactFinder::touching);
+}
+
+} // namespace jostle_python

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include <cstdint>
+#include <optional>
+
+#include "core/module.hpp"
+#include "core/questions.hpp"
+#include "core/shape_queries.hpp"
+
+namespace jostle_python {
+
+namespace {
+
+constexpr Asked<jostle_index> of_index{jostle_index_first, jostle_index_all, jostle_index_any,
+                                       jostle_index_count};
+constexpr AskedShapes<jostle_index> shapes_of_index{jostle_index_first_hits, jostle_index_all_hits,
+                                                    jostle_index_nearest_shapes};
+class BoxIndex
+{
+  public:
+    BoxIndex(jostle_space space, std::uint32_t threads) : space(space)
+    {
+        const Executor executor = executor_of(threads);
+        const jostle_options options = options_of(executor);
+        handle = make<IndexHandle>(
+            [&](auto** out, auto* error) { return jostle_index_new(space, &options, out, error); });
+    }
+    template <class F>
+    void change(const std::optional<Packed<std::uint32_t>>& ids, const py::array& boxes, F&& f)
+    {
+        const Boxes given = boxes_of(boxes, "boxes", space);
+        if (ids) want_length(*ids, given.view.count, "ids");
+        const std::uint32_t* const first = ids ? ids->data() : nullptr;
+        call([&](jostle_error* error) { return f(handle.get(), first, &given.view, error); });
+    }
+    py::dict stats() const
+    {
+        jostle_index_stats s{};
+        s.struct_size = sizeof s;
+        call([&](jostle_error* error) { return jostle_index_stats_read(handle.get(), &s, error); });
+        return py::dict("objects"_a = s.objects, "pages"_a = s.pages, "leaves"_a = s.leaves,
+                        "nodes"_a = s.nodes, "depth"_a = s.depth, "bytes"_a = s.bytes, "sorts"_a = s.sorts,
+                        "splits"_a = s.splits);
+    }
+
+    jostle_space space;
+    IndexHandle handle;
+};
+
+} // namespace
+
+void define_index(py::module_& m)
+{
+    py::class_<BoxIndex>(m, "BoxIndex")
+        .def(py::init<jostle_space, std::uint32_t>())
+        .def("build", [](BoxIndex& self, const std::optional<U32>& ids,
+                         const Array& boxes) { self.change(ids, boxes, jostle_index_build); })
+        .def("insert", [](BoxIndex& self, const U32& ids,
+                          const Array& boxes) { self.change(ids, boxes, jostle_index_insert); })
+        .def("move", [](BoxIndex& self, const U32& ids,
+                        const Array& boxes) { self.change(ids, boxes, jostle_index_move); })
+        .def("erase",
+             [](BoxIndex& self, const U32& ids) {
+                 const std::uint64_t count = length_of(ids, "ids");
+                 const std::uint32_t* const first = ids.data();
+                 call([&](jostle_error* error) {
+                     return jostle_index_erase(self.handle.get(), first, count, error);
+                 });
+             })
+        .def("clear",
+             [](BoxIndex& self) {
+                 call([&](jostle_error* error) { return jostle_index_clear(self.handle.get(), error); });
+             })
+        .def("release_memory",
+             [](BoxIndex& self) {
+                 call([&](jostle_error* error) {
+                     return jostle_index_release_memory(self.handle.get(), error);
+                 });
+             })
+        .def("size",
+             [](const BoxIndex& self) {
+                 std::uint64_t size = 0;
+                 call(
+                     [&](jostle_error* error) { return jostle_index_size(self.handle.get(), &size, error); });
+                 return size;
+             })
+        .def("contains",
+             [](const BoxIndex& self, const U32& ids) {
+                 Packed<std::uint8_t> out(static_cast<py::ssize_t>(length_of(ids, "ids")));
+                 const std::uint32_t* const first = ids.data();
+                 std::uint8_t* const data = out.mutable_data();
+                 const auto count = static_cast<std::uint64_t>(out.shape(0));
+                 call([&](jostle_error* error) {
+                     return jostle_index_contains(self.handle.get(), first, count, data, error);
+                 });
+                 return out;
+             })
+        .def("boxes",
+             [](const BoxIndex& self, const U32& ids) {
+                 const std::uint64_t count = length_of(ids, "ids");
+                 Array out(number_of(self.space), {static_cast<py::ssize_t>(count), py::ssize_t(2),
+                                                   py::ssize_t(dim_of(self.space))});
+                 const std::uint32_t* const first = ids.data();
+                 void* const data = out.mutable_data();
+                 call([&](jostle_error* error) {
+                     return jostle_index_boxes(self.handle.get(), first, count, data, error);
+                 });
+                 return out;
+             })
+        .def("stats", &BoxIndex::stats)
+        .def("join",
+             [](BoxIndex& self, const Array& boxes) {
+                 const Boxes given = boxes_of(boxes, "boxes", self.space);
+                 const Results results = new_results();
+                 call([&](jostle_error* error) {
+                     return jostle_index_join(self.handle.get(), &given.view, results.get(), error);
+                 });
+                 return copy_pairs(results);
+             })
+        .def("first_hits",
+             [](const BoxIndex& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
+                const Shapes& shapes, const Array& poses, AskFilter& filter, const py::dtype& type) {
+                 const Casts casts(moving, moving_poses, given, self.space);
+                 return shapes_of_index.ask_first(self.handle.get(), self.space, casts, shapes, poses, filter,
+                                                  type);
+             })
+        .def("all_hits",
+             [](const BoxIndex& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
+                const Shapes& shapes, const Array& poses, AskFilter& filter, std::uint64_t limit,
+                const py::dtype& type) {
+                 const Casts casts(moving, moving_poses, given, self.space);
+                 return shapes_of_index.ask_all(self.handle.get(), self.space, casts, shapes, poses, filter,
+                                                limit, type);
+             })
+        .def("nearest_shapes",
+             [](const BoxIndex& self, const Shapes& near_shapes, const Array& near_poses,
+                const F64& max_distances, const Shapes& shapes, const Array& poses, AskFilter& filter) {
+                 return shapes_of_index.ask_nearest(self.handle.get(), self.space, near_shapes, near_poses,
+                                                    max_distances, shapes, poses, filter);
+             })
+        .def("first",
+             [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
+                 return of_index.ask_first(self.handle.get(), questions, filter);
+             })
+        .def("all",
+             [](const BoxIndex& self, const Questions& questions, AskFilter& filter, std::uint64_t limit) {
+                 return of_index.ask_all(self.handle.get(), questions, filter, limit);
+             })
+        .def("any", [](const BoxIndex& self, const Questions& questions,
+                       AskFilter& filter) { return of_index.ask_any(self.handle.get(), questions, filter); })
+        .def("count", [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
+            return of_index.ask_count(self.handle.get(), questions, filter);
+        });
+}
+
+} // namespace jostle_python

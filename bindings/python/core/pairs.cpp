@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+#include "core/pairs.hpp"
+
+#include <cstring>
+
+#include "core/interrupts.hpp"
+#include "core/module.hpp"
+
+namespace jostle_python {
+
+py::array find(const py::array& boxes, const std::optional<py::array>& other, PairFilter& filter, bool sorted,
+               std::uint32_t threads, jostle_accept_pair_function accept, void* context)
+{
+    const Boxes a = boxes_of(boxes, "boxes");
+    std::optional<Boxes> b;
+    if (other) b = boxes_of(*other, "other", a.space);
+    const Executor executor = executor_of(threads);
+    Cancellable memory;
+    const jostle_options options = options_of(executor, memory.allocator());
+    jostle_filter wish = filter.filter;
+    if (accept != nullptr) {
+        wish.accept = accept;
+        wish.context = context;
+    }
+    const FinderHandle finder =
+        make<FinderHandle>([&](auto** out, auto* error) { return jostle_finder_new(&options, out, error); });
+    jostle_blocks pairs{};
+    const auto search = [&](jostle_error* error) {
+        return jostle_finder_find(finder.get(), a.space, &a.view, b ? &b->view : nullptr, &wish,
+                                  sorted ? JOSTLE_SORTED : JOSTLE_CANONICAL, &pairs, error);
+    };
+    if (boxes.shape(0) + (other ? other->shape(0) : 0) < many)
+        call(search, &filter.pending);
+    else
+        call_interruptibly(memory, search, &filter.pending);
+    return copy_pairs(pairs);
+}
+
+namespace {
+
+/// Pairs of periodic space: objects, and what the second is shifted by.
+py::tuple find_periodic(const py::array& boxes, const Packed<double>& period, PairFilter& filter, bool sorted,
+                        std::uint32_t threads)
+{
+    const Boxes given = boxes_of(boxes, "boxes");
+    const auto dim = static_cast<std::uint64_t>(dim_of(given.space));
+    want_length(period, dim, "period");
+    const Executor executor = executor_of(threads);
+    Cancellable memory;
+    const jostle_options options = options_of(executor, memory.allocator());
+    const ImagesHandle images = make<ImagesHandle>(
+        [&](auto** out, auto* error) { return jostle_images_new(given.space, &options, out, error); });
+    const FinderHandle finder =
+        make<FinderHandle>([&](auto** out, auto* error) { return jostle_finder_new(&options, out, error); });
+    float single[3] = {};
+    for (std::uint64_t d = 0; d < dim; ++d)
+        single[d] = static_cast<float>(period.data()[d]);
+    const void* const lengths =
+        is_float(given.space) ? static_cast<const void*>(single) : static_cast<const void*>(period.data());
+    jostle_images_view view{};
+    jostle_blocks found{};
+    const auto search = [&](jostle_error* error) {
+        jostle_status status = jostle_images_build(images.get(), &given.view, lengths, error);
+        jostle_filter wish{};
+        if (status == JOSTLE_OK) status = jostle_images_view_read(images.get(), &view, error);
+        if (status == JOSTLE_OK) status = jostle_images_filter(images.get(), &filter.filter, &wish, error);
+        if (status != JOSTLE_OK) return status;
+        return jostle_finder_find(finder.get(), given.space, &view.boxes, nullptr, &wish,
+                                  sorted ? JOSTLE_SORTED : JOSTLE_CANONICAL, &found, error);
+    };
+    if (boxes.shape(0) < many)
+        call(search, &filter.pending);
+    else
+        call_interruptibly(memory, search, &filter.pending);
+    py::array pairs = copy_pairs(found);
+    py::array shifts(number_of(given.space), {pairs.shape(0), static_cast<py::ssize_t>(dim)});
+    auto* const objects = static_cast<std::uint32_t*>(pairs.mutable_data());
+    auto* const out = static_cast<char*>(shifts.mutable_data());
+    const std::size_t row = dim * static_cast<std::size_t>(shifts.itemsize());
+    for (std::uint64_t i = 0; i < found.count; ++i) {
+        const std::uint32_t image = objects[2 * i + 1];
+        objects[2 * i + 1] = view.origin[image];
+        std::memcpy(out + i * row, static_cast<const char*>(view.shift) + image * row, row);
+    }
+    return py::make_tuple(pairs, shifts);
+}
+
+/// Returns the pairs of all scenes, one scene's behind the other's, and where each scene's begin.
+py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offsets,
+                      const std::optional<py::array>& category, const std::optional<py::array>& mask,
+                      const std::optional<py::array>& owner, const py::object& accept, std::uint32_t threads)
+{
+    const Boxes all = boxes_of(boxes, "boxes");
+    const std::uint64_t count = length_of(offsets, "offsets");
+    if (count == 0)
+        refuse("offsets is empty: it must have one number for each scene's first box, and the end");
+    const Executor executor = executor_of(threads);
+    Cancellable memory;
+    const jostle_options options = options_of(executor, memory.allocator());
+    struct Asked
+    {
+        const py::object& accept;
+        Pending pending;
+    } asked{accept, {}};
+    jostle_scene_filter filter{};
+    filter.struct_size = sizeof filter;
+    filter.category = values_of<std::uint32_t>(category, "category");
+    filter.mask = values_of<std::uint32_t>(mask, "mask");
+    filter.owner = values_of<std::uint32_t>(owner, "owner");
+    if (!accept.is_none()) {
+        filter.context = &asked;
+        filter.accept = [](void* context, std::uint64_t scene, std::uint32_t a, std::uint32_t b) {
+            auto* const self = static_cast<Asked*>(context);
+            return self->pending.call([&] { return self->accept(scene, a, b).cast<bool>(); });
+        };
+    }
+    const FinderHandle finder =
+        make<FinderHandle>([&](auto** out, auto* error) { return jostle_finder_new(&options, out, error); });
+    jostle_blocks pairs{};
+    const std::uint64_t* const places = offsets.data();
+    const auto search = [&](jostle_error* error) {
+        return jostle_finder_find_scenes(finder.get(), all.space, &all.view, places, count - 1, &filter,
+                                         &pairs, error);
+    };
+    if (boxes.shape(0) < many)
+        call(search, &asked.pending);
+    else
+        call_interruptibly(memory, search, &asked.pending);
+    Packed<std::int64_t> first(static_cast<py::ssize_t>(count));
+    std::int64_t* const out = first.mutable_data();
+    out[0] = 0;
+    for (std::uint64_t scene = 0; scene + 1 < count; ++scene)
+        out[scene + 1] = out[scene] + static_cast<std::int64_t>(pairs.blocks[scene].count);
+    return py::make_tuple(copy_pairs(pairs), first);
+}
+
+} // namespace
+
+void define_pairs(py::module_& m)
+{
+    py::class_<PairFilter>(m, "PairFilter")
+        .def(py::init<Maybe, Maybe, Maybe, Maybe, Maybe, Maybe, py::object>());
+    m.def("find", [](const Array& boxes, const Maybe& other, PairFilter& filter, bool sorted,
+                     std::uint32_t threads) { return find(boxes, other, filter, sorted, threads); });
+    m.def("find_periodic", &find_periodic);
+    m.def("find_scenes", &find_scenes);
+}
+
+} // namespace jostle_python

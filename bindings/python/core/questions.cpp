@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#include "core/questions.hpp"
+
+#include "core/module.hpp"
+
+namespace jostle_python {
+
+void define_questions(py::module_& m)
+{
+    py::class_<Questions>(m, "Questions")
+        .def(py::init<jostle_question, const Array&, jostle_space, const std::vector<Array>&,
+                      std::uint32_t>());
+    py::class_<AskFilter>(m, "AskFilter")
+        .def(py::init<Maybe, Maybe, Maybe, std::optional<std::array<std::uint32_t, 3>>,
+                      std::optional<std::uint64_t>, py::object>());
+}
+
+} // namespace jostle_python

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: MIT
+#include "core/world.hpp"
+
+#include <cstring>
+#include <string>
+
+#include "core/module.hpp"
+#include "core/questions.hpp"
+#include "core/shape_queries.hpp"
+
+namespace jostle_python {
+
+namespace {
+
+constexpr Asked<jostle_world> of_world{jostle_world_first, jostle_world_all, jostle_world_any,
+                                       jostle_world_count};
+constexpr AskedShapes<jostle_world> shapes_of_world{jostle_world_first_hits, jostle_world_all_hits,
+                                                    jostle_world_nearest_shapes};
+
+} // namespace
+
+void define_world(py::module_& m)
+{
+    py::class_<World> world(m, "World");
+    world.def(py::init<jostle_space, double, py::object, std::uint32_t, bool, bool, double>())
+        .def("began_slots", [](const World& self) { return self.listed_slots(jostle_world_began_slots); })
+        .def("ended_slots", [](const World& self) { return self.listed_slots(jostle_world_ended_slots); })
+        .def("changed_slots", [](const World& self) { return self.listed_slots(jostle_world_changed_slots); })
+        .def("pair_slots_end",
+             [](const World& self) {
+                 std::uint32_t end = 0;
+                 call([&](jostle_error* error) {
+                     return jostle_world_pair_slots_end(self.handle.get(), &end, error);
+                 });
+                 return end;
+             })
+        .def("touching",
+             [](const World& self, const U64& ids) {
+                 const Results results = new_results();
+                 jostle_lists lists;
+                 self.with_ids(ids, [&](auto* world, auto* first, auto count, auto* error) {
+                     return jostle_world_touching(world, first, count, results.get(), error);
+                 });
+                 call(
+                     [&](jostle_error* error) { return jostle_results_lists(results.get(), &lists, error); });
+                 return py::make_tuple(copy_array(lists.first, lists.questions + 1),
+                                       copy_array(lists.ids, lists.count));
+             })
+        .def("update",
+             [](World& self) {
+                 call([&](jostle_error* error) { return jostle_world_update(self.handle.get(), error); },
+                      self.pending.get());
+             })
+        .def("apply",
+             [](World& self) {
+                 call([&](jostle_error* error) { return jostle_world_apply(self.handle.get(), error); });
+             })
+        .def("update_moves",
+             [](World& self, const U64& ids, const Array& boxes) {
+                 self.with_boxes(ids, boxes, jostle_world_update_moves);
+             })
+        .def("began",
+             [](const World& self) {
+                 const jostle_id_pair* pairs = nullptr;
+                 std::uint64_t count = 0;
+                 call([&](jostle_error* error) {
+                     return jostle_world_began(self.handle.get(), &pairs, &count, error);
+                 });
+                 U64 out({static_cast<py::ssize_t>(count), py::ssize_t(2)});
+                 if (count != 0) std::memcpy(out.mutable_data(), pairs, count * sizeof *pairs);
+                 return out;
+             })
+        .def("ended",
+             [](const World& self) {
+                 const jostle_ended_pair* pairs = nullptr;
+                 std::uint64_t count = 0;
+                 call([&](jostle_error* error) {
+                     return jostle_world_ended(self.handle.get(), &pairs, &count, error);
+                 });
+                 U64 out({static_cast<py::ssize_t>(count), py::ssize_t(2)});
+                 Packed<std::uint8_t> reasons(static_cast<py::ssize_t>(count));
+                 for (std::uint64_t i = 0; i < count; ++i) {
+                     out.mutable_data()[2 * i] = pairs[i].a;
+                     out.mutable_data()[2 * i + 1] = pairs[i].b;
+                     reasons.mutable_data()[i] = static_cast<std::uint8_t>(pairs[i].reason);
+                 }
+                 return py::make_tuple(out, reasons);
+             })
+        .def("persisted", [](const World& self) { return self.listed(jostle_world_persisted); })
+        .def("changed_pairs", [](const World& self) { return self.listed(jostle_world_changed_pairs); })
+        .def("pairs",
+             [](const World& self) {
+                 const Results results = new_results();
+                 call([&](jostle_error* error) {
+                     return jostle_world_pairs(self.handle.get(), results.get(), error);
+                 });
+                 return copy_pairs(results);
+             })
+        .def("first_hits",
+             [](const World& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
+                const Shapes& shapes, const Array& poses, AskFilter& filter, const py::dtype& type) {
+                 const Casts casts(moving, moving_poses, given, self.space);
+                 return shapes_of_world.ask_first(self.handle.get(), self.space, casts, shapes, poses, filter,
+                                                  type);
+             })
+        .def("all_hits",
+             [](const World& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
+                const Shapes& shapes, const Array& poses, AskFilter& filter, std::uint64_t limit,
+                const py::dtype& type) {
+                 const Casts casts(moving, moving_poses, given, self.space);
+                 return shapes_of_world.ask_all(self.handle.get(), self.space, casts, shapes, poses, filter,
+                                                limit, type);
+             })
+        .def("nearest_shapes",
+             [](const World& self, const Shapes& near_shapes, const Array& near_poses,
+                const F64& max_distances, const Shapes& shapes, const Array& poses, AskFilter& filter) {
+                 return shapes_of_world.ask_nearest(self.handle.get(), self.space, near_shapes, near_poses,
+                                                    max_distances, shapes, poses, filter);
+             })
+        .def("first",
+             [](const World& self, const Questions& questions, AskFilter& filter) {
+                 return of_world.ask_first(self.handle.get(), questions, filter);
+             })
+        .def("all",
+             [](const World& self, const Questions& questions, AskFilter& filter, std::uint64_t limit) {
+                 return of_world.ask_all(self.handle.get(), questions, filter, limit);
+             })
+        .def("any", [](const World& self, const Questions& questions,
+                       AskFilter& filter) { return of_world.ask_any(self.handle.get(), questions, filter); })
+        .def("count",
+             [](const World& self, const Questions& questions, AskFilter& filter) {
+                 return of_world.ask_count(self.handle.get(), questions, filter);
+             })
+        .def("join",
+             [](World& self, const Array& boxes, AskFilter& filter) {
+                 const Boxes given = boxes_of(boxes, "boxes", self.space);
+                 const Results results = new_results();
+                 call(
+                     [&](jostle_error* error) {
+                         return jostle_world_join(self.handle.get(), &given.view, &filter.filter,
+                                                  results.get(), error);
+                     },
+                     &filter.pending);
+                 return copy_pairs(results);
+             })
+        .def("save",
+             [](const World& self) {
+                 const Results results = new_results();
+                 const void* bytes = nullptr;
+                 std::uint64_t count = 0;
+                 call([&](jostle_error* error) {
+                     return jostle_world_save(self.handle.get(), results.get(), error);
+                 });
+                 call([&](jostle_error* error) {
+                     return jostle_results_bytes(results.get(), &bytes, &count, error);
+                 });
+                 return py::bytes(static_cast<const char*>(bytes), count);
+             })
+        .def("restore",
+             [](World& self, const py::bytes& snapshot) {
+                 char* bytes = nullptr;
+                 py::ssize_t count = 0;
+                 PyBytes_AsStringAndSize(snapshot.ptr(), &bytes, &count);
+                 call([&](jostle_error* error) {
+                     return jostle_world_restore(self.handle.get(), bytes, static_cast<std::uint64_t>(count),
+                                                 error);
+                 });
+             })
+        .def("fork",
+             [](const World& self) {
+                 auto fork = std::make_unique<World>(self.space, 0, py::none(), 1, false, false, 0);
+                 fork->handle = make<WorldHandle>([&](auto** out, auto* error) {
+                     return jostle_world_fork(self.handle.get(), out, error);
+                 });
+                 fork->accept = self.accept;
+                 fork->pending = self.pending;
+                 fork->asked = self.asked;
+                 return fork;
+             })
+        .def("stats", &World::stats)
+        .def("explain",
+             [](const World& self) {
+                 const Results results = new_results();
+                 const void* bytes = nullptr;
+                 std::uint64_t count = 0;
+                 call([&](jostle_error* error) {
+                     return jostle_world_explain(self.handle.get(), results.get(), error);
+                 });
+                 call([&](jostle_error* error) {
+                     return jostle_results_bytes(results.get(), &bytes, &count, error);
+                 });
+                 return py::str(static_cast<const char*>(bytes), count);
+             })
+        .def_readonly("accept", &World::accept);
+    define_objects(world);
+}
+
+} // namespace jostle_python

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include "core/arrays.hpp"
+
+namespace jostle_python {
+
+class World
+{
+  public:
+    World(jostle_space given, double margin, py::object function, std::uint32_t threads, bool pair_slots,
+          bool ignore_odd_boxes, double slack)
+        : space(given), accept(std::move(function)), pending(std::make_unique<Pending>())
+    {
+        const Executor executor = executor_of(threads);
+        const jostle_options common = options_of(executor);
+        jostle_world_options options{};
+        options.struct_size = sizeof options;
+        options.common = &common;
+        options.margin = margin;
+        options.pair_slots = pair_slots ? 1 : 0;
+        options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
+        options.slack = slack;
+        if (!accept.is_none()) {
+            asked = std::make_unique<Asks>(Asks{accept, pending.get()});
+            options.context = asked.get();
+            options.accept = [](void* context, jostle_id a, jostle_id b) {
+                auto* const self = static_cast<Asks*>(context);
+                return self->pending->call([&] { return self->accept(a, b).template cast<bool>(); });
+            };
+        }
+        handle = make<WorldHandle>(
+            [&](auto** out, auto* error) { return jostle_world_new(space, &options, out, error); });
+    }
+    using Ids = Packed<std::uint64_t>;
+
+    template <class F>
+    void with_boxes(const Ids& ids, const py::array& boxes, F&& f)
+    {
+        const Boxes given = boxes_of(boxes, "boxes", space);
+        want_length(ids, given.view.count, "ids");
+        const std::uint64_t* const first = ids.data();
+        call([&](jostle_error* error) { return f(handle.get(), first, &given.view, error); }, pending.get());
+    }
+    template <class F>
+    void with_ids(const Ids& ids, F&& f) const
+    {
+        const std::uint64_t count = length_of(ids, "ids");
+        const std::uint64_t* const first = ids.data();
+        call([&](jostle_error* error) { return f(handle.get(), first, count, error); });
+    }
+    template <class T, class F>
+    py::array read(const Ids& ids, F&& f) const
+    {
+        Packed<T> out(static_cast<py::ssize_t>(length_of(ids, "ids")));
+        T* const data = out.mutable_data();
+        with_ids(ids, [&](auto* world, auto* first, auto count, auto* error) {
+            return f(world, first, count, data, error);
+        });
+        return out;
+    }
+    template <class F>
+    py::array read_boxes(const Ids& ids, F&& f) const
+    {
+        py::array out(number_of(space), {static_cast<py::ssize_t>(length_of(ids, "ids")), py::ssize_t(2),
+                                         py::ssize_t(dim_of(space))});
+        void* const data = out.mutable_data();
+        with_ids(ids, [&](auto* world, auto* first, auto count, auto* error) {
+            return f(world, first, count, data, error);
+        });
+        return out;
+    }
+    template <class F>
+    Packed<std::uint32_t> listed_slots(F&& f) const
+    {
+        const std::uint32_t* slots = nullptr;
+        std::uint64_t count = 0;
+        call([&](jostle_error* error) { return f(handle.get(), &slots, &count, error); });
+        Packed<std::uint32_t> out(static_cast<py::ssize_t>(count));
+        std::copy_n(slots, count, out.mutable_data());
+        return out;
+    }
+    template <class F>
+    py::array listed(F&& f) const
+    {
+        jostle_blocks pairs;
+        call([&](jostle_error* error) { return f(handle.get(), &pairs, error); });
+        return copy_pairs(pairs);
+    }
+    py::dict stats() const
+    {
+        jostle_world_stats s{};
+        s.struct_size = sizeof s;
+        call([&](jostle_error* error) { return jostle_world_stats_read(handle.get(), &s, error); });
+        py::dict stats("objects"_a = s.objects, "resting"_a = s.resting, "active"_a = s.active,
+                       "disabled"_a = s.disabled, "refused"_a = s.refused, "commands"_a = s.commands,
+                       "dropped"_a = s.dropped, "changed"_a = s.changed, "woken"_a = s.woken,
+                       "settled"_a = s.settled, "candidates"_a = s.candidates,
+                       "false_positives"_a = s.false_positives, "listed"_a = s.listed, "began"_a = s.began,
+                       "persisted"_a = s.persisted, "ended"_a = s.ended,
+                       "bytes_reserved"_a = s.bytes_reserved);
+        stats["us_total"] = s.us_total;
+        stats["us_apply"] = s.us_apply;
+        stats["us_active"] = s.us_active;
+        stats["us_resting"] = s.us_resting;
+        stats["us_events"] = s.us_events;
+        stats["us_index"] = s.us_index;
+        stats["padded"] = s.padded;
+        stats["odd"] = s.odd;
+        return stats;
+    }
+
+    jostle_space space;
+    py::object accept;
+    std::shared_ptr<Pending> pending;
+    struct Asks
+    {
+        py::object accept;
+        Pending* pending;
+    };
+    std::shared_ptr<Asks> asked; // a fork asks the same
+    WorldHandle handle;
+};
+
+/// What is done to objects, and known of them.
+void define_objects(py::class_<World>& world);
+
+} // namespace jostle_python

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// A motion planner's questions: which configurations of an arm touch an obstacle or the arm itself, what they
+// touch first, and how far away the others are. The arm is made of capsules, then of meshes.
+// Usage: planner [CONFIGURATIONS] [OBSTACLE'S RINGS]
+#include <jostle/jostle.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <random>
+#include <vector>
+
+using jostle::Pair;
+using jostle::Pose3f;
+using jostle::Vec3f;
+
+namespace {
+
+constexpr std::uint32_t links = 6;
+constexpr float half_length = 0.22f, thickness = 0.06f;
+
+/// A closed surface, 4 rings^2 triangles: a ball of radius 1 with waves, stretched along y.
+jostle::Mesh<3> surface(std::uint32_t rings, const Vec3f& size, float waves)
+{
+    std::vector<Vec3f> points;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    const std::uint32_t sectors = 2 * rings;
+    for (std::uint32_t i = 0; i <= rings; ++i)
+        for (std::uint32_t j = 0; j < sectors; ++j) {
+            const float t = 3.14159265f * static_cast<float>(i) / static_cast<float>(rings);
+            const float p = 3.14159265f * static_cast<float>(j) / static_cast<float>(rings);
+            const float r = 1 + waves * std::sin(5 * t) * std::cos(7 * p);
+            points.push_back({size[0] * r * std::sin(t) * std::cos(p), size[1] * r * std::cos(t),
+                              size[2] * r * std::sin(t) * std::sin(p)});
+        }
+    for (std::uint32_t i = 0; i < rings; ++i)
+        for (std::uint32_t j = 0; j < sectors; ++j) {
+            const std::uint32_t k = (j + 1) % sectors, at = i * sectors, below = at + sectors;
+            triangles.push_back({at + j, below + j, below + k});
+            triangles.push_back({at + j, below + k, at + k});
+        }
+    return jostle::Mesh<3>(points, triangles);
+}
+
+Vec3f turned(const std::array<float, 4>& q, const Vec3f& v)
+{
+    const Vec3f axis{q[0], q[1], q[2]}, across = jostle::cross(axis, v) * 2.0f;
+    return v + across * q[3] + jostle::cross(axis, across);
+}
+
+/// Where the links are: each one continues the last, turned by a joint about its z or its y axis.
+void place(const std::array<float, links>& angles, Pose3f* poses)
+{
+    Vec3f base{0, 0, 0};
+    std::array<float, 4> q{0, 0, 0, 1};
+    for (std::uint32_t i = 0; i < links; ++i) {
+        const float s = std::sin(angles[i] / 2), c = std::cos(angles[i] / 2);
+        const auto [x, y, z, w] = q;
+        q = i % 2 == 1 ? std::array{x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s}  // about z
+                       : std::array{x * c - z * s, y * c + w * s, z * c + x * s, w * c - y * s}; // about y
+        const Vec3f along = turned(q, {0, half_length, 0});
+        poses[i] = {base + along, q};
+        base += along * 2.0f;
+    }
+}
+
+} // namespace
+
+int main(int argc, char** argv)
+{
+    const std::size_t count = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : 10'000;
+    const std::uint32_t rings = argc > 2 ? static_cast<std::uint32_t>(std::atoi(argv[2])) : 112;
+    std::mt19937 random(1);
+    const auto uniform = [&] { return static_cast<float>(random()) / 4294967296.0f; };
+    const jostle::Mesh<3> rock = surface(rings, {0.7f, 1, 0.6f}, 0.1f);
+    const jostle::Mesh<3> link =
+        surface(std::min(rings, 22u), {thickness, half_length + thickness, thickness}, 0.02f);
+    const std::vector<jostle::Shape3> obstacle{rock};
+    const std::vector<Pose3f> obstacle_pose{{{1.4f, 0.8f, 0}, {0, 0, 0, 1}}};
+    const std::vector<jostle::Aabb3f> obstacle_box{jostle::bounds(obstacle[0], obstacle_pose[0])};
+
+    std::vector<Pose3f> poses(count * links); // of configuration i: from i * links on
+    for (std::size_t i = 0; i < count; ++i) {
+        std::array<float, links> angles;
+        for (float& angle : angles)
+            angle = (uniform() - 0.5f) * 6;
+        place(angles, &poses[i * links]);
+    }
+    // Links that may not touch each other: all but neighbours. What isn't listed is allowed.
+    std::vector<Pair> forbidden;
+    for (std::uint32_t i = 0; i < count; ++i)
+        for (std::uint32_t a = 0; a < links; ++a)
+            for (std::uint32_t b = a + 2; b < links; ++b)
+                forbidden.push_back({i * links + a, i * links + b});
+
+    jostle::PairFinder pair_finder;
+    jostle::ContactFinder3f finder;
+    const auto plan = [&](const char* name, const jostle::Shape3& shape, float farthest) {
+        const std::vector<jostle::Shape3> arm(poses.size(), shape);
+        std::vector<jostle::Aabb3f> boxes(poses.size());
+        // A capsule around each link will do: meshes' own boxes would take a look at every point.
+        const std::vector<jostle::Shape3> around(
+            poses.size(), jostle::Shape3::capsule(double{half_length}, 1.1 * double{thickness}));
+        jostle::bounds(around, poses, boxes, farthest, jostle::default_executor());
+        std::vector<Pair> near = pair_finder.find(boxes, obstacle_box).to_vector();
+        std::sort(near.begin(), near.end()); // by configuration, from the arm's base on
+        std::vector<std::uint8_t> hit(near.size()), bent(forbidden.size());
+        finder.touching(arm, poses, obstacle, obstacle_pose, near, hit);
+        finder.touching(arm, poses, forbidden, bent);
+
+        constexpr std::uint32_t none = links;
+        std::vector<std::uint32_t> first(count, none); // the lowest link that touches the obstacle
+        for (std::size_t k = near.size(); k-- > 0;)
+            if (hit[k] != 0) first[near[k].a / links] = near[k].a % links;
+        std::vector<std::uint8_t> folded(count, 0);
+        for (std::size_t k = 0; k < forbidden.size(); ++k)
+            folded[forbidden[k].a / links] |= bent[k];
+
+        // Of configurations that are free, how much room they have, as far as that matters.
+        std::erase_if(near, [&](const Pair& pair) {
+            return first[pair.a / links] != none || folded[pair.a / links] != 0;
+        });
+        std::vector<jostle::Distance<3, float>> gaps(near.size());
+        finder.distances(arm, poses, obstacle, obstacle_pose, near, farthest, gaps);
+        std::vector<float> room(count, std::numeric_limits<float>::infinity());
+        for (std::size_t k = 0; k < near.size(); ++k)
+            room[near[k].a / links] = std::min(room[near[k].a / links], gaps[k].distance);
+
+        const auto touching = count - static_cast<std::size_t>(std::count(first.begin(), first.end(), none));
+        const auto close =
+            std::count_if(room.begin(), room.end(), [&](float gap) { return gap <= farthest; });
+        std::printf("arm of %s: %zu of %zu configurations touch the rock, %zu themselves, %td are within "
+                    "%.1f of it\n",
+                    name, touching, count,
+                    static_cast<std::size_t>(std::count(folded.begin(), folded.end(), 1)), close,
+                    static_cast<double>(farthest));
+        return touching > 0 && touching < count && close > 0 &&
+               std::all_of(room.begin(), room.end(), [](float gap) { return gap > 0; });
+    };
+    const bool good = plan("capsules", jostle::Shape3::capsule(double{half_length}, double{thickness}), 0.3f);
+    return plan("meshes", link, 0.3f) && good ? 0 : 1;
+}

@@ -1,0 +1,434 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <memory_resource>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "jostle/box_index.hpp"
+#include "jostle/cast.hpp"
+#include "jostle/contact.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/function_ref.hpp"
+#include "jostle/process.hpp"
+#include "jostle/query.hpp"
+#include "jostle/shape_hits.hpp"
+#include "jostle/shapes.hpp"
+#include "jostle/version.hpp"
+#include "jostle/world.hpp"
+
+/// Rays, moving shapes and distances against the shapes of all objects of a World or a BoxIndex:
+///
+///     if (const auto hit = first_hit(world, {shapes, poses}, Ray3f{eye, direction}))
+///         use(hit->id, hit->point, hit->normal);
+///
+/// The boxes along the way are visited nearest first, and the shapes in them asked (ray_cast, shape_cast,
+/// distance), until no box is left that begins before the best hit.
+///
+/// Answers   what a loop over all shapes gives whose boxes the question meets: of several that are equally
+///           near, the one of the lowest id counts. Each shape must lie in its object's box, as it does in
+///           that of bounds(). Rounding may let a ray pass by a box that it only grazes; boxes with a margin
+///           have none of that.
+/// Filters   those of the World or BoxIndex. Batches take one for all questions or one for each.
+/// Threads   as the questions of a World or BoxIndex; batches run on the executor's threads, with the same
+///           answers for any number of them. `objects` is read by all of them.
+/// Errors    `Error` for an invalid question, which it names; for an object that a question meets and that
+///           has no shape or pose, or an invalid one; size_mismatch where arrays differ in number. After an
+///           error some of `out` may have been set.
+/// Cost      that of the boxes that begin before the answer, and a ray_cast, shape_cast or distance() for
+///           each.
+/// Memory    nothing is allocated but for results, unless hundreds of boxes are about as near.
+
+JOSTLE_NAMESPACE_BEGIN
+
+namespace detail {
+
+/// What is asked: a BoxIndex or a World.
+template <class Asked>
+struct AskedTypes;
+template <int D, Coordinate C>
+struct AskedTypes<BoxIndex<D, C>>
+{
+    static constexpr int dim = D;
+    using T = C;
+    using Id = std::uint32_t;
+    using Filter = QueryFilter;
+    static constexpr Id none = Hit<C>::none;
+    static std::uint32_t number(Id id) noexcept { return id; }
+};
+template <int D, Coordinate C>
+struct AskedTypes<World<D, C>>
+{
+    static constexpr int dim = D;
+    using T = C;
+    using Id = ObjectId;
+    using Filter = ObjectQueryFilter;
+    static constexpr Id none = {};
+    static std::uint32_t number(Id id) noexcept { return id.index; }
+};
+
+template <class Asked>
+using NumberOf = typename AskedTypes<Asked>::T;
+template <class Asked>
+using FilterOf = typename AskedTypes<Asked>::Filter;
+template <class Asked>
+using ShapesOf = PosedShapes<AskedTypes<Asked>::dim, NumberOf<Asked>>;
+template <class Asked>
+using HitOf = ShapeHit<AskedTypes<Asked>::dim, NumberOf<Asked>, typename AskedTypes<Asked>::Id>;
+template <class Asked>
+using DistanceOf = ShapeDistance<AskedTypes<Asked>::dim, NumberOf<Asked>, typename AskedTypes<Asked>::Id>;
+template <class Asked>
+using NearestOf = NearestShape<AskedTypes<Asked>::dim, NumberOf<Asked>>;
+/// A Ray or ShapeSweep in the dimensions and numbers of what is asked.
+template <class Question, class Asked>
+concept CastFor = std::same_as<Question, Ray<AskedTypes<Asked>::dim, NumberOf<Asked>>> ||
+                  std::same_as<Question, ShapeSweep<AskedTypes<Asked>::dim, NumberOf<Asked>>>;
+template <class Many>
+using ElementOf = std::remove_cvref_t<decltype(*std::data(std::declval<const Many&>()))>;
+
+/// Refuses an invalid question by its number, whatever it would meet.
+template <int Dim, Coordinate T>
+JOSTLE_API void check_question(const Ray<Dim, T>& ray, std::uint64_t number);
+template <int Dim, Coordinate T>
+JOSTLE_API void check_question(const ShapeSweep<Dim, T>& sweep, std::uint64_t number);
+template <int Dim, Coordinate T>
+JOSTLE_API void check_question(const NearestShape<Dim, T>& nearest, std::uint64_t number);
+/// The answers about one object. Its pose is checked, the question isn't.
+template <int Dim, Coordinate T>
+JOSTLE_API CastHit<Dim, T> cast_at(const Ray<Dim, T>& ray, const Shape<Dim>& shape, const Pose<Dim, T>& pose,
+                                   std::uint32_t object);
+template <int Dim, Coordinate T>
+JOSTLE_API CastHit<Dim, T> cast_at(const ShapeSweep<Dim, T>& sweep, const Shape<Dim>& shape,
+                                   const Pose<Dim, T>& pose, std::uint32_t object);
+template <int Dim, Coordinate T>
+JOSTLE_API Distance<Dim, T> distance_at(const NearestShape<Dim, T>& nearest, const Shape<Dim>& shape,
+                                        const Pose<Dim, T>& pose, T max_distance, std::uint32_t object);
+/// Where the boxes are looked for: in what a moving box sweeps, near a box, or, where `lies_in` says so, in
+/// a region without an order, since some questions are none of boxes (ways too short, shapes without end).
+template <int Dim, Coordinate T>
+struct BoxQuestion
+{
+    Sweep<Dim, T> sweep;
+    NearestToBox<Dim, T> nearest;
+    Aabb<Dim, T> region;
+    bool lies_in;
+};
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API BoxQuestion<Dim, T> boxes_for(const ShapeSweep<Dim, T>& sweep);
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API BoxQuestion<Dim, T> boxes_for(const NearestShape<Dim, T>& nearest);
+
+/// What the fraction or squared distance of a box may be, as rounded, whose shape is at `at`.
+template <Coordinate T>
+[[nodiscard]] constexpr T no_less(T at) noexcept
+{
+    return at + (at * (16 * std::numeric_limits<T>::epsilon()) + std::numeric_limits<T>::min());
+}
+
+// inside(id, bound) for each object whose box the question meets, nearest first where there is an order. It
+// makes `bound` less, and returns whether to go on.
+template <class Asked, int Dim, Coordinate T, class F>
+void visit_boxes(const Asked& asked, const Ray<Dim, T>& ray, const FilterOf<Asked>& filter, F&& inside)
+{
+    Ray<Dim, T> longer = ray;
+    longer.max_fraction = no_less(ray.max_fraction);
+    asked.visit(longer, [&](const auto& hit, T& bound) { return inside(hit.id, bound); }, filter);
+}
+template <class Asked, class F>
+void visit_region(const Asked& asked, const Aabb<AskedTypes<Asked>::dim, NumberOf<Asked>>& region,
+                  const FilterOf<Asked>& filter, F&& inside)
+{
+    NumberOf<Asked> bound = std::numeric_limits<NumberOf<Asked>>::infinity();
+    asked.visit(region, [&](const auto& id) { return inside(id, bound); }, filter);
+}
+template <class Asked, int Dim, Coordinate T, class F>
+void visit_boxes(const Asked& asked, const ShapeSweep<Dim, T>& sweep, const FilterOf<Asked>& filter,
+                 F&& inside)
+{
+    const BoxQuestion<Dim, T> boxes = boxes_for(sweep);
+    if (boxes.lies_in) return visit_region(asked, boxes.region, filter, inside);
+    asked.visit(boxes.sweep, [&](const auto& hit, T& bound) { return inside(hit.id, bound); }, filter);
+}
+template <class Asked, int Dim, Coordinate T, class F>
+void visit_boxes(const Asked& asked, const NearestShape<Dim, T>& nearest, const FilterOf<Asked>& filter,
+                 F&& inside)
+{
+    const BoxQuestion<Dim, T> boxes = boxes_for(nearest);
+    if (boxes.lies_in) return visit_region(asked, boxes.region, filter, inside);
+    asked.visit(boxes.nearest, [&](const auto& hit, T& bound) { return inside(hit.id, bound); }, filter);
+}
+
+/// The order of hits: by fraction, then id.
+struct HitOrder
+{
+    template <class Hit>
+    bool operator()(const Hit& a, const Hit& b) const noexcept
+    {
+        return a.fraction < b.fraction || (a.fraction == b.fraction && a.id < b.id);
+    }
+};
+template <class Hit, class At>
+Hit with_id(const At& at, const decltype(Hit::id)& id)
+{
+    Hit hit;
+    static_cast<At&>(hit) = at;
+    hit.id = id;
+    return hit;
+}
+
+template <class Asked, class Question>
+HitOf<Asked> first_of(const Asked& asked, const ShapesOf<Asked>& objects, const Question& question,
+                      std::uint64_t number, const FilterOf<Asked>& filter)
+{
+    using T = NumberOf<Asked>;
+    check_question(question, number);
+    HitOf<Asked> best{};
+    best.fraction = std::numeric_limits<T>::infinity();
+    best.id = AskedTypes<Asked>::none;
+    bool any = false;
+    visit_boxes(asked, question, filter, [&](const auto& id, T& bound) {
+        const std::uint32_t object = AskedTypes<Asked>::number(id);
+        objects.with(object, [&](const auto& shape, const auto& pose) {
+            const auto found = with_id<HitOf<Asked>>(cast_at(question, shape, pose, object), id);
+            if (found.fraction == std::numeric_limits<T>::infinity()) return;
+            if (any && !HitOrder{}(found, best)) return;
+            best = found;
+            any = true;
+            if (const T most = no_less(best.fraction); most < bound) bound = most;
+        });
+        return true;
+    });
+    return best;
+}
+
+/// Behind the elements of `out` that are there already.
+template <class Asked, class Question, class Hits>
+bool append_all_of(const Asked& asked, const ShapesOf<Asked>& objects, const Question& question,
+                   std::uint64_t number, Hits& out, const FilterOf<Asked>& filter, std::uint64_t max_results)
+{
+    using T = NumberOf<Asked>;
+    check_question(question, number);
+    const std::size_t before = out.size();
+    const auto begin = [&] { return out.begin() + static_cast<std::ptrdiff_t>(before); };
+    // One more than wanted says whether there are more. Then they are a heap, the last of all on top.
+    const bool limited = max_results < (std::numeric_limits<std::uint64_t>::max() >> 1U);
+    bool full = false;
+    visit_boxes(asked, question, filter, [&](const auto& id, T& bound) {
+        const std::uint32_t object = AskedTypes<Asked>::number(id);
+        objects.with(object, [&](const auto& shape, const auto& pose) {
+            const auto found = with_id<HitOf<Asked>>(cast_at(question, shape, pose, object), id);
+            if (found.fraction == std::numeric_limits<T>::infinity()) return;
+            if (full) {
+                if (!HitOrder{}(found, out[before])) return;
+                std::pop_heap(begin(), out.end(), HitOrder{});
+                out.back() = found;
+                std::push_heap(begin(), out.end(), HitOrder{});
+            } else {
+                out.push_back(found);
+                full = limited && out.size() - before > max_results;
+                if (full) std::make_heap(begin(), out.end(), HitOrder{});
+            }
+            if (full)
+                if (const T most = no_less(out[before].fraction); most < bound) bound = most;
+        });
+        return true;
+    });
+    std::sort(begin(), out.end(), HitOrder{});
+    if (full) out.pop_back();
+    return full;
+}
+
+template <class Asked>
+DistanceOf<Asked> nearest_of(const Asked& asked, const ShapesOf<Asked>& objects,
+                             const NearestOf<Asked>& question, std::uint64_t number,
+                             const FilterOf<Asked>& filter)
+{
+    using T = NumberOf<Asked>;
+    check_question(question, number);
+    DistanceOf<Asked> best{};
+    best.distance = std::numeric_limits<T>::infinity();
+    best.id = AskedTypes<Asked>::none;
+    bool any = false;
+    visit_boxes(asked, question, filter, [&](const auto& id, T& bound) {
+        const std::uint32_t object = AskedTypes<Asked>::number(id);
+        objects.with(object, [&](const auto& shape, const auto& pose) {
+            // The best distance may have been rounded down, and what is as far may have the lower id.
+            const T most = any ? std::min(no_less(std::max(best.distance, T(0))), question.max_distance)
+                               : question.max_distance;
+            const auto found =
+                with_id<DistanceOf<Asked>>(distance_at(question, shape, pose, most, object), id);
+            if (found.distance == std::numeric_limits<T>::infinity()) return;
+            if (any &&
+                !(found.distance < best.distance || (found.distance == best.distance && found.id < best.id)))
+                return;
+            best = found;
+            any = true;
+            const T apart = std::max(best.distance, T(0));
+            if (const T square = no_less(apart * apart); square < bound) bound = square;
+        });
+        return true;
+    });
+    return best;
+}
+
+/// Those of a batch: none, one for all questions, or one for each.
+template <class Filter>
+class QuestionFilters
+{
+  public:
+    QuestionFilters() = default;
+    QuestionFilters(const Filter& for_all) : filters_(&for_all, 1) {}
+    template <class Many>
+        requires std::convertible_to<const Many&, std::span<const Filter>>
+    QuestionFilters(const Many& for_each) : filters_(for_each), one_each_(true)
+    {
+    }
+    void check(std::size_t questions) const
+    {
+        if (one_each_ && filters_.size() != questions)
+            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) +
+                                                      " questions and " + std::to_string(filters_.size()) +
+                                                      " filters; give one for each");
+    }
+    /// inside(filter) with that of one question, whose `accept` is told the question's number.
+    template <class F>
+    auto with(std::uint64_t question, F&& inside) const
+    {
+        Filter filter = filters_.empty() ? Filter{} : filters_[one_each_ ? question : 0];
+        const auto accept = filter.accept;
+        const auto numbered = [&accept, question](std::uint32_t, auto id) {
+            return accept(static_cast<std::uint32_t>(question), id);
+        };
+        if (accept) filter.accept = numbered;
+        return inside(std::as_const(filter));
+    }
+
+  private:
+    std::span<const Filter> filters_;
+    bool one_each_ = false;
+};
+inline void check_answers(std::size_t questions, std::size_t out)
+{
+    if (questions != out)
+        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) +
+                                                  " questions and room for " + std::to_string(out) +
+                                                  " answers; give one for each");
+}
+/// Questions differ much in cost.
+inline constexpr std::uint64_t question_block = 16;
+
+} // namespace detail
+
+// In what follows `asked` is a World or a BoxIndex, `question` a Ray or a ShapeSweep of its numbers, and
+// `filter` an ObjectQueryFilter or a QueryFilter.
+
+/// What a ray or a moving shape meets first; nothing if it meets nothing.
+template <class Asked, class Question>
+    requires detail::CastFor<Question, Asked>
+[[nodiscard]] std::optional<detail::HitOf<Asked>>
+first_hit(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Question& question,
+          const detail::FilterOf<Asked>& filter = {})
+{
+    const auto hit = detail::first_of(asked, objects, question, Error::no_index, filter);
+    if (hit.fraction == std::numeric_limits<detail::NumberOf<Asked>>::infinity()) return {};
+    return hit;
+}
+
+/// All that it meets: refills `out`, ascending by (fraction, id), with the first `max_results` of them, each
+/// object once. Says whether there are more.
+template <class Asked, class Question>
+    requires detail::CastFor<Question, Asked>
+bool all_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Question& question,
+              std::vector<detail::HitOf<Asked>>& out, const detail::FilterOf<Asked>& filter = {},
+              std::uint64_t max_results = ~std::uint64_t{0})
+{
+    out.clear();
+    return detail::append_all_of(asked, objects, question, Error::no_index, out, filter, max_results);
+}
+
+/// The shape that is nearest by distance(), or deepest where several overlap the one asked about; nothing
+/// where all are further than max_distance.
+template <class Asked>
+[[nodiscard]] std::optional<detail::DistanceOf<Asked>>
+nearest_shape(const Asked& asked, const detail::ShapesOf<Asked>& objects,
+              const detail::NearestOf<Asked>& question, const detail::FilterOf<Asked>& filter = {})
+{
+    const auto found = detail::nearest_of(asked, objects, question, Error::no_index, filter);
+    if (found.distance == std::numeric_limits<detail::NumberOf<Asked>>::infinity()) return {};
+    return found;
+}
+
+// The same for many questions at once: any contiguous range of them. `filters` are none, one for all of them,
+// or one for each.
+
+/// out[i] is the first hit of questions[i]; where there is none its fraction is infinite.
+template <class Asked, class Questions>
+    requires detail::CastFor<detail::ElementOf<Questions>, Asked>
+void first_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Questions& questions,
+                std::type_identity_t<std::span<detail::HitOf<Asked>>> out,
+                const detail::QuestionFilters<detail::FilterOf<Asked>>& filters = {},
+                Executor& executor = default_executor())
+{
+    detail::check_answers(std::size(questions), out.size());
+    filters.check(std::size(questions));
+    const auto* const given = std::data(questions);
+    process_items(std::size(questions),
+                  [&](std::uint64_t begin, std::uint64_t end, Work) {
+                      for (std::uint64_t i = begin; i < end; ++i)
+                          out[i] = filters.with(i, [&](const auto& filter) {
+                              return detail::first_of(asked, objects, given[i], i, filter);
+                          });
+                  },
+                  {&executor, detail::question_block});
+}
+
+/// List i has the hits of questions[i], as all_hits gives them.
+template <class Asked, class Questions>
+    requires detail::CastFor<detail::ElementOf<Questions>, Asked>
+void all_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Questions& questions,
+              HitLists<detail::HitOf<Asked>>& out,
+              const detail::QuestionFilters<detail::FilterOf<Asked>>& filters = {},
+              std::uint64_t max_results = ~std::uint64_t{0}, Executor& executor = default_executor())
+{
+    filters.check(std::size(questions));
+    const auto* const given = std::data(questions);
+    const auto append = [&](std::uint64_t i, auto& hits) {
+        return filters.with(i, [&](const auto& filter) {
+            return detail::append_all_of(asked, objects, given[i], i, hits, filter, max_results);
+        });
+    };
+    out.fill(std::size(questions), {&executor, detail::question_block}, append);
+}
+
+/// out[i] is the nearest shape of questions[i]; where there is none its distance is infinite.
+template <class Asked, class Questions>
+    requires std::same_as<detail::ElementOf<Questions>, detail::NearestOf<Asked>>
+void nearest_shapes(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Questions& questions,
+                    std::type_identity_t<std::span<detail::DistanceOf<Asked>>> out,
+                    const detail::QuestionFilters<detail::FilterOf<Asked>>& filters = {},
+                    Executor& executor = default_executor())
+{
+    detail::check_answers(std::size(questions), out.size());
+    filters.check(std::size(questions));
+    const auto* const given = std::data(questions);
+    process_items(std::size(questions),
+                  [&](std::uint64_t begin, std::uint64_t end, Work) {
+                      for (std::uint64_t i = begin; i < end; ++i)
+                          out[i] = filters.with(i, [&](const auto& filter) {
+                              return detail::nearest_of(asked, objects, given[i], i, filter);
+                          });
+                  },
+                  {&executor, detail::question_block});
+}
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstring>
+#include <deque>
+#include <limits>
+#include <span>
+#include <type_traits>
+#include <vector>
+
+#include "c_api/results.hpp"
+#include "c_api/shapes.hpp"
+#include "jostle/shape_query.hpp"
+
+// Rays, moving shapes and distances against the shapes of an index or a world: one way for both.
+
+namespace jostle::c_api {
+
+/// The caller's filters as C++'s. `Wish` is IndexFilter or WorldFilter, which `Filter` refers to.
+template <class Wish, class Filter>
+class Filters
+{
+  public:
+    Filters(const jostle_query_filter* filters, std::uint64_t count, std::uint64_t questions)
+    {
+        if (count > 1 && count != questions)
+            refuse("there are " + std::to_string(questions) + " questions and " + std::to_string(count) +
+                       " filters: give none, one, or one for each",
+                   JOSTLE_SIZE_MISMATCH);
+        if (count == 0) return;
+        const auto* const bytes = reinterpret_cast<const unsigned char*>(wanted_array(filters, 1, "filters"));
+        const std::uint64_t size = filters->struct_size;
+        if (size % alignof(jostle_query_filter) != 0)
+            refuse("jostle_query_filter::struct_size is " + std::to_string(size) +
+                   ": set it to sizeof(jostle_query_filter)");
+        for (std::uint64_t i = 0; i < count; ++i) {
+            wishes_.emplace_back(reinterpret_cast<const jostle_query_filter*>(bytes + i * size));
+            filters_.push_back(wishes_.back().filter);
+        }
+    }
+    [[nodiscard]] detail::QuestionFilters<Filter> each() const
+    {
+        if (filters_.empty()) return {};
+        return filters_.size() == 1 ? detail::QuestionFilters<Filter>(filters_.front())
+                                    : detail::QuestionFilters<Filter>(filters_);
+    }
+
+  private:
+    std::deque<Wish> wishes_; // which stay where they are
+    std::vector<Filter> filters_;
+};
+
+inline Executor& executor_of(const Kept& kept)
+{
+    return kept.executor == nullptr ? default_executor() : *kept.executor;
+}
+
+inline std::uint64_t count_of(const jostle_casts* casts)
+{
+    const jostle_casts& given = wanted(casts, "casts");
+    return given.moving == nullptr ? given.rays.count : given.moving->poses.count;
+}
+
+/// inside(questions) with a contiguous range of rays or shapes that move.
+template <int Dim, Coordinate T, class F>
+void with_casts(const jostle_casts& given, F&& inside)
+{
+    if (given.moving == nullptr) {
+        if (given.displacements.count != 0) refuse("displacements without shapes that move");
+        const StridedView<Ray<Dim, T>> rays = view<Ray<Dim, T>>(given.rays, "rays");
+        std::vector<Ray<Dim, T>> packed(rays.size());
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            packed[i] = rays[i];
+        return inside(packed);
+    }
+    if (given.rays.count != 0) refuse("casts has both rays and shapes that move: give one or the other");
+    const auto moving = objects_of<Dim, Pose<Dim, T>>(given.moving, "moving");
+    const auto ways = view<Vec<Dim, T>>(given.displacements, "displacements");
+    if (moving.shapes.size() != moving.placed.size() || ways.size() != moving.placed.size())
+        refuse("there are " + std::to_string(moving.shapes.size()) + " shapes that move, " +
+                   std::to_string(moving.placed.size()) + " poses and " + std::to_string(ways.size()) +
+                   " displacements: give one of each per shape",
+               JOSTLE_SIZE_MISMATCH);
+    std::vector<ShapeSweep<Dim, T>> packed(ways.size());
+    for (std::size_t i = 0; i < ways.size(); ++i)
+        packed[i] = {moving.shapes[i], moving.placed[i], ways[i]};
+    inside(packed);
+}
+
+/// Ids and the rest of what was found, apart.
+template <class Plain, class Found, class Id, class IdOf>
+void take_apart(std::span<const Found> found, Id* ids, void* plain, IdOf id_of)
+{
+    auto* const bytes = static_cast<unsigned char*>(plain);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        ids[i] = id_of(found[i].id);
+        const Plain& one = found[i];
+        std::memcpy(bytes + i * sizeof(Plain), &one, sizeof one);
+    }
+}
+
+template <class Wish, class Filter, class Asked, class IdOf>
+void ask_first_hits(const Asked& asked, const Kept& kept, const jostle_objects* objects,
+                    const jostle_casts* casts, const jostle_query_filter* filters, std::uint64_t filter_count,
+                    std::uint64_t* ids, void* hits, IdOf id_of)
+{
+    constexpr int dim = detail::AskedTypes<Asked>::dim;
+    using T = detail::NumberOf<Asked>;
+    const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
+    const std::uint64_t count = count_of(casts);
+    wanted_array(ids, count, "ids");
+    auto* const out = wanted_array_of<CastHit<dim, T>>(hits, count, "hits");
+    const Filters<Wish, Filter> wishes(filters, filter_count, count);
+    with_casts<dim, T>(*casts, [&](const auto& questions) {
+        std::vector<detail::HitOf<Asked>> found(questions.size());
+        first_hits(asked, {of.shapes, of.placed}, questions, found, wishes.each(), executor_of(kept));
+        take_apart<CastHit<dim, T>>(std::span<const detail::HitOf<Asked>>(found), ids, out, id_of);
+    });
+}
+
+template <class Wish, class Filter, class Asked, class IdOf>
+void ask_all_hits(const Asked& asked, const Kept& kept, const jostle_objects* objects,
+                  const jostle_casts* casts, const jostle_query_filter* filters, std::uint64_t filter_count,
+                  std::uint64_t max_results, ResultsContent& into, IdOf id_of)
+{
+    constexpr int dim = detail::AskedTypes<Asked>::dim;
+    using T = detail::NumberOf<Asked>;
+    using Plain = CastHit<dim, T>;
+    const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
+    const Filters<Wish, Filter> wishes(filters, filter_count, count_of(casts));
+    into.begin();
+    with_casts<dim, T>(*casts, [&](const auto& questions) {
+        HitLists<detail::HitOf<Asked>> found(into.kept.resource());
+        all_hits(asked, {of.shapes, of.placed}, questions, found, wishes.each(), max_results,
+                 executor_of(kept));
+        const auto hits = found.hits();
+        into.lists.has_at = true;
+        into.lists.first.assign(1, 0);
+        into.lists.more.clear();
+        into.lists.at.clear();
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            into.lists.first.push_back(into.lists.first.back() + found[i].size());
+            into.lists.more.push_back(found.more(i) ? 1 : 0);
+        }
+        for (const auto& hit : hits)
+            into.lists.at.push_back(hit.fraction);
+        into.lists.ids.resize(hits.size());
+        into.bytes.resize(hits.size() * sizeof(Plain));
+        take_apart<Plain>(hits, into.lists.ids.data(), into.bytes.data(), id_of);
+        into.show(std::span(reinterpret_cast<const Plain*>(into.bytes.data()), hits.size()));
+    });
+    into.holds = ResultsContent::Holds::lists_and_blocks;
+}
+
+template <class Wish, class Filter, class Asked, class IdOf>
+void ask_nearest_shapes(const Asked& asked, const Kept& kept, const jostle_objects* objects,
+                        const jostle_objects* near, const jostle_values* max_distances,
+                        const jostle_query_filter* filters, std::uint64_t filter_count, std::uint64_t* ids,
+                        void* distances, IdOf id_of)
+{
+    constexpr int dim = detail::AskedTypes<Asked>::dim;
+    using T = detail::NumberOf<Asked>;
+    const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
+    const auto askers = objects_of<dim, Pose<dim, T>>(near, "near");
+    const StridedView<double> most =
+        max_distances == nullptr ? StridedView<double>() : view<double>(*max_distances, "max_distances");
+    const std::size_t count = askers.placed.size();
+    if (askers.shapes.size() != count || (most.size() != 0 && most.size() != count))
+        refuse("near has " + std::to_string(askers.shapes.size()) + " shapes and " + std::to_string(count) +
+                   " poses, and there are " + std::to_string(most.size()) +
+                   " max_distances: give one of each per shape",
+               JOSTLE_SIZE_MISMATCH);
+    wanted_array(ids, count, "ids");
+    auto* const out = wanted_array_of<Distance<dim, T>>(distances, count, "distances");
+    const Filters<Wish, Filter> wishes(filters, filter_count, count);
+    std::vector<NearestShape<dim, T>> questions(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        questions[i] = {askers.shapes[i], askers.placed[i]};
+        if (most.size() != 0) questions[i].max_distance = static_cast<T>(most[i]);
+    }
+    std::vector<detail::DistanceOf<Asked>> found(count);
+    nearest_shapes(asked, {of.shapes, of.placed}, questions, found, wishes.each(), executor_of(kept));
+    take_apart<Distance<dim, T>>(std::span<const detail::DistanceOf<Asked>>(found), ids, out, id_of);
+}
+
+} // namespace jostle::c_api

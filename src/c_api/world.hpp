@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "c_api/handles.hpp"
+#include "jostle/world.hpp"
+
+// What is behind a jostle_world. Its functions are in the files world*.cpp: what makes a world and updates it
+// in world.cpp, what is done to objects in world_commands.cpp, what is known of them in world_objects.cpp,
+// what an update found in world_pairs.cpp, rays, regions and the like in world_questions.cpp.
+
+namespace jostle::c_api {
+
+// An id in C is a number: the index below, the generation above. Where that is what an ObjectId is in memory,
+// arrays of ids are read in place.
+inline constexpr bool same_in_memory = std::endian::native == std::endian::little;
+static_assert(sizeof(ObjectId) == sizeof(jostle_id) && offsetof(ObjectId, index) == 0);
+
+inline ObjectId from_c(jostle_id id) noexcept
+{
+    // 0 names nothing, as a default ObjectId does.
+    return id == 0 ? ObjectId{}
+                   : ObjectId{static_cast<std::uint32_t>(id), static_cast<std::uint32_t>(id >> 32)};
+}
+inline jostle_id to_c(ObjectId id) noexcept
+{
+    return id.generation == 0 ? 0 : static_cast<jostle_id>(id.generation) << 32 | id.index;
+}
+
+/// An array of the caller's ids as the C++ interface wants it.
+class Ids
+{
+  public:
+    Ids(const jostle_id* ids, std::uint64_t count)
+    {
+        wanted_array(ids, count, "ids");
+        const auto size = static_cast<std::size_t>(count);
+        if constexpr (same_in_memory) {
+            span_ = std::span(reinterpret_cast<const ObjectId*>(ids), size);
+        } else {
+            swapped_.reserve(size);
+            for (std::size_t i = 0; i < size; ++i)
+                swapped_.push_back(from_c(ids[i]));
+            span_ = swapped_;
+        }
+    }
+    operator std::span<const ObjectId>() const noexcept { return span_; }
+    [[nodiscard]] std::size_t size() const noexcept { return span_.size(); }
+    ObjectId operator[](std::size_t i) const noexcept { return span_[i]; }
+
+  private:
+    std::vector<ObjectId> swapped_;
+    std::span<const ObjectId> span_;
+};
+
+class WorldContent final : public Content
+{
+  public:
+    WorldContent(jostle_space in, const jostle_world_options& given)
+        : kept(keep(given.common)), accept(given.accept), context(given.context), space(in)
+    {
+        WorldOptions options = kept.options<WorldOptions>();
+        options.margin = given.margin;
+        options.pair_slots = given.pair_slots != 0;
+        options.ignore_odd_boxes = given.ignore_odd_boxes != 0;
+        options.slack = given.slack;
+        if (accept != nullptr)
+            options.accept = [call = accept, with = context](ObjectId a, ObjectId b) {
+                return agreed(call(with, to_c(a), to_c(b)));
+            };
+        in_space(space, [&](auto of) {
+            world.emplace<World<decltype(of)::dim, typename decltype(of)::T>>(options);
+        });
+    }
+    /// A fork of another.
+    explicit WorldContent(const WorldContent& other)
+        : Content(), kept(other.kept), accept(other.accept), context(other.context), space(other.space)
+    {
+        other.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
+            world.emplace<World<Dim, T>>(typed.fork());
+        });
+    }
+    template <class F>
+    void on(F&& inside)
+    {
+        std::visit(
+            [&](auto& typed) {
+                if constexpr (!std::same_as<decltype(typed), std::monostate&>) inside(typed);
+            },
+            world);
+    }
+    template <class F>
+    void on(F&& inside) const
+    {
+        std::visit(
+            [&](const auto& typed) {
+                if constexpr (!std::same_as<decltype(typed), const std::monostate&>) inside(typed);
+            },
+            world);
+    }
+    /// What was handed out as of the update before is no more.
+    void changed() noexcept { began_listed = ended_listed = persisted_listed = changed_listed = false; }
+
+    Kept kept;
+    jostle_accept_object_pair_function accept;
+    void* context;
+    jostle_space space;
+    std::variant<std::monostate, World2f, World3f, World2d, World3d> world;
+
+    // The last update's lists as C sees them, made when they are first asked for: by any thread.
+    mutable std::mutex listing;
+    mutable bool began_listed = false, ended_listed = false, persisted_listed = false, changed_listed = false;
+    mutable std::vector<jostle_id_pair> began;
+    mutable std::vector<jostle_ended_pair> ended;
+    mutable std::vector<jostle_block> persisted_table, changed_table;
+    mutable jostle_blocks persisted{}, changed_pairs{};
+};
+
+template <>
+struct Behind<jostle_world>
+{
+    using type = WorldContent;
+    static constexpr std::uint64_t mark = 0x6a6f73746c650005U;
+    static constexpr const char* name = "jostle_world";
+};
+
+/// Calls queue(i) for each of `count` commands; an error names the one at fault.
+template <class F>
+void queue_each(std::size_t count, F&& queue)
+{
+    for (std::size_t i = 0; i < count; ++i)
+        try {
+            queue(i);
+        } catch (const Error& error) {
+            throw Failure{static_cast<jostle_status>(error.code()), error.what(), i};
+        }
+}
+
+/// Calls read(world, id, i) for each id, which must be in the world.
+template <class F>
+void read_each(const jostle_world* world, const jostle_id* ids, std::uint64_t count, F&& read)
+{
+    const WorldContent& content = open(world);
+    const Ids asked(ids, count);
+    content.on([&](const auto& typed) {
+        queue_each(asked.size(), [&](std::size_t i) { read(typed, asked[i], i); });
+    });
+}
+
+} // namespace jostle::c_api

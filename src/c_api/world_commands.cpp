@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: MIT
+#include "c_api/world.hpp"
+
+namespace jostle::c_api {
+namespace {
+
+ObjectFilter filter_of(const jostle_object_filter& filter) noexcept
+{
+    return {filter.category, filter.mask, filter.owner, filter.is_static != 0};
+}
+
+} // namespace
+} // namespace jostle::c_api
+
+using namespace jostle;
+using namespace jostle::c_api;
+
+extern "C" {
+
+jostle_status jostle_world_add(jostle_world* world, const jostle_boxes* boxes,
+                               const jostle_object_options* options, jostle_id* ids, jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
+            const jostle_object_options given = read_options(options, "jostle_object_options");
+            ObjectOptions<T> wish;
+            if (given.filter != nullptr) wish.filter = filter_of(*given.filter);
+            wish.margin = static_cast<T>(given.margin);
+            wish.enabled = given.disabled == 0;
+            wish.user_data = given.user_data;
+            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
+            wanted_array(ids, all.size(), "ids");
+            if constexpr (same_in_memory) {
+                typed.add(all, std::span(reinterpret_cast<ObjectId*>(ids), all.size()), wish);
+            } else {
+                std::vector<ObjectId> added(all.size());
+                typed.add(all, added, wish);
+                for (std::size_t i = 0; i < added.size(); ++i)
+                    ids[i] = to_c(added[i]);
+            }
+        });
+    });
+}
+jostle_status jostle_world_remove(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                  jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&](auto& typed) { typed.remove(std::span<const ObjectId>(Ids(ids, count))); });
+    });
+}
+jostle_status jostle_world_report_again(jostle_world* world, const jostle_id* ids, const jostle_id* others,
+                                        uint64_t count, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const Ids objects(ids, count);
+        open(world).on([&](auto& typed) {
+            if (others == nullptr)
+                return queue_each(objects.size(), [&](std::size_t i) { typed.report_again(objects[i]); });
+            const Ids second(others, count);
+            queue_each(objects.size(), [&](std::size_t i) { typed.report_again(objects[i], second[i]); });
+        });
+    });
+}
+jostle_status jostle_world_clear(jostle_world* world, jostle_error* error)
+{
+    return guarded(error, [&] {
+        WorldContent& content = open(world);
+        content.on([](auto& typed) { typed.clear(); });
+        content.changed();
+    });
+}
+jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids, const jostle_boxes* boxes,
+                                const void* displacements, uint32_t sequence, jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
+            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
+            const Ids moved(ids, all.size());
+            if (displacements == nullptr) {
+                typed.move(moved, all, sequence);
+                return;
+            }
+            const auto* const by = wanted_array_of<Vec<Dim, T>>(displacements, all.size(), "displacements");
+            queue_each(all.size(), [&](std::size_t i) { typed.move(moved[i], all[i], by[i], sequence); });
+        });
+    });
+}
+jostle_status jostle_world_teleport(jostle_world* world, const jostle_id* ids, const jostle_boxes* boxes,
+                                    uint32_t sequence, jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
+            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
+            const Ids moved(ids, all.size());
+            queue_each(all.size(), [&](std::size_t i) { typed.teleport(moved[i], all[i], sequence); });
+        });
+    });
+}
+jostle_status jostle_world_resize(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                  const void* sizes, uint32_t sequence, jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
+            const Ids resized(ids, count);
+            const auto* const all = wanted_array_of<Vec<Dim, T>>(sizes, count, "sizes");
+            queue_each(resized.size(), [&](std::size_t i) { typed.resize(resized[i], all[i], sequence); });
+        });
+    });
+}
+jostle_status jostle_world_set_filter(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                      const jostle_object_filter* filters, uint32_t sequence,
+                                      jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&](auto& typed) {
+            const Ids of(ids, count);
+            wanted_array(filters, count, "filters");
+            queue_each(of.size(),
+                       [&](std::size_t i) { typed.set_filter(of[i], filter_of(filters[i]), sequence); });
+        });
+    });
+}
+jostle_status jostle_world_set_margin(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                      const double* margins, uint32_t sequence, jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
+            const Ids of(ids, count);
+            wanted_array(margins, count, "margins");
+            queue_each(of.size(),
+                       [&](std::size_t i) { typed.set_margin(of[i], static_cast<T>(margins[i]), sequence); });
+        });
+    });
+}
+jostle_status jostle_world_set_enabled(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                       const uint8_t* enabled, uint32_t sequence, jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&](auto& typed) {
+            const Ids of(ids, count);
+            wanted_array(enabled, count, "enabled");
+            queue_each(of.size(),
+                       [&](std::size_t i) { typed.set_enabled(of[i], enabled[i] != 0, sequence); });
+        });
+    });
+}
+
+jostle_status jostle_world_set_user_data(jostle_world* world, const jostle_id* ids, uint64_t count,
+                                         const uint64_t* data, jostle_error* error)
+{
+    return guarded(error, [&] {
+        open(world).on([&](auto& typed) {
+            const Ids of(ids, count);
+            wanted_array(data, count, "data");
+            queue_each(of.size(), [&](std::size_t i) { typed.set_user_data(of[i], data[i]); });
+        });
+    });
+}
+
+} // extern "C"

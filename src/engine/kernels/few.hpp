@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include "engine/kernels/kernels.hpp"
+#include "jostle/find_pairs.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace engine {
+
+// Among few boxes a grid costs more than it saves. There every box is tested against every other, in the
+// user's own numbers, so that nothing is quantised and nothing is a tie.
+
+/// Up to so many boxes are few, sets together. The same on every instruction set, since the order of the
+/// pairs depends on it. docs/decisions/037 has the measurements.
+inline constexpr std::uint32_t few_boxes = 128;
+/// The most pairs among them, and what stores of whole registers write behind them.
+inline constexpr std::uint32_t few_room = few_boxes * (few_boxes - 1) / 2 + 8;
+static_assert(few_boxes <= unit_size - 16, "padding follows the last box");
+
+/// Writes the pairs of `rows` with the boxes in the unit's columns, ascending by (a, b), and returns their
+/// end. Within one set (`cross` false) the columns hold the rows themselves, and each is tested against those
+/// behind it. Overwrites the columns behind the last box. Null if a box is NaN or inverted.
+template <int Dim, class T>
+using FindAmongFew = Pair* (*)(const BoxView<Dim, T>& rows, Unit<T>& unit, bool cross, Pair* out);
+
+/// For one of supported_instruction_sets(). All sets leave the same pairs.
+template <int Dim, class T>
+FindAmongFew<Dim, T> find_among_few_with(InstructionSet set) noexcept;
+
+/// The pairs of few boxes, or null: see above.
+template <int Dim, class T>
+Pair* find_among_few(InstructionSet set, const Boxes<Dim, T>& boxes, Unit<T>& unit, Pair* out)
+{
+    const BoxView<Dim, T>& columns = boxes.cross ? boxes.b : boxes.a;
+    unit.count = static_cast<std::uint32_t>(columns.size());
+    if (unit.count != 0) kernels_for(set).template load<Dim, T>()(columns, 0, unit);
+    return find_among_few_with<Dim, T>(set)(boxes.a, unit, boxes.cross, out);
+}
+
+} // namespace engine
+JOSTLE_NAMESPACE_END

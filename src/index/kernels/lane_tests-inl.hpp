@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// What 16 boxes at once are asked: which of them touch a region, lie in it, are near, are met by a line. The
+// answer is a bit for each lane. Compiled once per instruction set, see kernels.cpp; no include guard, on
+// purpose.
+//
+// Every test is monotone in the bounds, rounding included: what holds for a box holds for every box around
+// it. So the bounds of a node are tested with the very arithmetic that defines the answer for an object, and
+// nothing is missed for lack of a tolerance.
+
+/// Lanes that touch a box.
+template <int Dim, class T>
+HWY_ATTR HWY_INLINE unsigned touching(const Bounds<Dim, T>& bounds, const Aabb<Dim, T>& box)
+{
+    unsigned bits = 0;
+    for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
+        auto mask = (Vec<T>::load(bounds.lo[0] + k) <= Vec<T>(box.hi[0])) &
+                    (Vec<T>(box.lo[0]) <= Vec<T>::load(bounds.hi[0] + k));
+        for (int d = 1; d < Dim; ++d) {
+            mask = mask & (Vec<T>::load(bounds.lo[d] + k) <= Vec<T>(box.hi[d]));
+            mask = mask & (Vec<T>(box.lo[d]) <= Vec<T>::load(bounds.hi[d] + k));
+        }
+        bits |= mask_bits(mask) << k;
+    }
+    return bits;
+}
+
+template <int Dim, class T>
+struct BoxRegion
+{
+    const Aabb<Dim, T>& box;
+    HWY_ATTR HWY_INLINE unsigned touch(const Bounds<Dim, T>& bounds) const { return touching(bounds, box); }
+    /// Lanes all of whose objects touch the region.
+    HWY_ATTR HWY_INLINE unsigned contain(const Bounds<Dim, T>& bounds) const
+    {
+        unsigned bits = 0;
+        for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
+            auto mask = (Vec<T>(box.lo[0]) <= Vec<T>::load(bounds.lo[0] + k)) &
+                        (Vec<T>::load(bounds.hi[0] + k) <= Vec<T>(box.hi[0]));
+            for (int d = 1; d < Dim; ++d) {
+                mask = mask & (Vec<T>(box.lo[d]) <= Vec<T>::load(bounds.lo[d] + k));
+                mask = mask & (Vec<T>::load(bounds.hi[d] + k) <= Vec<T>(box.hi[d]));
+            }
+            bits |= mask_bits(mask) << k;
+        }
+        return bits;
+    }
+};
+
+/// The squared distances of `Vec::size` lanes from a box, or a point as one.
+template <int Dim, class T>
+HWY_ATTR HWY_INLINE Vec<T> distances(const Bounds<Dim, T>& bounds, const T* lo, const T* hi, std::uint32_t k)
+{
+    Vec<T> sum = Vec<T>(0);
+    for (int d = 0; d < Dim; ++d) {
+        const Vec<T> gap = max(max(Vec<T>::load(bounds.lo[d] + k) - Vec<T>(hi[d]),
+                                   Vec<T>(lo[d]) - Vec<T>::load(bounds.hi[d] + k)),
+                               Vec<T>(0));
+        sum = sum + gap * gap;
+    }
+    return sum;
+}
+
+/// Lanes no further from a box than the root of `limit`; stores how far they are, squared, infinity for the
+/// others.
+template <int Dim, class T>
+HWY_ATTR HWY_INLINE unsigned within(const Bounds<Dim, T>& bounds, const Aabb<Dim, T>& from, T limit, T* far)
+{
+    unsigned bits = 0;
+    for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
+        const Vec<T> each = distances<Dim, T>(bounds, from.lo.data(), from.hi.data(), k);
+        const auto reached = each <= Vec<T>(limit);
+        choose(reached, each, Vec<T>(std::numeric_limits<T>::infinity())).store(far + k);
+        bits |= mask_bits(reached) << k;
+    }
+    return bits;
+}
+
+template <int Dim, class T>
+struct SphereRegion
+{
+    const T* center;
+    T limit; // radius squared
+    HWY_ATTR HWY_INLINE unsigned touch(const Bounds<Dim, T>& bounds) const
+    {
+        unsigned bits = 0;
+        for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size)
+            bits |= mask_bits(distances<Dim, T>(bounds, center, center, k) <= Vec<T>(limit)) << k;
+        return bits;
+    }
+    HWY_ATTR HWY_INLINE unsigned contain(const Bounds<Dim, T>& bounds) const
+    {
+        unsigned bits = 0;
+        for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
+            Vec<T> sum = Vec<T>(0);
+            for (int d = 0; d < Dim; ++d) {
+                const Vec<T> p = Vec<T>(center[d]);
+                const Vec<T> gap =
+                    max(p - Vec<T>::load(bounds.lo[d] + k), Vec<T>::load(bounds.hi[d] + k) - p);
+                sum = sum + gap * gap;
+            }
+            bits |= mask_bits(sum <= Vec<T>(limit)) << k;
+        }
+        return bits;
+    }
+};
+
+template <int Dim, class T>
+struct FrustumRegion
+{
+    const Plane<Dim, T>* planes;
+    std::size_t count;
+    /// Lanes with the corner furthest along (or, for `nearest`, against) each normal inside its plane.
+    template <bool nearest>
+    HWY_ATTR HWY_INLINE unsigned corners(const Bounds<Dim, T>& bounds) const
+    {
+        unsigned all = 0xffff;
+        for (std::size_t i = 0; i < count && all != 0; ++i) {
+            const Plane<Dim, T>& plane = planes[i];
+            unsigned bits = 0;
+            for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
+                Vec<T> sum = Vec<T>(0);
+                for (int d = 0; d < Dim; ++d) {
+                    const T n = plane.normal[d];
+                    if (n == 0) continue;
+                    const T* corner = (n > 0) == nearest ? bounds.lo[d] : bounds.hi[d];
+                    sum = sum + Vec<T>(n) * Vec<T>::load(corner + k);
+                }
+                bits |= mask_bits(Vec<T>(0) <= sum + Vec<T>(plane.offset)) << k;
+            }
+            all &= bits;
+        }
+        return all;
+    }
+    HWY_ATTR HWY_INLINE unsigned touch(const Bounds<Dim, T>& bounds) const { return corners<false>(bounds); }
+    HWY_ATTR HWY_INLINE unsigned contain(const Bounds<Dim, T>& bounds) const { return corners<true>(bounds); }
+};
+
+/// Which bounds a line meets first on each axis, and which last.
+template <int Dim, class T>
+struct LineTest
+{
+    T lo[Dim], hi[Dim], inverse[Dim];
+    T max_fraction;
+
+    HWY_ATTR HWY_INLINE explicit LineTest(const Line<Dim, T>& line) : max_fraction(line.max_fraction)
+    {
+        for (int d = 0; d < Dim; ++d) {
+            lo[d] = line.lo[d];
+            hi[d] = line.hi[d];
+            inverse[d] = line.inverse[d];
+        }
+    }
+    /// Lanes met no later than at `last`; stores when, infinity for the others.
+    HWY_ATTR HWY_INLINE unsigned meet(const Bounds<Dim, T>& bounds, T last, T* at) const
+    {
+        unsigned bits = 0;
+        for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
+            Vec<T> enter = Vec<T>(0), leave = Vec<T>(last);
+            Vec<T> beside = Vec<T>(0); // never above 0 where an axis without motion lets pass
+            for (int d = 0; d < Dim; ++d) {
+                const Vec<T> to_lo = Vec<T>::load(bounds.lo[d] + k), to_hi = Vec<T>::load(bounds.hi[d] + k);
+                const Vec<T> own_lo = Vec<T>(lo[d]), own_hi = Vec<T>(hi[d]);
+                if (inverse[d] > 0) {
+                    enter = max((to_lo - own_hi) * Vec<T>(inverse[d]), enter);
+                    leave = min((to_hi - own_lo) * Vec<T>(inverse[d]), leave);
+                } else if (inverse[d] < 0) {
+                    enter = max((to_hi - own_lo) * Vec<T>(inverse[d]), enter);
+                    leave = min((to_lo - own_hi) * Vec<T>(inverse[d]), leave);
+                } else {
+                    // Differences of finite numbers are 0 only for equal ones: no rounding decides.
+                    beside = max(beside, max(to_lo - own_hi, own_lo - to_hi));
+                }
+            }
+            const auto met = (enter <= leave) & (beside <= Vec<T>(0));
+            choose(met, enter, Vec<T>(std::numeric_limits<T>::infinity())).store(at + k);
+            bits |= mask_bits(met) << k;
+        }
+        return bits;
+    }
+};

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+
+#include "base/buffer.hpp"
+#include "index/groups.hpp"
+#include "jostle/query.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+/// A node or a leaf with the bounds of all that is in it: a lane of the node above it. Of a root, nothing is
+/// above.
+template <int Dim, class T>
+struct Side
+{
+    Child<Dim, T> group;
+    const Node<Dim, T>* above;
+    std::uint32_t lane;
+};
+
+/// What may hold pairs: of one side and the other, or of a group with itself.
+template <int Dim, class T>
+struct Two
+{
+    T at; // how far they are from each other, squared
+    Side<Dim, T> a, b;
+};
+
+/// Two roots, or one twice: then each pair counts once, with the lesser id first.
+template <int Dim, class T>
+struct Roots
+{
+    Child<Dim, T> a, b;
+    bool same_set; // the lesser id goes first also where the roots differ
+};
+
+/// Whether two objects count as a pair; null where all do.
+using PairWanted = FunctionRef<bool(std::uint32_t a, std::uint32_t b)>;
+
+/// Working memory of a search for the closest pairs, and what it has found.
+template <int Dim, class T>
+struct ClosestWork
+{
+    Buffer<Two<Dim, T>> twos; // yet to visit, the nearest of a group last
+    Buffer<PairHit<T>> best;  // a heap with the worst on top, then sorted
+    std::size_t found = 0;
+
+    explicit ClosestWork(std::pmr::memory_resource* memory) : twos(memory), best(memory) {}
+    [[nodiscard]] std::uint64_t bytes() const noexcept { return twos.bytes() + best.bytes(); }
+};
+
+/// Which pairs a search for the closest looks for: the first `wanted` that are apart, behind `after` in order
+/// and no further than the limit.
+template <class T>
+struct ClosestAsked
+{
+    std::size_t wanted;
+    T limit;
+    PairHit<T> after;
+};
+
+} // namespace index
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// The closest pairs of a world's objects, and of two worlds': through the indexes of those at rest and of the
+// active ones, as if they were one.
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "index/box_index_access.hpp"
+#include "index/check.hpp"
+#include "index/pair_answers.hpp"
+#include "world/implementation.hpp"
+#include "world/instantiate.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+/// The index of what rests; while apply() shows something, one made for the question, without those that lie
+/// elsewhere now.
+template <int Dim, class T>
+class ShownResting
+{
+  public:
+    explicit ShownResting(const State<Dim, T>& state) : index_(&state.resting)
+    {
+        if (state.shown == nullptr) return;
+        std::vector<std::uint32_t> ids;
+        std::vector<Aabb<Dim, T>> boxes;
+        const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
+        for (std::uint32_t i = 0; i < end; ++i)
+            if (state.is_shown_resting(Index{i})) {
+                ids.push_back(i);
+                boxes.push_back(state.shown_box(Index{i}));
+            }
+        made_.emplace(IndexOptions{&serial_executor(), state.options.memory, state.options.instruction_set});
+        BoxIndexAccess::rebuild(*made_, std::span<const std::uint32_t>(ids),
+                                BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes)));
+        index_ = &*made_;
+    }
+    ShownResting(const ShownResting&) = delete;
+    ShownResting& operator=(const ShownResting&) = delete;
+    [[nodiscard]] index::Child<Dim, T> root() const noexcept { return BoxIndexAccess::tree(*index_).root(); }
+
+  private:
+    std::optional<BoxIndex<Dim, T>> made_;
+    const BoxIndex<Dim, T>* index_;
+};
+
+/// The roots of the trees of a world's objects, at rest and active; either may be nothing.
+template <int Dim, class T>
+std::array<index::Child<Dim, T>, 2> roots_of(const typename World<Dim, T>::Implementation& world,
+                                             const ShownResting<Dim, T>& resting)
+{
+    std::array<index::Child<Dim, T>, 2> roots{resting.root()};
+    if (const BoxIndex<Dim, T>* const active = world.active_index.of(world.state))
+        roots[1] = BoxIndexAccess::tree(*active).root();
+    return roots;
+}
+
+template <int Dim, class T>
+bool visit_closest(const typename World<Dim, T>::Implementation& one,
+                   const typename World<Dim, T>::Implementation& other, ObjectPairHitVisitor<T> visitor,
+                   T max_distance)
+{
+    index::check_max_distance(max_distance);
+    const Reader reader(&one.readers), other_reader(&other.readers);
+    const bool is_same = &one == &other;
+    const ShownResting<Dim, T> our_resting(one.state), their_resting(other.state);
+    const auto ours = roots_of<Dim, T>(one, our_resting);
+    const auto theirs = is_same ? ours : roots_of<Dim, T>(other, their_resting);
+    const index::Roots<Dim, T> within[] = {
+        {ours[0], ours[0], true}, {ours[0], ours[1], true}, {ours[1], ours[1], true}};
+    const index::Roots<Dim, T> between[] = {{ours[0], theirs[0], false},
+                                            {ours[0], theirs[1], false},
+                                            {ours[1], theirs[0], false},
+                                            {ours[1], theirs[1], false}};
+    const State<Dim, T>& state = one.state;
+    const auto agree = [&](std::uint32_t a, std::uint32_t b) {
+        return passes(state.objects[Index{a}].filter(), state.objects[Index{b}].filter()) &&
+               (state.refused.empty() ||
+                state.refused.find(key_of(pair_of(Index{a}, Index{b}))) == state.refused.end());
+    };
+    const auto visit = [&](const PairHit<T>& hit, T& bound) {
+        return visitor({state.id_of(Index{hit.a}), other.state.id_of(Index{hit.b}), hit.at}, bound);
+    };
+    return index::visit_closest<Dim, T>(index::kernels_for<Dim, T>(state.options.instruction_set),
+                                        is_same ? std::span<const index::Roots<Dim, T>>(within)
+                                                : std::span<const index::Roots<Dim, T>>(between),
+                                        max_distance * max_distance,
+                                        is_same ? index::PairWanted(agree) : index::PairWanted(), visit,
+                                        BoxIndexAccess::tree(state.resting).closest_work());
+}
+
+} // namespace
+} // namespace world
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::closest_pairs(ObjectPairHitVisitor<T> visitor, T max_distance) const
+{
+    return closest_pairs(*this, visitor, max_distance);
+}
+template <int Dim, Coordinate T>
+bool World<Dim, T>::closest_pairs(const World& other, ObjectPairHitVisitor<T> visitor, T max_distance) const
+{
+    return world::visit_closest<Dim, T>(*implementation_, *other.implementation_, visitor, max_distance);
+}
+template <int Dim, Coordinate T>
+std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(T max_distance) const
+{
+    return closest_pair(*this, max_distance);
+}
+template <int Dim, Coordinate T>
+std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(const World& other, T max_distance) const
+{
+    std::optional<ObjectPairHit<T>> closest;
+    const auto keep_first = [&](const ObjectPairHit<T>& hit, T&) { return closest = hit, false; };
+    closest_pairs(other, keep_first, max_distance);
+    return closest;
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template JOSTLE_API bool World<Dim, T>::closest_pairs(ObjectPairHitVisitor<T>, T) const;                 \
+    template JOSTLE_API bool World<Dim, T>::closest_pairs(const World&, ObjectPairHitVisitor<T>, T) const;   \
+    template JOSTLE_API std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(T) const;                \
+    template JOSTLE_API std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(const World&, T) const;
+JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// Pairs and questions in C.
+#include <vector>
+
+#include "tests/c/twin.hpp"
+
+namespace c_twin {
+namespace {
+
+using CPairs = CTwin;
+
+TEST_F(CPairs, EveryColumnOfAFilterArrives)
+{
+    Random random(1);
+    const std::vector<Aabb3f> a = random_boxes(random, 300, 5), b = random_boxes(random, 200, 5);
+    const Columns of_a(random, a.size()), of_b(random, b.size());
+    auto wish = options_of<jostle_filter>();
+    of_a.give(wish);
+    jostle::Filter filter;
+    of_a.give_twin(filter);
+    const jostle_boxes view_a = view(a), view_b = view(b);
+    OK(jostle_finder_new(nullptr, &finder, &error));
+    jostle_blocks found;
+    OK(jostle_finder_find(finder, JOSTLE_3F, &view_a, nullptr, &wish, JOSTLE_SORTED, &found, &error));
+    jostle::PairFinder twin;
+    EXPECT_EQ(items_of<jostle::Pair>(found), twin.find(a, filter, jostle::Order::sorted).to_vector());
+
+    wish.category_b = values_of(of_b.category);
+    wish.mask_b = values_of(of_b.mask);
+    wish.owner_b = values_of(of_b.owner);
+    jostle::CrossFilter cross;
+    cross.category_a = of_a.category;
+    cross.mask_a = of_a.mask;
+    cross.owner_a = of_a.owner;
+    cross.category_b = of_b.category;
+    cross.mask_b = of_b.mask;
+    cross.owner_b = of_b.owner;
+    OK(jostle_finder_find(finder, JOSTLE_3F, &view_a, &view_b, &wish, JOSTLE_SORTED, &found, &error));
+    EXPECT_EQ(items_of<jostle::Pair>(found), twin.find(a, b, cross, jostle::Order::sorted).to_vector());
+    EXPECT_GT(found.count, 20u);
+
+    auto stats = options_of<jostle_stats>();
+    OK(jostle_finder_stats(finder, &stats, &error));
+    const jostle::Stats& expected = twin.stats();
+    EXPECT_EQ(stats.objects, expected.objects);
+    EXPECT_EQ(stats.pairs, expected.pairs);
+    EXPECT_EQ(stats.records, expected.records);
+    EXPECT_EQ(stats.candidates, expected.candidates);
+    EXPECT_EQ(stats.ties, expected.ties);
+    EXPECT_EQ(stats.bricks, expected.bricks);
+    EXPECT_EQ(stats.nested_grids, expected.nested_grids);
+    EXPECT_EQ(stats.bytes_reserved, expected.bytes_reserved);
+    EXPECT_GE(stats.ms_total, stats.ms_tune + stats.ms_scatter + stats.ms_sweep + stats.ms_finish - 1e-3);
+
+    // The order that is asked for.
+    OK(jostle_finder_take(finder, JOSTLE_3F, &view_a, nullptr, nullptr, JOSTLE_SORTED, results, &error));
+    EXPECT_EQ(pairs_of_results(), twin.find(a, {}, jostle::Order::sorted).to_vector());
+    OK(jostle_find_pairs(JOSTLE_3F, &view_b, nullptr, nullptr, JOSTLE_SORTED, nullptr, results, &error));
+    EXPECT_EQ(pairs_of_results(), twin.find(b, {}, jostle::Order::sorted).to_vector());
+    EXPECT_EQ(jostle_finder_find(finder, JOSTLE_3F, &view_a, nullptr, &wish, JOSTLE_SORTED, &found, &error),
+              JOSTLE_INVALID_ARGUMENT); // values for a second set, and there is none
+}
+
+TEST_F(CPairs, ASinkIsToldBlockAndPart)
+{
+    Random random(2);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 20'000, 9);
+    struct Chunk
+    {
+        std::uint64_t pairs, block, part;
+        bool operator==(const Chunk&) const = default;
+    };
+    std::vector<Chunk> told, expected;
+    const auto take = [](void* context, const jostle_pair*, std::uint64_t count, std::uint64_t block,
+                         std::uint64_t part) {
+        static_cast<std::vector<Chunk>*>(context)->push_back({count, block, part});
+        return std::int32_t{1};
+    };
+    auto options = options_of<jostle_options>();
+    OK(jostle_executor_serial(&executor, &error));
+    options.executor = executor;
+    OK(jostle_finder_new(&options, &finder, &error));
+    const jostle_boxes all = view(boxes);
+    std::int32_t finished = 0;
+    OK(jostle_finder_stream(finder, JOSTLE_3F, &all, nullptr, nullptr, take, &told, &finished, &error));
+    jostle::PairFinder twin({.executor = &jostle::serial_executor()});
+    twin.stream(boxes, [&](const jostle::PairChunk& chunk) {
+        expected.push_back({chunk.pairs.size(), chunk.block, chunk.part});
+        return true;
+    });
+    EXPECT_EQ(told, expected);
+    EXPECT_TRUE(std::any_of(told.begin(), told.end(), [](const Chunk& c) { return c.block != 0; }));
+    EXPECT_TRUE(std::any_of(told.begin(), told.end(), [](const Chunk& c) { return c.part != 0; }));
+}
+
+using CIndex = CTwin;
+
+TEST_F(CIndex, AFiltersColumnsAndAskerArrive)
+{
+    Random random(3);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 400, 3);
+    const Columns columns(random, boxes.size());
+    const jostle_boxes all = view(boxes);
+    OK(jostle_index_new(JOSTLE_3F, nullptr, &index, &error));
+    OK(jostle_index_build(index, nullptr, &all, &error));
+    jostle::BoxIndex3f twin;
+    twin.build(boxes);
+    auto wish = options_of<jostle_query_filter>();
+    columns.give(wish);
+    jostle::QueryFilter filter;
+    columns.give_twin(filter);
+    std::uint64_t some = 0;
+    for (int k = 0; k < 60; ++k) {
+        const jostle_asker asker{1u << random.below(3), random.below(8),
+                                 random.below(4) == 0 ? UINT32_MAX : random.below(3)};
+        wish.asker = &asker;
+        filter.asker_category = asker.category;
+        filter.asker_mask = asker.mask;
+        filter.asker_owner = asker.owner;
+        const std::vector<Aabb3f> asked = random_boxes(random, 3, 3);
+        std::uint64_t counts[3];
+        OK(jostle_index_count(index, JOSTLE_BOX, asked.data(), 3, &wish, counts, &error));
+        for (std::size_t i = 0; i < 3; ++i) {
+            EXPECT_EQ(counts[i], twin.count(asked[i], filter));
+            some += counts[i];
+        }
+    }
+    EXPECT_GT(some, 100u);
+    auto stats = options_of<jostle_index_stats>();
+    OK(jostle_index_stats_read(index, &stats, &error));
+    const jostle::IndexStats expected = twin.stats();
+    EXPECT_EQ(stats.objects, expected.objects);
+    EXPECT_EQ(stats.pages, expected.pages);
+    EXPECT_EQ(stats.leaves, expected.leaves);
+    EXPECT_EQ(stats.nodes, expected.nodes);
+    EXPECT_EQ(stats.depth, expected.depth);
+    EXPECT_EQ(stats.bytes, expected.bytes);
+    EXPECT_EQ(stats.sorts, expected.sorts);
+    EXPECT_EQ(stats.splits, expected.splits);
+}
+
+TEST_F(CIndex, ListsSayTheirEnds)
+{
+    Random random(4);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 300, 4);
+    const jostle_boxes all = view(boxes);
+    OK(jostle_index_new(JOSTLE_3F, nullptr, &index, &error));
+    OK(jostle_index_build(index, nullptr, &all, &error));
+    jostle::BoxIndex3f twin;
+    twin.build(boxes);
+    for (const std::size_t questions : {0u, 1u, 2u, 7u})
+        for (const std::uint64_t most : {std::uint64_t{0}, std::uint64_t{2}, UINT64_MAX}) {
+            std::vector<jostle::Ray3f> rays;
+            for (std::size_t i = 0; i < questions; ++i)
+                rays.push_back(
+                    {{-1, static_cast<float>(4 * random.unit()), static_cast<float>(4 * random.unit())},
+                     {1, 0, 0.01f},
+                     8});
+            OK(jostle_index_all(index, JOSTLE_RAY, rays.data(), questions, nullptr, most, results, &error));
+            jostle_lists lists;
+            OK(jostle_results_lists(results, &lists, &error));
+            ASSERT_EQ(lists.questions, questions);
+            std::uint64_t at = 0;
+            for (std::size_t i = 0; i < questions; ++i) {
+                std::vector<jostle::Hitf> hits;
+                const bool more = twin.all(rays[i], hits, {}, most);
+                ASSERT_EQ(lists.first[i], at);
+                ASSERT_EQ(lists.first[i + 1], at + hits.size());
+                for (const jostle::Hitf& hit : hits) {
+                    EXPECT_EQ(lists.ids[at], hit.id);
+                    EXPECT_EQ(lists.at[at++], hit.at);
+                }
+                EXPECT_EQ(lists.more[i], more ? 1 : 0);
+            }
+            EXPECT_EQ(lists.count, at);
+        }
+}
+
+} // namespace
+} // namespace c_twin

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: MIT
+// Boxes of shapes.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+#include "tests/narrow/random_pairs.hpp"
+
+using namespace jostle;
+
+namespace {
+
+TEST(Bounds, OfContainers)
+{
+    const std::vector<Shape3> shapes = {Shape3::sphere(1), Shape3::box({1, 2, 3})};
+    const std::array<Pose3f, 2> poses = {Pose3f{{5, 0, 0}}, Pose3f{}};
+    std::vector<Aabb3f> boxes(2);
+    bounds(shapes, poses, boxes, 0.5);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const Aabb3f one = bounds(shapes[i], poses[i], 0.5f);
+        for (std::size_t d = 0; d < 3; ++d) {
+            EXPECT_EQ(boxes[i].lo[d], one.lo[d]);
+            EXPECT_EQ(boxes[i].hi[d], one.hi[d]);
+        }
+    }
+    EXPECT_THROW(bounds(shapes, poses, boxes, -0.5), Error);
+    boxes.resize(3);
+    EXPECT_THROW(bounds(shapes, poses, boxes), Error);
+}
+
+TEST(Bounds, OfAnInvalidPoseAreNaN)
+{
+    Random random(12);
+    const Zoo<3> zoo(random, 1);
+    const Zoo<2> zoo2(random, 1);
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinite = HUGE_VAL;
+    const auto is_nan = [](const auto& box) {
+        for (const double x : box.lo)
+            if (!std::isnan(x)) return false;
+        for (const double x : box.hi)
+            if (!std::isnan(x)) return false;
+        return true;
+    };
+    for (const double bad : {nan, infinite, 0.0}) {
+        for (const Shape3& shape : zoo.shapes) {
+            EXPECT_TRUE(is_nan(bounds(shape, Pose3d{{1, 2, 3}, {bad, 0, 0, bad}}))) << shape.type();
+            if (bad != 0) {
+                EXPECT_TRUE(is_nan(bounds(shape, Pose3d{{1, bad, 3}}))) << shape.type();
+            }
+        }
+        for (const Shape2& shape : zoo2.shapes)
+            EXPECT_TRUE(is_nan(bounds(shape, Pose2d{{1, 2}, {bad, bad}}))) << shape.type();
+    }
+    EXPECT_FALSE(is_nan(bounds(zoo.shapes[0], Pose3d{{1, 2, 3}, {0, 0, 0, 9}})));
+}
+
+TEST(Bounds, OfAHalfSpaceEndAtAPlaneAcrossAnAxis)
+{
+    const Aabb3d level = bounds(Shape3::half_space({0, 2, 0}, 3), Pose3d{{0, 1, 0}});
+    EXPECT_NEAR(level.hi[1], 4, 1e-12);
+    EXPECT_GE(level.hi[1], 4);
+    EXPECT_EQ(level.lo[1], -HUGE_VAL);
+    EXPECT_EQ(level.hi[0], HUGE_VAL);
+    EXPECT_EQ(bounds(Shape3::half_space({0, 1, 0.1}, 3), Pose3d{}).hi[1], HUGE_VAL);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const double sign : {1.0, -1.0})
+            for (const double offset : {3.0, -3.0}) {
+                Vec<3, double> normal{};
+                normal[axis] = 2 * sign;
+                const Aabb3d box = bounds(Shape3::half_space(normal, offset), Pose3d{{5, 6, 7}});
+                for (std::size_t d = 0; d < 3; ++d) {
+                    const double plane = 5.0 + static_cast<double>(d) + sign * offset;
+                    if (d == axis && sign > 0) {
+                        EXPECT_NEAR(box.hi[d], plane, 1e-12);
+                        EXPECT_GE(box.hi[d], plane);
+                    } else {
+                        EXPECT_EQ(box.hi[d], HUGE_VAL);
+                    }
+                    if (d == axis && sign < 0) {
+                        EXPECT_NEAR(box.lo[d], plane, 1e-12);
+                        EXPECT_LE(box.lo[d], plane);
+                    } else {
+                        EXPECT_EQ(box.lo[d], -HUGE_VAL);
+                    }
+                }
+                if (axis > 1) continue;
+                const Aabb2d flat =
+                    bounds(Shape2::half_space({normal[0], normal[1]}, offset), Pose2d{{5, 6}});
+                for (std::size_t d = 0; d < 2; ++d) {
+                    const double plane = 5.0 + static_cast<double>(d) + sign * offset;
+                    EXPECT_NEAR(d == axis && sign > 0 ? flat.hi[d] : plane, plane, 1e-12);
+                    EXPECT_NEAR(d == axis && sign < 0 ? flat.lo[d] : plane, plane, 1e-12);
+                    EXPECT_EQ(flat.hi[d] == HUGE_VAL, d != axis || sign < 0);
+                    EXPECT_EQ(flat.lo[d] == -HUGE_VAL, d != axis || sign > 0);
+                }
+            }
+}
+
+TEST(Bounds, AreTightAndHoldEveryPoint)
+{
+    Random random(8);
+    const Zoo<3> zoo(random, 3);
+    for (const Shape3& shape : zoo.shapes) {
+        if (shape.type() == ShapeTypes::half_space) continue;
+        for (int round = 0; round < 20; ++round) {
+            const Pose3f pose = random.pose<float>(3);
+            const Aabb3f box = bounds(shape, pose);
+            for (std::size_t d = 0; d < 3; ++d)
+                for (const bool upper : {false, true}) {
+                    // The half-space that begins at the box's side touches the shape, one a bit further
+                    // doesn't.
+                    Vec<3, double> normal{};
+                    normal[d] = upper ? -1 : 1;
+                    const double side = double{upper ? box.hi[d] : box.lo[d]};
+                    Pose3d exact;
+                    for (std::size_t k = 0; k < 3; ++k)
+                        exact.position[k] = double{pose.position[k]};
+                    for (std::size_t k = 0; k < 4; ++k)
+                        exact.rotation[k] = double{pose.rotation[k]};
+                    const auto gap =
+                        distance(Shape3::half_space(normal, normal[d] * side), Pose3d{}, shape, exact, 1e300);
+                    ASSERT_TRUE(gap);
+                    ASSERT_GE(gap->distance, 0);
+                    if (shape.type() == ShapeTypes::height_field) continue; // its box holds the ground, too
+                    ASSERT_LE(gap->distance, 2e-6);
+                }
+        }
+    }
+}
+
+TEST(Bounds, OfAHeightFieldReachDownToItsFloor)
+{
+    const std::vector<double> heights{1, 2, 3, 4};
+    const HeightField field(HeightGrid<double>{heights, 2, 2, 5, 7, 9});
+    const Aabb<3, double> box = bounds(Shape3(field), Pose3d{});
+    const double lo[3] = {0, -8, 0}, hi[3] = {5, 4, 7};
+    for (int d = 0; d < 3; ++d) {
+        EXPECT_NEAR(box.lo[d], lo[d], 1e-12) << d;
+        EXPECT_NEAR(box.hi[d], hi[d], 1e-12) << d;
+    }
+}
+
+} // namespace

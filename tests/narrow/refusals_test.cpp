@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+// What shapes and finders refuse, and what the error says.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tests/contract/error_of.hpp"
+#include "tests/narrow/random_pairs.hpp"
+#include "tests/narrow/samples.hpp"
+
+using namespace jostle;
+using namespace narrow_samples;
+using contract::message_of;
+
+namespace {
+
+TEST(Errors, OfWhatIsZeroTooMuchOrInTheWrongPlace)
+{
+    const Pose3d here;
+    Pose3d unturned;
+    unturned.rotation = {0, 0, 0, 0};
+    const Shape3 ball = Shape3::sphere(1);
+    EXPECT_THROW((void)touching(ball, unturned, ball, here), Error);
+    EXPECT_THROW((void)touching(ball, here, ball, unturned), Error);
+    EXPECT_NO_THROW((void)touching(ball, here, ball, here));
+    EXPECT_NE(message_of([&] {
+                  (void)time_of_impact(ball, Motion<3, double>{}, ball, Motion<3, double>{}, 0.0);
+              }).find("a length above 0"),
+              std::string::npos);
+
+    const std::vector<double> heights(10, 1.0); // for 3 x 3
+    EXPECT_THROW(HeightField(HeightGrid<double>{heights, 3, 3, 1, 1}), Error);
+    EXPECT_THROW(HeightField(HeightGrid<double>{std::span(heights).first(8), 3, 3, 1, 1}), Error);
+    EXPECT_NO_THROW(HeightField(HeightGrid<double>{std::span(heights).first(9), 3, 3, 1, 1}));
+
+    const std::vector<Compound<3>::Child> one{{ball, here}};
+    const Compound<3> inner(one);
+    const std::vector<Compound<3>::Child> nested{{ball, here}, {Shape3(inner), here}};
+    EXPECT_THROW(Compound<3>{nested}, Error);
+
+    const Ball own(1);
+    EXPECT_THROW((void)Shape3(own, ShapeTypes::half_space), Error);
+    EXPECT_THROW((void)Shape3(own, ShapeTypes::first_custom - 1), Error);
+    EXPECT_NO_THROW((void)Shape3(own, ShapeTypes::first_custom));
+
+    const std::vector<Shape3> shapes(2);
+    const std::vector<Pose3d> poses(2);
+    for (const std::size_t size : {std::size_t{1}, std::size_t{3}}) {
+        std::vector<Aabb<3, double>> out(size);
+        EXPECT_THROW(bounds(shapes, poses, out), Error) << size;
+    }
+}
+
+TEST(Errors, NameTheObjectAndTheValue)
+{
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_NE(message_of([] { (void)Shape3::sphere(-1); }).find("-1"), std::string::npos);
+    EXPECT_NE(
+        message_of([] { (void)Mesh<3>(std::vector<Vec<3, double>>{{}}, {}); }).find("mesh of no elements"),
+        std::string::npos);
+    for (const bool two_sets : {false, true}) {
+        const std::string itself = message_of([two_sets] {
+            const std::vector<Shape3> shapes(2);
+            const std::vector<Pose3d> poses(2), other(2);
+            const std::vector<Pair> pairs{{0, 1}, {1, 1}};
+            ContactFinder3d finder;
+            if (two_sets) {
+                EXPECT_EQ(finder.find(shapes, poses, shapes, other, pairs).size(), 2u);
+            }
+            finder.find(shapes, poses, pairs);
+        });
+        EXPECT_NE(itself.find("pair 1 is of object 1 and itself"), std::string::npos) << itself;
+    }
+    EXPECT_NE(message_of([] { (void)Shape3::sphere(-1e-9); }).find("is -1e-09;"), std::string::npos);
+    EXPECT_NE(message_of([] { (void)Shape3::box({1, 1e61, 1}); }).find("is 1e+61;"), std::string::npos);
+    EXPECT_NE(message_of([] { (void)bounds(Shape3(), Pose3f{}, -5.0f); }).find("margin of bounds is -5;"),
+              std::string::npos);
+    EXPECT_NE(message_of([&] { (void)bounds(Shape2(), Pose2f{}, nan); }).find("nan"), std::string::npos);
+    EXPECT_NE(message_of([] { (void)Shape3::half_space({0, 0, 0}, 1); }).find("normal"), std::string::npos);
+    EXPECT_NE(message_of([] { ConvexHull<3>(std::vector<Vec<3, float>>{}); }).find("no points"),
+              std::string::npos);
+    EXPECT_NE(message_of([&] {
+                  ConvexHull<3>(std::vector<Vec<3, float>>{{0, 0, 0}, {0, nan, 0}});
+              }).find("point 1"),
+              std::string::npos);
+    EXPECT_NE(message_of([] {
+                  Mesh<3>(std::vector<Vec<3, float>>{{0, 0, 0}}, std::vector<Mesh<3>::Element>{{0, 0, 1}});
+              }).find("element 0"),
+              std::string::npos);
+    EXPECT_NE(message_of([] { HeightField(HeightGrid<float>{{}, 1, 5, 1, 1}); }).find("2 x 2"),
+              std::string::npos);
+
+    const std::vector<Shape3> shapes(3);
+    std::vector<Pose3f> poses(3);
+    const std::vector<Pair> pairs = {{0, 1}};
+    ContactFinder3f finder;
+    const std::vector<Pair> bad = {{0, 3}};
+    EXPECT_NE(message_of([&] { finder.find(shapes, poses, std::span<const Pair>(bad)); }).find("3"),
+              std::string::npos);
+    // Of several blocks of work the first bad pair, by its place among all.
+    std::vector<Pair> many(5000, Pair{1, 0});
+    many[3001] = {0, 7}, many[4000] = {8, 0};
+    const std::vector<Shape3> two(2);
+    poses.resize(2);
+    std::vector<std::uint8_t> touch(many.size());
+    const std::string first_bad = "pair 3001 names objects 0 and 7, but there are 2, numbered from 0";
+    EXPECT_EQ(message_of([&] { finder.find(two, poses, std::span<const Pair>(many)); }), first_bad);
+    EXPECT_EQ(message_of([&] { finder.touching(two, poses, many, touch); }), first_bad);
+    poses.resize(3);
+    EXPECT_NE(
+        message_of([&] { finder.find(shapes, poses, std::span<const Pair>(pairs), -1.0f); }).find("margin"),
+        std::string::npos);
+    poses.pop_back();
+    EXPECT_NE(message_of([&] { finder.find(shapes, poses, std::span<const Pair>(pairs)); }).find("2 poses"),
+              std::string::npos);
+    const Motion<3, float> turning{{}, {}, {1, 0, 0}};
+    EXPECT_NE(message_of([&] {
+                  (void)time_of_impact(Shape3::half_space({0, 1, 0}, 0), turning, Shape3(), turning, 0.1f);
+              }).find("half-space"),
+              std::string::npos);
+}
+
+} // namespace

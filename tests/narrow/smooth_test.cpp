@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: MIT
+// Shapes with a support function: cylinders, cones, ellipsoids; and what is rounded.
+#include <gtest/gtest.h>
+
+#include "narrow/pair.hpp"
+#include "tests/contract/error_of.hpp"
+#include "tests/narrow/random_pairs.hpp"
+
+using namespace jostle;
+using contract::message_of;
+using narrow::Vec2;
+using narrow::Vec3;
+
+namespace {
+
+/// How far a shape reaches along a unit direction in its own axes, written from what it is.
+double reach_of(const Shape3& shape, const Vec3& d)
+{
+    const auto size = shape.size();
+    const double across = std::sqrt(d.x * d.x + d.z * d.z);
+    switch (shape.type()) {
+    case ShapeTypes::sphere:
+        return shape.radius();
+    case ShapeTypes::capsule:
+        return size[1] * std::abs(d.y) + shape.radius();
+    case ShapeTypes::box:
+    case ShapeTypes::rounded_box:
+        return size[0] * std::abs(d.x) + size[1] * std::abs(d.y) + size[2] * std::abs(d.z) + shape.radius();
+    case ShapeTypes::cylinder:
+        return size[1] * std::abs(d.y) + size[0] * across;
+    case ShapeTypes::cone:
+        return std::max(size[1] * d.y, size[0] * across - size[1] * d.y);
+    case ShapeTypes::ellipsoid:
+        return std::sqrt(size[0] * size[0] * d.x * d.x + size[1] * size[1] * d.y * d.y +
+                         size[2] * size[2] * d.z * d.z);
+    default:
+        ADD_FAILURE();
+        return 0;
+    }
+}
+
+/// The signed distance of two convex shapes is the most by which any direction parts them: all of a grid are
+/// tried, and the best of them refined by ever smaller steps, each turned against the last, as the most is
+/// often on a sharp ridge. `hint` is one more to try: it parts them by no more than they are apart.
+double signed_distance(const Shape3& a, const Pose3d& pose_a, const Shape3& b, const Pose3d& pose_b,
+                       const Vec3& hint)
+{
+    const narrow::Mat3 turn_a = narrow::rotation(pose_a), turn_b = narrow::rotation(pose_b);
+    const Vec3 d = narrow::load(pose_b.position) - narrow::load(pose_a.position);
+    const auto parted = [&](const Vec3& n) {
+        return dot(n, d) - reach_of(a, turn_a.back(n)) - reach_of(b, turn_b.back(-n));
+    };
+    struct Try
+    {
+        double value;
+        Vec3 n;
+    };
+    std::vector<Try> tries;
+    constexpr int count = 4000;
+    for (int i = 0; i < count; ++i) { // on a spiral
+        const double y = 1 - 2 * (i + 0.5) / count, r = std::sqrt(1 - y * y), angle = 2.399963229728653 * i;
+        const Vec3 n{r * std::cos(angle), y, r * std::sin(angle)};
+        tries.push_back({parted(n), n});
+    }
+    std::partial_sort(tries.begin(), tries.begin() + 12, tries.end(),
+                      [](const Try& x, const Try& y) { return x.value > y.value; });
+    double best = parted(hint);
+    for (int i = 0; i < 12; ++i) {
+        Try now = tries[static_cast<std::size_t>(i)];
+        double turned = 0;
+        int failed = 0;
+        for (double step = 0.05; step > 1e-9;) {
+            Vec3 u, v;
+            narrow::basis(now.n, u, v);
+            bool better = false;
+            turned += 2.399963229728653;
+            for (int k = 0; k < 8; ++k) {
+                const double angle = 0.7853981633974483 * k + turned;
+                Vec3 n = now.n + u * (step * std::cos(angle)) + v * (step * std::sin(angle));
+                n = n * (1 / length(n));
+                if (const double value = parted(n); value > now.value) {
+                    now = {value, n};
+                    better = true;
+                }
+            }
+            failed = better ? 0 : failed + 1;
+            if (failed < 8) continue;
+            step *= 0.5;
+            failed = 0;
+        }
+        best = std::max(best, now.value);
+    }
+    return best;
+}
+
+Shape3 random_shape(Random& random)
+{
+    const auto size = [&] { return random.chance(0.05) ? 0 : random.uniform(0.1, 1.5); };
+    switch (random.below(7)) {
+    case 0:
+        return Shape3::sphere(size());
+    case 1:
+        return Shape3::capsule(size(), size());
+    case 2:
+        return Shape3::box({size(), size(), size()});
+    case 3:
+        return Shape3::rounded_box({size(), size(), size()}, size());
+    case 4:
+        return Shape3::cylinder(size(), size());
+    case 5:
+        return Shape3::cone(size(), size());
+    default:
+        return Shape3::ellipsoid({size(), size(), size()});
+    }
+}
+
+TEST(SmoothShapes, AreAsFarOrDeepAsTheBestDirectionSays)
+{
+    Random random(61);
+    int deep = 0, apart = 0, inexact = 0;
+    double worst = 0;
+    for (int round = 0; round < 1200; ++round) {
+        const Shape3 a = random_shape(random), b = random_shape(random);
+        const Pose3d pose_a = random.pose<double>(1), pose_b = random.pose<double>(1.5);
+        SCOPED_TRACE(testing::Message() << round << " types " << a.type() << " " << b.type());
+        const auto found = distance(a, pose_a, b, pose_b, INFINITY);
+        ASSERT_TRUE(found);
+        ASSERT_NEAR(narrow::length(narrow::load(found->normal)), 1, 1e-9);
+        const double expected = signed_distance(a, pose_a, b, pose_b, narrow::load(found->normal));
+        if (expected > 1e-7) {
+            ++apart;
+            ASSERT_NEAR(found->distance, expected, 1e-6);
+            ASSERT_FALSE(touching(a, pose_a, b, pose_b));
+        } else if (expected < -1e-7) {
+            ++deep;
+            const double size = 3;
+            ASSERT_LE(found->distance, expected + 1e-6) << "not less deep than it is";
+            worst = std::max(worst, expected - found->distance);
+            inexact += found->distance < expected - 1e-6 * size ? 1 : 0;
+            ASSERT_GE(found->distance, expected - 5e-3 * size);
+            ASSERT_TRUE(touching(a, pose_a, b, pose_b));
+        }
+        const auto gap = (narrow::load(pose_b.position) + narrow::load(found->point_b)) -
+                         (narrow::load(pose_a.position) + narrow::load(found->point_a)) -
+                         narrow::load(found->normal) * found->distance;
+        ASSERT_NEAR(length(gap), 0, 1e-6);
+        // Contacts say the same, and no point is deeper.
+        const auto found_contacts = contacts(a, pose_a, b, pose_b);
+        if (std::abs(expected) < 1e-7) continue;
+        ASSERT_EQ(found_contacts.size(), expected < 0 ? 1u : 0u);
+        if (found_contacts.empty()) continue;
+        const auto& contact = found_contacts[0];
+        ASSERT_NEAR(contact.point[0].depth, -found->distance, 1e-6);
+        for (std::uint32_t i = 1; i < contact.count; ++i)
+            ASSERT_LE(contact.point[i].depth, contact.point[0].depth);
+    }
+    EXPECT_GT(deep, 300);
+    EXPECT_GT(apart, 200);
+    EXPECT_LT(inexact, deep / 20) << "worst " << worst;
+}
+
+TEST(SmoothShapes, HaveBoxesAsTightAsTheirReach)
+{
+    Random random(62);
+    for (int round = 0; round < 2000; ++round) {
+        const Shape3 shape = random_shape(random);
+        const Pose3d pose = random.pose<double>(3);
+        const auto turn = narrow::rotation(pose);
+        const Aabb3d box = bounds(shape, pose);
+        for (int d = 0; d < 3; ++d) {
+            Vec3 axis;
+            axis[d] = 1;
+            ASSERT_NEAR(box.hi[d], pose.position[d] + reach_of(shape, turn.back(axis)), 1e-12);
+            ASSERT_NEAR(box.lo[d], pose.position[d] - reach_of(shape, turn.back(-axis)), 1e-12);
+            ASSERT_GE(box.hi[d], pose.position[d] + reach_of(shape, turn.back(axis)));
+        }
+    }
+}
+
+TEST(SmoothShapes, StandAndLieOnSeveralPoints)
+{
+    const Shape3 floor = Shape3::half_space({0, 1, 0}, 0), slab = Shape3::box({5, 1, 5});
+    const Pose3d under{{0, -1, 0}}, lying{{0, 0.49, 0}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}};
+    const auto points = [&](const Shape3& shape, const Pose3d& pose) {
+        const auto on_floor = contacts(floor, Pose3d{}, shape, pose);
+        const auto on_slab = contacts(slab, under, shape, pose);
+        EXPECT_EQ(on_floor.size(), 1u);
+        EXPECT_EQ(on_slab.size(), 1u);
+        EXPECT_NEAR(on_floor[0].normal[1], 1, 1e-9);
+        EXPECT_NEAR(on_slab[0].normal[1], 1, 1e-9);
+        EXPECT_EQ(on_floor[0].count, on_slab[0].count);
+        for (const auto& contact : {on_floor[0], on_slab[0]})
+            for (std::uint32_t i = 0; i < contact.count; ++i)
+                EXPECT_NEAR(contact.point[i].depth, 0.01, 1e-9);
+        return on_floor[0].count;
+    };
+    EXPECT_EQ(points(Shape3::cylinder(1, 0.5), {{0, 0.99, 0}}), 4u);
+    EXPECT_EQ(points(Shape3::cylinder(1, 0.5), lying), 2u);
+    EXPECT_EQ(points(Shape3::cone(1, 0.5), {{0, 0.99, 0}}), 4u);
+    EXPECT_EQ(points(Shape3::cone(1, 0.5), {{0, 0.99, 0}, {1, 0, 0, 0}}), 1u) << "on its tip";
+    EXPECT_EQ(points(Shape3::ellipsoid({1, 0.5, 2}), {{0, 0.49, 0}}), 1u);
+    EXPECT_EQ(points(Shape3::rounded_box({1, 0.3, 2}, 0.2), {{0, 0.49, 0}}), 4u);
+    // One on the other, and a cylinder across another.
+    const auto tower =
+        contacts(Shape3::cylinder(1, 0.5), Pose3d{}, Shape3::cylinder(1, 0.7), Pose3d{{0.1, 1.99, 0}});
+    ASSERT_EQ(tower.size(), 1u);
+    EXPECT_EQ(tower[0].count, 4u);
+    EXPECT_NEAR(tower[0].point[0].depth, 0.01, 1e-9);
+    const auto cross = contacts(Shape3::cylinder(1, 0.5), Pose3d{}, Shape3::cylinder(1, 0.5),
+                                Pose3d{{0.99, 0, 0}, {std::sqrt(0.5), 0, 0, std::sqrt(0.5)}});
+    ASSERT_EQ(cross.size(), 1u);
+    EXPECT_EQ(cross[0].count, 1u);
+    EXPECT_NEAR(cross[0].normal[0], 1, 1e-6);
+    EXPECT_NEAR(cross[0].point[0].depth, 0.01, 1e-8);
+    EXPECT_NEAR(cross[0].point[0].from_a[0], 0.495, 1e-6);
+    const auto beside =
+        contacts(Shape3::cylinder(1, 0.5), Pose3d{}, Shape3::cylinder(1, 0.5), Pose3d{{0.99, 0.5, 0}});
+    ASSERT_EQ(beside.size(), 1u);
+    EXPECT_EQ(beside[0].count, 2u) << "along the line that they share";
+}
+
+/// An ellipsoid whose half widths are equal is a ball, a cylinder without length a disc, and so on.
+TEST(SmoothShapes, AreTheSimplerOnesThatTheyCanBe)
+{
+    Random random(63);
+    for (int round = 0; round < 500; ++round) {
+        const Shape3 other = random_shape(random);
+        const Pose3d pose = random.pose<double>(1), there = random.pose<double>(2.5);
+        const double r = random.uniform(0.1, 1), h = random.uniform(0.1, 1);
+        const std::pair<Shape3, Shape3> same[] = {{Shape3::ellipsoid({r, r, r}), Shape3::sphere(r)},
+                                                  {Shape3::rounded_box({0, h, 0}, r), Shape3::capsule(h, r)},
+                                                  {Shape3::rounded_box({r, h, 1}, 0), Shape3::box({r, h, 1})},
+                                                  {Shape3::cylinder(h, 0), Shape3::capsule(h, 0)},
+                                                  {Shape3::cone(h, 0), Shape3::capsule(h, 0)}};
+        for (const auto& [one, two] : same) {
+            const double a = distance(one, pose, other, there, INFINITY)->distance,
+                         b = distance(two, pose, other, there, INFINITY)->distance;
+            if (a > 0 || b > 0) {
+                ASSERT_NEAR(a, b, 1e-6) << round << " types " << one.type() << " " << other.type();
+            }
+        }
+    }
+}
+
+TEST(SmoothShapes, OfNoLengthOrTooMuchAreErrors)
+{
+    EXPECT_NE(
+        message_of([] { return Shape3::rounded_box({1, 1, 1}, -1); }).find("rounded box's radius is -1"),
+        std::string::npos);
+    EXPECT_NE(message_of([] { return Shape3::rounded_box({1, NAN, 1}, 1); }).find("half edge"),
+              std::string::npos);
+    EXPECT_NE(message_of([] { return Shape3::cylinder(-2, 1); }).find("cylinder's half length is -2"),
+              std::string::npos);
+    EXPECT_NE(message_of([] { return Shape3::cylinder(1, INFINITY); }).find("cylinder's radius is inf"),
+              std::string::npos);
+    EXPECT_NE(message_of([] { return Shape3::cone(NAN, 1); }).find("cone's half length"), std::string::npos);
+    EXPECT_NE(message_of([] { return Shape3::ellipsoid({1, 2, -3}); }).find("-3"), std::string::npos);
+    EXPECT_NE(message_of([] { return Shape2::ellipsoid({1e61, 1}); }).find("1e+61"), std::string::npos);
+    const ConvexHull2 hull(std::vector<Vec2d>{{0, 0}, {1, 0}, {0, 1}});
+    EXPECT_NE(message_of([&] { return Shape2::rounded_hull(hull, -1); }).find("rounded hull's radius"),
+              std::string::npos);
+}
+
+TEST(TheZoo, HasEveryTypeThereIs)
+{
+    Random random(64);
+    const Zoo<3> zoo(random, 1);
+    const Zoo<2> zoo2(random, 1);
+    for (ShapeType type = 0; type < ShapeTypes::end; ++type) {
+        const auto has = [&](const auto& shapes) {
+            return std::any_of(shapes.begin(), shapes.end(),
+                               [&](const auto& shape) { return shape.type() == type; });
+        };
+        EXPECT_TRUE(has(zoo.shapes)) << type;
+        const bool of_space =
+            type == ShapeTypes::height_field || type == ShapeTypes::cylinder || type == ShapeTypes::cone;
+        EXPECT_EQ(has(zoo2.shapes), !of_space) << type;
+    }
+}
+
+} // namespace

@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: MIT
+// What apply() shows ahead of an update, and that the update doesn't notice.
+#include <memory_resource>
+#include <thread>
+
+#include "questions.hpp"
+
+namespace world_tests {
+namespace {
+
+/// The twin as questions should see it: `accept` hasn't been asked about anything new.
+template <int Dim, class T>
+Twin<Dim, T> ahead_of(Twin<Dim, T> twin)
+{
+    twin.has_callback = false;
+    twin.filter_was_set.clear();
+    twin.again.clear();
+    twin.again_pairs.clear();
+    twin.named_first.clear();
+    twin.update();
+    return twin;
+}
+
+template <int Dim, class T>
+testing::AssertionResult shows(const Churn<Dim, T>& churn, std::uint64_t seed,
+                               std::uint64_t* results = nullptr)
+{
+    const jostle::World<Dim, T>& world = *churn.world;
+    const Twin<Dim, T> twin = ahead_of(churn.twin);
+    if (world.size() != twin.things.size())
+        return testing::AssertionFailure() << world.size() << " objects, not " << twin.things.size();
+    for (std::uint32_t i = 0; i < world.index_end(); ++i) {
+        const auto thing = twin.things.find(i);
+        if (world.id(i) != (thing == twin.things.end() ? ObjectId{} : thing->second.id))
+            return testing::AssertionFailure() << "object " << i << " is there or isn't";
+        if (thing == twin.things.end()) continue;
+        const auto& [id, box, displacement, margin, filter, enabled, plain] = thing->second;
+        const Aabb<Dim, T> bounds = thing->second.bounds();
+        if (!world.contains(id) || world.box(id).lo != box.lo || world.box(id).hi != box.hi ||
+            world.bounds(id).lo != bounds.lo || world.bounds(id).hi != bounds.hi ||
+            world.filter(id) != filter || world.enabled(id) != enabled || world.margin(id) != margin)
+            return testing::AssertionFailure() << "object " << i << " is another";
+    }
+    if (world.pairs().to_vector() != twin.all)
+        return testing::AssertionFailure()
+               << "pairs: " << world.pairs().size() << ", not " << twin.all.size();
+    if (const auto same = agree_about_all(world, twin); !same) return same;
+    Questions<Dim, T> questions(churn, seed);
+    if (const auto same = questions.agree(); !same) return same;
+    if (results != nullptr) *results += questions.results;
+    return testing::AssertionSuccess();
+}
+
+template <int Dim, class T>
+void churn_ahead(std::uint64_t seed, double extent, std::size_t objects, int updates,
+                 jostle::Executor& executor)
+{
+    const bool callback = seed % 2 == 0;
+    Churn<Dim, T> churn(seed, extent, callback, {.executor = &executor, .margin = seed % 3 == 0 ? 0.125 : 0});
+    churn.beside.push_back(std::make_unique<jostle::World<Dim, T>>(churn.options)); // nobody calls apply()
+    std::uint64_t results = 0;
+    for (int update = 0; update < updates; ++update) {
+        if (callback && update % 16 == 15) churn.twin.salt = churn.random.next();
+        const std::vector<ObjectPair> began(churn.world->began().begin(), churn.world->began().end());
+        for (std::uint32_t calls = churn.random.below(5); calls > 0; --calls) {
+            const std::uint32_t burst = update == 0 || update % 25 == 24 ? static_cast<std::uint32_t>(objects)
+                                        : update % 40 < 20               ? 6u
+                                                                         : 0u;
+            for (std::uint32_t k = burst == 0 ? 0 : churn.random.below(burst); k > 0; --k)
+                churn.operate(objects);
+            churn.world->apply();
+            if (churn.random.below(3) == 0) continue; // nobody asks this time
+            ASSERT_TRUE(shows(churn, seed * 1000 + static_cast<std::uint64_t>(update), &results))
+                << "seed " << seed << ", before update " << update;
+        }
+        ASSERT_TRUE(
+            std::equal(began.begin(), began.end(), churn.world->began().begin(), churn.world->began().end()));
+        ASSERT_EQ(churn.world->save(), churn.beside[0]->save());
+        for (std::uint32_t k = churn.random.below(3); k > 0; --k)
+            churn.operate(objects);
+        ASSERT_TRUE(churn.update(update % 8 == 0)) << "seed " << seed << ", update " << update;
+        if (update % 8 == 0) {
+            ASSERT_TRUE((Questions<Dim, T>(churn, static_cast<std::uint64_t>(update)).agree()));
+        }
+        churn.beside[0]->update();
+        ASSERT_EQ(churn.world->save(), churn.beside[0]->save());
+        ASSERT_EQ(churn.world->stats().commands, churn.beside[0]->stats().commands);
+        ASSERT_EQ(churn.world->stats().dropped, churn.beside[0]->stats().dropped);
+        ASSERT_EQ(churn.world->stats().changed, churn.beside[0]->stats().changed);
+    }
+    EXPECT_GT(results, 500u);
+    EXPECT_GT(churn.began, objects);
+    EXPECT_GT(churn.world->stats().resting, 0u);
+}
+
+TEST(Apply, ShowsWhatWillBeAndUpdatesDoNotNotice)
+{
+    const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(3);
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+        churn_ahead<3, float>(seed, 7, 250, 100, *threads);
+        churn_ahead<2, double>(seed, 16, 200, 60, jostle::serial_executor());
+        churn_ahead<3, double>(seed + 3, 4, 40, 120, jostle::serial_executor());
+        churn_ahead<2, float>(seed + 3, 3, 12, 200, *threads);
+    }
+}
+
+// Several threads speak of the same objects, with and without sequences: who wins is found out of all that
+// was said since the last update, whatever apply() has shown in between.
+TEST(Apply, DoesNotChangeWhoWins)
+{
+    jostle::World3f plain, ahead;
+    std::vector<ObjectId> ids;
+    Random random(5);
+    for (int i = 0; i < 60; ++i) {
+        const auto box = random_box<3, float>(random, 5, false);
+        ids.push_back(plain.add(box));
+        ASSERT_EQ(ahead.add(box), ids.back());
+    }
+    for (int round = 0; round < 60; ++round) {
+        for (int part = 0; part < 3; ++part) {
+            const std::uint32_t speakers = random.below(4);
+            for (std::uint32_t t = 0; t < speakers; ++t) {
+                const std::uint64_t seed = random.next();
+                std::thread([&, seed] {
+                    Random own(seed);
+                    for (int k = 0; k < 12; ++k) {
+                        const ObjectId id = ids[own.below(t % 2 == 0 ? 60 : 9)];
+                        const std::uint32_t sequence = own.below(3) == 0 ? own.below(3) : 0;
+                        const auto box = random_box<3, float>(own, 5, false);
+                        const ObjectFilter filter = random_filter(own);
+                        const float size[3] = {1, static_cast<float>(own.uniform(0, 2)), 1};
+                        const std::uint32_t kind = own.below(8);
+                        const bool on = own.below(4) != 0;
+                        for (jostle::World3f* world : {&plain, &ahead})
+                            try {
+                                if (kind < 3) world->move(id, box, sequence);
+                                if (kind == 3) world->resize(id, size, sequence);
+                                if (kind == 4) world->set_filter(id, filter, sequence);
+                                if (kind == 5) world->set_enabled(id, on, sequence);
+                                if (kind == 6) world->move(id, box, {1, 0, -1}, sequence);
+                                if (kind == 7 && k == 0 && round % 8 == 0) world->remove(id);
+                            } catch (const jostle::Error& error) { // removed long ago, in both
+                                EXPECT_EQ(error.code(), jostle::ErrorCode::stale_id);
+                            }
+                    }
+                }).join();
+            }
+            if (random.below(3) != 0) ahead.apply();
+            if (random.below(3) == 0) {
+                const auto box = random_box<3, float>(random, 5, false);
+                const ObjectId fresh = plain.add(box);
+                ASSERT_EQ(ahead.add(box), fresh);
+                ids[random.below(60)] = fresh;
+            }
+        }
+        ahead.apply();
+        const std::size_t size = ahead.size();
+        std::vector<jostle::Aabb3f> bounds;
+        for (std::uint32_t i = 0; i < ahead.index_end(); ++i)
+            if (ahead.contains(ahead.id(i))) bounds.push_back(ahead.bounds(ahead.id(i)));
+        plain.update();
+        ahead.update();
+        ASSERT_EQ(size, plain.size()) << round;
+        std::size_t k = 0;
+        for (std::uint32_t i = 0; i < plain.index_end(); ++i)
+            if (plain.contains(plain.id(i))) {
+                ASSERT_EQ(bounds[k].lo, plain.bounds(plain.id(i)).lo) << round;
+                ASSERT_EQ(bounds[k++].hi, plain.bounds(plain.id(i)).hi) << round;
+            }
+        ASSERT_EQ(plain.save(), ahead.save()) << round;
+        ASSERT_TRUE(std::equal(plain.began().begin(), plain.began().end(), ahead.began().begin(),
+                               ahead.began().end()));
+        ASSERT_TRUE(std::equal(plain.ended().begin(), plain.ended().end(), ahead.ended().begin(),
+                               ahead.ended().end()));
+        ASSERT_EQ(plain.persisted().to_vector(), ahead.persisted().to_vector());
+    }
+}
+
+TEST(Apply, IsTakenBackByAnUpdateThatFails)
+{
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        Churn<3, float> churn(seed, 6, true);
+        int failed = 0;
+        for (int update = 0; update < 80; ++update) {
+            for (int part = 0; part < 3; ++part) {
+                for (std::uint32_t k = churn.random.below(20); k > 0; --k)
+                    churn.operate(120);
+                churn.world->apply();
+            }
+            ASSERT_TRUE(shows(churn, seed));
+            for (std::uint32_t k = churn.random.below(5); k > 0; --k)
+                churn.operate(120);
+            const std::vector<std::byte> saved = churn.world->save();
+            const std::size_t size_before = [&] {
+                jostle::World3f before;
+                before.restore(saved);
+                return before.size();
+            }();
+            churn.questions_until_refusal = churn.random.below(12);
+            try {
+                churn.asked = 0;
+                churn.world->update();
+            } catch (const Refusal&) {
+                ++failed;
+                churn.questions_until_refusal = Churn<3, float>::never;
+                ASSERT_EQ(churn.world->save(), saved);
+                ASSERT_EQ(churn.world->size(), size_before) << "as the last update left it";
+                if (update % 2 == 0) {
+                    churn.world->apply();
+                    ASSERT_TRUE(shows(churn, seed)) << "all of it is queued still";
+                }
+                churn.asked = 0;
+                churn.world->update();
+            }
+            churn.questions_until_refusal = Churn<3, float>::never;
+            ASSERT_TRUE(churn.follow(true)) << "seed " << seed << ", update " << update;
+            ASSERT_TRUE((Questions<3, float>(churn, seed).agree()));
+        }
+        EXPECT_GT(failed, 10);
+    }
+}
+
+/// Memory that fails at the n-th allocation.
+class Scarce final : public std::pmr::memory_resource
+{
+  public:
+    std::uint64_t left = ~std::uint64_t{0};
+
+  private:
+    void* do_allocate(std::size_t bytes, std::size_t alignment) override
+    {
+        if (left-- == 0) throw std::bad_alloc();
+        return std::pmr::new_delete_resource()->allocate(bytes, alignment);
+    }
+    void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override
+    {
+        std::pmr::new_delete_resource()->deallocate(memory, bytes, alignment);
+    }
+    [[nodiscard]] bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override
+    {
+        return this == &other;
+    }
+};
+
+TEST(Apply, ThatRunsOutOfMemoryTakesAllBack)
+{
+    int failed = 0;
+    for (std::uint64_t allowed = 0; allowed < 60; ++allowed) {
+        Scarce memory;
+        Churn<3, float> churn(3, 5, false, {.executor = &jostle::serial_executor(), .memory = &memory});
+        for (int k = 0; k < 150; ++k)
+            churn.operate(100);
+        ASSERT_TRUE(churn.update());
+        for (int k = 0; k < 20; ++k)
+            churn.operate(100);
+        churn.world->apply();
+        ASSERT_TRUE(shows(churn, 1));
+        for (int k = 0; k < 300; ++k)
+            churn.operate(300);
+        const std::vector<std::byte> saved = churn.world->save();
+        memory.left = allowed;
+        bool good = false;
+        try {
+            churn.world->apply();
+            good = true;
+        } catch (const std::bad_alloc&) {
+            ++failed;
+        }
+        memory.left = ~std::uint64_t{0};
+        ASSERT_EQ(churn.world->save(), saved);
+        if (!good && allowed % 2 == 0) churn.world->apply();
+        if (good || allowed % 2 == 0) {
+            ASSERT_TRUE(shows(churn, 2)) << allowed;
+        }
+        ASSERT_TRUE(churn.update()) << allowed;
+        ASSERT_TRUE((Questions<3, float>(churn, 3).agree())) << allowed;
+    }
+    EXPECT_GT(failed, 2);
+}
+
+TEST(Apply, QuestionsWithMasksSkipWhatHasLeftTheirIndex)
+{
+    Churn<3, float> churn(2, 16, false);
+    churn.giants = false;
+    for (std::size_t k = 0; k < 4500; ++k)
+        churn.operate(1500);
+    for (int update = 0; update < 20; ++update)
+        ASSERT_TRUE(churn.update(false));
+    ASSERT_GT(churn.world->stats().resting, 1024u);
+    for (int round = 0; round < 24; ++round) {
+        for (int part = 0; part < 3; ++part) {
+            Questions<3, float> questions(churn, static_cast<std::uint64_t>(round));
+            questions.only(~0u, round < 12 ? 4 : 2);
+            ASSERT_TRUE(questions.agree()) << round << ", " << part;
+            for (int k = 0; k < 15; ++k)
+                churn.operate(1500);
+            churn.world->apply();
+        }
+        ASSERT_TRUE(churn.update(false));
+    }
+}
+
+TEST(Apply, OfEverythingAtOnceAndOfNothing)
+{
+    Churn<2, float> churn(8, 12, false);
+    churn.world->apply();
+    EXPECT_EQ(churn.world->size(), 0u);
+    EXPECT_FALSE(churn.world->bounds().has_value());
+    for (int k = 0; k < 400; ++k)
+        churn.operate(200);
+    churn.world->apply();
+    churn.world->apply();
+    ASSERT_TRUE(shows(churn, 1)) << "before the first update";
+    ASSERT_TRUE(churn.update());
+    while (!churn.twin.things.empty())
+        churn.remove();
+    churn.world->apply();
+    ASSERT_TRUE(shows(churn, 2));
+    EXPECT_EQ(churn.world->size(), 0u);
+    ASSERT_TRUE(churn.update());
+}
+
+TEST(Apply, BeginsAnewAfterRestoreAndClear)
+{
+    Churn<3, float> churn(9, 6, false);
+    for (int k = 0; k < 300; ++k)
+        churn.operate(150);
+    ASSERT_TRUE(churn.update());
+    const std::vector<std::byte> saved = churn.world->save();
+    const Twin<3, float> then = churn.twin;
+    for (int k = 0; k < 100; ++k)
+        churn.operate(150);
+    const std::vector<std::byte> before = churn.world->save();
+    churn.world->apply();
+    jostle::World3f fork = churn.world->fork();
+    EXPECT_EQ(fork.save(), before) << "a fork is of the last update";
+    churn.world->restore(saved);
+    churn.twin = then;
+    ASSERT_TRUE(shows(churn, 1)) << "what was applied is forgotten";
+    for (int k = 0; k < 50; ++k)
+        churn.operate(150);
+    churn.world->apply();
+    ASSERT_TRUE(shows(churn, 2));
+    ASSERT_TRUE(churn.update());
+    (void)churn.world->add({{0, 0, 0}, {1, 1, 1}});
+    churn.world->apply();
+    churn.world->clear();
+    EXPECT_EQ(churn.world->size(), 0u);
+    EXPECT_FALSE(churn.world->bounds().has_value());
+}
+
+TEST(Apply, MovesGivenToTheUpdateComeLast)
+{
+    jostle::World3f world;
+    const auto cube = [](float x) { return jostle::Aabb3f{{x, 0, 0}, {x + 1, 1, 1}}; };
+    std::vector<ObjectId> ids = {world.add(cube(0)), world.add(cube(10))};
+    world.update();
+    world.move(ids[0], cube(20));
+    world.apply();
+    EXPECT_EQ(world.box(ids[0]).lo[0], 20);
+    world.update(ids, std::vector<jostle::Aabb3f>{cube(10.5f), cube(10)});
+    EXPECT_EQ(world.box(ids[0]).lo[0], 10.5f);
+    ASSERT_EQ(world.began().size(), 1u);
+    world.move(ids[0], cube(20)); // there and back again
+    world.apply();
+    std::vector<ObjectId> found;
+    world.touching(ids[1], found);
+    EXPECT_TRUE(found.empty());
+    world.move(ids[0], cube(10.5f));
+    world.update();
+    EXPECT_TRUE(world.began().empty() && world.ended().empty() && world.persisted().empty());
+}
+
+TEST(Apply, IsRefusedWhereAnUpdateIs)
+{
+    std::function<void()> in_accept = [] {};
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId, ObjectId) {
+        in_accept();
+        return true;
+    };
+    jostle::World3f world(options);
+    const jostle::Aabb3f box{{0, 0, 0}, {1, 1, 1}};
+    const ObjectId a = world.add(box);
+    EXPECT_THROW((void)world.box(a), jostle::Error);
+    world.apply();
+    EXPECT_EQ(world.box(a).hi[0], 1);
+    (void)world.add(box);
+    int refused = 0;
+    in_accept = [&] {
+        try {
+            world.apply();
+        } catch (const jostle::Error&) {
+            ++refused;
+        }
+    };
+    world.update();
+    const auto visit = [&](std::uint32_t, ObjectId) {
+        in_accept();
+        return true;
+    };
+    (void)world.any(box, {.accept = visit});
+    EXPECT_GE(refused, 2) << "in the update and in the question";
+    world.remove(a);
+    world.apply();
+    EXPECT_FALSE(world.contains(a));
+    try {
+        (void)world.box(a);
+        ADD_FAILURE() << "it is gone";
+    } catch (const jostle::Error& error) {
+        EXPECT_EQ(error.code(), jostle::ErrorCode::stale_id);
+        EXPECT_NE(std::string(error.what()).find("any more"), std::string::npos) << error.what();
+    }
+    world.move(a, box); // for nobody
+    world.update();
+    EXPECT_EQ(world.stats().dropped, 1u);
+}
+
+} // namespace
+} // namespace world_tests

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+// Objects that stop together wait beside each other until they come to rest: what updates say meanwhile, and
+// after some of them have gone on, is what they say of any others.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "churn.hpp"
+#include "questions.hpp"
+
+namespace world_tests {
+namespace {
+
+/// How many commands come in an update while most objects wait.
+constexpr int few[] = {0, 1, 1, 2, 5, 8, 9, 40, 90};
+
+template <int Dim, class T>
+void stop_and_go(std::uint64_t seed, double extent, bool callback, bool giants)
+{
+    Churn<Dim, T> churn(seed, extent, callback);
+    churn.giants = giants;
+    constexpr std::size_t objects = 2'600;
+    std::uint64_t waited = 0, results = 0, refused = 0;
+    while (churn.twin.things.size() < objects)
+        churn.operate(objects);
+    for (int round = 0; round < 6; ++round) {
+        const int updates = round % 3 == 2 ? 24 : 7; // some have come to rest, or none
+        for (int update = 0; update < updates; ++update) {
+            // Most change, then few.
+            const int commands = update == 0 ? 6000 : few[churn.random.below(std::size(few))];
+            for (int k = 0; k < commands; ++k)
+                churn.operate(objects);
+            if (callback && churn.random.below(3) == 0) {
+                const std::vector<std::byte> before = churn.world->save();
+                churn.questions_until_refusal = churn.random.below(3);
+                churn.asked = 0;
+                try {
+                    churn.world->update();
+                    churn.questions_until_refusal = Churn<Dim, T>::never;
+                    ASSERT_TRUE(churn.follow(false)) << "round " << round << ", update " << update;
+                    continue;
+                } catch (const Refusal&) {
+                    ++refused;
+                    churn.questions_until_refusal = Churn<Dim, T>::never;
+                    ASSERT_EQ(churn.world->save(), before) << "round " << round << ", update " << update;
+                }
+            }
+            ASSERT_TRUE(churn.update(update % 4 == 1)) << "round " << round << ", update " << update;
+            const jostle::WorldStats& stats = churn.world->stats();
+            waited += stats.active > 1024 && stats.changed < 64 && stats.active + stats.settled > 1500;
+            if (update % 4 != 2) continue;
+            Questions<Dim, T> questions(churn, static_cast<std::uint64_t>(round));
+            ASSERT_TRUE(questions.agree()) << "round " << round << ", update " << update;
+            results += questions.results;
+        }
+    }
+    EXPECT_GT(waited, 5u);
+    EXPECT_GT(results, 1000u);
+    EXPECT_GT(churn.persisted, 1000u);
+    if (callback) {
+        EXPECT_GT(refused, 2u);
+    }
+}
+
+TEST(Parked, WhoStopsAndGoesOnMeetsTheSame)
+{
+    stop_and_go<3, float>(1, 12, false, false);
+    stop_and_go<2, double>(2, 60, false, true);
+}
+
+TEST(Parked, AlsoWhereSomebodyIsAskedAndFails)
+{
+    stop_and_go<3, double>(3, 16, true, false);
+    stop_and_go<2, float>(4, 60, true, false);
+}
+
+TEST(Parked, ASnapshotKnowsWhoseTurnComesWhen)
+{
+    Churn<3, float> churn(5, 14, false);
+    churn.giants = false;
+    constexpr std::size_t objects = 3'000;
+    while (churn.twin.things.size() < objects)
+        churn.operate(objects);
+    for (int update = 0; update < 40; ++update) {
+        const int commands = update % 20 == 0 ? 6000 : few[churn.random.below(std::size(few))];
+        for (int k = 0; k < commands; ++k)
+            churn.operate(objects);
+        ASSERT_TRUE(churn.update(false)) << update;
+        const std::vector<std::byte> saved = churn.world->save();
+        for (const auto& other : churn.beside) {
+            other->update();
+            ASSERT_TRUE(agree(*other, churn.twin, false)) << update;
+            ASSERT_EQ(other->stats().settled, churn.world->stats().settled) << update;
+            ASSERT_EQ(other->save(), saved) << update;
+        }
+        if (update % 5 == 3) {
+            churn.beside.clear();
+            churn.beside.push_back(std::make_unique<jostle::World3f>(churn.world->fork()));
+            ASSERT_EQ(churn.beside.back()->save(), saved) << update;
+        }
+    }
+}
+
+/// Boxes in rows of `width`, none of which touch.
+std::vector<jostle::Aabb3f> side_by_side(std::size_t count, std::size_t width)
+{
+    std::vector<jostle::Aabb3f> boxes;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto x = static_cast<float>(i % width), y = static_cast<float>(i / width);
+        boxes.push_back({{x, y, 0}, {x + 0.5f, y + 0.5f, 1}});
+    }
+    return boxes;
+}
+
+TEST(Parked, NoSmallUpdatePaysForABigOne)
+{
+    constexpr std::size_t objects = 12'000;
+    jostle::World3f world;
+    std::vector<ObjectId> ids(objects);
+    std::vector<jostle::Aabb3f> boxes = side_by_side(objects, 100);
+    world.add(boxes, ids);
+    world.update();
+    std::uint64_t updates = 0;
+    for (; world.stats().active > 1; ++updates) {
+        ASSERT_LT(updates, 200u);
+        world.remove(world.add({{0.25f, 0.25f, 0}, {0.75f, 0.75f, 1}}));
+        const ObjectId other = world.add({{200, 0, 0}, {201, 1, 1}});
+        world.update();
+        world.remove(other);
+        EXPECT_LE(world.stats().settled, 128u);
+        EXPECT_LE(world.stats().changed, 3u);
+    }
+    EXPECT_GT(updates, 40u);
+    // Those that have gone on meanwhile rest last.
+    for (jostle::Aabb3f& box : boxes)
+        box.lo[2] += 1, box.hi[2] += 1;
+    world.update(ids, boxes);
+    world.update();
+    ASSERT_GT(world.stats().active, 10'000u);
+    boxes[0].lo[0] -= 1;
+    world.move(ids[0], boxes[0]);
+    while (world.stats().active > 1) {
+        world.update();
+        boxes[0].lo[0] -= 1;
+        world.move(ids[0], boxes[0]);
+    }
+    EXPECT_EQ(world.stats().resting, objects - 1);
+}
+
+TEST(Parked, WhoStopsAndGoesOnForEverTakesNoMoreMemory)
+{
+    constexpr std::size_t objects = 2'000;
+    jostle::World3f world;
+    std::vector<ObjectId> ids(objects);
+    std::vector<jostle::Aabb3f> boxes = side_by_side(objects, 50);
+    world.add(boxes, ids);
+    std::uint64_t early = 0;
+    for (int round = 0; round < 80; ++round) {
+        for (jostle::Aabb3f& box : boxes)
+            box.lo[2] += 0.125f, box.hi[2] += 0.125f;
+        world.update(ids, boxes);
+        for (int update = 0; update < 3; ++update)
+            world.update();
+        EXPECT_GT(world.stats().active, 1'000u);
+        if (round == 20) early = world.stats().bytes_reserved;
+    }
+    EXPECT_LE(world.stats().bytes_reserved, early + early / 8);
+}
+
+} // namespace
+} // namespace world_tests

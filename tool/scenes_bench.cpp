@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+// jostle bench scenes: many small scenes in one call, beside a call for each and the work alone.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench_options.hpp"
+#include "commands.hpp"
+#include "jostle/find_pairs.hpp"
+#include "numbers.hpp"
+#include "options.hpp"
+#include "scenes/scenes.hpp"
+#include "threads.hpp"
+#include "turns.hpp"
+
+namespace jostle_tool {
+
+namespace {
+
+using jostle::Aabb3f;
+
+struct Options
+{
+    std::vector<std::uint64_t> sizes{2, 16, 64, 128, 256, 1'000};
+    std::uint32_t boxes = 262'144, threads = 0, frames = 15;
+    std::string json; // empty: not wanted
+};
+
+struct Row
+{
+    std::uint64_t n, scenes, pairs;
+    std::uint32_t threads;
+    double together, one_by_one, parts; // ms of all scenes, median
+};
+
+Row measure(const Options& options, std::uint64_t n, jostle::Executor& executor, std::uint32_t threads)
+{
+    const std::uint64_t scenes = std::max<std::uint64_t>(1, options.boxes / n);
+    std::vector<Aabb3f> boxes;
+    std::vector<std::uint64_t> offsets{0};
+    // A hundred different ones, again and again: making a scene takes longer than searching it.
+    std::vector<std::vector<Aabb3f>> different;
+    for (std::uint64_t k = 0; k < scenes; ++k) {
+        if (k < 100) {
+            const jostle_scenes::Scene<3, float> scene("uniform", n, k + 1);
+            different.emplace_back(scene.boxes().begin(), scene.boxes().end());
+        }
+        const std::vector<Aabb3f>& scene = different[k % different.size()];
+        boxes.insert(boxes.end(), scene.begin(), scene.end());
+        offsets.push_back(boxes.size());
+    }
+    const jostle::BoxView<3, float> all(boxes);
+    jostle::PairFinder together(jostle::FinderOptions{.executor = &executor});
+    jostle::PairFinder alone(jostle::FinderOptions{.executor = &jostle::serial_executor()});
+    std::uint64_t pairs = 0, pairs_alone = 0;
+    double least = 0; // of each different scene, searched again and again: what the work alone takes
+    for (const std::vector<Aabb3f>& scene : different) {
+        double best = std::numeric_limits<double>::infinity();
+        for (std::uint32_t turn = 0; turn < 5 + 2'000 / n; ++turn) {
+            const auto before = std::chrono::steady_clock::now();
+            (void)alone.find(scene);
+            const auto after = std::chrono::steady_clock::now();
+            best = std::min(best, std::chrono::duration<double, std::milli>(after - before).count());
+        }
+        least += best;
+    }
+    const std::vector<double> ms =
+        medians(options.frames, {[&] { pairs = together.find_scenes(all, offsets).size(); },
+                                 [&] {
+                                     pairs_alone = 0;
+                                     for (std::uint64_t k = 0; k < scenes; ++k)
+                                         pairs_alone += alone.find(all.subview(offsets[k], n)).size();
+                                 }});
+    if (pairs != pairs_alone)
+        throw std::runtime_error("scenes of " + std::to_string(n) + " boxes: " + std::to_string(pairs) +
+                                 " pairs in one call, " + std::to_string(pairs_alone) +
+                                 " in a call for each");
+    return {n,
+            scenes,
+            pairs,
+            threads,
+            ms[0],
+            ms[1],
+            least / static_cast<double>(different.size()) * static_cast<double>(scenes)};
+}
+
+void run(const Options& options)
+{
+    RowsFile file(options.json);
+    const Threads threads(options.threads);
+    if (options.json != "-")
+        std::printf("%7s %9s %8s %11s %11s %11s %13s\n", "n", "scenes", "threads", "find_scenes", "find each",
+                    "parts", "a scene");
+    auto all = nlohmann::ordered_json::array();
+    for (const std::uint64_t n : options.sizes) {
+        const Row row = measure(options, n, threads.executor(), threads.count());
+        if (options.json != "-") {
+            std::printf("%7llu %9llu %8u %8.3f ms %8.3f ms %8.3f ms %10.3f us\n",
+                        static_cast<unsigned long long>(row.n), static_cast<unsigned long long>(row.scenes),
+                        row.threads, row.together, row.one_by_one, row.parts,
+                        row.together * 1e3 / static_cast<double>(row.scenes));
+            std::fflush(stdout);
+        }
+        all.push_back({{"n", row.n},
+                       {"scenes", row.scenes},
+                       {"threads", row.threads},
+                       {"pairs", row.pairs},
+                       {"median_ms", rounded(row.together)},
+                       {"one_by_one_ms", rounded(row.one_by_one)},
+                       {"parts_ms", rounded(row.parts)}});
+    }
+    file.write(all);
+}
+
+constexpr const char* help =
+    R"(Scenes of n boxes each, so many that there are 262,144 boxes in all: find_scenes, which takes all threads,
+find for each scene on one thread, and the parts: the least that a scene takes when it is searched again
+and again, times the scenes. All must find as many pairs, or the exit status is 1.
+
+Examples:
+  jostle bench scenes
+  jostle bench scenes -n 64 --threads 1 --json -)";
+
+} // namespace
+
+void add_bench_scenes_command(CLI::App& bench)
+{
+    CLI::App* command = bench.add_subcommand("scenes", "What many small scenes in one call take");
+    command->footer(help);
+    const auto options = std::make_shared<Options>();
+    add_sizes_option(*command, options->sizes, "2,16,64,128,256,1000");
+    add_number_option(*command, "--boxes", options->boxes, 1u, 10'000'000u, "How many boxes in all (262144)")
+        ->type_name("N");
+    add_number_option(*command, "--frames", options->frames, 1u, 10'000u, "How many frames are counted (15)")
+        ->type_name("F");
+    add_threads_option(*command, options->threads);
+    add_rows_file_option(*command, options->json);
+    command->callback([options] { run(*options); });
+}
+
+} // namespace jostle_tool

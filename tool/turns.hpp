@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "numbers.hpp"
+
+namespace jostle_tool {
+
+/// Takes turns, so that whatever else the machine does falls on all alike; each one's median, after a first
+/// turn that doesn't count.
+inline std::vector<double> medians(std::uint32_t frames, const std::vector<std::function<void()>>& systems)
+{
+    std::vector<std::vector<double>> ms(systems.size());
+    for (std::uint32_t frame = 0; frame <= frames; ++frame)
+        for (std::size_t k = 0; k < systems.size(); ++k) {
+            const auto before = std::chrono::steady_clock::now();
+            systems[k]();
+            const auto after = std::chrono::steady_clock::now();
+            if (frame > 0) ms[k].push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        }
+    std::vector<double> result;
+    for (std::vector<double>& of_one : ms)
+        result.push_back(median(std::move(of_one)));
+    return result;
+}
+
+} // namespace jostle_tool
