@@ -7,14 +7,12 @@
 #include <limits>
 #include <memory_resource>
 #include <span>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "jostle/cast.hpp"
 #include "jostle/contact.hpp"
-#include "jostle/error.hpp"
 #include "jostle/function_ref.hpp"
 #include "jostle/process.hpp"
 #include "jostle/shapes.hpp"
@@ -64,6 +62,13 @@ using PosedShape3f = PosedShape<3, float>;
 using PosedShape2d = PosedShape<2, double>;
 using PosedShape3d = PosedShape<3, double>;
 
+namespace detail {
+
+/// The `Error` where an id has no shape or no pose of its own.
+[[noreturn]] JOSTLE_API void throw_no_shape(std::uint32_t id, std::size_t shapes, std::size_t poses);
+
+} // namespace detail
+
 /// Shape and pose of each object, found by its id in a BoxIndex or the index of its id in a World: arrays,
 /// vectors, spans or members of structs, or a function that is given the id.
 ///
@@ -91,21 +96,13 @@ class PosedShapes
             const PosedShape<Dim, T> object = of_(id);
             use(object.shape, object.pose);
         } else {
-            if (id >= shapes_.size() || id >= poses_.size()) refuse(id);
+            if (id >= shapes_.size() || id >= poses_.size())
+                detail::throw_no_shape(id, shapes_.size(), poses_.size());
             use(shapes_[id], poses_[id]);
         }
     }
 
   private:
-    [[noreturn]] void refuse(std::uint32_t id) const
-    {
-        throw Error(ErrorCode::size_mismatch,
-                    "there is an object with the id " + std::to_string(id) + ", but there are " +
-                        std::to_string(shapes_.size()) + " shapes and " + std::to_string(poses_.size()) +
-                        " poses; give one of each for every id",
-                    id);
-    }
-
     StridedView<Shape<Dim>> shapes_;
     StridedView<Pose<Dim, T>> poses_;
     FunctionRef<PosedShape<Dim, T>(std::uint32_t id)> of_;
@@ -137,7 +134,7 @@ class HitLists
     {
     }
 
-    [[nodiscard]] std::size_t size() const noexcept { return more_.size(); }
+    [[nodiscard]] std::size_t size() const noexcept { return size_; }
     [[nodiscard]] std::span<const Hit> operator[](std::size_t i) const noexcept
     {
         return std::span<const Hit>(hits_).subspan(first_[i], first_[i + 1] - first_[i]);
@@ -152,6 +149,7 @@ class HitLists
     void fill(std::size_t questions, const ProcessOptions& options, const F& append)
     {
         const std::size_t blocks = plan_work(questions, options).blocks;
+        size_ = 0; // also where something throws
         hits_.clear();
         first_.assign(questions + 1, 0);
         more_.assign(questions, 0);
@@ -165,20 +163,17 @@ class HitLists
                 first_[i + 1] = found.size() - before;
             }
         };
-        try {
-            process_items(questions, fill_block, options);
-        } catch (...) {
-            more_.clear(); // no lists
-            throw;
-        }
+        process_items(questions, fill_block, options);
         for (std::size_t i = 0; i < questions; ++i)
             first_[i + 1] += first_[i];
         hits_.reserve(first_.back());
         for (std::size_t block = 0; block < blocks; ++block)
             hits_.insert(hits_.end(), found_[block].begin(), found_[block].end());
+        size_ = questions;
     }
 
   private:
+    std::size_t size_ = 0;
     std::pmr::vector<std::size_t> first_;
     std::pmr::vector<Hit> hits_;
     std::pmr::vector<std::uint8_t> more_;

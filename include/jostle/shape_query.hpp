@@ -10,7 +10,6 @@
 #include <memory_resource>
 #include <optional>
 #include <span>
-#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "jostle/box_index.hpp"
 #include "jostle/cast.hpp"
 #include "jostle/contact.hpp"
+#include "jostle/error.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/function_ref.hpp"
 #include "jostle/process.hpp"
@@ -281,6 +281,9 @@ DistanceOf<Asked> nearest_of(const Asked& asked, const ShapesOf<Asked>& objects,
     return best;
 }
 
+/// The `Error` where there are more or fewer `things` than questions.
+[[noreturn]] JOSTLE_API void throw_not_one_each(std::size_t questions, std::size_t count, const char* things);
+
 /// Those of a batch: none, one for all questions, or one for each.
 template <class Filter>
 class QuestionFilters
@@ -296,9 +299,7 @@ class QuestionFilters
     void check(std::size_t questions) const
     {
         if (one_each_ && filters_.size() != questions)
-            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) +
-                                                      " questions and " + std::to_string(filters_.size()) +
-                                                      " filters; give one for each");
+            throw_not_one_each(questions, filters_.size(), "filters");
     }
     /// inside(filter) with that of one question, whose `accept` is told the question's number.
     template <class F>
@@ -317,15 +318,21 @@ class QuestionFilters
     std::span<const Filter> filters_;
     bool one_each_ = false;
 };
-inline void check_answers(std::size_t questions, std::size_t out)
-{
-    if (questions != out)
-        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) +
-                                                  " questions and room for " + std::to_string(out) +
-                                                  " answers; give one for each");
-}
 /// Questions differ much in cost.
 inline constexpr std::uint64_t question_block = 16;
+/// out[i] = answer(i, filter) for each question.
+template <class Filter, class Answer, class F>
+void answer_each(std::size_t questions, std::span<Answer> out, const QuestionFilters<Filter>& filters,
+                 Executor& executor, const F& answer)
+{
+    if (questions != out.size()) throw_not_one_each(questions, out.size(), "places for answers");
+    filters.check(questions);
+    const auto answer_block = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        for (std::uint64_t i = begin; i < end; ++i)
+            out[i] = filters.with(i, [&](const auto& filter) { return answer(i, filter); });
+    };
+    process_items(questions, answer_block, {&executor, question_block});
+}
 
 } // namespace detail
 
@@ -379,17 +386,10 @@ void first_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, cons
                 const detail::QuestionFilters<detail::FilterOf<Asked>>& filters = {},
                 Executor& executor = default_executor())
 {
-    detail::check_answers(std::size(questions), out.size());
-    filters.check(std::size(questions));
     const auto* const given = std::data(questions);
-    process_items(std::size(questions),
-                  [&](std::uint64_t begin, std::uint64_t end, Work) {
-                      for (std::uint64_t i = begin; i < end; ++i)
-                          out[i] = filters.with(i, [&](const auto& filter) {
-                              return detail::first_of(asked, objects, given[i], i, filter);
-                          });
-                  },
-                  {&executor, detail::question_block});
+    detail::answer_each(std::size(questions), out, filters, executor, [&](auto i, const auto& filter) {
+        return detail::first_of(asked, objects, given[i], i, filter);
+    });
 }
 
 /// List i has the hits of questions[i], as all_hits gives them.
@@ -418,17 +418,10 @@ void nearest_shapes(const Asked& asked, const detail::ShapesOf<Asked>& objects, 
                     const detail::QuestionFilters<detail::FilterOf<Asked>>& filters = {},
                     Executor& executor = default_executor())
 {
-    detail::check_answers(std::size(questions), out.size());
-    filters.check(std::size(questions));
     const auto* const given = std::data(questions);
-    process_items(std::size(questions),
-                  [&](std::uint64_t begin, std::uint64_t end, Work) {
-                      for (std::uint64_t i = begin; i < end; ++i)
-                          out[i] = filters.with(i, [&](const auto& filter) {
-                              return detail::nearest_of(asked, objects, given[i], i, filter);
-                          });
-                  },
-                  {&executor, detail::question_block});
+    detail::answer_each(std::size(questions), out, filters, executor, [&](auto i, const auto& filter) {
+        return detail::nearest_of(asked, objects, given[i], i, filter);
+    });
 }
 
 JOSTLE_NAMESPACE_END

@@ -2,6 +2,10 @@
 // What the function templates of shape_query.hpp leave to the library.
 #include "jostle/shape_query.hpp"
 
+#include <cmath>
+#include <string>
+
+#include "jostle/error.hpp"
 #include "narrow/answers.hpp"
 #include "narrow/input_checks.hpp"
 
@@ -119,6 +123,20 @@ BoxQuestion<Dim, T> boxes_for(const NearestShape<Dim, T>& nearest)
         boxes.region.hi[d] = infinity;
     }
     return boxes;
+}
+
+void throw_no_shape(std::uint32_t id, std::size_t shapes, std::size_t poses)
+{
+    throw Error(ErrorCode::size_mismatch,
+                "there is an object with the id " + std::to_string(id) + ", but there are " +
+                    std::to_string(shapes) + " shapes and " + std::to_string(poses) +
+                    " poses; give one of each for every id",
+                id);
+}
+void throw_not_one_each(std::size_t questions, std::size_t count, const char* things)
+{
+    throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) + " questions and " +
+                                              std::to_string(count) + " " + things + "; give one for each");
 }
 
 #define JOSTLE_SHAPE_QUERY(Dim, T)                                                                           \
