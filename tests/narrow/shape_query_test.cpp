@@ -474,8 +474,8 @@ TEST(ShapeQuery, RefusesWhatIsInvalid)
     HitLists<IndexShapeHit3d> lists;
     EXPECT_TRUE(has(message([&] { all_hits(index, objects, rays, lists); }), "question 40: a ray has"));
     rays.resize(40);
-    EXPECT_TRUE(
-        has(message([&] { first_hits(index, objects, rays, hits); }), "40 questions and room for 100"));
+    EXPECT_TRUE(has(message([&] { first_hits(index, objects, rays, hits); }),
+                    "40 questions and 100 places for answers"));
     hits.resize(40);
     EXPECT_TRUE(has(message([&] { first_hits(index, objects, rays, hits, std::vector<QueryFilter>(3)); }),
                     "40 questions and 3 filters"));
