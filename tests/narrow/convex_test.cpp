@@ -2,9 +2,9 @@
 // Every two convex shapes in 3D against the definition.
 #include <gtest/gtest.h>
 
-#include "narrow/axes.hpp"
-#include "narrow/convex3.hpp"
-#include "narrow/pair.hpp"
+#include "narrow/convex/axes.hpp"
+#include "narrow/convex/convex3.hpp"
+#include "narrow/parts/pair.hpp"
 #include "tests/narrow/oracle.hpp"
 #include "tests/narrow/random_pairs.hpp"
 

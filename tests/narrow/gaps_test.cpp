@@ -7,8 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "narrow/answers.hpp"
-#include "narrow/pair.hpp"
+#include "narrow/interface/answers.hpp"
+#include "narrow/parts/pair.hpp"
 #include "tests/narrow/random_pairs.hpp"
 
 using namespace jostle;

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <map>
 
-#include "narrow/orientation.hpp"
-#include "narrow/pair.hpp"
+#include "narrow/parts/pair.hpp"
+#include "narrow/shapes/orientation.hpp"
 #include "tests/narrow/random_pairs.hpp"
 
 using namespace jostle;

@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "narrow/answers.hpp"
-#include "narrow/each_part.hpp"
-#include "narrow/pair.hpp"
+#include "narrow/interface/answers.hpp"
+#include "narrow/parts/each_part.hpp"
+#include "narrow/parts/pair.hpp"
 #include "tests/narrow/random_pairs.hpp"
 
 using namespace jostle;

@@ -2,7 +2,7 @@
 // Every two convex shapes in the plane against the definition.
 #include <gtest/gtest.h>
 
-#include "narrow/pair.hpp"
+#include "narrow/parts/pair.hpp"
 #include "tests/narrow/oracle.hpp"
 #include "tests/narrow/random_pairs.hpp"
 

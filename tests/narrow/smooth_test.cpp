@@ -2,7 +2,7 @@
 // Shapes with a support function: cylinders, cones, ellipsoids; and what is rounded.
 #include <gtest/gtest.h>
 
-#include "narrow/pair.hpp"
+#include "narrow/parts/pair.hpp"
 #include "tests/contract/error_of.hpp"
 #include "tests/narrow/random_pairs.hpp"
 

@@ -38,6 +38,8 @@ ALLOWED = {
     "examples": ["jostle"],
     "adapters": ["scenes", "jostle"],
 }
+# Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first.
+FOLDERS = {"narrow": ["shapes", "kernels", "convex", "parts", "interface"]}
 OUTSIDE = ("scenes", "simulation", "bench", "recorder", "tool", "examples", "adapters")
 INCLUDE = re.compile(r'^\s*#\s*(?:include|define\s+HWY_TARGET_INCLUDE)\s*[<"]([^">]+)[">]', re.MULTILINE)
 
@@ -103,6 +105,12 @@ def read():
     return rooms, files, arrows
 
 
+def level(file, order):
+    """Where the folder of a file stands among those of its room."""
+    folder = file.parent.name
+    return order.index(folder) + 1 if folder in order else 0
+
+
 def faults(rooms, files, arrows):
     name = lambda file: str(file.relative_to(PROJECT))
     for file, room in rooms.items():
@@ -113,6 +121,13 @@ def faults(rooms, files, arrows):
             file, target = min(includes)
             yield (f"{start} may not include {end}, but {name(file)} includes {name(target)}"
                    + (f" and {len(includes) - 1} more do" if len(includes) > 1 else ""))
+    for file in sorted(files):
+        order = FOLDERS.get(rooms[file], ())
+        for target in sorted(files[file]):
+            if order and rooms[target] == rooms[file] and level(file, order) < level(target, order):
+                yield f"{file.parent.name} comes before {target.parent.name}, but {name(file)} includes {name(target)}"
+        if order and file.parent.name not in (*order, rooms[file]):
+            yield f"{name(file)} is in a folder that {name(pathlib.Path(__file__).resolve())} doesn't know"
     found = circle({start: set(ends) for start, ends in ALLOWED.items()})
     if found:
         yield "the allowed arrows go in a circle: " + " -> ".join(found)

@@ -47,6 +47,8 @@ CASES = [
     (add("examples/filters.cpp", '#include "base/box.hpp"'), 1, "examples may not include base"),
     (add("src/index/pool.hpp", '#include "index/tree.hpp"'), 1, "files include each other in a circle"),
     (add("include/jostle/version.hpp", "#include <jostle/jostle.hpp>"), 1, "files include each other in a circle"),
+    (add("src/narrow/convex/gjk.hpp", '#include "narrow/parts/part.hpp"'), 1, "convex comes before parts"),
+    (add("src/narrow/attic/old.hpp", ""), 1, "src/narrow/attic/old.hpp is in a folder that"),
     (add("src/attic/old.hpp", ""), 1, "src/attic/old.hpp is in a room that"),
     (add("src/loose.hpp", ""), 1, "no room"),
     (add("docs/images/rooms.svg", ""), 1, "out of date"),

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// The points that two features share which look at each other: seen along the contact's normal, each is cut
+// to the other. Source: Sutherland and Hodgman, Reentrant Polygon Clipping, CACM 17(1), 1974; Gregorius,
+// Robust Contact Creation for Physics Simulations, GDC 2015.
+#pragma once
+
+#include "narrow/convex/core3.hpp"
+#include "narrow/convex/manifold.hpp"
+#include "narrow/small_vector.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// What of a core faces a direction: a face, an edge or a vertex.
+struct Feature
+{
+    SmallVector<Vec3, 16> point;
+    SmallVector<std::uint32_t, 16> vertex;
+    Vec3 normal; ///< of a face
+    std::uint32_t id = 0;
+    std::uint16_t kind = vertex_feature;
+};
+
+/// The features of a and b that look at each other along n, which leads from a to b.
+void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, Feature& fb);
+/// Face f of a core.
+void take_face(const Core3& core, std::uint32_t f, Feature& feature);
+/// What of a core meets the other's face squarely along n: a face at up to 60 degrees, else an edge or a
+/// vertex.
+void take_against_face(const Core3& core, const Vec3& n, Feature& feature);
+
+/// The plane at right angles to the normal.
+struct Lateral
+{
+    Vec3 n, u, v;
+    explicit Lateral(const Vec3& normal) : n(normal) { basis(n, u, v); }
+    [[nodiscard]] Vec2 flat(const Vec3& p) const { return {dot(p, u), dot(p, v)}; }
+};
+
+/// A contact in the making.
+struct Clip
+{
+    /// Along `normal`, unit, from a to b.
+    Clip(const Core3& a, const Core3& b, const Vec3& normal, double contact_margin)
+        : lateral(normal),
+          radius_a(a.radius),
+          radius_b(b.radius),
+          margin(contact_margin),
+          size(a.reach + b.reach + a.radius + b.radius)
+    {
+    }
+    /// A point over lateral place `at`, where the cores' surfaces lie at two heights along the normal. It is
+    /// kept if it is deep enough.
+    void add(const Vec2& at, double height_a, double height_b, std::uint16_t feature_a,
+             std::uint16_t feature_b)
+    {
+        const double top = height_a + radius_a, bottom = height_b - radius_b;
+        double depth = top - bottom;
+        if (!keeps(depth, margin, size)) return;
+        const Vec3 p = lateral.u * at.x + lateral.v * at.y + lateral.n * (0.5 * (top + bottom));
+        found.push_back({p, depth, feature_a, feature_b});
+    }
+
+    Lateral lateral;
+    double radius_a, radius_b, margin, size;
+    SmallVector<ManifoldPoint<3>, 24> found;
+};
+
+/// Adds the points of two faces, a face and an edge, or two edges. A vertex has none with anything.
+void clip_features(Clip& clip, const Feature& a, const Feature& b);
+/// Adds the point of a vertex of a over a face of b, if it is over it.
+void clip_point(Clip& clip, const Feature& a, const Feature& b);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+// Convex shapes in the plane: rounded polygons. A circle is a point with a radius, a capsule a segment with
+// one. Source: separating axes and clipping as in Ericson sec. 5.2.1; polygons here have few sides, so that
+// each step simply looks at all of them.
+#pragma once
+
+#include "narrow/convex/manifold.hpp"
+#include "narrow/small_vector.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// A counterclockwise loop of corners seen from a's position, or one or two points.
+struct Core2
+{
+    SmallVector<Vec2, 16> corner;
+    SmallVector<std::uint32_t, 16> number; ///< of each corner, for features
+    double radius, reach;
+    bool smooth = false;
+    Vec2 ellipse; ///< half its widths, if it is one
+    const CustomShape<2>* custom = nullptr;
+    Frame<2> frame;
+
+    Core2(double core_radius, double core_reach, const Frame<2>& where)
+        : radius(core_radius), reach(core_reach), frame(where)
+    {
+    }
+    Core2(const Shape<2>& shape, const Frame<2>& where);
+    /// Known by its support points: its corners are some of them.
+    [[nodiscard]] bool is_smooth() const { return smooth; }
+    void add(const Vec2& p, std::uint32_t n)
+    {
+        corner.push_back(p);
+        number.push_back(n);
+    }
+    [[nodiscard]] std::size_t sides() const { return corner.size() < 2 ? 0 : corner.size(); }
+    [[nodiscard]] const Vec2& next(std::size_t i) const { return corner[i + 1 == corner.size() ? 0 : i + 1]; }
+};
+
+/// The corner of a core furthest along a direction, and its number in `corner`.
+std::size_t furthest_corner(const Core2& core, const Vec2& direction);
+inline Vec2 furthest(const Core2& core, const Vec2& direction)
+{
+    return core.corner[furthest_corner(core, direction)];
+}
+
+/// The point of a smooth shape furthest along a direction, which is none of the corners; both in local axes.
+inline Vec2 smooth_support(const Core2& core, const Vec2& d)
+{
+    if (core.custom != nullptr) return load(core.custom->support({d.x, d.y}));
+    Vec2 scaled{d.x * core.ellipse.x, d.y * core.ellipse.y};
+    const double big = std::max(std::abs(scaled.x), std::abs(scaled.y));
+    if (big == 0) return {};
+    scaled = scaled * (1 / big);
+    scaled = scaled * (1 / length(scaled));
+    return {scaled.x * core.ellipse.x, scaled.y * core.ellipse.y};
+}
+inline Vec2 support(const Core2& core, const Vec2& direction)
+{
+    return core.frame * smooth_support(core, core.frame.r.back(direction));
+}
+
+/// Turns whichever of the two is smooth into a polygon that is exact where it meets the other: its support
+/// point along the normal becomes a corner, until that changes nothing. Each step quarters the error.
+void refine(Core2& a, Core2& b);
+
+/// The distance between cores (not their radii), or how much they overlap, and the points that have it.
+void core_gap(const Core2& a, const Core2& b, Gap<2>& gap);
+/// The same with radii.
+void convex_gap(const Core2& a, const Core2& b, Gap<2>& gap);
+/// Returns whether there is a contact, a gap of up to `margin` included.
+bool convex_contact(const Core2& a, const Core2& b, double margin, Manifold<2>& manifold);
+
+/// From a gap between cores no wider than the radii and `margin` to the points of the contact.
+void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double margin, Manifold<2>& manifold);
+/// The contact of a core with a segment along unit vector n, which leads from a to the segment at right
+/// angles to it. Returns whether there is one: only what lies over the segment counts.
+bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold);
+/// Where a core reaches furthest through the line of a segment along n, wherever the segment ends.
+bool line_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold);
+
+/// Of a core and the half-space normal . p <= offset (from a's position, in world axes).
+bool half_space_contact(const Core2& a, const Vec2& normal, double offset, double margin,
+                        Manifold<2>& manifold);
+void half_space_gap(const Core2& a, const Vec2& normal, double offset, Gap<2>& gap);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

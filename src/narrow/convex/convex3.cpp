@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+#include "narrow/convex/convex3.hpp"
+
+#include "narrow/convex/axes.hpp"
+#include "narrow/convex/epa.hpp"
+#include "narrow/convex/manifold3.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+/// Projections of vertices at which the expanding polytope gets faster than looking along all axes.
+constexpr double most_axes_cost = 1500;
+
+/// Makes the overlap of smooth cores exact, which the expanding polytope leaves a little too deep: parted
+/// along the way out found so far they are nearest along a better one. The shallower they overlap the fewer
+/// steps.
+void polish(const Core3& a, const Core3& b, Gap<3>& gap)
+{
+    const double size = a.reach + b.reach;
+    for (int step = 0; step < 20; ++step) {
+        Simplex simplex;
+        Gap<3> parted;
+        const Vec3 shift = gap.normal * (1e-3 * size - gap.distance);
+        if (gjk(a, b, shift, HUGE_VAL, all_steps, simplex, parted) != Verdict::apart) return;
+        const Vec3& n = parted.normal;
+        const double depth = dot(n, furthest(a, n) - furthest(b, -n));
+        if (!(depth < -gap.distance - 1e-14 * size)) return;
+        gap.normal = n;
+        gap.distance = -std::max(0.0, depth);
+    }
+}
+
+/// The gap of cores of which GJK has found that they touch.
+void overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap)
+{
+    const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
+                             (a.polytope.vertices + b.polytope.vertices);
+    if (!a.is_smooth() && !b.is_smooth() && axes_cost < most_axes_cost) return gap_by_axes(a, b, gap);
+    expand(a, b, simplex, gap);
+    if (a.is_smooth() || b.is_smooth()) polish(a, b, gap);
+}
+/// As core_gap, for what is mostly apart.
+void distant_core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+{
+    Simplex simplex;
+    if (gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::apart) return;
+    if (are_small_polyhedra(a, b) && polyhedra_gap(a, b, enough, gap)) {
+        gap.distance = std::min(0.0, gap.distance);
+        return;
+    }
+    overlap(a, b, simplex, gap);
+}
+
+} // namespace
+
+void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+{
+    Simplex simplex;
+    if (are_small_polyhedra(a, b)) {
+        // A few steps tell most of those apart that are; what is left mostly overlaps.
+        const Verdict verdict = gjk(a, b, {}, enough, 2, simplex, gap);
+        if (verdict == Verdict::apart) return;
+        if (polyhedra_gap(a, b, enough, gap)) {
+            if (verdict == Verdict::touch) gap.distance = std::min(0.0, gap.distance);
+            if (gap.distance > enough) gap.distance = HUGE_VAL;
+            if (gap.distance <= 0 || gap.distance == HUGE_VAL) return;
+        }
+    }
+    if (gjk(a, b, {}, enough, all_steps, simplex, gap) != Verdict::apart) overlap(a, b, simplex, gap);
+}
+
+void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+{
+    Gap<3> cores;
+    distant_core_gap(a, b, enough + a.radius + b.radius, cores);
+    gap.distance = cores.distance - a.radius - b.radius;
+    gap.normal = cores.normal;
+    if (cores.distance == HUGE_VAL) return;
+    if (cores.distance > 0) {
+        gap.on_a = cores.on_a + cores.normal * a.radius;
+        gap.on_b = cores.on_b - cores.normal * b.radius;
+        return;
+    }
+    Manifold<3> manifold;
+    make_manifold(a, b, cores, 0, manifold);
+    const Vec3 half = gap.normal * (0.5 * gap.distance);
+    gap.on_a = manifold.point[0].p - half;
+    gap.on_b = manifold.point[0].p + half;
+}
+
+bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& manifold)
+{
+    Gap<3> cores;
+    const double enough = a.radius + b.radius + margin;
+    core_gap(a, b, enough, cores);
+    if (!(cores.distance <= enough)) return false;
+    make_manifold(a, b, cores, margin, manifold);
+    return true;
+}
+
+bool convex_touch(const Core3& a, const Core3& b)
+{
+    Simplex simplex;
+    Gap<3> gap;
+    const double enough = a.radius + b.radius;
+    return gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::touch || gap.distance <= enough;
+}
+
+void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap)
+{
+    const Support lowest = support(a, -normal);
+    gap.distance = dot(normal, lowest.p) - offset - a.radius;
+    gap.normal = -normal;
+    gap.on_a = lowest.p - normal * a.radius;
+    gap.on_b = gap.on_a - normal * gap.distance;
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

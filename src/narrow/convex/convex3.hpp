@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: MIT
+// Any two convex shapes in 3D: which of the ways (gjk.hpp, axes.hpp, epa.hpp) tells their gap.
+#pragma once
+
+#include "narrow/convex/core3.hpp"
+#include "narrow/convex/manifold.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// The distance between cores (not their radii), or how much they overlap; infinite once they are known to be
+/// further apart than `enough`. The points are set where the distance is above 0.
+void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
+
+/// The same with radii, and with points also where the two overlap.
+void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
+
+/// Returns whether there is a contact, a gap of up to `margin` included.
+bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& manifold);
+
+/// Whether the distance is 0 or less.
+bool convex_touch(const Core3& a, const Core3& b);
+
+/// Of a convex core and the half-space normal . p <= offset (from a's position, in world axes).
+void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

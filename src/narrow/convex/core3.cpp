@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: MIT
+#include "narrow/convex/core3.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+// Vertex i of a box has sign bit d of i set where coordinate d is positive.
+constexpr std::uint32_t box_loop_begin[] = {0, 4, 8, 12, 16, 20, 24};
+constexpr std::uint32_t box_loop[] = {0, 4, 6, 2, /**/ 1, 3, 7, 5, /**/ 0, 1, 5, 4, /**/
+                                      2, 6, 7, 3, /**/ 0, 2, 3, 1, /**/ 4, 5, 7, 6};
+constexpr Edge box_edge[] = {{{0, 1}, {2, 4}}, {{2, 3}, {4, 3}}, {{4, 5}, {5, 2}}, {{6, 7}, {3, 5}},
+                             {{0, 2}, {4, 0}}, {{1, 3}, {1, 4}}, {{4, 6}, {0, 5}}, {{5, 7}, {5, 1}},
+                             {{0, 4}, {0, 2}}, {{1, 5}, {2, 1}}, {{2, 6}, {3, 0}}, {{3, 7}, {1, 3}}};
+constexpr double box_normals[] = {-1, 1, 0, 0, 0,      0, -1, -1, /**/ 0, 0, -1, 1,
+                                  0,  0, 0, 0, /**/ 0, 0, 0,  0,  -1,     1, 0,  0};
+const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+constexpr std::uint32_t rectangle_loop_begin[] = {0, 4, 8};
+constexpr std::uint32_t rectangle_loop[] = {0, 1, 3, 2, 0, 2, 3, 1};
+constexpr Edge rectangle_edge[] = {{{0, 1}, {0, 1}}, {{2, 3}, {1, 0}}, {{0, 2}, {1, 0}}, {{1, 3}, {0, 1}}};
+constexpr std::uint32_t triangle_loop_begin[] = {0, 3, 6};
+constexpr std::uint32_t triangle_loop[] = {0, 1, 2, 0, 2, 1};
+constexpr Edge triangle_edge[] = {{{0, 1}, {0, 1}}, {{1, 2}, {0, 1}}, {{2, 0}, {0, 1}}};
+
+void put(double* coordinates, std::uint32_t i, const Vec3& v)
+{
+    coordinates[i] = v.x;
+    coordinates[lanes + i] = v.y;
+    coordinates[2 * lanes + i] = v.z;
+}
+
+} // namespace
+
+Core3::Core3(const Shape<3>& shape, const Frame<3>& where, const Kernels& with)
+    : frame(where),
+      radius(ShapeAccess::radius(shape)),
+      reach(ShapeAccess::reach(shape) - radius),
+      kernels(&with)
+{
+    const Vec<3, double>& given = ShapeAccess::size(shape);
+    polytope.x = coordinates_;
+    polytope.stride = lanes;
+    switch (kind_of(shape)) {
+    case Kind::sphere:
+        polytope.vertices = 1;
+        for (double& c : coordinates_)
+            c = 0;
+        break;
+    case Kind::capsule:
+        polytope.vertices = 2;
+        for (std::uint32_t i = 0; i < lanes; ++i)
+            put(coordinates_, i, {0, i == 1 ? given[1] : -given[1], 0});
+        polytope.edge = box_edge; // 0 to 1
+        polytope.edges = 1;
+        polytope.direction = axes + 1;
+        polytope.directions = 1;
+        break;
+    case Kind::box:
+    case Kind::rounded_box:
+        set_box(given);
+        break;
+    case Kind::cylinder:
+        set_smooth(Smooth::cylinder, given);
+        break;
+    case Kind::cone:
+        set_smooth(Smooth::cone, given);
+        break;
+    case Kind::ellipsoid:
+        set_smooth(Smooth::ellipsoid, given);
+        break;
+    case Kind::convex:
+    case Kind::rounded_hull:
+        polytope = ShapeAccess::data<HullData<3>>(shape).polytope;
+        break;
+    case Kind::custom:
+        smooth = Smooth::custom;
+        custom = shape.custom();
+        break;
+    case Kind::half_space: // a plane and no polytope
+    case Kind::mesh:       // not convex: their parts are
+    case Kind::height_field:
+    case Kind::compound:
+        break;
+    }
+}
+
+void Core3::set_smooth(Smooth what, const Vec<3, double>& size)
+{
+    smooth = what;
+    lengths = load(size);
+}
+
+/// A box without extent along some axes is a rectangle, a segment or a point: a face without area would have
+/// sides that cut nothing off.
+void Core3::set_box(const Vec<3, double>& half)
+{
+    int wide[3], count = 0;
+    for (int d = 0; d < 3; ++d)
+        if (half[static_cast<std::size_t>(d)] > 0) wide[count++] = d;
+    const std::uint32_t corners = 1u << count;
+    polytope.vertices = corners;
+    for (std::uint32_t i = 0; i < lanes; ++i) {
+        Vec3 p;
+        const std::uint32_t corner = i < corners ? i : 0;
+        for (int k = 0; k < count; ++k) {
+            const double h = half[static_cast<std::size_t>(wide[k])];
+            p[wide[k]] = (corner >> k & 1) != 0 ? h : -h;
+        }
+        put(coordinates_, i, p);
+    }
+    polytope.edge = box_edge;
+    polytope.edges = count == 3 ? 12 : count == 2 ? 4 : static_cast<std::uint32_t>(count);
+    for (int k = 0; k < count; ++k)
+        directions_[k] = axes[wide[k]];
+    polytope.direction = directions_;
+    polytope.directions = static_cast<std::uint32_t>(count);
+    is_box = count == 3;
+    if (count == 3) {
+        polytope.faces = 6;
+        polytope.nx = box_normals;
+        polytope.face_stride = lanes;
+        for (std::uint32_t f = 0; f < lanes; ++f)
+            offsets_[f] = half[f < 6 ? f / 2 : 0];
+        polytope.offset = offsets_;
+        polytope.loop_begin = box_loop_begin;
+        polytope.loop = box_loop;
+    } else if (count == 2) {
+        // Corner 0 to 1 runs along the first axis, 0 to 2 along the second.
+        const Vec3 n = cross(axes[wide[0]], axes[wide[1]]);
+        for (int d = 0; d < 3; ++d) {
+            normals_[2 * d] = n[d];
+            normals_[2 * d + 1] = -n[d];
+        }
+        polytope.faces = 2;
+        polytope.nx = normals_;
+        polytope.face_stride = 2;
+        polytope.loop_begin = rectangle_loop_begin;
+        polytope.loop = rectangle_loop;
+        polytope.edge = rectangle_edge;
+    }
+}
+
+Core3::Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where, const Kernels& with)
+    : frame(where), reach(std::sqrt(std::max({length2(a), length2(b), length2(c)}))), kernels(&with)
+{
+    polytope.x = coordinates_;
+    polytope.stride = lanes;
+    polytope.vertices = 3;
+    put(coordinates_, 1, b);
+    put(coordinates_, 2, c);
+    for (const std::uint32_t i : {0u, 3u, 4u, 5u, 6u, 7u})
+        put(coordinates_, i, a);
+    polytope.edge = triangle_edge;
+    polytope.edges = 3;
+    polytope.direction = directions_;
+    const Vec3 corner[] = {a, b, c};
+    for (std::uint32_t i = 0; i < 3; ++i) // of any length: only who tries edges asks for their directions
+        directions_[i] = corner[(i + 1) % 3] - corner[i];
+    polytope.directions = 3;
+    const Vec3 n = cross(b - a, c - a);
+    const double size = length(n);
+    // Thinner than this and the normal is noise: then it is a segment.
+    const double widest = std::max({length2(b - a), length2(c - b), length2(a - c)});
+    if (size > 1e-13 * widest) {
+        const Vec3 unit = n * (1 / size);
+        for (int d = 0; d < 3; ++d) {
+            normals_[2 * d] = unit[d];
+            normals_[2 * d + 1] = -unit[d];
+        }
+        polytope.faces = 2;
+        polytope.nx = normals_;
+        polytope.face_stride = 2;
+        polytope.loop_begin = triangle_loop_begin;
+        polytope.loop = triangle_loop;
+    }
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+// A convex shape in 3D as all tests see it: a core polytope with a radius around it. A sphere is a point, a
+// capsule a segment, the others have radius 0.
+#pragma once
+
+#include "narrow/kernels/kernels.hpp"
+#include "narrow/shapes/shape_data.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// What a core is that has a support function and neither corners nor faces.
+enum class Smooth : std::uint8_t
+{
+    none,
+    custom,
+    cylinder, ///< lengths: radius, half length
+    cone,     ///< the same; its tip is at +y
+    ellipsoid ///< lengths: half its widths
+};
+
+/// A core with its place. It is made once and stays what it is: nothing is left of another shape.
+/// `polytope` points into the object itself for small shapes: it doesn't move.
+struct Core3
+{
+    Core3(const Shape<3>& convex, const Frame<3>& where, const Kernels& kernels = best_kernels());
+    Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where, const Kernels& kernels);
+    Core3(const Core3&) = delete;
+    Core3& operator=(const Core3&) = delete;
+
+    /// Known by its support points alone: it has neither corners nor faces.
+    [[nodiscard]] bool is_smooth() const { return smooth != Smooth::none; }
+
+    Polytope polytope;
+    Frame<3> frame;
+    double radius = 0;
+    bool is_box = false; ///< with extent along all axes
+    double reach = 0;    ///< radius of a ball around frame.p that holds the core
+    Smooth smooth = Smooth::none;
+    Vec3 lengths; ///< of a smooth one that isn't custom
+    const CustomShape<3>* custom = nullptr;
+    const Kernels* kernels;
+
+  private:
+    void set_box(const Vec<3, double>& half);
+    void set_smooth(Smooth what, const Vec<3, double>& size);
+    double coordinates_[3 * lanes];
+    double normals_[6];
+    double offsets_[lanes];
+    Vec3 directions_[3];
+};
+
+/// A point of a core furthest along some direction.
+struct Support
+{
+    std::uint32_t vertex;
+    Vec3 p; ///< as seen from a's position
+};
+
+/// The unit vector across the y axis that d leans to; any where it leans to none.
+inline Vec3 across_axis(const Vec3& d)
+{
+    const double big = std::max(std::abs(d.x), std::abs(d.z));
+    if (big == 0) return {1, 0, 0};
+    const Vec3 across{d.x / big, 0, d.z / big};
+    return across * (1 / length(across));
+}
+/// The same of a smooth core, both in local axes.
+inline Vec3 smooth_support(const Core3& core, const Vec3& d)
+{
+    const Vec3& size = core.lengths;
+    switch (core.smooth) {
+    case Smooth::cylinder: {
+        const Vec3 rim = across_axis(d) * size.x;
+        return {rim.x, d.y < 0 ? -size.y : size.y, rim.z};
+    }
+    case Smooth::cone: {
+        const Vec3 rim = across_axis(d) * size.x;
+        if (d.y * size.y * 2 > d.x * rim.x + d.z * rim.z) return {0, size.y, 0};
+        return {rim.x, -size.y, rim.z};
+    }
+    case Smooth::ellipsoid: {
+        Vec3 scaled{d.x * size.x, d.y * size.y, d.z * size.z};
+        const double big = std::max(std::abs(scaled.x), std::max(std::abs(scaled.y), std::abs(scaled.z)));
+        if (big == 0) return {};
+        scaled = scaled * (1 / big);
+        scaled = scaled * (1 / length(scaled));
+        return {scaled.x * size.x, scaled.y * size.y, scaled.z * size.z};
+    }
+    case Smooth::custom:
+        return load(core.custom->support({d.x, d.y, d.z}));
+    case Smooth::none:
+        break;
+    }
+    return {};
+}
+
+inline Support support(const Core3& core, const Vec3& direction)
+{
+    const Vec3 d = core.frame.r.back(direction);
+    if (core.is_smooth()) return {0, core.frame * smooth_support(core, d)};
+    const Polytope& hull = core.polytope;
+    std::uint32_t best = 0;
+    if (core.is_box) { // bit i of a corner's number is set where coordinate i is positive
+        best = (d.x > 0 ? 1u : 0u) | (d.y > 0 ? 2u : 0u) | (d.z > 0 ? 4u : 0u);
+    } else if (hull.vertices > 3) {
+        best = core.kernels->furthest(hull.x, hull.stride, d.x, d.y, d.z);
+    } else {
+        double most = -HUGE_VAL;
+        for (std::uint32_t i = 0; i < hull.vertices; ++i) {
+            const double h = dot(d, hull.vertex(i));
+            if (h > most) {
+                most = h;
+                best = i;
+            }
+        }
+    }
+    return {best, core.frame * hull.vertex(best)};
+}
+
+/// The point of a core furthest along `direction`, without its radius.
+inline Vec3 furthest(const Core3& core, const Vec3& direction)
+{
+    return support(core, direction).p;
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

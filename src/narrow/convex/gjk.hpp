@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// The distance of two cores: the point nearest to the origin of all differences a - b, approached by
+// simplices. Source: Gilbert, Johnson, Keerthi, IEEE J. Robotics and Automation 4(2), 1988; van den Bergen,
+// Collision Detection in Interactive 3D Environments (2003), ch. 4.
+#pragma once
+
+#include "narrow/convex/core3.hpp"
+#include "narrow/convex/manifold.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// A difference of two supports, and the two.
+struct SimplexPoint
+{
+    Vec3 w, a, b; ///< w = a - b
+    std::uint32_t ia, ib;
+};
+struct Simplex
+{
+    SimplexPoint point[4];
+    double weight[4];
+    int count = 0;
+};
+
+inline constexpr int all_steps = 100; ///< then rounding is all that is left
+
+/// The gap between two cores, without their radii, b moved by `shift`; the gap's points are where they are
+/// without. Says apart where there is a gap: its distance is infinite once it is known to be more than
+/// `enough`. Else gap.normal is the direction in which they overlap least of those tried, and `s` the last
+/// simplex: they touch, as well as doubles can tell, or `most_steps` weren't enough to be clear.
+Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, int most_steps, Simplex& s,
+            Gap<3>& gap);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

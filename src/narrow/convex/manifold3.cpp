@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include "narrow/convex/manifold3.hpp"
+
+#include "narrow/convex/clip.hpp"
+#include "narrow/convex/gjk.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+std::uint16_t id_of(const Feature& f)
+{
+    return feature_id(f.kind, f.id);
+}
+
+/// Without branches on the coordinates, some of which the points of many a face share.
+bool same(const Vec3& p, const Vec3& q)
+{
+    return ((p.x == q.x) & (p.y == q.y) & (p.z == q.z)) != 0;
+}
+
+/// Where two cores that overlap would part if b were moved out of a along the normal: there they are nearest.
+void nearest_when_parted(const Core3& a, const Core3& b, const Gap<3>& cores, Vec3& on_a, Vec3& on_b)
+{
+    const Vec3& n = cores.normal;
+    Simplex simplex;
+    Gap<3> moved;
+    const double clear = 1e-3 * (a.reach + b.reach);
+    if (gjk(a, b, n * (clear - cores.distance), HUGE_VAL, all_steps, simplex, moved) == Verdict::apart) {
+        on_a = moved.on_a;
+        on_b = moved.on_b;
+    } else {
+        on_a = support(a, n).p;
+        on_b = on_a + n * cores.distance;
+    }
+}
+
+/// Calls visit(p, number), in local axes, for the points that can be deepest below a plane across d: four of
+/// each disc, of which one is deepest of all, and a tip.
+template <class Visit>
+void for_each_corner(const Core3& core, const Vec3& d, const Visit& visit)
+{
+    const bool cylinder = core.smooth == Smooth::cylinder;
+    if (!cylinder && core.smooth != Smooth::cone) return visit(smooth_support(core, d), 0);
+    const Vec3 rim = across_axis(d) * core.lengths.x;
+    const Vec3 spokes[] = {rim, {rim.z, 0, -rim.x}, -rim, {-rim.z, 0, rim.x}};
+    std::uint32_t number = 0;
+    for (const Vec3& spoke : spokes) {
+        visit({spoke.x, -core.lengths.y, spoke.z}, number++);
+        if (cylinder) visit({spoke.x, core.lengths.y, spoke.z}, number++);
+    }
+    if (!cylinder) visit({0, core.lengths.y, 0}, number);
+}
+
+/// Of candidates[first] to the last: the one that `measure` says most of, more than `most`; else `otherwise`.
+template <class Measure>
+std::uint32_t greatest(const ManifoldPoint<3>* candidates, std::uint32_t first, std::uint32_t count,
+                       double most, std::uint32_t otherwise, const Measure& measure)
+{
+    std::uint32_t best = otherwise;
+    for (std::uint32_t i = first; i < count; ++i) {
+        const double here = measure(candidates[i]);
+        if (here > most) {
+            most = here;
+            best = i;
+        }
+    }
+    return best;
+}
+
+} // namespace
+
+void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t count, Manifold<3>& manifold)
+{
+    const auto depth = [](const ManifoldPoint<3>& point) { return point.depth; };
+    if (count > 0)
+        std::swap(candidates[0], candidates[greatest(candidates, 1, count, candidates[0].depth, 0, depth)]);
+    if (count > 4) {
+        const Vec3 first = candidates[0].p;
+        const auto distance = [&](const ManifoldPoint<3>& point) { return length2(point.p - first); };
+        std::swap(candidates[1], candidates[greatest(candidates, 1, count, -1, 0, distance)]);
+        const Vec3 across = cross(normal, candidates[1].p - first);
+        const auto aside = [&](const ManifoldPoint<3>& point) {
+            return std::abs(dot(across, point.p - first));
+        };
+        std::swap(candidates[2], candidates[greatest(candidates, 2, count, -1, 0, aside)]);
+        // The triangle's sides with the triangle on their left; the last point is the furthest outside.
+        const bool left = dot(across, candidates[2].p - first) >= 0;
+        const Vec3 corner[3] = {first, candidates[left ? 1 : 2].p, candidates[left ? 2 : 1].p};
+        const auto outside = [&](const ManifoldPoint<3>& point) {
+            double most = 0;
+            for (int side = 0; side < 3; ++side) {
+                const Vec3 edge = corner[(side + 1) % 3] - corner[side];
+                most = std::max(most, -dot(cross(normal, edge), point.p - corner[side]));
+            }
+            return most;
+        };
+        const std::uint32_t last = greatest(candidates, 3, count, 0, 0, outside);
+        if (last != 0) std::swap(candidates[3], candidates[last]);
+        count = last != 0 ? 4 : 3;
+    }
+    manifold.normal = normal;
+    manifold.count = 0;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        // Shapes without breadth have corners that are one point, which a solver would count twice.
+        bool twice = false;
+        for (std::uint32_t k = 0; k < manifold.count; ++k)
+            twice |= same(candidates[i].p, manifold.point[k].p);
+        if (!twice) manifold.point[manifold.count++] = candidates[i];
+    }
+}
+
+void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold)
+{
+    const Vec3& n = cores.normal;
+    Clip clip(a, b, n, margin);
+    const double depth = a.radius + b.radius - cores.distance;
+    Feature fa, fb;
+    take_features(a, b, n, fa, fb);
+    clip_features(clip, fa, fb);
+    double deepest = -HUGE_VAL;
+    for (std::size_t i = 0; i < clip.found.size(); ++i)
+        deepest = std::max(deepest, clip.found[i].depth);
+    // What is left: a vertex against anything, as all of a user's shape is, and rounding.
+    const double slack = 1e-7 * (a.reach + b.reach + std::abs(depth));
+    if (deepest > depth + slack) clip.found.clear();
+    if (!(deepest >= depth - slack) || clip.found.empty()) {
+        Vec3 on_a = cores.on_a, on_b = cores.on_b;
+        if (cores.distance <= 0) nearest_when_parted(a, b, cores, on_a, on_b);
+        const Vec3 middle = (on_a + n * a.radius + on_b - n * b.radius) * 0.5;
+        clip.found.push_back({middle, depth, id_of(fa), id_of(fb)});
+    }
+    reduce(n, clip.found.data(), static_cast<std::uint32_t>(clip.found.size()), manifold);
+}
+
+bool face_contact(const Core3& a, const Core3& triangle, double side, double margin, Manifold<3>& manifold)
+{
+    if (triangle.polytope.faces == 0) return false;
+    const std::uint32_t face = side > 0 ? 0 : 1;
+    const Vec3 n = -(triangle.frame.r * triangle.polytope.normal(face));
+    Clip clip(a, triangle, n, margin);
+    Feature fa, fb;
+    take_face(triangle, face, fb);
+    take_against_face(a, n, fa);
+    if (fa.kind == vertex_feature)
+        clip_point(clip, fa, fb);
+    else
+        clip_features(clip, fa, fb);
+    if (clip.found.empty()) return false;
+    reduce(n, clip.found.data(), static_cast<std::uint32_t>(clip.found.size()), manifold);
+    return true;
+}
+
+bool half_space_contact(const Core3& a, const Vec3& normal, double offset, double margin,
+                        Manifold<3>& manifold)
+{
+    SmallVector<ManifoldPoint<3>, 24> found;
+    bool touch = false;
+    const auto add = [&](const Vec3& p, std::uint32_t vertex) {
+        double depth = offset + a.radius - dot(normal, p);
+        touch = touch || depth >= -margin;
+        if (keeps(depth, margin, std::abs(offset) + a.radius + a.reach))
+            found.push_back({p + normal * (0.5 * depth - a.radius), depth, feature_id(vertex_feature, vertex),
+                             feature_id(face_feature, 0)});
+    };
+    if (a.is_smooth())
+        for_each_corner(a, a.frame.r.back(-normal),
+                        [&](const Vec3& p, std::uint32_t number) { add(a.frame * p, number); });
+    else
+        for (std::uint32_t i = 0; i < a.polytope.vertices; ++i)
+            add(a.frame * a.polytope.vertex(i), i);
+    if (!touch) return false;
+    reduce(-normal, found.data(), static_cast<std::uint32_t>(found.size()), manifold);
+    return true;
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// From the gap between two cores to the points of their contact.
+#pragma once
+
+#include "narrow/convex/core3.hpp"
+#include "narrow/convex/manifold.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// From a gap between cores no wider than the radii and `margin` to the points of the contact.
+void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold);
+
+/// The contact of a convex core with the front (side 1) or back (-1) of a triangle, along the triangle's
+/// normal whatever is nearest: for surfaces that go on beyond its sides. Returns whether there is one: only
+/// points over or under the triangle count.
+bool face_contact(const Core3& a, const Core3& triangle, double side, double margin, Manifold<3>& manifold);
+
+/// Of a convex core and the half-space normal . p <= offset (from a's position, in world axes).
+bool half_space_contact(const Core3& a, const Vec3& normal, double offset, double margin,
+                        Manifold<3>& manifold);
+
+/// Keeps the deepest of `candidates`, the one furthest from it, and the two that add most area.
+void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t count, Manifold<3>& manifold);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// Contacts of the commonest solid shapes, each by its own short way. Every one has a slow twin in
+// convex3.hpp, which decides where they say unclear: at a corner close by, or for a shape without extent.
+#pragma once
+
+#include "narrow/convex/manifold.hpp"
+#include "narrow/kernels/kernels.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// Without a root: no less than `enough` by rounding are let through.
+inline bool spheres_near(double enough, const Vec3& d)
+{
+    return length2(d) <= enough * enough * (1 + 1e-15);
+}
+/// b's centre at d from a's. Source: none needed.
+[[nodiscard]] Verdict spheres(double radius_a, double radius_b, const Vec3& d, double margin,
+                              Manifold<3>& manifold);
+
+/// From the axis that separates two boxes best to their contact: the face that meets the other's face, cut to
+/// it, or the point where two edges cross. Source: Gregorius, Robust Contact Creation for Physics
+/// Simulations, GDC 2015; Ericson sec. 4.4.1, 5.1.9.
+[[nodiscard]] Verdict boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
+                            const Vec3& d, const BoxAxis& axis, double margin, Manifold<3>& manifold);
+
+/// From the gap between a capsule's segment (a sphere's centre) and a box to their contact.
+[[nodiscard]] Verdict capsule_box(const Vec3& axis, double half_length, double radius, const Mat3& b,
+                                  const Vec3& half, const Vec3& d, const CapsuleBoxGap& gap, double margin,
+                                  Manifold<3>& manifold);
+
+/// The axis that separates a box around the origin best from a triangle, both in the box's frame. `normal` is
+/// unit, from the box to the triangle. Ends early, with a separation above `enough`, once one is found.
+/// Source: Akenine-Moeller, Fast 3D Triangle-Box Overlap Testing, J. Graphics Tools 6(1), 2001.
+[[nodiscard]] double box_triangle(const Vec3& half, const Vec3 (&corner)[3], double enough, Vec3& normal);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

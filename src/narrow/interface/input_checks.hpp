@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// What users may hand over, and the errors for all else.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "jostle/contact.hpp"
+#include "narrow/shapes/shape_data.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+template <int Dim, class T>
+bool valid_by_number(const Pose<Dim, T>& pose)
+{
+    bool good = true, turned = false;
+    for (const T x : pose.position)
+        good = good && std::abs(double{x}) <= longest;
+    for (const T q : pose.rotation) {
+        good = good && std::abs(q) <= std::numeric_limits<T>::max();
+        turned = turned || q != 0;
+    }
+    return good && turned;
+}
+template <int Dim, class T>
+inline bool valid(const Pose<Dim, T>& pose)
+{
+    // Almost all are, by two sums without branches.
+    T sum = 0, turn = 0;
+    for (const T x : pose.position)
+        sum += std::abs(x);
+    for (const T q : pose.rotation)
+        turn += std::abs(q);
+    const bool surely = (double{sum} <= longest) & (turn > 0) & (turn <= std::numeric_limits<T>::max());
+    return surely || valid_by_number(pose);
+}
+
+template <int Dim, class T>
+[[noreturn]] void refuse_pose(const Pose<Dim, T>& pose, std::uint64_t object)
+{
+    std::string numbers = "position";
+    for (const T x : pose.position)
+        numbers += " " + text(double{x});
+    numbers += ", rotation";
+    for (const T q : pose.rotation)
+        numbers += " " + text(double{q});
+    const std::string name =
+        object == Error::no_index ? "a pose" : "the pose of object " + std::to_string(object);
+    throw Error(ErrorCode::invalid_argument,
+                name + " has " + numbers +
+                    "; give positions within 1e60 and finite rotations that aren't zero",
+                object);
+}
+
+template <class T>
+void check_length(const char* what, T value, bool zero_allowed)
+{
+    if (!(value >= 0) || (value == 0 && !zero_allowed) || !(double{value} <= longest))
+        throw Error(ErrorCode::invalid_argument,
+                    std::string("the ") + what + " is " + text(double{value}) + "; give " +
+                        (zero_allowed ? "a length from 0 to 1e60" : "a length above 0"));
+}
+
+template <class T>
+void check_max_distance(T max_distance)
+{
+    if (!(max_distance >= 0))
+        throw Error(ErrorCode::invalid_argument, "the greatest distance is " + text(double{max_distance}) +
+                                                     "; give a length of 0 or more, or infinity");
+}
+
+template <int Dim, class T>
+bool valid(const Motion<Dim, T>& motion)
+{
+    bool good = valid(motion.pose);
+    for (const T x : motion.linear)
+        good = good && std::abs(double{x}) <= longest;
+    for (const T x : motion.angular)
+        good = good && std::abs(double{x}) <= 1e9;
+    return good;
+}
+/// A half-space that turns would sweep everything at once.
+template <int Dim, class T>
+bool turns_without_end(const Shape<Dim>& shape, const Motion<Dim, T>& motion)
+{
+    bool turns = false;
+    for (const T x : motion.angular)
+        turns = turns || x != 0;
+    return turns && ShapeAccess::reach(shape) == HUGE_VAL;
+}
+template <int Dim, class T>
+[[noreturn]] void refuse_motion(std::uint64_t object)
+{
+    const std::string name =
+        object == Error::no_index ? "a motion" : "the motion of object " + std::to_string(object);
+    throw Error(
+        ErrorCode::invalid_argument,
+        name + " is not one: give a pose with positions within 1e60, a motion within 1e60, a turn within "
+               "1e9 radians, and for half-spaces, or compounds with one, no turn",
+        object);
+}
+
+template <int Dim, class T>
+std::string listed(const Vec<Dim, T>& numbers)
+{
+    std::string text_of;
+    for (const T x : numbers)
+        text_of += " " + text(double{x});
+    return text_of;
+}
+inline std::string named(const char* what, std::uint64_t number)
+{
+    return number == Error::no_index ? std::string("a ") + what
+                                     : std::string("the ") + what + " " + std::to_string(number);
+}
+template <int Dim, class T>
+void check_ray(const Ray<Dim, T>& ray, std::uint64_t number)
+{
+    bool good = true;
+    T longest_component = 0;
+    for (int d = 0; d < Dim; ++d) {
+        good = good && std::abs(double{ray.origin[d]}) <= longest &&
+               std::abs(ray.direction[d]) <= std::numeric_limits<T>::max();
+        longest_component = std::max(longest_component, std::abs(ray.direction[d]));
+    }
+    good = good && T(1) / longest_component <= std::numeric_limits<T>::max() && ray.max_fraction >= 0;
+    if (good) return;
+    throw Error(ErrorCode::invalid_argument,
+                named("ray", number) + " has origin" + listed(ray.origin) + ", direction" +
+                    listed(ray.direction) + ", max_fraction " + text(double{ray.max_fraction}) +
+                    "; give an origin within 1e60, a finite direction that isn't zero or too short to divide "
+                    "by, and a fraction of 0 or more",
+                number);
+}
+template <int Dim, class T>
+void check_displacement(const Vec<Dim, T>& displacement, std::uint64_t number)
+{
+    for (const T x : displacement)
+        if (!(std::abs(double{x}) <= longest))
+            throw Error(ErrorCode::invalid_argument,
+                        (number == Error::no_index ? std::string("a displacement")
+                                                   : "the displacement of object " + std::to_string(number)) +
+                            " is" + listed(displacement) + "; give numbers within 1e60",
+                        number);
+}
+
+/// One set of objects, each with a Pose or a Motion.
+template <int Dim, class Where>
+struct ObjectSet
+{
+    StridedView<Shape<Dim>> shapes;
+    StridedView<Where> poses;
+};
+
+template <int Dim, class Where>
+void check_sizes(const ObjectSet<Dim, Where>& a, const ObjectSet<Dim, Where>& b, const char* of)
+{
+    for (const ObjectSet<Dim, Where>* side : {&a, &b})
+        if (side->shapes.size() != side->poses.size())
+            throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(side->shapes.size()) +
+                                                      " shapes and " + std::to_string(side->poses.size()) +
+                                                      " " + of + "; give one of each per object");
+}
+inline void check_out(std::size_t pairs, std::size_t out)
+{
+    if (pairs != out)
+        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(pairs) + " pairs and room for " +
+                                                  std::to_string(out) + " answers; give one per pair");
+}
+[[noreturn]] inline void refuse_pair(const Pair& pair, std::uint64_t number, std::size_t objects_a,
+                                     std::size_t objects_b)
+{
+    const std::string of_b = objects_b != objects_a ? " and " + std::to_string(objects_b) : "";
+    throw Error(ErrorCode::invalid_argument,
+                "pair " + std::to_string(number) + " names objects " + std::to_string(pair.a) + " and " +
+                    std::to_string(pair.b) + ", but there are " + std::to_string(objects_a) + of_b +
+                    ", numbered from 0",
+                pair.a < objects_a ? pair.b : pair.a);
+}
+[[noreturn]] inline void refuse_itself(const Pair& pair, std::uint64_t number)
+{
+    throw Error(ErrorCode::invalid_argument,
+                "pair " + std::to_string(number) + " is of object " + std::to_string(pair.a) +
+                    " and itself; give pairs of two objects",
+                pair.a);
+}
+template <int Dim, class T>
+void check_object(const Shape<Dim>&, const Pose<Dim, T>& pose, std::uint32_t object)
+{
+    if (!valid(pose)) refuse_pose(pose, object);
+}
+template <int Dim, class T>
+void check_object(const Shape<Dim>& shape, const Motion<Dim, T>& motion, std::uint32_t object)
+{
+    if (!valid(motion) || turns_without_end(shape, motion)) refuse_motion<Dim, T>(object);
+}
+/// One pair and the objects that it names. Objects that no pair names are not looked at.
+template <int Dim, class Where>
+void check_pair(const ObjectSet<Dim, Where>& a, const ObjectSet<Dim, Where>& b, const Pair& pair,
+                std::uint64_t number)
+{
+    if (pair.a >= a.shapes.size() || pair.b >= b.shapes.size())
+        refuse_pair(pair, number, a.shapes.size(), b.shapes.size());
+    if (pair.a == pair.b && &a.poses[pair.a] == &b.poses[pair.b] && &a.shapes[pair.a] == &b.shapes[pair.b])
+        refuse_itself(pair, number);
+    check_object(a.shapes[pair.a], a.poses[pair.a], pair.a);
+    check_object(b.shapes[pair.b], b.poses[pair.b], pair.b);
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

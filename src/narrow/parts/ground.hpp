@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Height fields: their triangles are the top of solid ground that reaches down to a floor.
+#pragma once
+
+#include "narrow/parts/part.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// Whether a part meets the other as the ground that it is, not as a bare triangle.
+inline bool is_ground(const Part<3>& part, const Part<3>& other)
+{
+    return part.surface == Surface::ground && other.surface != Surface::ground && !other.half_space;
+}
+/// Where the ground ends below a corner of its triangle.
+Vec3 foot(const Part<3>& ground, std::uint32_t corner);
+
+Answer ground_contact(const Part<3>& ground, const Core3& body, double margin, Manifold<3>& manifold,
+                      double& gap);
+/// Corrects `gap`, from the bare triangle to a body: what is below is pushed up, and what comes from the side
+/// belongs to another triangle.
+void gap_over_ground(const Part<3>& ground, const Core3& body, Gap<3>& gap);
+/// The gap from a body, on whatever side of the ground it is, to its surface, sides or underside.
+void gap_around_ground(const Part<3>& ground, const Core3& body, double enough, Gap<3>& gap);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

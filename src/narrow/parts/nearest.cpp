@@ -1,0 +1,416 @@
+// SPDX-License-Identifier: MIT
+#include "narrow/parts/nearest.hpp"
+
+#include "narrow/convex/convex3.hpp"
+#include "narrow/parts/each_part.hpp"
+#include "narrow/small_vector.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+/// One of the two that a search goes through: a mesh, whose boxes are numbered node * 8 + place, or a single
+/// part, which is box 0.
+class Side
+{
+  public:
+    Side(const MeshData<3>& mesh, const Frame<3>& where) : frame(where), mesh_(&mesh) {}
+    Side(const Part<3>& part, std::uint32_t number)
+        : frame(part.core.frame), radius(part.core.radius), part_(&part), number_(number)
+    {
+        if (part.half_space) return;
+        const Core3& core = part.core;
+        const Vec3 axes[] = {frame.r.x, frame.r.y, frame.r.z};
+        for (int d = 0; d < 3; ++d) {
+            const double shift = dot(axes[d], frame.p);
+            const double lo = dot(axes[d], furthest(core, -axes[d])) - shift,
+                         hi = dot(axes[d], furthest(core, axes[d])) - shift;
+            own_.centre[d] = 0.5 * (lo + hi);
+            own_.half[d] = 0.5 * (hi - lo);
+        }
+    }
+
+    [[nodiscard]] bool is_leaf(std::uint32_t at) const
+    {
+        return mesh_ == nullptr || (child(at) & MeshTree::leaf) != 0;
+    }
+    [[nodiscard]] const MeshTree::Node& node_below(std::uint32_t at) const
+    {
+        return mesh_->tree.nodes[child(at)];
+    }
+    [[nodiscard]] std::uint32_t first_below(std::uint32_t at) const { return child(at) * BoxRows::size; }
+    [[nodiscard]] OrientedBox box(std::uint32_t at) const
+    {
+        return mesh_ == nullptr ? own_ : node(at).boxes.box(at % BoxRows::size);
+    }
+    [[nodiscard]] double size(std::uint32_t at) const
+    {
+        const BoxRows& rows = node(at).boxes;
+        const std::uint32_t i = at % BoxRows::size;
+        return rows.half[0][i] + rows.half[1][i] + rows.half[2][i];
+    }
+    [[nodiscard]] bool is_half_space() const { return part_ != nullptr && part_->half_space; }
+    [[nodiscard]] const Part<3>& half_space() const { return *part_; }
+    /// Calls visit(number, part) with the part of a leaf.
+    template <class Visit>
+    void with_part(std::uint32_t at, const Kernels& kernels, const Visit& visit) const
+    {
+        if (mesh_ == nullptr) return visit(number_, *part_);
+        const std::uint32_t e = child(at) & ~MeshTree::leaf;
+        visit(e, Part<3>(*mesh_, mesh_->elements[e], frame, kernels));
+    }
+
+    Frame<3> frame;
+    double radius = 0; ///< around the box
+
+  private:
+    [[nodiscard]] const MeshTree::Node& node(std::uint32_t at) const
+    {
+        return mesh_->tree.nodes[at / BoxRows::size];
+    }
+    [[nodiscard]] std::uint32_t child(std::uint32_t at) const { return node(at).child[at % BoxRows::size]; }
+
+    const MeshData<3>* mesh_ = nullptr;
+    const Part<3>* part_ = nullptr;
+    std::uint32_t number_ = 0;
+    OrientedBox own_;
+};
+
+/// Where a frame lies, seen from another.
+Frame<3> seen_from(const Frame<3>& other, const Frame<3>& frame)
+{
+    return {{other.r.back(frame.r.x), other.r.back(frame.r.y), other.r.back(frame.r.z)},
+            other.r.back(frame.p - other.p)};
+}
+
+/// Two boxes, of which one is about to be opened: its children are held against the other.
+struct Opening
+{
+    const Side &open, &other;
+    bool open_b; ///< the box that is opened is b's
+    std::uint32_t at_open, at_other;
+    const Frame<3>& there; ///< the other's frame, seen from that of the one that is opened
+
+    [[nodiscard]] const BoxRows& rows() const { return open.node_below(at_open).boxes; }
+    [[nodiscard]] OrientedBox other_box() const
+    {
+        OrientedBox box = other.box(at_other);
+        box.centre = there * box.centre;
+        box.axes = there.r * box.axes;
+        return box;
+    }
+    void bounds(const Kernels& kernels, BoxBounds& out) const
+    {
+        if (other.is_half_space())
+            half_space_bounds(out);
+        else
+            kernels.bounds(rows(), other_box(), out);
+    }
+    void approaches(const Kernels& kernels, BoxApproaches& out) const
+    {
+        if (!other.is_half_space()) return kernels.approaches(rows(), other_box(), out);
+        half_space_bounds(out);
+        const Vec3 normal = open.frame.r.back(other.half_space().normal);
+        for (std::uint32_t i = 0; i < BoxRows::size; ++i)
+            for (int d = 0; d < 3; ++d)
+                out.normal[d][i] = normal[d];
+    }
+
+  private:
+    void half_space_bounds(BoxBounds& out) const
+    {
+        const Part<3>& part = other.half_space();
+        const Vec3 normal = open.frame.r.back(part.normal);
+        const double offset = part.offset - dot(part.normal, open.frame.p);
+        for (std::uint32_t i = 0; i < BoxRows::size; ++i) {
+            const OrientedBox box = rows().box(i);
+            const double reach = box.half.x * std::abs(dot(normal, box.axes.x)) +
+                                 box.half.y * std::abs(dot(normal, box.axes.y)) +
+                                 box.half.z * std::abs(dot(normal, box.axes.z));
+            out.distance[i] = dot(normal, box.centre) - offset - reach;
+        }
+    }
+};
+
+/// Looks at pairs of leaves, the most promising ones of a neighbourhood first. `judge` says what is
+/// promising:
+///   keys(opening, key): of the other box and each of those within the opened one;
+///   excludes(key): nothing with this key, or a greater one, is wanted any more;
+///   visit(at_a, at_b): two leaves.
+template <class Judge>
+void search(const Side& a, const Side& b, Judge& judge)
+{
+    struct Item
+    {
+        double key;
+        std::uint32_t at_a, at_b;
+    };
+    const Frame<3> a_from_b = seen_from(b.frame, a.frame), b_from_a = seen_from(a.frame, b.frame);
+    SmallVector<Item, 256> waiting;
+    waiting.push_back({-HUGE_VAL, 0, 0});
+    while (!waiting.empty()) {
+        const Item item = waiting[waiting.size() - 1];
+        waiting.resize(waiting.size() - 1);
+        if (judge.excludes(item.key)) continue;
+        const bool leaf_a = a.is_leaf(item.at_a), leaf_b = b.is_leaf(item.at_b);
+        if (leaf_a && leaf_b) {
+            judge.visit(item.at_a, item.at_b);
+            continue;
+        }
+        const bool open_b = leaf_a || (!leaf_b && b.size(item.at_b) >= a.size(item.at_a));
+        const Opening opening = open_b ? Opening{b, a, true, item.at_b, item.at_a, a_from_b}
+                                       : Opening{a, b, false, item.at_a, item.at_b, b_from_a};
+        double keys[BoxRows::size];
+        judge.keys(opening, keys);
+        const std::uint32_t first = opening.open.first_below(opening.at_open);
+        Item found[BoxRows::size];
+        std::uint32_t count = 0;
+        for (std::uint32_t i = 0; i < opening.open.node_below(opening.at_open).count; ++i) {
+            if (judge.excludes(keys[i])) continue;
+            std::uint32_t at = count++; // the least key last
+            for (; at > 0 && found[at - 1].key < keys[i]; --at)
+                found[at] = found[at - 1];
+            found[at] = open_b ? Item{keys[i], item.at_a, first + i} : Item{keys[i], first + i, item.at_b};
+        }
+        for (std::uint32_t i = 0; i < count; ++i)
+            waiting.push_back(found[i]);
+    }
+}
+
+/// Calls visit(side_a, side_b) for the two meshes, or the mesh and each part of the other shape. `range` may
+/// shrink meanwhile.
+template <class Visit>
+void for_each_side_pair(const Placed<3>& pair, const Range<3>& range, const Visit& visit)
+{
+    const Frame<3> frame_a{pair.ra, {}}, frame_b{pair.rb, pair.d};
+    const bool mesh_a = pair.a->type() == ShapeTypes::mesh, mesh_b = pair.b->type() == ShapeTypes::mesh;
+    const auto mesh_of = [](const Shape<3>& shape) -> const MeshData<3>& {
+        return ShapeAccess::data<MeshData<3>>(shape);
+    };
+    if (mesh_a && mesh_b) return visit(Side(mesh_of(*pair.a), frame_a), Side(mesh_of(*pair.b), frame_b));
+    const Shape<3>&mesh = mesh_a ? *pair.a : *pair.b, &other = mesh_a ? *pair.b : *pair.a;
+    const Frame<3>&frame = mesh_a ? frame_a : frame_b, &other_frame = mesh_a ? frame_b : frame_a;
+    Region<3> region = region_of(mesh, frame.p, other_frame);
+    region.way = other_frame.r.back(range.linear * (mesh_a ? -1.0 : 1.0));
+    for_each_part(other, *pair.kernels, other_frame, region, range,
+                  [&](std::uint32_t number, const Part<3>& part) {
+                      const Side side(mesh_of(mesh), frame), one(part, number);
+                      mesh_a ? visit(side, one) : visit(one, side);
+                  });
+}
+
+/// Where the tests of parts and the bounds of boxes may differ by rounding: the tests call a gap of less than
+/// a billionth of the parts' size a touch.
+double rounding_of(const Placed<3>& pair)
+{
+    double size = 1e-90; // the squares of lengths below that are lost
+    size += length(pair.d);
+    for (const Shape<3>* shape : {pair.a, pair.b})
+        if (const double reach = ShapeAccess::reach(*shape); reach < HUGE_VAL) size += reach;
+    return 4e-9 * size;
+}
+/// A user's shape, known by its support points, overlaps by a little more than what is found.
+constexpr double deeper = 1.02;
+
+/// Two sides and what is asked of them.
+struct Judge
+{
+    const Side &a, &b;
+    const Kernels& kernels;
+    double rounding;
+
+    template <class Visit>
+    void with_parts(std::uint32_t at_a, std::uint32_t at_b, const Visit& visit) const
+    {
+        a.with_part(at_a, kernels, [&](std::uint32_t number_a, const Part<3>& part_a) {
+            b.with_part(at_b, kernels, [&](std::uint32_t number_b, const Part<3>& part_b) {
+                visit(number_a, part_a, number_b, part_b);
+            });
+        });
+    }
+    /// No parts in the boxes are nearer to each other.
+    void distances(const Opening& opening, double (&least)[BoxRows::size]) const
+    {
+        BoxBounds bounds;
+        opening.bounds(kernels, bounds);
+        const double less = a.radius + b.radius;
+        for (std::uint32_t i = 0; i < BoxRows::size; ++i) {
+            const double bound = bounds.distance[i] - less;
+            least[i] = (bound < 0 ? deeper * bound : bound) - rounding;
+        }
+    }
+};
+
+/// The nearest parts so far; what is further away than `limit` doesn't count.
+struct Least
+{
+    double limit;
+    Gap<3>& gap;
+    std::uint32_t a = 0, b = 0;
+};
+
+struct Nearest : Judge
+{
+    Least& least;
+
+    [[nodiscard]] bool excludes(double key) const { return key > least.limit; }
+    void keys(const Opening& opening, double (&key)[BoxRows::size]) const { distances(opening, key); }
+    void visit(std::uint32_t at_a, std::uint32_t at_b)
+    {
+        with_parts(at_a, at_b,
+                   [&](std::uint32_t number_a, const Part<3>& part_a, std::uint32_t number_b,
+                       const Part<3>& part_b) {
+                       Gap<3> gap;
+                       part_gap(part_a, part_b, std::max(0.0, least.limit + rounding), gap);
+                       if (!(gap.distance <= least.limit)) return;
+                       const bool later = number_a != least.a ? number_a > least.a : number_b > least.b;
+                       if (gap.distance == least.gap.distance && later) return;
+                       least.limit = gap.distance;
+                       least.gap = gap;
+                       least.a = number_a;
+                       least.b = number_b;
+                   });
+    }
+};
+
+struct Touch : Judge
+{
+    bool& touch;
+
+    [[nodiscard]] bool excludes(double key) const { return touch || key > 0; }
+    void keys(const Opening& opening, double (&key)[BoxRows::size]) const { distances(opening, key); }
+    void visit(std::uint32_t at_a, std::uint32_t at_b)
+    {
+        with_parts(at_a, at_b,
+                   [&](std::uint32_t, const Part<3>& part_a, std::uint32_t, const Part<3>& part_b) {
+                       touch = part_touch(part_a, part_b);
+                   });
+    }
+};
+
+/// A ball around what is in a box, and how far turning moves that.
+struct Turned
+{
+    Vec3 centre;
+    double reach;     ///< of the ball
+    double spin = 0;  ///< the most that its centre comes further along n per radian
+    double lever = 0; ///< how much of a turn's motion can be along n
+    double swept;     ///< how far turning takes anything along n
+
+    Turned(const Vec3& middle, double ball, const Turning<3>& turning, const Vec3& n)
+        : centre(middle), reach(ball), swept(dot(n, middle) + ball)
+    {
+        if (turning.speed == 0) return;
+        const Vec3 arm = middle - turning.centre;
+        lever = length(cross(n, turning.axis));
+        spin = length(cross(arm, turning.axis)) * lever;
+        swept = dot(n, turning.centre) + dot(arm, turning.axis) * dot(n, turning.axis) + spin + ball;
+    }
+};
+
+/// Parts that may come nearer than half the tolerance before the range's time is over, soonest first as far
+/// as boxes tell.
+struct Approaching : Judge
+{
+    const Flight<3>& flight;
+    const Range<3>& range;
+    FunctionRef<VisitPartPair> visit_parts;
+
+    [[nodiscard]] bool excludes(double key) const { return key >= range.time; }
+    void keys(const Opening& opening, double (&key)[BoxRows::size]) const
+    {
+        BoxApproaches bounds;
+        opening.approaches(kernels, bounds);
+        const double less = a.radius + b.radius + rounding, sliding = length(flight.linear);
+        for (std::uint32_t i = 0; i < BoxRows::size; ++i) {
+            const double distance = bounds.distance[i] - less;
+            if (distance <= flight.tolerance) {
+                key[i] = distance - flight.tolerance; // now; those that overlap most first
+                continue;
+            }
+            if (distance > range.reach + sliding * range.time) {
+                key[i] = HUGE_VAL;
+                continue;
+            }
+            const Vec3 n =
+                opening.open.frame.r * Vec3{bounds.normal[0][i], bounds.normal[1][i], bounds.normal[2][i]};
+            key[i] = safe_time(opening, i, distance, opening.open_b ? n : -n);
+        }
+    }
+    void visit(std::uint32_t at_a, std::uint32_t at_b) { with_parts(at_a, at_b, visit_parts); }
+
+  private:
+    /// For how long what is in two boxes surely stays apart: they are by `distance` along n, from a to b.
+    [[nodiscard]] double safe_time(const Opening& opening, std::uint32_t i, double distance,
+                                   const Vec3& n) const
+    {
+        const OrientedBox opened = opening.rows().box(i);
+        const auto ball = [](const Side& side, const OrientedBox& box) {
+            return length(box.half) + side.radius;
+        };
+        const Vec3 middle = opening.open.frame * opened.centre;
+        Vec3 other_middle;
+        double other_ball = 0;
+        if (opening.other.is_half_space()) {
+            const Part<3>& part = opening.other.half_space();
+            other_middle = middle - part.normal * (dot(part.normal, middle) - part.offset);
+        } else {
+            const OrientedBox box = opening.other.box(opening.at_other);
+            other_middle = opening.other.frame * box.centre;
+            other_ball = ball(opening.other, box);
+        }
+        const double opened_ball = ball(opening.open, opened);
+        const Turned in_a(opening.open_b ? other_middle : middle, opening.open_b ? other_ball : opened_ball,
+                          flight.a, n);
+        const Turned in_b(opening.open_b ? middle : other_middle, opening.open_b ? opened_ball : other_ball,
+                          flight.b, -n);
+        const double near = 0.5 * flight.tolerance, closing = std::max(0.0, -dot(flight.linear, n));
+        const auto time_for = [](double room, double speed) { return room > 0 ? room / speed : 0; };
+        const double spin = closing + flight.a.speed * in_a.spin + flight.b.speed * in_b.spin;
+        const double with_boxes = time_for(distance - near, spin + flight.a.speed * in_a.reach * in_a.lever +
+                                                                flight.b.speed * in_b.reach * in_b.lever);
+        const double with_balls =
+            time_for(dot(n, in_b.centre - in_a.centre) - in_a.reach - in_b.reach - near - rounding, spin);
+        const double swept = time_for(-in_a.swept - in_b.swept - near - rounding, closing);
+        return std::max(with_boxes, std::max(with_balls, swept));
+    }
+};
+
+} // namespace
+
+void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best)
+{
+    best.distance = HUGE_VAL;
+    const double rounding = rounding_of(pair);
+    Least least{enough, best};
+    Range<3> range{enough};
+    for_each_side_pair(pair, range, [&](const Side& a, const Side& b) {
+        Nearest judge{{a, b, *pair.kernels, rounding}, least};
+        search(a, b, judge);
+        range.reach = std::max(0.0, least.limit + rounding);
+    });
+}
+
+bool any_parts_touch(const Placed<3>& pair)
+{
+    bool touch = false;
+    Range<3> range{0};
+    for_each_side_pair(pair, range, [&](const Side& a, const Side& b) {
+        Touch judge{{a, b, *pair.kernels, rounding_of(pair)}, touch};
+        search(a, b, judge);
+        if (touch) range.reach = -HUGE_VAL;
+    });
+    return touch;
+}
+
+void for_each_approaching(const Placed<3>& pair, const Flight<3>& flight, const Range<3>& range,
+                          FunctionRef<VisitPartPair> visit)
+{
+    for_each_side_pair(pair, range, [&](const Side& a, const Side& b) {
+        Approaching judge{{a, b, *pair.kernels, rounding_of(pair)}, flight, range, visit};
+        search(a, b, judge);
+    });
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+// What two shapes of which one is a mesh, or both are, do to each other: searched down the meshes' trees,
+// nearest first, by a bound that shrinks as parts are found. Nothing is allocated.
+// Source: Larsen, Gottschalk, Lin, Manocha, Fast Distance Queries with Rectangular Swept Sphere Volumes, ICRA
+// 2000.
+#pragma once
+
+#include "jostle/function_ref.hpp"
+#include "narrow/parts/pair.hpp"
+#include "narrow/parts/part.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// Whether this search is for them. Height fields are ground, which boxes around triangles don't tell.
+template <int Dim>
+bool has_mesh_tree(const Placed<Dim>& pair)
+{
+    if (Dim == 2) return false;
+    const ShapeType a = pair.a->type(), b = pair.b->type();
+    return (a == ShapeTypes::mesh || b == ShapeTypes::mesh) && a != ShapeTypes::height_field &&
+           b != ShapeTypes::height_field;
+}
+
+/// With the numbers of both.
+using VisitPartPair = void(std::uint32_t, const Part<3>&, std::uint32_t, const Part<3>&);
+
+/// As find_gap. Of parts that are equally near, those of the lowest numbers count: part_a's first.
+void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best);
+/// As find_touch.
+bool any_parts_touch(const Placed<3>& pair);
+/// Visits pairs of parts until all others surely stay further apart than half the tolerance for `range.time`
+/// from now on. That may become less meanwhile.
+void for_each_approaching(const Placed<3>& pair, const Flight<3>& flight, const Range<3>& range,
+                          FunctionRef<VisitPartPair> visit);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

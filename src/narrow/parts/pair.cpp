@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: MIT
+#include "narrow/parts/pair.hpp"
+
+#include "narrow/convex/simple3.hpp"
+#include "narrow/parts/each_part.hpp"
+#include "narrow/parts/nearest.hpp"
+#include "narrow/small_vector.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+int compare(double a, double b)
+{
+    return a < b ? -1 : a > b ? 1 : 0;
+}
+int compare(const Vec3& a, const Vec3& b)
+{
+    const int x = compare(a.x, b.x), y = compare(a.y, b.y);
+    return x != 0 ? x : y != 0 ? y : compare(a.z, b.z);
+}
+int compare(const Vec2& a, const Vec2& b)
+{
+    const int x = compare(a.x, b.x);
+    return x != 0 ? x : compare(a.y, b.y);
+}
+int compare(const Mat3& a, const Mat3& b)
+{
+    const int x = compare(a.x, b.x), y = compare(a.y, b.y);
+    return x != 0 ? x : y != 0 ? y : compare(a.z, b.z);
+}
+int compare(const Mat2& a, const Mat2& b)
+{
+    return compare(Vec2{a.c, a.s}, Vec2{b.c, b.s});
+}
+
+template <int Dim>
+int compare(const Shape<Dim>& a, const Shape<Dim>& b)
+{
+    if (const int c = compare(ShapeAccess::reach(a), ShapeAccess::reach(b)); c != 0) return c;
+    if (const int c = compare(ShapeAccess::radius(a), ShapeAccess::radius(b)); c != 0) return c;
+    return compare(load(ShapeAccess::size(a)), load(ShapeAccess::size(b)));
+}
+
+/// Positions are within `longest`: from each other they are within this, or one is infinite.
+constexpr double farthest = 10 * longest;
+/// Contacts whose normals are within 25 degrees of each other push the same way.
+constexpr double same_direction = 0.9;
+/// ... as far, but for 1 percent, as the overlap goes.
+constexpr double as_far = 0.99;
+
+/// Takes the contacts of a pair's parts, and of those that aren't sure what each body needs: a body is the
+/// whole of a shape or one child.
+template <int Dim>
+class Collector
+{
+  public:
+    Collector(const Placed<Dim>& pair, FoundList<Dim>& found)
+        : found_(found), before_(found.size()), a_is_body_(is_surface(*pair.b))
+    {
+    }
+    /// `gap` is how far apart the parts are.
+    void add(Answer answer, const Found<Dim>& one, double gap)
+    {
+        if (answer == Answer::none) return;
+        if (answer == Answer::contact) return found_.push_back(one);
+        for (std::size_t i = 0; i < unsure_.size(); ++i) {
+            Unsure& other = unsure_[i];
+            if (other.answer != answer || body(other.one) != body(one)) continue;
+            if (answer == Answer::spare && !same_way(other.one, one)) continue;
+            if (gap < other.gap) {
+                other.one = one;
+                other.gap = gap;
+            }
+            return;
+        }
+        unsure_.push_back({one, gap, answer});
+    }
+    void finish()
+    {
+        for (const Answer answer : {Answer::spare, Answer::last})
+            for (std::size_t i = 0; i < unsure_.size(); ++i)
+                if (unsure_[i].answer == answer && is_needed(unsure_[i])) found_.push_back(unsure_[i].one);
+    }
+
+  private:
+    struct Unsure
+    {
+        Found<Dim> one;
+        double gap;
+        Answer answer;
+    };
+    [[nodiscard]] std::uint32_t body(const Found<Dim>& one) const
+    {
+        return a_is_body_ ? one.part_a : one.part_b;
+    }
+    [[nodiscard]] static bool same_way(const Found<Dim>& one, const Found<Dim>& other)
+    {
+        return dot(one.manifold.normal, other.manifold.normal) > same_direction;
+    }
+    [[nodiscard]] bool is_needed(const Unsure& unsure) const
+    {
+        for (std::size_t i = before_; i < found_.size(); ++i) {
+            const Found<Dim>& other = found_[i];
+            if (body(other) != body(unsure.one)) continue;
+            if (unsure.answer == Answer::last) return false;
+            if (same_way(other, unsure.one) && other.manifold.point[0].depth >= -as_far * unsure.gap)
+                return false;
+        }
+        return true;
+    }
+
+    FoundList<Dim>& found_;
+    std::size_t before_;
+    bool a_is_body_;
+    SmallVector<Unsure, 4> unsure_;
+};
+
+/// The short ways, for the shapes that have one.
+Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifold)
+{
+    const Shape<3>&a = *pair.a, &b = *pair.b;
+    if (b.type() == ShapeTypes::sphere) return spheres(a.radius(), b.radius(), pair.d, margin, manifold);
+    if (b.type() != ShapeTypes::box || a.type() > ShapeTypes::box) return Verdict::unclear;
+    const Vec3 half = load(b.size());
+    if (a.type() == ShapeTypes::box) {
+        const Vec3 half_a = load(a.size());
+        return boxes(pair.ra, half_a, pair.rb, half, pair.d, box_axis(pair.ra, half_a, pair.rb, half, pair.d),
+                     margin, manifold);
+    }
+    const double half_length = a.size()[1];
+    return capsule_box(pair.ra.y, half_length, a.radius(), pair.rb, half, pair.d,
+                       capsule_box_gap(pair.ra.y, half_length, pair.rb, half, pair.d), margin, manifold);
+}
+
+Verdict simple_contact(const Placed<2>&, double, Manifold<2>&)
+{
+    return Verdict::unclear;
+}
+
+} // namespace
+
+template <int Dim>
+bool arrange(Placed<Dim>& pair, ShapeType first)
+{
+    bool swap = pair.a->type() != first;
+    if (pair.a->type() == pair.b->type()) {
+        int order = compare(V<Dim>{}, pair.d);
+        if (order == 0) order = compare(pair.ra, pair.rb);
+        if (order == 0) order = compare(*pair.a, *pair.b);
+        swap = order > 0;
+    }
+    if (swap) pair.exchange();
+    return swap;
+}
+template <int Dim>
+bool arrange(Placed<Dim>& pair)
+{
+    return arrange(pair, std::min(pair.a->type(), pair.b->type()));
+}
+
+template <int Dim>
+void find_contacts(const Placed<Dim>& pair, double margin, FoundList<Dim>& found)
+{
+    if (!within_reach(pair, margin)) return;
+    if (pair.b->type() <= ShapeTypes::box) {
+        Found<Dim> one;
+        const Verdict verdict = simple_contact(pair, margin, one.manifold);
+        if (verdict == Verdict::touch) found.push_back(one);
+        if (verdict != Verdict::unclear) return;
+    }
+    find_contacts_generally(pair, margin, found);
+}
+
+template <int Dim>
+void find_contacts_generally(const Placed<Dim>& pair, double margin, FoundList<Dim>& found)
+{
+    Collector<Dim> collector(pair, found);
+    for_each_part_pair(
+        pair, Range<Dim>{margin},
+        [&](std::uint32_t number_a, const Part<Dim>& a, std::uint32_t number_b, const Part<Dim>& b) {
+            Found<Dim> one;
+            double gap = 0;
+            const Answer answer = part_contact(a, b, margin, one.manifold, gap);
+            one.part_a = number_a;
+            one.part_b = number_b;
+            collector.add(answer, one, gap);
+        });
+    collector.finish();
+}
+
+template <int Dim>
+bool find_touch(const Placed<Dim>& pair)
+{
+    if (!within_reach(pair, 0)) return false;
+    if (pair.b->type() <= ShapeTypes::box) {
+        Manifold<Dim> manifold;
+        const Verdict verdict = simple_contact(pair, 0, manifold);
+        if (verdict != Verdict::unclear) return verdict == Verdict::touch;
+    }
+    if constexpr (Dim == 3)
+        if (has_mesh_tree(pair)) return any_parts_touch(pair);
+    bool touch = false;
+    Range<Dim> range{0};
+    for_each_part_pair(pair, range,
+                       [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {
+                           touch = touch || part_touch(a, b);
+                           if (touch) range.reach = -HUGE_VAL; // nothing is within that: the search ends
+                       });
+    return touch;
+}
+
+template <int Dim>
+void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& best)
+{
+    best.distance = HUGE_VAL;
+    for (int d = 0; d < Dim; ++d)
+        if (!(std::abs(pair.d[d]) <= farthest)) return;
+    if constexpr (Dim == 3)
+        if (has_mesh_tree(pair)) return nearest_parts(pair, enough, best);
+    Range<Dim> range{enough};
+    for_each_part_pair(pair, range,
+                       [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {
+                           Gap<Dim> gap;
+                           part_gap(a, b, range.reach, gap);
+                           if (!(gap.distance <= range.reach) || !(gap.distance < best.distance)) return;
+                           best = gap;
+                           range.reach = std::max(0.0, std::min(range.reach, gap.distance));
+                       });
+}
+
+#define JOSTLE_PAIR(Dim)                                                                                     \
+    template bool arrange(Placed<Dim>&);                                                                     \
+    template bool arrange(Placed<Dim>&, ShapeType);                                                          \
+    template void find_contacts(const Placed<Dim>&, double, FoundList<Dim>&);                                \
+    template void find_contacts_generally(const Placed<Dim>&, double, FoundList<Dim>&);                      \
+    template bool find_touch(const Placed<Dim>&);                                                            \
+    template void find_gap(const Placed<Dim>&, double, Gap<Dim>&)
+JOSTLE_PAIR(2);
+JOSTLE_PAIR(3);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

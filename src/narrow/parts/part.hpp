@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: MIT
+// Shapes consist of parts: a convex shape or half-space of itself, a mesh of its triangles, a compound of its
+// children. What two parts say of their contact, gap and motion is put together to what the shapes do.
+#pragma once
+
+#include "narrow/convex/convex2.hpp"
+#include "narrow/convex/core3.hpp"
+#include "narrow/parts/motion.hpp"
+#include "narrow/parts/region.hpp"
+#include "narrow/shapes/shape_data.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+enum class Surface : std::uint8_t
+{
+    none,  ///< a solid
+    sheet, ///< an element of a mesh: two sides, goes on beyond its ends
+    ground ///< a triangle of a height field: solid below
+};
+
+/// One convex piece of a shape, seen from a's position.
+template <int Dim>
+struct Part;
+
+template <>
+struct Part<3>
+{
+    /// A convex shape or a half-space.
+    Part(const Shape<3>& shape, const Frame<3>& frame, const Kernels& kernels)
+        : core(shape, frame, kernels), half_space(shape.type() == ShapeTypes::half_space)
+    {
+        if (!half_space) return;
+        normal = frame.r * load(ShapeAccess::size(shape));
+        offset = shape.offset() + dot(normal, frame.p);
+    }
+    /// A triangle of a surface, or where it has no area the segment or point that it is.
+    template <class Data>
+    Part(const Data& data, const Mesh<3>::Element& corners, const Frame<3>& frame, const Kernels& kernels)
+        : core(data.vertex(corners[0]), data.vertex(corners[1]), data.vertex(corners[2]), frame, kernels),
+          number(corners)
+    {
+        if (core.polytope.faces == 0) return;
+        normal = frame.r * core.polytope.normal(0);
+        of(data);
+    }
+    /// Of a triangle.
+    [[nodiscard]] Vec3 first_corner() const { return core.frame * core.polytope.vertex(0); }
+
+    Core3 core;
+    bool half_space = false;
+    Vec3 normal; ///< of a half-space; of a triangle's front
+    double offset = 0;
+    Surface surface = Surface::none;
+    Mesh<3>::Element number{}; ///< of a triangle's corners
+    const MeshData<3>* mesh = nullptr;
+    const HeightData* field = nullptr;
+
+  private:
+    void of(const MeshData<3>& data)
+    {
+        mesh = &data;
+        surface = Surface::sheet;
+    }
+    void of(const HeightData& data)
+    {
+        field = &data;
+        surface = Surface::ground;
+    }
+};
+
+template <>
+struct Part<2>
+{
+    /// A convex shape or a half-space.
+    Part(const Shape<2>& shape, const Frame<2>& where, const Kernels&)
+        : core(shape, where), half_space(shape.type() == ShapeTypes::half_space)
+    {
+        if (!half_space) return;
+        normal = where.r * load(ShapeAccess::size(shape));
+        offset = shape.offset() + dot(normal, where.p);
+    }
+    /// A segment of a chain, or where it has no length a point.
+    Part(const MeshData<2>& data, const Mesh<2>::Element& ends, const Frame<2>& where, const Kernels&)
+        : core(0, 0, where), mesh(&data), number(ends)
+    {
+        const Vec2 p = data.vertices[ends[0]], q = data.vertices[ends[1]];
+        core.reach = std::sqrt(std::max(length2(p), length2(q)));
+        core.add(where * p, 0);
+        const double size = length(q - p);
+        if (!(size > 0)) return;
+        core.add(where * q, 1);
+        surface = Surface::sheet;
+        normal = where.r * (right(q - p) * (1 / size));
+    }
+    /// Of a segment.
+    [[nodiscard]] Vec2 first_corner() const { return core.corner[0]; }
+
+    Core2 core;
+    bool half_space = false;
+    Vec2 normal; ///< of a half-space; of a segment's front: its right side
+    double offset = 0;
+    Surface surface = Surface::none;
+    const MeshData<2>* mesh = nullptr;
+    Mesh<2>::Element number{}; ///< of a segment's ends
+};
+
+/// What two parts say of their contact. One part of a surface can't always know which of them has it.
+enum class Answer : std::uint8_t
+{
+    none,
+    contact,
+    /// The body has come through the surface and its end isn't over this part: a contact unless others push
+    /// it out that way.
+    spare,
+    /// A neighbour is nearer and should have the contact: this is one if the body has none at all.
+    last
+};
+
+/// The contact of two parts. `gap` is set where the answer isn't sure: how far apart the parts are.
+template <int Dim>
+Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
+                    double& gap);
+/// Their signed distance; infinite where it is more than `enough`, or where the two can't touch.
+template <int Dim>
+void part_gap(const Part<Dim>& a, const Part<Dim>& b, double enough, Gap<Dim>& gap);
+/// Whether that is 0 or less.
+template <int Dim>
+bool part_touch(const Part<Dim>& a, const Part<Dim>& b);
+/// How far parts are from each other, whichever side they come from: the ground has sides and an underside.
+template <int Dim>
+void moving_gap(const Part<Dim>& a, const Part<Dim>& b, double enough, Gap<Dim>& gap);
+/// How far a part that turns reaches along n while it meets `other`.
+template <int Dim>
+Spread<Dim> spread_of(const Part<Dim>& part, const Part<Dim>& other, const Turning<Dim>& turning,
+                      const V<Dim>& n);
+/// Where `part` is, and the ground below it, in the local axes of `frame`.
+Region<2> region_of(const Part<2>& part, const Frame<2>& frame);
+Region<3> region_of(const Part<3>& part, const Frame<3>& frame);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: MIT
+#include "narrow/parts/surface.hpp"
+
+#include "narrow/convex/convex3.hpp"
+#include "narrow/convex/manifold3.hpp"
+#include "narrow/convex/simple3.hpp"
+#include "narrow/parts/ground.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+/// Higher by less than this part of an element's size is level.
+constexpr double level = 1e-6;
+/// What bends away by more than 30 degrees is steep. `cosine_of_30` errs to where everybody is asked.
+constexpr double cosine_of_30 = 0.87, cosine2_of_30 = 0.75, sine2_of_30 = 0.25;
+/// A normal less than 30 degrees from an element's plane met it edgewise: this is the cosine to its normal.
+constexpr double edgewise = 0.5;
+
+/// Whether `d` leads along unit vector `n` by more than rounding.
+template <class Vector>
+bool leads_along(const Vector& d, const Vector& n)
+{
+    const double along = dot(d, n);
+    return along > 0 && along * along > 1e-12 * length2(d);
+}
+
+/// What a surface does beyond the side or corner of its element that lies highest along some direction.
+enum class Beyond : std::uint8_t
+{
+    nothing, ///< it ends there or falls: nothing of it lies higher, and a contact there is the surface's own
+    onwards, ///< it goes on higher, or rises like the floor at the foot of a wall
+    steeply  ///< it goes on higher, but not along this element: around an edge of more than 30 degrees
+};
+
+/// For an end of a segment, as for a side or corner of a triangle below.
+Beyond beyond(const Part<2>& segment, const Vec2& n, double side)
+{
+    const Core2& core = segment.core;
+    const Vec2 along = core.corner[1] - core.corner[0];
+    if (std::abs(dot(n, along)) <= level * length(along)) return Beyond::nothing; // all of it: the side
+    const std::size_t at = dot(n, along) > 0 ? 1 : 0;
+    const Vec2 front = segment.normal * side;
+    bool higher = false, rising = false, steep = false;
+    segment.mesh->find_at(segment.number[at], [&](const Mesh<2>::Element& other) {
+        const std::uint32_t v = other[other[0] == segment.number[at] ? 1 : 0];
+        if (v == segment.number[1 - at]) return false;
+        const Vec2 away = core.frame * segment.mesh->vertices[v] - core.corner[at];
+        rising = rising || leads_along(away, front);
+        if (!leads_along(away, n)) return false;
+        higher = true;
+        const double down = -dot(away, front);
+        steep = down > 0 && down * down > sine2_of_30 * length2(away);
+        return steep;
+    });
+    if (steep) return Beyond::steeply;
+    return higher || rising ? Beyond::onwards : Beyond::nothing;
+}
+
+/// Everything that meets the triangle's highest side or corner is asked, so that of a surface which touches a
+/// body the part that is nearest always has the contact, however gently it bends, and no other has.
+template <class Data>
+Beyond beyond(const Data& surface, const Part<3>& triangle, const Vec3& n, double side)
+{
+    const Core3& core = triangle.core;
+    const Vec3 up = core.frame.r.back(n), front = core.polytope.normal(0) * side;
+    const auto& number = triangle.number;
+    Vec3 corner[3];
+    double height[3], size = 0;
+    for (unsigned i = 0; i < 3; ++i) {
+        corner[i] = core.polytope.vertex(i);
+        height[i] = dot(up, corner[i]);
+        size = std::max(size, length2(corner[i] - corner[0]));
+    }
+    const double top = std::max(height[0], std::max(height[1], height[2])) - level * std::sqrt(size);
+    unsigned highest = 0, sides = 0; // bits of corners, and of the sides that end in one or are between two
+    for (unsigned i = 0; i < 3; ++i)
+        if (height[i] >= top) highest |= 1u << i;
+    if (highest == 7) return Beyond::nothing; // all of it: the face
+    const bool one = (highest & (highest - 1)) == 0;
+    const auto ends = [](unsigned i) { return 1u << i | 1u << (i + 1) % 3; };
+    for (unsigned i = 0; i < 3; ++i)
+        if (one ? (ends(i) & highest) != 0 : ends(i) == highest) sides |= 1u << i;
+    const unsigned at = (highest & 1u) != 0 ? 0 : (highest & 2u) != 0 ? 1 : 2;
+
+    unsigned rising = 0;
+    bool higher = false, steep = false;
+    // Where the body pushes within 30 degrees of the face no higher triangle is steep.
+    const bool facing = dot(up, front) > cosine_of_30;
+    surface.find_at(number[at], [&](const Mesh<3>::Element& other) {
+        unsigned shared = 0, own = 0; // bits of the triangle's corners, and of the other's that are the same
+        for (unsigned i = 0; i < 3; ++i)
+            for (unsigned k = 0; k < 3; ++k)
+                if (other[k] == number[i]) {
+                    shared |= 1u << i;
+                    own |= 1u << k;
+                }
+        if ((shared & highest) != highest) return false;
+        bool is_higher = false, falls = false;
+        for (unsigned k = 0; k < 3; ++k) {
+            if ((own >> k & 1) != 0) continue;
+            const Vec3 away = surface.vertex(other[k]) - corner[at];
+            if (leads_along(away, up)) {
+                is_higher = true;
+                falls = falls || dot(away, front) < 0;
+            }
+            if (!higher && leads_along(away, front))
+                for (unsigned i = 0; i < 3; ++i)
+                    if ((shared & ends(i)) == ends(i)) rising |= 1u << i;
+        }
+        if (!is_higher) return false;
+        higher = true;
+        if (facing || !falls) return facing;
+        const Vec3 p = surface.vertex(other[0]);
+        const Vec3 normal = cross(surface.vertex(other[1]) - p, surface.vertex(other[2]) - p);
+        const double along = dot(normal, front);
+        steep = along * along < cosine2_of_30 * length2(normal);
+        return steep;
+    });
+    if (steep) return Beyond::steeply;
+    return higher || (rising & sides) == sides ? Beyond::onwards : Beyond::nothing;
+}
+Beyond beyond(const Part<3>& triangle, const Vec3& n, double side)
+{
+    return triangle.mesh != nullptr ? beyond(*triangle.mesh, triangle, n, side)
+                                    : beyond(*triangle.field, triangle, n, side);
+}
+
+/// What of a core lies over the element on that side of it.
+bool contact_over(const Core2& a, const Part<2>& b, double side, double margin, Manifold<2>& manifold)
+{
+    return face_contact(a, b.core, b.normal * -side, margin, manifold);
+}
+bool contact_over(const Core3& a, const Part<3>& b, double side, double margin, Manifold<3>& manifold)
+{
+    return face_contact(a, b.core, side, margin, manifold);
+}
+bool plane_contact(const Core2& a, const Part<2>& b, double side, double margin, Manifold<2>& manifold)
+{
+    return line_contact(a, b.core, b.normal * -side, margin, manifold);
+}
+
+/// 1 where a normal, from a body to an element, comes down on its front; -1 on its back.
+template <int Dim>
+double side_of(const Part<Dim>& b, const V<Dim>& normal)
+{
+    return dot(normal, b.normal) <= 0 ? 1 : -1;
+}
+
+/// The side of its plane to which an element's surface pushes a body: `side` unless the body met it nearly
+/// edgewise, where the shorter way out says more.
+template <int Dim, class Core>
+double out_of(const Core& a, const Part<Dim>& b, const V<Dim>& normal, double side)
+{
+    if (b.surface == Surface::ground || std::abs(dot(normal, b.normal)) >= edgewise) return side;
+    const double plane = dot(b.normal, b.first_corner());
+    const double above = dot(b.normal, furthest(a, b.normal)) - plane;
+    const double below = plane - dot(b.normal, furthest(a, -b.normal));
+    return above >= below ? 1 : -1;
+}
+
+/// Where the surface goes on towards a, the element's end can't be hit from the side: then only what lies
+/// over the element counts, along its normal.
+template <int Dim, class Core>
+Answer contact_as_piece(const Core& a, const Part<Dim>& b, const Gap<Dim>& cores, double side, double margin,
+                        Manifold<Dim>& manifold)
+{
+    const Beyond goes = beyond(b, -cores.normal, side);
+    if (goes == Beyond::onwards) {
+        side = out_of(a, b, cores.normal, side);
+        if (contact_over(a, b, side, margin, manifold)) return Answer::contact;
+        if (!plane_contact(a, b, side, margin, manifold)) return Answer::none;
+        return cores.distance > 0 ? Answer::last : Answer::spare;
+    }
+    make_manifold(a, b.core, cores, margin, manifold);
+    return goes == Beyond::nothing ? Answer::contact : Answer::last;
+}
+
+} // namespace
+
+bool plane_contact(const Core3& a, const Part<3>& b, double side, double margin, Manifold<3>& manifold)
+{
+    const Vec3 normal = b.normal * side;
+    const Vec3 lowest = furthest(a, -normal) - normal * a.radius;
+    const double height = dot(normal, lowest - b.core.frame * b.core.polytope.vertex(0));
+    if (height > margin) return false;
+    manifold.normal = -normal;
+    manifold.count = 1;
+    manifold.point[0] = {lowest - normal * (0.5 * height), -height, feature_id(vertex_feature, 0),
+                         feature_id(face_feature, side > 0 ? 0 : 1)};
+    return true;
+}
+
+Answer piece_contact(const Core3& a, const Part<3>& b, const Gap<3>& cores, double side, double margin,
+                     Manifold<3>& manifold)
+{
+    return contact_as_piece(a, b, cores, side, margin, manifold);
+}
+
+Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold<2>& manifold, double& gap)
+{
+    Gap<2> cores;
+    core_gap(a, b.core, cores);
+    if (!(cores.distance <= a.radius + margin)) return Answer::none;
+    gap = cores.distance - a.radius;
+    const double side = side_of(b, cores.normal);
+    return contact_as_piece(a, b, cores, side, margin, manifold);
+}
+Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold<3>& manifold, double& gap)
+{
+    if (b.surface == Surface::ground) return ground_contact(b, a, margin, manifold, gap);
+    Gap<3> cores;
+    cores.distance = HUGE_VAL;
+    if (a.is_box && b.core.polytope.faces != 0) {
+        const Vec3 half{a.polytope.x[7], a.polytope.x[lanes + 7],
+                        a.polytope.x[2 * lanes + 7]}; // the last corner
+        Vec3 corner[3];
+        for (std::uint32_t i = 0; i < 3; ++i)
+            corner[i] = a.frame.r.back(b.core.frame * b.core.polytope.vertex(i) - a.frame.p);
+        const double enough = a.radius + margin;
+        const double separation = box_triangle(half, corner, enough, cores.normal);
+        if (separation > enough) return Answer::none;
+        cores.normal = a.frame.r * cores.normal;
+        if (separation <= 0) cores.distance = separation;
+    }
+    if (cores.distance == HUGE_VAL) core_gap(a, b.core, a.radius + margin, cores);
+    if (!(cores.distance <= a.radius + margin)) return Answer::none;
+    gap = cores.distance - a.radius;
+    const double side = side_of(b, cores.normal);
+    return contact_as_piece(a, b, cores, side, margin, manifold);
+}
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

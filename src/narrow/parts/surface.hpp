@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Contacts with one element of a surface, of which others hold on to its ends: a body that slides over a
+// floor must not catch on the sides between its triangles. See docs/guide/contacts.md, "Internal sides".
+#pragma once
+
+#include "narrow/parts/part.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+
+/// The contact of a convex core with b, an element of a mesh or height field. `gap` is set where the answer
+/// isn't sure: how far apart the two are.
+Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold<2>& manifold, double& gap);
+Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold<3>& manifold, double& gap);
+
+/// Of cores within reach of each other: the contact that b has as a piece of its surface. `side` is 1 where a
+/// is on its front, -1 on its back.
+Answer piece_contact(const Core3& a, const Part<3>& b, const Gap<3>& cores, double side, double margin,
+                     Manifold<3>& manifold);
+/// Where the core reaches furthest through the triangle's plane, wherever the triangle ends.
+bool plane_contact(const Core3& a, const Part<3>& b, double side, double margin, Manifold<3>& manifold);
+
+} // namespace narrow
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+// Convex hulls: exact ones first; then what is flat or straight but for its points' rounding is made so. See
+// decision 010.
+#include <algorithm>
+#include <cassert>
+#include <limits>
+#include <string>
+#include <utility>
+
+#include "base/exact_floats.hpp"
+#include "narrow/shapes/hull_faces.hpp"
+#include "narrow/shapes/hull_points.hpp"
+#include "narrow/shapes/orientation.hpp"
+#include "narrow/shapes/quickhull.hpp"
+#include "narrow/shapes/shape_data.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow::hull {
+
+namespace {
+
+void add_direction(std::vector<Vec3>& directions, const Vec3& d)
+{
+    const double size = length(d);
+    if (!(size > 0)) return;
+    const Vec3 unit = d * (1 / size);
+    for (const Vec3& known : directions)
+        if (length2(cross(known, unit)) < 1e-20) return;
+    directions.push_back(unit);
+}
+
+/// Corners in the order given; of points in a line or a place, which have no faces, those that are `kept`.
+void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& points,
+            const std::vector<Face>& faces, const std::vector<Index>& kept)
+{
+    std::vector<Index> number(given.size(), none);
+    for (const Face& face : faces)
+        for (const Side& side : face.loop)
+            number[side.v] = 0;
+    for (const Index v : kept)
+        number[v] = 0;
+    for (Index i = 0; i < given.size(); ++i)
+        if (number[i] == 0) {
+            number[i] = static_cast<Index>(data.corners.size());
+            data.corners.push_back({given[i].x, given[i].y, given[i].z});
+            data.reach = std::max(data.reach, length(given[i]));
+        }
+    const Index count = static_cast<Index>(data.corners.size()), stride = padded(count);
+    data.coordinates.resize(std::size_t{3} * stride);
+    for (Index i = 0; i < stride; ++i)
+        for (Index d = 0; d < 3; ++d)
+            data.coordinates[std::size_t{d} * stride + i] = data.corners[i < count ? i : 0][d];
+    const Index face_count = static_cast<Index>(faces.size()), face_stride = padded(face_count);
+    data.normals.assign(std::size_t{3} * face_stride, 0);
+    data.loop_begin.push_back(0);
+    for (Index f = 0; f < face_stride && face_count > 0; ++f)
+        for (Index d = 0; d < 3; ++d)
+            data.normals[std::size_t{d} * face_stride + f] =
+                faces[f < face_count ? f : 0].normal[static_cast<int>(d)];
+    for (Index f = 0; f < face_count; ++f) {
+        const std::vector<Side>& loop = faces[f].loop;
+        for (std::size_t k = 0; k < loop.size(); ++k) {
+            const Index v = loop[k].v, w = loop[k + 1 == loop.size() ? 0 : k + 1].v, beyond = loop[k].beyond;
+            data.loop.push_back(number[v]);
+            if (beyond < f) continue; // it has the edge
+            data.edge.push_back({{number[v], number[w]}, {f, beyond}});
+            add_direction(data.direction, points[w] - points[v]);
+        }
+        data.loop_begin.push_back(static_cast<Index>(data.loop.size()));
+    }
+    for (Index f = 0; f < face_stride && face_count > 2; ++f) {
+        const Vec3 n = faces[f < face_count ? f : 0].normal;
+        double offset = -HUGE_VAL;
+        for (const auto& corner : data.corners)
+            offset = std::max(offset, dot(n, load(corner)));
+        data.offsets.push_back(offset);
+    }
+    if (faces.empty() && count == 2) {
+        data.edge.push_back({{0, 1}, {0, 0}});
+        add_direction(data.direction, points[kept[1]] - points[kept[0]]);
+    }
+    Polytope& p = data.polytope;
+    p.vertices = count;
+    p.faces = face_count;
+    p.edges = static_cast<Index>(data.edge.size());
+    p.directions = static_cast<Index>(data.direction.size());
+    p.x = data.coordinates.data();
+    p.stride = stride;
+    p.nx = data.normals.data();
+    p.face_stride = face_stride;
+    p.offset = data.offsets.empty() ? nullptr : data.offsets.data();
+    p.loop_begin = data.loop_begin.data();
+    p.loop = data.loop.data();
+    p.edge = data.edge.data();
+    p.direction = data.direction.data();
+}
+
+/// No given point is further outside than this times the slack: the inner points of a patch may be as far as
+/// it from what its border spans, and those from what is left of that; and rounding has its part in each.
+constexpr double slacks_outside = 5;
+
+[[maybe_unused]] bool holds_all(const PointSet& points, const std::vector<Face>& faces)
+{
+    bool all = true;
+    for (const Face& face : faces) {
+        const Vec3 from = points[face.loop[0].v];
+        double top = 0;
+        for (const Side& side : face.loop)
+            top = std::max(top, dot(face.normal, points[side.v] - from));
+        for (const Vec3& p : points.points)
+            all = all && dot(face.normal, p - from) <= top + slacks_outside * points.slack;
+    }
+    return all;
+}
+
+void build(HullData<3>& data, const std::vector<Vec3>& given, double epsilon)
+{
+    const PointSet points(given, epsilon);
+    // The lowest and the highest, what is furthest from their line, and from the plane of all three. Rounding
+    // may take a point for one of those that isn't: then any other will do.
+    const int axis = points.longest_axis;
+    Index start[4];
+    start[0] = points.furthest([&](const Vec3& p) { return -p[axis]; });
+    start[1] = points.furthest([&](const Vec3& p) { return p[axis]; });
+    const Vec3 a = points[start[0]], b = points[start[1]];
+    if (a[axis] == b[axis]) return finish(data, given, points, {}, {start[0]});
+
+    const auto off_line = [&](Index i) { return length2(exact_cross(a, b, points[i])) > 0; };
+    start[2] = points.furthest([&](const Vec3& p) { return length2(cross(b - a, p - a)); });
+    for (Index i = 0; i < points.size() && !off_line(start[2]); ++i)
+        start[2] = i;
+    if (!off_line(start[2])) return finish(data, given, points, {}, {start[0], start[1]});
+
+    const Vec3 c = points[start[2]], n = exact_cross(a, b, c);
+    const auto off_plane = [&](Index i) { return side_of_plane(a, b, c, points[i]) != 0; };
+    start[3] = points.furthest([&](const Vec3& p) { return std::abs(dot(p - a, n)); });
+    for (Index i = 0; i < points.size() && !off_plane(start[3]); ++i)
+        start[3] = i;
+    std::vector<Face> faces;
+    std::vector<Index> corners;
+    if (!off_plane(start[3])) {
+        std::vector<char> kept(given.size(), 0);
+        const std::vector<Index> loop = plane_hull(points, n);
+        keep_corners(points, loop, kept);
+        faces = {{n * (1 / length(n)), {}}, {n * (-1 / length(n)), {}}};
+        for (const Index v : loop) {
+            if (kept[v] == 0) continue;
+            corners.push_back(v);
+            faces[0].loop.push_back({v, 1});
+            faces[1].loop.insert(faces[1].loop.begin(), {v, 0});
+        }
+        if (corners.size() < 3) faces.clear();
+    } else {
+        Merged merged = merge_triangles(points, quickhull(points, start));
+        faces = std::move(merged.faces);
+        corners = std::move(merged.corners);
+    }
+    assert(holds_all(points, faces));
+    finish(data, given, points, faces, corners);
+}
+
+void build(HullData<2>& data, const std::vector<Vec2>& given, double epsilon)
+{
+    const PointSet points(given, epsilon);
+    std::vector<char> kept(given.size(), 0);
+    const std::vector<Index> loop = planar_hull(points, 0, 1);
+    keep_corners(points, loop, kept);
+    std::vector<Index> number(given.size(), none);
+    for (Index i = 0; i < given.size(); ++i)
+        if (kept[i] != 0) {
+            number[i] = static_cast<Index>(data.corners.size());
+            data.corners.push_back({given[i].x, given[i].y});
+            data.reach = std::max(data.reach, length(given[i]));
+        }
+    for (const Index i : loop)
+        if (kept[i] != 0) {
+            data.loop.push_back(given[i]);
+            data.corner.push_back(number[i]);
+        }
+}
+
+} // namespace
+} // namespace narrow::hull
+
+template <int Dim>
+template <Coordinate T>
+ConvexHull<Dim>::ConvexHull(std::span<const Vec<Dim, T>> points)
+{
+    if (points.empty())
+        throw Error(ErrorCode::invalid_argument, "a convex hull of no points; give at least one");
+    const ExactFloats exact;
+    std::vector<narrow::V<Dim>> all;
+    all.reserve(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        for (const T x : points[i])
+            if (!(std::abs(double{x}) <= narrow::longest))
+                throw Error(ErrorCode::nan_coordinate,
+                            "point " + std::to_string(i) + " of a convex hull has the coordinate " +
+                                narrow::text(double{x}) + "; give ones within 1e60",
+                            i);
+        all.push_back(narrow::load(points[i]));
+    }
+    auto data = std::make_shared<narrow::HullData<Dim>>();
+    narrow::hull::build(*data, all, double{std::numeric_limits<T>::epsilon()});
+    data_ = std::move(data);
+}
+
+template <int Dim>
+std::span<const Vec<Dim, double>> ConvexHull<Dim>::vertices() const noexcept
+{
+    return data_->corners;
+}
+template <>
+std::size_t ConvexHull<3>::face_count() const noexcept
+{
+    return data_->polytope.faces;
+}
+template <>
+std::size_t ConvexHull<2>::face_count() const noexcept
+{
+    return data_->loop.size() > 1 ? data_->loop.size() : 0;
+}
+
+template <int Dim>
+std::span<const std::uint32_t> ConvexHull<Dim>::face(std::size_t i) const noexcept
+    requires(Dim == 3)
+{
+    if constexpr (Dim == 3) { // clang 14 compiles it for the others, too
+        const narrow::Polytope& hull = data_->polytope;
+        return {hull.loop + hull.loop_begin[i], hull.loop + hull.loop_begin[i + 1]};
+    } else {
+        return {};
+    }
+}
+
+template <int Dim>
+Shape<Dim>::Shape(const ConvexHull<Dim>& hull) noexcept
+{
+    const auto& data = narrow::ShapeAccess::data_of(hull);
+    narrow::ShapeAccess::fill(*this, ShapeTypes::convex, data.reach, &data);
+}
+
+template class ConvexHull<2>;
+template class ConvexHull<3>;
+template JOSTLE_API ConvexHull<2>::ConvexHull(std::span<const Vec<2, float>>);
+template JOSTLE_API ConvexHull<2>::ConvexHull(std::span<const Vec<2, double>>);
+template JOSTLE_API ConvexHull<3>::ConvexHull(std::span<const Vec<3, float>>);
+template JOSTLE_API ConvexHull<3>::ConvexHull(std::span<const Vec<3, double>>);
+template JOSTLE_API Shape<2>::Shape(const ConvexHull<2>&) noexcept;
+template JOSTLE_API Shape<3>::Shape(const ConvexHull<3>&) noexcept;
+
+JOSTLE_NAMESPACE_END

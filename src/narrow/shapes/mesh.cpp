@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: MIT
+// Meshes, height fields and compounds: data and its checks.
+#include <algorithm>
+#include <limits>
+#include <string>
+
+#include "narrow/shapes/shape_data.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace narrow {
+namespace {
+
+using Index = std::uint32_t;
+constexpr Index leaf_size = 4;
+
+struct Item
+{
+    double lo[3], hi[3], middle[3];
+    Index element;
+};
+
+/// Splits at the median of the longest axis of the middles: depth at most 32 for 2^32 elements.
+void build_node(std::vector<Item>& items, Index first, Index last, std::vector<TreeNode>& nodes,
+                std::vector<Index>& order)
+{
+    TreeNode node;
+    double from[3], to[3];
+    for (int d = 0; d < 3; ++d) {
+        node.lo[d] = from[d] = HUGE_VAL;
+        node.hi[d] = to[d] = -HUGE_VAL;
+    }
+    for (Index i = first; i < last; ++i)
+        for (int d = 0; d < 3; ++d) {
+            node.lo[d] = std::min(node.lo[d], items[i].lo[d]);
+            node.hi[d] = std::max(node.hi[d], items[i].hi[d]);
+            from[d] = std::min(from[d], items[i].middle[d]);
+            to[d] = std::max(to[d], items[i].middle[d]);
+        }
+    node.first = static_cast<Index>(order.size());
+    node.count = last - first <= leaf_size ? last - first : 0;
+    const std::size_t here = nodes.size();
+    nodes.push_back(node);
+    if (node.count != 0) {
+        for (Index i = first; i < last; ++i)
+            order.push_back(items[i].element);
+    } else {
+        int axis = 0;
+        for (int d = 1; d < 3; ++d)
+            if (to[d] - from[d] > to[axis] - from[axis]) axis = d;
+        const Index middle = first + (last - first) / 2;
+        std::nth_element(items.begin() + first, items.begin() + middle, items.begin() + last,
+                         [axis](const Item& p, const Item& q) {
+                             return p.middle[axis] != q.middle[axis] ? p.middle[axis] < q.middle[axis]
+                                                                     : p.element < q.element;
+                         });
+        build_node(items, first, middle, nodes, order);
+        build_node(items, middle, last, nodes, order);
+    }
+    nodes[here].skip = static_cast<Index>(nodes.size());
+}
+
+template <int Dim>
+void build_tree(MeshData<Dim>& data)
+{
+    std::vector<Item> items(data.elements.size());
+    for (Index e = 0; e < items.size(); ++e) {
+        Item& item = items[e];
+        item.element = e;
+        for (int d = 0; d < 3; ++d) {
+            item.lo[d] = d < Dim ? HUGE_VAL : 0;
+            item.hi[d] = d < Dim ? -HUGE_VAL : 0;
+            for (const Index v : data.elements[e])
+                if (d < Dim) {
+                    item.lo[d] = std::min(item.lo[d], data.vertices[v][d]);
+                    item.hi[d] = std::max(item.hi[d], data.vertices[v][d]);
+                }
+            item.middle[d] = 0.5 * item.lo[d] + 0.5 * item.hi[d];
+        }
+    }
+    build_node(items, 0, static_cast<Index>(items.size()), data.nodes, data.order);
+}
+
+/// Which elements have which vertex; once each, also those that name it twice.
+template <int Dim>
+void list_elements(MeshData<Dim>& data)
+{
+    const auto for_each_corner = [&](auto&& visit) {
+        for (Index e = 0; e < data.elements.size(); ++e) {
+            const auto& corner = data.elements[e];
+            for (std::size_t i = 0; i < corner.size(); ++i)
+                if (std::find(corner.begin(), corner.begin() + i, corner[i]) == corner.begin() + i)
+                    visit(corner[i], e);
+        }
+    };
+    data.first_at.assign(data.vertices.size() + 1, 0);
+    for_each_corner([&](Index v, Index) { ++data.first_at[v + 1]; });
+    for (std::size_t v = 0; v < data.vertices.size(); ++v)
+        data.first_at[v + 1] += data.first_at[v];
+    data.at.resize(data.first_at.back());
+    std::vector<Index> next(data.first_at);
+    for_each_corner([&](Index v, Index e) { data.at[next[v]++] = e; });
+}
+
+template <class T>
+std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
+{
+    if (grid.columns < 2 || grid.rows < 2)
+        throw Error(ErrorCode::invalid_argument, "a height field of " + std::to_string(grid.columns) + " x " +
+                                                     std::to_string(grid.rows) +
+                                                     " heights; give at least 2 x 2");
+    const std::size_t count = std::size_t{grid.columns} * grid.rows;
+    if (grid.heights.size() != count)
+        throw Error(ErrorCode::size_mismatch, "a height field of " + std::to_string(grid.columns) + " x " +
+                                                  std::to_string(grid.rows) + " was given " +
+                                                  std::to_string(grid.heights.size()) + " heights");
+    for (const T spacing : {grid.spacing_x, grid.spacing_z})
+        if (!(spacing > 0) || !(spacing <= longest))
+            throw Error(ErrorCode::invalid_argument, "a height field's spacing is " + text(double{spacing}) +
+                                                         "; give a finite length above 0");
+    if (!(grid.thickness >= 0) || !(grid.thickness <= longest))
+        throw Error(ErrorCode::invalid_argument, "a height field's thickness is " +
+                                                     text(double{grid.thickness}) +
+                                                     "; give a finite length of 0 or more");
+    auto data = std::make_shared<HeightData>();
+    data->columns = grid.columns;
+    data->rows = grid.rows;
+    data->spacing_x = grid.spacing_x;
+    data->spacing_z = grid.spacing_z;
+    data->heights.reserve(count);
+    double lowest = HUGE_VAL;
+    data->highest = -HUGE_VAL;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double h = grid.heights[i];
+        if (!(std::abs(h) <= longest))
+            throw Error(ErrorCode::nan_coordinate,
+                        "height " + std::to_string(i) + " is " + text(h) + "; give ones within 1e60", i);
+        data->heights.push_back(h);
+        lowest = std::min(lowest, h);
+        data->highest = std::max(data->highest, h);
+    }
+    data->floor = lowest - std::max(double{grid.thickness}, std::max(data->spacing_x, data->spacing_z));
+    const double y = std::max(std::abs(data->floor), std::abs(data->highest));
+    data->reach = length(Vec3{(grid.columns - 1) * data->spacing_x, y, (grid.rows - 1) * data->spacing_z});
+    return data;
+}
+
+} // namespace
+} // namespace narrow
+
+template <int Dim>
+template <Coordinate T>
+Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements)
+{
+    if (elements.empty())
+        throw Error(ErrorCode::invalid_argument, "a mesh of no elements; give at least one");
+    auto data = std::make_shared<narrow::MeshData<Dim>>();
+    data->vertices.reserve(vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        for (const T x : vertices[i])
+            if (!(std::abs(double{x}) <= narrow::longest))
+                throw Error(ErrorCode::nan_coordinate,
+                            "vertex " + std::to_string(i) + " of a mesh has the coordinate " +
+                                narrow::text(double{x}) + "; give ones within 1e60",
+                            i);
+        data->vertices.push_back(narrow::load(vertices[i]));
+    }
+    for (std::size_t e = 0; e < elements.size(); ++e)
+        for (const std::uint32_t v : elements[e]) {
+            if (v >= vertices.size())
+                throw Error(ErrorCode::invalid_argument,
+                            "element " + std::to_string(e) + " of a mesh names vertex " + std::to_string(v) +
+                                ", but there are " + std::to_string(vertices.size()),
+                            e);
+            data->reach = std::max(data->reach, narrow::length(data->vertices[v]));
+        }
+    data->elements.assign(elements.begin(), elements.end());
+    narrow::build_tree(*data);
+    narrow::list_elements(*data);
+    if constexpr (Dim == 3) data->tree = narrow::mesh_tree(data->vertices, data->elements, data->order);
+    data_ = std::move(data);
+}
+
+template <int Dim>
+std::size_t Mesh<Dim>::size() const noexcept
+{
+    return data_->elements.size();
+}
+
+HeightField::HeightField(const HeightGrid<float>& grid) : data_(narrow::make_heights(grid)) {}
+HeightField::HeightField(const HeightGrid<double>& grid) : data_(narrow::make_heights(grid)) {}
+
+template <int Dim>
+Compound<Dim>::Compound(std::span<const Child> children)
+{
+    if (children.empty())
+        throw Error(ErrorCode::invalid_argument, "a compound of no children; give at least one");
+    auto data = std::make_shared<narrow::CompoundData<Dim>>();
+    for (std::size_t i = 0; i < children.size(); ++i) {
+        const Child& child = children[i];
+        const ShapeType type = child.shape.type();
+        const std::string name = "child " + std::to_string(i) + " of a compound ";
+        if (type == ShapeTypes::mesh || type == ShapeTypes::height_field || type == ShapeTypes::compound)
+            throw Error(ErrorCode::invalid_argument,
+                        name + "is a mesh, height field or compound; give those bodies of their own, or add "
+                               "the inner compound's children themselves",
+                        i);
+        bool good = false;
+        for (const double q : child.pose.rotation)
+            good = good || q != 0;
+        for (const double x : child.pose.rotation)
+            good = good && std::abs(x) <= std::numeric_limits<double>::max();
+        for (const double x : child.pose.position)
+            good = good && std::abs(x) <= narrow::longest;
+        if (!good)
+            throw Error(ErrorCode::invalid_argument,
+                        name + "has no pose: numbers must be finite and the rotation not zero", i);
+        narrow::Frame<Dim> frame{narrow::rotation(child.pose), narrow::load(child.pose.position)};
+        const double reach = narrow::ShapeAccess::reach(child.shape);
+        data->reach = std::max(data->reach, narrow::length(frame.p) + reach);
+        data->children.push_back({child.shape, frame});
+    }
+    data_ = std::move(data);
+}
+
+template <int Dim>
+Shape<Dim>::Shape(const Mesh<Dim>& mesh) noexcept
+{
+    const auto& data = narrow::ShapeAccess::data_of(mesh);
+    narrow::ShapeAccess::fill(*this, ShapeTypes::mesh, data.reach, &data);
+}
+template <int Dim>
+Shape<Dim>::Shape(const HeightField& field) noexcept
+    requires(Dim == 3)
+{
+    const auto& data = narrow::ShapeAccess::data_of(field);
+    narrow::ShapeAccess::fill(*this, ShapeTypes::height_field, data.reach, &data);
+}
+template <int Dim>
+Shape<Dim>::Shape(const Compound<Dim>& compound) noexcept
+{
+    const auto& data = narrow::ShapeAccess::data_of(compound);
+    narrow::ShapeAccess::fill(*this, ShapeTypes::compound, data.reach, &data);
+}
+
+template class Mesh<2>;
+template class Mesh<3>;
+template class Compound<2>;
+template class Compound<3>;
+template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, float>>, std::span<const Element>);
+template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, double>>, std::span<const Element>);
+template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, float>>, std::span<const Element>);
+template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, double>>, std::span<const Element>);
+template JOSTLE_API Shape<2>::Shape(const Mesh<2>&) noexcept;
+template JOSTLE_API Shape<3>::Shape(const Mesh<3>&) noexcept;
+template JOSTLE_API Shape<3>::Shape(const HeightField&) noexcept;
+template JOSTLE_API Shape<2>::Shape(const Compound<2>&) noexcept;
+template JOSTLE_API Shape<3>::Shape(const Compound<3>&) noexcept;
+
+JOSTLE_NAMESPACE_END
