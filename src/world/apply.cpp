@@ -21,9 +21,9 @@ Writer<Dim, T>::Writer(State<Dim, T>& state, Changes<Dim, T>& changes, Arena& ar
 }
 
 template <int Dim, class T>
-void Writer<Dim, T>::begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Touched>* touched)
+void Writer<Dim, T>::begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Noted>* noted)
 {
-    touched_ = touched;
+    noted_ = noted;
     any_contested_ = false;
     if (queues == 0) return;
     const bool another = only_queue_ != 0 && only_queue_ != number;
@@ -63,11 +63,11 @@ bool Writer<Dim, T>::open(ObjectId id)
 template <int Dim, class T>
 void Writer<Dim, T>::touch(Index index)
 {
-    if (touched_ == nullptr) return;
+    if (noted_ == nullptr) return;
     const Object object = state_.objects[index];
-    if (object.has(flag::touched)) return;
-    touched_->push_back({index, object.has(flag::alive)});
-    object.set(flag::touched);
+    if (object.has(flag::noted)) return;
+    noted_->push_back({index, object.has(flag::alive)});
+    object.set(flag::noted);
 }
 
 /// A new object belongs to the first queue that says something about it.
@@ -406,18 +406,18 @@ void apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, 
 
 template <int Dim, class T>
 void apply_ahead(State<Dim, T>& state, const Queues<Dim, T>& queues, Applied<Dim, T>& applied,
-                 std::pmr::vector<Touched>& touched, Arena& arena)
+                 std::pmr::vector<Noted>& noted, Arena& arena)
 {
     state.make_room(state.ids.end());
     const QueueCounts counts = count_queues(queues, 0);
     auto& [changes, writer, added, removed] = applied;
     changes.commands += counts.commands;
-    writer.begin(counts.that_command, counts.one, &touched);
+    writer.begin(counts.that_command, counts.one, &noted);
     apply_queued(state, queues, writer);
     if (writer.any_contested()) settle_contests(state, changes, writer, queues, {}, counts.own, arena);
-    for (const Touched& each : touched) {
+    for (const Noted& each : noted) {
         const auto object = state.objects[each.index];
-        object.set(flag::touched, false);
+        object.set(flag::noted, false);
         added += object.has(flag::alive) && !each.was_alive;
         removed += each.was_alive && !object.has(flag::alive);
     }
@@ -428,7 +428,7 @@ void apply_ahead(State<Dim, T>& state, const Queues<Dim, T>& queues, Applied<Dim
     template void apply(State<Dim, T>&, const Queues<Dim, T>&, const Moves<Dim, T>&, Applied<Dim, T>&,       \
                         Arena&);                                                                             \
     template void apply_ahead(State<Dim, T>&, const Queues<Dim, T>&, Applied<Dim, T>&,                       \
-                              std::pmr::vector<Touched>&, Arena&);
+                              std::pmr::vector<Noted>&, Arena&);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

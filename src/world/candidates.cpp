@@ -22,8 +22,8 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-// Below this many boxes all pairs are tried: a grid takes longer to choose.
-constexpr std::size_t few_boxes = 24;
+// Up to this many boxes all pairs are tried at once. (The engine has a limit of its own, engine::few_boxes.)
+constexpr std::size_t few_to_try = 24;
 
 // So few against many idle ones are tried one by one: a grid for all would be made for them alone.
 constexpr std::size_t few_movers = 8;
@@ -178,7 +178,7 @@ template <int Dim, class T>
 void Search<Dim, T>::try_all(std::span<const Box> boxes)
 {
     Pair* const tried = PairBufferAccess(arena_.take<PairBuffer>("pairs of few entries"))
-                            .chunk(0, few_boxes * few_boxes / 2)
+                            .chunk(0, few_to_try * few_to_try / 2)
                             .data();
     Pair* end = tried;
     for (std::uint32_t i = 0; i < boxes.size(); ++i)
@@ -257,7 +257,7 @@ void Search<Dim, T>::among_active()
     const std::span<const Box> all(entries_.box.values()), moved = all.first(entries_.changed);
     const std::span<const Box> first_search = together ? all : moved;
     PairBufferAccess found(found_);
-    if (first_search.size() <= few_boxes) {
+    if (first_search.size() <= few_to_try) {
         try_all(first_search);
     } else {
         // Where the entries are all objects, from the first one on, they have the same numbers.

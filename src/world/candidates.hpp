@@ -22,7 +22,9 @@ namespace world {
 /// What a search has found.
 struct Candidates
 {
-    std::span<Pair> touching;    // ascending: pairs of entries that touch and agree, but for two idle ones
+    // Pairs of objects, by index, that touch and whose filters agree. Strictly ascending: `judge` merges them
+    // with those of the last update. A pair of two objects that are idle is missing; the last update has it.
+    std::span<Pair> touching;
     std::uint64_t looked_at = 0; // pairs of boxes that touch
     std::uint64_t rejected = 0;  // of these: kept apart by filters
     std::uint64_t listed = 0;    // objects that have got a list of neighbours

@@ -43,9 +43,11 @@ struct Entries
     std::pmr::vector<Aabb<Dim, T>>& boxes_before; // of these
     bool parks = false;                           // what is active and hasn't changed is being parked
     std::size_t parking = 0;                      // so many of those that are staged in Parked
-    bool only_moves = true;     // all that changed was active and is, and has the filter that it had
-    bool all_of_active = false; // all that was active has changed, and nothing else
-    bool any_idle = false;      // some of what was active hasn't changed; entered only if something else has
+    // All changed objects were active before, are active now, and have the same filter as before.
+    bool only_moves = true;
+    bool all_of_active = false; // the changed objects are all objects that were active, and no others
+    // Some active objects haven't changed. They are entered only where some object has.
+    bool any_idle = false;
 };
 
 template <int Dim, class T>

@@ -6,7 +6,9 @@
 #include "world/events.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
+#include <functional>
 
 #include "base/block_buffer_access.hpp"
 #include "jostle/process.hpp"
@@ -23,6 +25,25 @@ struct Ended
     Key key;
     EndReason reason;
 };
+
+// Every reason for which a pair ends comes from one of these three.
+
+/// Why a pair that is no longer found ends.
+template <int Dim, class T>
+[[nodiscard]] EndReason reason_of(const State<Dim, T>& state, const Pair& pair) noexcept
+{
+    const auto a = state.objects[Index{pair.a}], b = state.objects[Index{pair.b}];
+    if (!a.has(flag::alive) || !b.has(flag::alive)) return EndReason::removed;
+    if (!a.has(flag::enabled) || !b.has(flag::enabled)) return EndReason::disabled;
+    if (a.has(flag::odd) || b.has(flag::odd)) return EndReason::moved_apart;
+    // With filters as they were, they would be found if they touched.
+    if (!a.has(flag::refiltered) && !b.has(flag::refiltered)) return EndReason::moved_apart;
+    return overlaps_branchless(a.now(), b.now()) ? EndReason::filtered : EndReason::moved_apart;
+}
+/// What reason_of() says of every pair in an update in which objects only moved, where nobody looks at them.
+constexpr EndReason reason_if_only_moves = EndReason::moved_apart;
+/// Why a pair ends that is still found, but that `accept` is against now.
+constexpr EndReason reason_of_accept = EndReason::filtered;
 
 /// What is known of all pairs, so that not every one has to be looked at.
 struct Knowledge
@@ -103,7 +124,11 @@ class Merge
     {
         return ((state_.objects[Index{pair.a}].state() | state_.objects[Index{pair.b}].state()) & bits) != 0;
     }
-    [[nodiscard]] EndReason reason_of(const Pair& pair) const noexcept;
+    [[nodiscard]] EndReason reason_of_ended(const Pair& pair) const noexcept
+    {
+        assert(!known_.only_moves || reason_of(state_, pair) == reason_if_only_moves);
+        return known_.only_moves ? reason_if_only_moves : reason_of(state_, pair);
+    }
     static std::span<const std::span<const Pair>> as_blocks(const std::span<const Pair>& pairs) noexcept
     {
         return {&pairs, pairs.empty() ? std::size_t{0} : std::size_t{1}};
@@ -204,12 +229,15 @@ void Merge<Dim, T>::merge_by_lists(Run& run) const
             began_to[begin_count] = new_key;
             others_to[begin_count] = pair;
             begin_count += is & !was;
-            ended_to[end_count] = {old_key, EndReason::moved_apart};
+            ended_to[end_count] = {old_key, reason_if_only_moves};
             end_count += was & !is;
             next += is;
             persisted_at += was & (persisted_key == old_key);
             others_at += was & (others_key == old_key);
         }
+        assert(std::all_of(ended_to, ended_to + end_count, [this](const Ended& each) {
+            return reason_of_ended(pair_of(each.key)) == each.reason;
+        }));
         run.began_out.take(begin_count);
         run.others_out.take(begin_count);
         run.ended_out.take(end_count);
@@ -279,7 +307,7 @@ template <int Dim, class T>
 void Merge<Dim, T>::touched_only(Run& run, const Pair& pair) const
 {
     if (known_.all_changed || either_has(pair, flag::written)) {
-        run.ended_out.push({key_of(pair), known_.only_moves ? EndReason::moved_apart : reason_of(pair)});
+        run.ended_out.push({key_of(pair), reason_of_ended(pair)});
         return;
     }
     // Two objects that haven't changed. They still touch; if both rest by now or are parked, the pair is in
@@ -289,19 +317,6 @@ void Merge<Dim, T>::touched_only(Run& run, const Pair& pair) const
         return object.place() == Place::active && !object.has(flag::parked);
     };
     if (is_listed(pair.a) || is_listed(pair.b)) run.others_out.push(pair);
-}
-
-/// Of a pair that is no more.
-template <int Dim, class T>
-EndReason Merge<Dim, T>::reason_of(const Pair& pair) const noexcept
-{
-    const auto a = state_.objects[Index{pair.a}], b = state_.objects[Index{pair.b}];
-    if (!a.has(flag::alive) || !b.has(flag::alive)) return EndReason::removed;
-    if (!a.has(flag::enabled) || !b.has(flag::enabled)) return EndReason::disabled;
-    if (a.has(flag::odd) || b.has(flag::odd)) return EndReason::moved_apart;
-    // With filters as they were, they would be found if they touched.
-    if (!a.has(flag::refiltered) && !b.has(flag::refiltered)) return EndReason::moved_apart;
-    return overlaps_branchless(a.now(), b.now()) ? EndReason::filtered : EndReason::moved_apart;
 }
 
 template <int Dim, class T>
@@ -358,7 +373,7 @@ void retract(const Changes<Dim, T>& changes, std::span<const Key> retracted, std
              Lists& next, Arena& arena)
 {
     for (const Key key : retracted) {
-        ended.push_back({key, EndReason::filtered});
+        ended.push_back({key, reason_of_accept});
         if (!changes.is_again(pair_of(key))) next.others.push_back(pair_of(key)); // else it is there
     }
     sort_by_key(ended, arena.list<Ended>("pairs that end, in another order"),
@@ -381,6 +396,7 @@ Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes, const Entri
                std::span<Pair> touching, std::span<const Pair> old_pairs, const Lists& last, Lists& next,
                Arena& arena)
 {
+    assert(std::adjacent_find(touching.begin(), touching.end(), std::greater_equal<>{}) == touching.end());
     Refusals refusals(state.refused, arena);
     next.began.clear();
     if (touching.empty() && old_pairs.empty() && last.persisted.empty() && last.others.empty()) {

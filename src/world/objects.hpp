@@ -43,12 +43,12 @@ constexpr std::uint32_t contested = 1u << 11;  // commands about it must be put 
 constexpr std::uint32_t asked = 1u << 12;      // its filter was set: `accept` is asked again
 constexpr std::uint32_t again = 1u << 13;      // all its pairs are to be reported as if they were new
 constexpr std::uint32_t again_some = 1u << 14; // some of them: those that Changes has
-constexpr std::uint32_t touched = 1u << 15;    // the call of apply() under way has spoken of it
+constexpr std::uint32_t noted = 1u << 15;      // the call of apply() under way has it in its list
 // These two last, too:
-constexpr std::uint32_t odd = 1u << 16;  // its box is none, or its way is: it touches nothing
+constexpr std::uint32_t odd = 1u << 16;  // its box or displacement is no good, so it touches nothing
 constexpr std::uint32_t shut = 1u << 17; // enabled, but `disabled` after the last update, as its box was odd
 constexpr std::uint32_t transient =
-    written | refiltered | reach_kept | contested | asked | again | again_some | touched;
+    written | refiltered | reach_kept | contested | asked | again | again_some | noted;
 } // namespace flag
 
 /// Many objects, each property apart: what an update reads of all that moves is little more than boxes.

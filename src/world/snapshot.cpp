@@ -122,9 +122,31 @@ class SnapshotReader
     std::size_t at_ = 0;
 };
 
-constexpr std::uint32_t has_data = 1u << 7; // user data follow
-constexpr std::uint32_t saved_flags =
-    flag::place | flag::alive | flag::enabled | flag::is_static | flag::has_reach | flag::odd;
+/// The bits of an object's state in a snapshot. They are part of the format: what a bit means never changes,
+/// whichever bits `flag` has in memory.
+namespace saved {
+constexpr std::uint32_t place = 3; // the two bits of `Place`
+constexpr std::uint32_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
+constexpr std::uint32_t has_reach = 1u << 5; // box, displacement and margin follow
+constexpr std::uint32_t has_data = 1u << 7;  // user data follow; from version 2 on
+constexpr std::uint32_t odd = 1u << 16;      // from version 3 on
+constexpr std::uint32_t all = place | alive | enabled | is_static | has_reach | odd; // but for has_data
+} // namespace saved
+static_assert(0 == static_cast<int>(Place::none) && 1 == static_cast<int>(Place::disabled) &&
+                  2 == static_cast<int>(Place::active) && 3 == static_cast<int>(Place::resting),
+              "the places are part of the format, too");
+
+/// The state in memory of an object that has these bits in a snapshot.
+constexpr std::uint32_t state_of(std::uint32_t bits) noexcept
+{
+    const auto either = [&](std::uint32_t bit, std::uint32_t in_memory) {
+        return (bits & bit) != 0 ? in_memory : 0u;
+    };
+    return (bits & saved::place) | either(saved::alive, flag::alive) | either(saved::enabled, flag::enabled) |
+           either(saved::is_static, flag::is_static) | either(saved::has_reach, flag::has_reach) |
+           either(saved::odd, flag::odd);
+}
+static_assert(saved::place == flag::place, "state_of() hands the place on as it is");
 
 /// In the list of active objects, how many updates one has been idle; for those that are parked, from this
 /// number on, whose turn comes when.
@@ -175,13 +197,13 @@ void read_object(SnapshotReader& in, State<Dim, T>& state, UserData& user_data, 
 {
     const auto object = state.objects[index];
     auto flags = in.get<std::uint32_t>();
-    object.set_state(flags & saved_flags);
-    if (version > 1 && (flags & has_data) != 0) {
+    object.set_state(state_of(flags));
+    if (version > 1 && (flags & saved::has_data) != 0) {
         user_data.set(raw(index), in.get<std::uint64_t>());
-        flags &= ~has_data;
+        flags &= ~saved::has_data;
     }
     const bool is_odd = object.has(flag::odd);
-    in.demand((flags & ~saved_flags) == 0 && object.has(flag::alive) && object.place() != Place::none &&
+    in.demand((flags & ~saved::all) == 0 && object.has(flag::alive) && object.place() != Place::none &&
                   object.is_there() == (object.place() != Place::disabled) && (version > 2 || !is_odd),
               "an object in no proper state");
     object.set(flag::shut, is_odd && object.has(flag::enabled));
@@ -389,11 +411,11 @@ std::vector<std::byte> World<Dim, T>::save() const
         const world::Reach<Dim, T>* const reach = past.reach(index);
         const bool is_odd = !valid(past.box(index));
         any_odd |= is_odd;
-        out.put(static_cast<std::uint32_t>(place) | world::flag::alive |
-                (state.objects[index].was_enabled() ? world::flag::enabled : 0u) |
-                (is_odd ? world::flag::odd : 0u) | (filter.is_static ? world::flag::is_static : 0u) |
-                (reach != nullptr ? world::flag::has_reach : 0u) |
-                (user_data.of(i) != 0 ? world::has_data : 0u));
+        out.put(static_cast<std::uint32_t>(place) | world::saved::alive |
+                (state.objects[index].was_enabled() ? world::saved::enabled : 0u) |
+                (is_odd ? world::saved::odd : 0u) | (filter.is_static ? world::saved::is_static : 0u) |
+                (reach != nullptr ? world::saved::has_reach : 0u) |
+                (user_data.of(i) != 0 ? world::saved::has_data : 0u));
         if (const std::uint64_t data = user_data.of(i); data != 0) {
             out.put(data);
             any_more = true;

@@ -214,10 +214,10 @@ void World<Dim, T>::Implementation::apply_ahead()
             applied.emplace(state, arena);
             arena.keep();
         }
-        auto& touched = arena.list<world::Touched>("objects that apply() writes to");
-        world::apply_ahead(state, queues, *applied, touched, arena);
+        auto& noted = arena.list<world::Noted>("objects that apply() writes to");
+        world::apply_ahead(state, queues, *applied, noted, arena);
         auto& indices = arena.list<world::Index>("indices of these");
-        for (const world::Touched& each : touched)
+        for (const world::Noted& each : noted)
             indices.push_back(each.index);
         active_index.note(indices, {});
     } catch (...) {

@@ -12,7 +12,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
 /// An object that apply() has written to, and whether it was in the world before.
-struct Touched
+struct Noted
 {
     Index index;
     bool was_alive;
@@ -29,8 +29,8 @@ class Writer
 
     /// Commands come, of so many queues; if of one only, it has this number. They may be about the same
     /// objects as those of other queues, also of those that came before. Objects that are written to now are
-    /// noted, with what they were, if `touched` isn't null.
-    void begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Touched>* touched);
+    /// noted, with what they were, if `noted` isn't null.
+    void begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Noted>* noted);
     /// Whose commands come now: numbered from 1.
     void set_queue(std::uint32_t queue) noexcept { queue_ = queue; }
     void add(const Addition<Dim, T>& addition);
@@ -65,7 +65,7 @@ class Writer
     bool several_queues_ = false;
     bool any_contested_ = false;
     std::uint32_t queue_ = 0, only_queue_ = 0; // the one that commands came of, until there are several
-    std::pmr::vector<Touched>* touched_ = nullptr;
+    std::pmr::vector<Noted>* noted_ = nullptr;
     Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update; 0: it is new
 };
 
@@ -91,11 +91,11 @@ struct Applied
 template <int Dim, class T>
 void apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, T>& moves,
            Applied<Dim, T>& applied, Arena& arena);
-/// A part of it, ahead of the update: what was taken, for questions. `touched` becomes the objects that this
+/// A part of it, ahead of the update: what was taken, for questions. `noted` becomes the objects that this
 /// call has written to.
 template <int Dim, class T>
 void apply_ahead(State<Dim, T>& state, const Queues<Dim, T>& queues, Applied<Dim, T>& applied,
-                 std::pmr::vector<Touched>& touched, Arena& arena);
+                 std::pmr::vector<Noted>& noted, Arena& arena);
 
 /// Throws unless the box is one, or the world takes odd boxes.
 template <int Dim, class T>
