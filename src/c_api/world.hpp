@@ -62,6 +62,27 @@ class Ids
     std::span<const ObjectId> span_;
 };
 
+/// A list as C sees it: made once for each update, if it is asked for.
+template <class Item>
+struct Listed
+{
+    bool listed = false;
+    std::vector<Item> items;
+};
+struct ListedBlocks
+{
+    bool listed = false;
+    std::vector<jostle_block> table;
+    jostle_blocks blocks{};
+};
+struct UpdateLists
+{
+    Listed<jostle_id_pair> began;
+    Listed<jostle_ended_pair> ended;
+    ListedBlocks persisted, changed;
+    void forget() noexcept { began.listed = ended.listed = persisted.listed = changed.listed = false; }
+};
+
 class WorldContent final : public Content
 {
   public:
@@ -108,7 +129,7 @@ class WorldContent final : public Content
             world);
     }
     /// What was handed out as of the update before is no more.
-    void changed() noexcept { began_listed = ended_listed = persisted_listed = changed_listed = false; }
+    void changed() noexcept { lists.forget(); }
 
     Kept kept;
     jostle_accept_object_pair_function accept;
@@ -118,11 +139,7 @@ class WorldContent final : public Content
 
     // The last update's lists as C sees them, made when they are first asked for: by any thread.
     mutable std::mutex listing;
-    mutable bool began_listed = false, ended_listed = false, persisted_listed = false, changed_listed = false;
-    mutable std::vector<jostle_id_pair> began;
-    mutable std::vector<jostle_ended_pair> ended;
-    mutable std::vector<jostle_block> persisted_table, changed_table;
-    mutable jostle_blocks persisted{}, changed_pairs{};
+    mutable UpdateLists lists;
 };
 
 template <>

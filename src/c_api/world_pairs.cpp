@@ -21,6 +21,52 @@ void list_slots(const jostle_world* world, const std::uint32_t** slots, std::uin
     });
 }
 
+/// Calls list() unless `kept` has been listed since the last update. Several threads may ask at a time.
+template <class Kept, class F>
+void list_once(const WorldContent& content, Kept& kept, F&& list)
+{
+    const std::lock_guard lock(content.listing);
+    if (kept.listed) return;
+    list();
+    kept.listed = true;
+}
+
+/// of(world) is one of its lists of pairs, to_item(pair) a pair as C sees it.
+template <class Item, class Of, class ToItem>
+void list_pairs(const jostle_world* world, Listed<Item> UpdateLists::* which, const Item** pairs,
+                std::uint64_t* count, Of&& of, ToItem&& to_item)
+{
+    const WorldContent& content = open(world);
+    wanted(pairs, "pairs");
+    wanted(count, "count");
+    Listed<Item>& kept = content.lists.*which;
+    list_once(content, kept, [&] {
+        content.on([&](const auto& typed) {
+            kept.items.clear();
+            kept.items.reserve(of(typed).size());
+            for (const auto& pair : of(typed))
+                kept.items.push_back(to_item(pair));
+        });
+    });
+    *pairs = kept.items.data();
+    *count = kept.items.size();
+}
+/// of(world) is one of its buffers of pairs.
+template <class Of>
+void list_pairs(const jostle_world* world, ListedBlocks UpdateLists::* which, jostle_blocks* pairs, Of&& of)
+{
+    const WorldContent& content = open(world);
+    wanted(pairs, "pairs");
+    ListedBlocks& kept = content.lists.*which;
+    list_once(content, kept, [&] {
+        content.on([&](const auto& typed) {
+            const PairBuffer& found = of(typed);
+            kept.blocks = list_blocks<Pair>(found.blocks(), found.size(), kept.table);
+        });
+    });
+    *pairs = kept.blocks;
+}
+
 } // namespace
 } // namespace jostle::c_api
 
@@ -33,20 +79,9 @@ jostle_status jostle_world_began(const jostle_world* world, const jostle_id_pair
                                  jostle_error* error)
 {
     return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted(pairs, "pairs");
-        wanted(count, "count");
-        const std::lock_guard lock(content.listing);
-        if (!content.began_listed)
-            content.on([&](const auto& typed) {
-                content.began.clear();
-                content.began.reserve(typed.began().size());
-                for (const ObjectPair& pair : typed.began())
-                    content.began.push_back({to_c(pair.a), to_c(pair.b)});
-            });
-        content.began_listed = true;
-        *pairs = content.began.data();
-        *count = content.began.size();
+        list_pairs(
+            world, &UpdateLists::began, pairs, count, [](const auto& typed) { return typed.began(); },
+            [](const ObjectPair& pair) { return jostle_id_pair{to_c(pair.a), to_c(pair.b)}; });
     });
 }
 jostle_status jostle_world_began_slots(const jostle_world* world, const uint32_t** slots, uint64_t* count,
@@ -95,52 +130,26 @@ jostle_status jostle_world_ended(const jostle_world* world, const jostle_ended_p
                                  jostle_error* error)
 {
     return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted(pairs, "pairs");
-        wanted(count, "count");
-        const std::lock_guard lock(content.listing);
-        if (!content.ended_listed)
-            content.on([&](const auto& typed) {
-                content.ended.clear();
-                content.ended.reserve(typed.ended().size());
-                for (const EndedPair& pair : typed.ended())
-                    content.ended.push_back(
-                        {to_c(pair.a), to_c(pair.b), static_cast<jostle_end_reason>(pair.reason), 0});
+        list_pairs(
+            world, &UpdateLists::ended, pairs, count, [](const auto& typed) { return typed.ended(); },
+            [](const EndedPair& pair) {
+                return jostle_ended_pair{to_c(pair.a), to_c(pair.b),
+                                         static_cast<jostle_end_reason>(pair.reason), 0};
             });
-        content.ended_listed = true;
-        *pairs = content.ended.data();
-        *count = content.ended.size();
     });
 }
 jostle_status jostle_world_persisted(const jostle_world* world, jostle_blocks* pairs, jostle_error* error)
 {
     return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted(pairs, "pairs");
-        const std::lock_guard lock(content.listing);
-        if (!content.persisted_listed)
-            content.on([&](const auto& typed) {
-                const PairBuffer& found = typed.persisted();
-                content.persisted = list_blocks<Pair>(found.blocks(), found.size(), content.persisted_table);
-            });
-        content.persisted_listed = true;
-        *pairs = content.persisted;
+        list_pairs(world, &UpdateLists::persisted, pairs,
+                   [](const auto& typed) -> const PairBuffer& { return typed.persisted(); });
     });
 }
 jostle_status jostle_world_changed_pairs(const jostle_world* world, jostle_blocks* pairs, jostle_error* error)
 {
     return guarded(error, [&] {
-        const WorldContent& content = open(world);
-        wanted(pairs, "pairs");
-        const std::lock_guard lock(content.listing);
-        if (!content.changed_listed)
-            content.on([&](const auto& typed) {
-                const PairBuffer& found = typed.changed_pairs();
-                content.changed_pairs =
-                    list_blocks<Pair>(found.blocks(), found.size(), content.changed_table);
-            });
-        content.changed_listed = true;
-        *pairs = content.changed_pairs;
+        list_pairs(world, &UpdateLists::changed, pairs,
+                   [](const auto& typed) -> const PairBuffer& { return typed.changed_pairs(); });
     });
 }
 jostle_status jostle_world_pairs(const jostle_world* world, jostle_results* results, jostle_error* error)

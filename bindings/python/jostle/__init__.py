@@ -17,16 +17,18 @@ changed nothing, unless it says otherwise.
 from __future__ import annotations
 
 from ._closed_mesh import ClosedMesh
-from ._contacts import (ContactFinder, Shape, Shapes, bounds, box, capsule, compound, cone, contacts, cylinder, distances,
-                        ellipsoid, half_space, height_field, hull, impacts, mesh, poses, ray_casts, rounded_box, rounded_hull,
-                        shape_casts, sphere, sum_by_object, touching)
+from ._contacts import (ContactFinder, bounds, contacts, distances, impacts, ray_casts, shape_casts, sum_by_object,
+                        touching)
 from ._core import instruction_sets, version
 from ._errors import Error, NoSuchObjectError, StaleIdError
-from ._index import (Answers, BoxIndex, Hits, Questions, frustums, nearest, overlapping, rays, spheres,
-                     sweeps)
+from ._index import BoxIndex
+from ._lists import Answers, Hits, ShapeHits
 from ._pairs import ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join
 from ._plot import plot
-from ._shape_queries import ShapeHits, ShapeSweeps
+from ._questions import Questions, frustums, nearest, overlapping, rays, spheres, sweeps
+from ._shape_queries import ShapeSweeps
+from ._shapes import (Shape, Shapes, box, capsule, compound, cone, cylinder, ellipsoid, half_space, height_field, hull, mesh,
+                      poses, rounded_box, rounded_hull, sphere)
 from ._world import EndedPairs, World
 
 __version__ = version()

@@ -122,3 +122,10 @@ def rows_dtype(dim: int, number: Any, names: tuple[str, ...]) -> np.dtype:
 def hits_dtype(dim: int, number: Any) -> np.dtype:
     return np.dtype([("fraction", number), ("normal", number, (dim,)), ("point", number, (dim,)), ("part", np.uint32),
                      ("moving_part", np.uint32)], align=True)
+
+
+def table(title: str, values: dict[str, Any]) -> str:
+    """Numbers by name, as a notebook shows them."""
+    lines = "".join(f"<tr><th>{name}</th><td style='text-align:right'>{value:,}</td></tr>" for name, value in values.items()
+                    if value)
+    return f"<table><caption>{title}</caption>{lines}</table>"

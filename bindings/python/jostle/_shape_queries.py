@@ -2,15 +2,15 @@
 """Rays, moving shapes and distances against all shapes of a BoxIndex or a World."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Iterator, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import _arrays, _core
 from ._errors import Error
-
-if TYPE_CHECKING:
-    from ._contacts import Shapes
+from ._lists import ShapeHits
+from ._questions import Questions
+from ._shapes import Shapes
 
 
 class ShapeSweeps(NamedTuple):
@@ -21,34 +21,6 @@ class ShapeSweeps(NamedTuple):
     displacements: Any
 
 
-class ShapeHits:
-    """A list of hits per question, nearest first: hits[i] is a structured array of id, fraction, normal, point, part,
-    moving_part.
-
-    hits   all of them, one list after the other
-    first  list i is [first[i], first[i + 1])
-    more   whether question i has more hits than max_results
-    """
-
-    def __init__(self, first: np.ndarray, hits: np.ndarray, more: np.ndarray) -> None:
-        self.first, self.hits, self.more = first, hits, more
-
-    def __len__(self) -> int:
-        return len(self.first) - 1
-
-    def __getitem__(self, i: int) -> np.ndarray:
-        if not -len(self) <= i < len(self):
-            raise IndexError(f"there are {len(self)} questions, and none of number {i}")
-        i %= len(self)
-        return self.hits[int(self.first[i]):int(self.first[i + 1])]
-
-    def __iter__(self) -> Iterator[np.ndarray]:
-        return (self[i] for i in range(len(self)))
-
-    def __repr__(self) -> str:
-        return f"ShapeHits({len(self)} questions, {len(self.hits)} hits)"
-
-
 Asked = Any  # _core.BoxIndex or _core.World
 
 
@@ -56,7 +28,7 @@ def _casts(casts: Any, dim: int, dtype: np.dtype) -> tuple[Any, np.ndarray | Non
     if isinstance(casts, ShapeSweeps):
         ways = np.atleast_2d(_arrays.rows(casts.displacements, "displacements", dtype))
         return casts.shapes._shapes, _arrays.packed_poses(casts.poses, dtype), ways
-    if getattr(casts, "_kind", None) != 1:
+    if not isinstance(casts, Questions) or casts._kind != 1:
         raise Error("give rays, as jostle.rays makes them, or jostle.ShapeSweeps")
     return None, None, casts._numbers(dim, dtype)
 

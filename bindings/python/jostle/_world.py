@@ -2,17 +2,16 @@
 """Objects that live, move and rest."""
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable, NamedTuple
+from typing import Any, Callable, NamedTuple
 
 import numpy as np
 
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
-from ._index import ALL, AcceptAnswer, Answers, Asker, Hits, Questions, _asking, _question, _table
-from ._shape_queries import ShapeHits, ShapeSweeps
-
-if TYPE_CHECKING:
-    from ._contacts import Shapes
+from ._lists import Answers, Hits, ShapeHits
+from ._questions import ALL, AcceptAnswer, Asker, Questions, asking, question
+from ._shape_queries import ShapeSweeps
+from ._shapes import Shapes
 
 
 class EndedPairs(NamedTuple):
@@ -175,30 +174,30 @@ class World:
     def first(self, questions: Questions, *, asker: Asker | None = None, exclude: int | None = None,
               accept: AcceptAnswer | None = None) -> Hits:
         """What each ray or sweep meets first."""
-        return Hits(*self._world.first(_question(questions)._packed(self.dim, self.dtype), _asking(asker, exclude, accept)))
+        return Hits(*self._world.first(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept)))
 
     def all(self, questions: Any, max_results: int | None = None, *, asker: Asker | None = None, exclude: int | None = None,
             accept: AcceptAnswer | None = None) -> Answers:
         """Everything that answers, of each question."""
-        first, ids, at, more = self._world.all(_question(questions)._packed(self.dim, self.dtype),
-                                               _asking(asker, exclude, accept), ALL if max_results is None else max_results)
+        first, ids, at, more = self._world.all(question(questions)._packed(self.dim, self.dtype),
+                                               asking(asker, exclude, accept), ALL if max_results is None else max_results)
         return Answers(first, ids, at, more.astype(bool))
 
     def any(self, questions: Any, *, asker: Asker | None = None, exclude: int | None = None,
             accept: AcceptAnswer | None = None) -> np.ndarray:
         """Whether anything answers: (n,) bool."""
-        return self._world.any(_question(questions)._packed(self.dim, self.dtype),
-                               _asking(asker, exclude, accept)).astype(bool)
+        return self._world.any(question(questions)._packed(self.dim, self.dtype),
+                               asking(asker, exclude, accept)).astype(bool)
 
     def count(self, questions: Any, *, asker: Asker | None = None, exclude: int | None = None,
               accept: AcceptAnswer | None = None) -> np.ndarray:
         """How many answer: (n,) uint64."""
-        return self._world.count(_question(questions)._packed(self.dim, self.dtype), _asking(asker, exclude, accept))
+        return self._world.count(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept))
 
     def join(self, boxes: Any, *, asker: Asker | None = None, exclude: int | None = None,
              accept: AcceptAnswer | None = None) -> np.ndarray:
         """All pairs of one of `boxes` and an object that it touches: (m, 2) uint32, position and index."""
-        return self._world.join(self._boxes(boxes), _asking(asker, exclude, accept))
+        return self._world.join(self._boxes(boxes), asking(asker, exclude, accept))
 
     # Against shapes: `shapes` and `poses` have a row for every id's index, and each shape lies in its box.
 
@@ -207,7 +206,7 @@ class World:
         """The shape that each ray, or each shape that moves, meets first: a structured array of id (0 where there is
         none), fraction (infinite there), normal, point, from the object's position, part, moving_part."""
         return _shape_queries.first_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
-                                         _asking(asker, exclude, accept))
+                                         asking(asker, exclude, accept))
 
     def all_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, max_results: int | None = None, *,
                  asker: Asker | None = None,
@@ -215,7 +214,7 @@ class World:
         """All shapes that each of them meets, nearest first."""
         return _shape_queries.all_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
                                        ALL if max_results is None else max_results,
-                                       _asking(asker, exclude, accept))
+                                       asking(asker, exclude, accept))
 
     def nearest_shapes(self, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any, max_distances: Any = np.inf, *,
                        asker: Asker | None = None,
@@ -223,7 +222,7 @@ class World:
         """The shape nearest to each of `near`, which needn't be in here: a structured array of id, distance (infinite where
         none is within max_distances), normal, point_a, point_b; a is the one of `near`."""
         return _shape_queries.nearest_shapes(self._world, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
-                                             _asking(asker, exclude, accept))
+                                             asking(asker, exclude, accept))
 
     # --- Objects, as of the last update ---
 
@@ -325,7 +324,7 @@ class World:
         return f"World({stats['objects']} objects, {stats['resting']} at rest, {self.dim}D {self.dtype})"
 
     def _repr_html_(self) -> str:
-        return _table(repr(self), {name: value for name, value in self.stats().items() if not name.startswith("us_")})
+        return _arrays.table(repr(self), {name: value for name, value in self.stats().items() if not name.startswith("us_")})
 
     def _boxes(self, given: Any) -> np.ndarray:
         out = _arrays.boxes(given, dtype=self.dtype)

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: MIT
+"""Answers to many questions: a list for each."""
+from __future__ import annotations
+
+from typing import Iterator, NamedTuple
+
+import numpy as np
+
+
+class Hits(NamedTuple):
+    """One answer per question."""
+
+    ids: np.ndarray  #: of an index int64, -1 where there is none; of a world uint64, 0 where there is none
+    at: np.ndarray  #: float64: the least fraction at which the box is touched
+
+
+class Lists:
+    """One list for each question, all in one array: lists[i] is what was found for question i.
+
+    first   list i is values[first[i]:first[i + 1]]
+    values  all lists, one after the other
+    more    whether question i has more than max_results
+    """
+
+    _each = "values"  #: what a value is called, in repr()
+
+    def __init__(self, first: np.ndarray, values: np.ndarray, more: np.ndarray) -> None:
+        self.first, self.values, self.more = first, values, more
+
+    def __len__(self) -> int:
+        return len(self.first) - 1
+
+    def __getitem__(self, i: int) -> np.ndarray:
+        if not -len(self) <= i < len(self):
+            raise IndexError(f"there are {len(self)} questions, and none of number {i}")
+        i %= len(self)
+        return self.values[int(self.first[i]):int(self.first[i + 1])]
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        return (self[i] for i in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({len(self)} questions, {len(self.values)} {self._each})"
+
+    def question_of(self) -> np.ndarray:
+        """The question of each value, for grouping."""
+        return np.repeat(np.arange(len(self)), np.diff(self.first.astype(np.int64)))
+
+
+class Answers(Lists):
+    """A list of answers per question: answers[i] are the ids of question i, ascending as the question says.
+
+    ids    all of them, one list after the other; `values` is the same array
+    at     for rays and sweeps the fraction, for nearest the squared distance; else None
+    first  list i is [first[i], first[i + 1])
+    more   whether question i has more answers than max_results
+    """
+
+    _each = "answers"
+
+    def __init__(self, first: np.ndarray, ids: np.ndarray, at: np.ndarray | None, more: np.ndarray) -> None:
+        super().__init__(first, ids, more)
+        self.at = at
+
+    @property
+    def ids(self) -> np.ndarray:
+        return self.values
+
+
+class ShapeHits(Lists):
+    """A list of hits per question, nearest first: hits[i] is a structured array of id, fraction, normal, point, part,
+    moving_part.
+
+    hits   all of them, one list after the other; `values` is the same array
+    first  list i is [first[i], first[i + 1])
+    more   whether question i has more hits than max_results
+    """
+
+    _each = "hits"
+
+    @property
+    def hits(self) -> np.ndarray:
+        return self.values

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: MIT
+"""Questions about boxes, and what is asked for with them."""
+from __future__ import annotations
+
+from typing import Any, Callable, Sequence
+
+import numpy as np
+
+from . import _arrays, _core
+from ._errors import Error
+
+ALL = 2**64 - 1
+
+
+class Questions:
+    """Many questions of one kind: made by rays, sweeps, overlapping, spheres, frustums and nearest.
+
+    Where they are asked their numbers are rounded to the dtype of the boxes. One row, or one number, stands for all.
+    """
+
+    def __init__(self, kind: int, columns: Sequence[Any], planes: Sequence[Any] = (), count: int = 1) -> None:
+        self._kind, self._columns, self._planes, self._count = kind, columns, planes, count
+
+    def _numbers(self, dim: int, dtype: np.dtype) -> np.ndarray:
+        """One row for each question."""
+        if self._planes:
+            return np.empty((0, 0), dtype)
+        parts = []
+        for column, width in zip(self._columns, self._widths(dim)):
+            part = _arrays.floats(np.array(column, np.float64) if np.isscalar(column) else column, "a question").astype(dtype)
+            if width == 1 and part.ndim < 2:
+                part = part.reshape(-1, 1)
+            elif part.ndim == 3 or part.ndim == 2 and part.shape == (2, dim) and width == 2 * dim:
+                part = part.reshape(-1, width) if part.shape[-2:] == (2, dim) else part
+            elif part.ndim == 1:
+                part = part.reshape(1, -1)
+            if part.ndim != 2 or part.shape[1] != width:
+                raise Error(f"a part of the questions has the shape {part.shape}: it must be (n, {width})")
+            parts.append(part)
+        n = 0 if any(len(part) == 0 for part in parts) else max(len(part) for part in parts)
+        wrong = [len(part) for part in parts if len(part) not in (1, n)]
+        if wrong:
+            raise Error(f"the parts of the questions have {wrong[0]} and {n} rows", None, "size_mismatch")
+        full = [np.broadcast_to(part, (n, part.shape[1])) for part in parts]
+        return np.ascontiguousarray(np.concatenate(full, axis=1))
+
+    def _packed(self, dim: int, dtype: np.dtype) -> _core.Questions:
+        planes = [np.ascontiguousarray(_arrays.floats(one, "planes").astype(dtype)) for one in self._planes]
+        return _core.Questions(self._kind, self._numbers(dim, dtype), _arrays.SPACES[dim, dtype], planes, self._count)
+
+    def _widths(self, dim: int) -> tuple[int, ...]:
+        return {1: (dim, dim, 1), 2: (2 * dim, dim, 1), 3: (2 * dim,), 4: (dim, 1), 6: (dim, 1)}[self._kind]
+
+
+def rays(origins: Any, directions: Any, max_fraction: Any = np.inf) -> Questions:
+    """The points origin + f * direction for 0 <= f <= max_fraction: (n, d), (n, d) or (d,), (n,) or one number."""
+    return Questions(1, (origins, directions, max_fraction))
+
+
+def sweeps(boxes: Any, motions: Any, max_fraction: Any = 1.0) -> Questions:
+    """Boxes that move by f * motion for 0 <= f <= max_fraction."""
+    return Questions(2, (boxes, motions, max_fraction))
+
+
+def overlapping(boxes: Any) -> Questions:
+    """What touches each of these boxes."""
+    return Questions(3, (boxes,))
+
+
+def spheres(centers: Any, radii: Any) -> Questions:
+    """What is no further than the radius from the centre."""
+    return Questions(4, (centers, radii))
+
+
+def frustums(planes: Sequence[Any]) -> Questions:
+    """The spaces inside planes: each an array (k, d + 1) of normal and offset, inside where normal . p + offset >= 0."""
+    return Questions(5, (), list(planes))
+
+
+def nearest(points: Any, count: int = 1, max_distance: Any = np.inf) -> Questions:
+    """The `count` boxes that are nearest to each point."""
+    return Questions(6, (points, max_distance), count=count)
+
+
+Asker = Sequence[int]
+AcceptAnswer = Callable[[int, int], bool]
+
+
+def asking(asker: Asker | None, exclude: int | None, accept: AcceptAnswer | None, category: Any = None, mask: Any = None,
+            owner: Any = None) -> _core.AskFilter:
+    if asker is not None and len(asker) == 2:
+        asker = (*asker, 2**32 - 1)
+    return _core.AskFilter(_arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
+                           _arrays.optional_integers(owner, "owner"), asker, exclude, accept)
+
+
+def question(asked: Any) -> Questions:
+    return asked if isinstance(asked, Questions) else overlapping(asked)

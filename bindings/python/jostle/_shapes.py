@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: MIT
+"""Shapes, and where they are."""
+from __future__ import annotations
+
+from typing import Any, Sequence
+
+import numpy as np
+
+from . import _arrays, _core
+from ._errors import Error
+
+Shape = _core.Shape
+
+
+def sphere(radius: float, dim: int = 3) -> Shape:
+    """All points within `radius`; in 2D a circle."""
+    return _core.sphere(dim, radius)
+
+
+def capsule(half_length: float, radius: float, dim: int = 3) -> Shape:
+    """All points within `radius` of the segment from -half_length to half_length on the y axis."""
+    return _core.capsule(dim, half_length, radius)
+
+
+def box(half: Any) -> Shape:
+    """|x| <= half[0] and so on: 2 or 3 numbers."""
+    return _core.box(_arrays.rows(half, "half", np.float64))
+
+
+def rounded_box(half: Any, radius: float) -> Shape:
+    """All points within `radius` of box(half)."""
+    return _core.rounded_box(_arrays.rows(half, "half", np.float64), radius)
+
+
+def cylinder(half_length: float, radius: float) -> Shape:
+    """All points within `radius` of the y axis, from -half_length to half_length."""
+    return _core.cylinder(half_length, radius)
+
+
+def cone(half_length: float, radius: float) -> Shape:
+    """From a disc of `radius` at y = -half_length to its tip at y = half_length."""
+    return _core.cone(half_length, radius)
+
+
+def ellipsoid(half: Any) -> Shape:
+    """Half as wide along each axis as `half` says: 3 numbers, or in 2D, an ellipse, 2."""
+    return _core.ellipsoid(_arrays.rows(half, "half", np.float64))
+
+
+def half_space(normal: Any, offset: float = 0.0) -> Shape:
+    """The points p with normal . p <= offset * |normal|: everything below a plane."""
+    return _core.half_space(_arrays.rows(normal, "normal", np.float64), offset)
+
+
+def hull(points: Any) -> Shape:
+    """The convex hull of points (n, d). hull.vertices() and hull.faces() say what it has become."""
+    given = _arrays.rows(points, "points")
+    return _core.hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given)
+
+
+def rounded_hull(points: Any, radius: float) -> Shape:
+    """All points within `radius` of hull(points)."""
+    given = _arrays.rows(points, "points")
+    return _core.rounded_hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given, radius)
+
+
+def mesh(vertices: Any, elements: Any) -> Shape:
+    """A surface: vertices (n, 3) and triangles (m, 3), or in 2D (n, 2) and segments (m, 2)."""
+    given = _arrays.rows(vertices, "vertices")
+    return _core.mesh(_space(given, "vertices", given.shape[-1] if given.ndim else 0), given,
+                      _arrays.packed(elements, "elements", np.uint32))
+
+
+def height_field(heights: Any, spacing_x: float = 1.0, spacing_z: float = 1.0, thickness: float = 0.0) -> Shape:
+    """Terrain: heights (rows, columns) along y, over the x-z plane, solid below."""
+    return _core.height_field(_arrays.rows(heights, "heights", np.float64), spacing_x, spacing_z, thickness)
+
+
+def compound(shapes: Sequence[Shape], poses: Any) -> Shape:
+    """Several shapes that move as one, each with its pose."""
+    if not shapes:
+        raise Error("a compound needs at least one shape")
+    return _core.compound(shapes[0].dim, list(shapes), np.atleast_2d(_arrays.rows(poses, "poses", np.float64)))
+
+
+def _space(given: np.ndarray, name: str, dim: int) -> int:
+    if (dim, given.dtype) not in _arrays.SPACES:
+        raise Error(f"{name} has the shape {given.shape}: it must be (n, 2) or (n, 3)")
+    return _arrays.SPACES[dim, given.dtype]
+
+
+class Shapes:
+    """One shape per object, at the object's position.
+
+        shapes = jostle.Shapes.spheres(radii)
+        shapes = jostle.Shapes([jostle.sphere(1), jostle.box([1, 2, 3])])
+        shapes = jostle.Shapes.same(hull, 1000)
+    """
+
+    def __init__(self, shapes: Sequence[Shape] = (), dim: int | None = None) -> None:
+        self._shapes = _core.Shapes(dim if dim is not None else shapes[0].dim if len(shapes) else 3)
+        self.extend(shapes)
+
+    @classmethod
+    def same(cls, shape: Shape, count: int) -> Shapes:
+        """`count` objects of one shape."""
+        made = cls(dim=shape.dim)
+        made.append(shape, count)
+        return made
+
+    @classmethod
+    def spheres(cls, radii: Any, dim: int = 3) -> Shapes:
+        made = cls(dim=dim)
+        made._shapes.add_spheres(_arrays.rows(radii, "radii", np.float64))
+        return made
+
+    @classmethod
+    def capsules(cls, half_lengths: Any, radii: Any, dim: int = 3) -> Shapes:
+        made = cls(dim=dim)
+        made._shapes.add_capsules(_arrays.rows(half_lengths, "half_lengths", np.float64),
+                                  _arrays.rows(radii, "radii", np.float64))
+        return made
+
+    @classmethod
+    def boxes(cls, halves: Any) -> Shapes:
+        given = _arrays.rows(halves, "halves", np.float64)
+        made = cls(dim=given.shape[-1] if given.ndim == 2 else 3)
+        made._shapes.add_boxes(given)
+        return made
+
+    @property
+    def dim(self) -> int:
+        return self._shapes.dim
+
+    def append(self, shape: Shape, count: int = 1) -> None:
+        """Adds an object, or several of the same shape."""
+        if count < 0:
+            raise Error(f"count is {count}")
+        self._shapes.add(shape, count)
+
+    def extend(self, shapes: Sequence[Shape]) -> None:
+        for shape in shapes:
+            self._shapes.add(shape, 1)
+
+    def clear(self) -> None:
+        self._shapes.clear()
+
+    def __setitem__(self, i: int, shape: Shape) -> None:
+        if not -len(self) <= i < len(self):
+            raise IndexError(f"there are {len(self)} shapes, and none of number {i}")
+        self._shapes.set(i % len(self), shape)
+
+    def __len__(self) -> int:
+        return self._shapes.size()
+
+    def __repr__(self) -> str:
+        return f"Shapes({len(self)}, {self.dim}D)"
+
+
+def poses(positions: Any, rotations: Any = None) -> np.ndarray:
+    """Poses from positions (n, d) and rotations: in 3D quaternions x, y, z, w, (n, 4) or (4,); in 2D angles, (n,) or one."""
+    at = _arrays.floats(positions, "positions")
+    if at.ndim != 2 or at.shape[1] not in (2, 3):
+        raise Error(f"positions has the shape {at.shape}: it must be (n, 2) or (n, 3)")
+    flat = at.shape[1] == 2
+    out = np.zeros((len(at), 4 if flat else 7), at.dtype)
+    out[:, :at.shape[1]] = at
+    if flat:
+        angle = np.asarray(0.0 if rotations is None else rotations, np.float64)
+        out[:, 2], out[:, 3] = np.cos(angle), np.sin(angle)
+    else:
+        out[:, 3:] = (0, 0, 0, 1) if rotations is None else rotations
+    return out
