@@ -5,19 +5,25 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-/// The face that looks most into `direction`, in local axes. A cylinder's are its discs, of which 0 is the
-/// upper, a cone's is its disc.
+/// The number of the face whose normal is nearest to direction d, in local axes; `alignment` is the cosine of
+/// the angle between the two. A cylinder has two faces, the upper disc (0) and the lower one (1); a cone has
+/// the lower one. What has no faces gets an alignment of minus infinity.
 std::uint32_t best_face(const Core3& core, const Vec3& d, double& alignment)
 {
     const Polytope& hull = core.polytope;
     alignment = -HUGE_VAL;
-    if (core.smooth == Smooth::cylinder) {
+    switch (core.smooth) {
+    case Smooth::cylinder:
         alignment = std::abs(d.y);
         return d.y > 0 ? 0 : 1;
-    }
-    if (core.smooth == Smooth::cone) {
+    case Smooth::cone:
         alignment = -d.y;
         return 1;
+    case Smooth::ellipsoid:
+    case Smooth::custom:
+        return 0;
+    case Smooth::none:
+        break;
     }
     std::uint32_t best = 0;
     if (hull.faces > 2) {
@@ -41,9 +47,11 @@ constexpr double nearly_level = 0.087;
 /// by 50 times what they do. Below this sine of the angle they are side by side and have two points.
 constexpr double side_by_side = 0.02;
 
-/// A disc has as many corners as a face of contact needs, the first where it reaches furthest along d, unless
-/// that hardly leans to any side: then corners that stay where they are serve a solver better.
+/// A disc is clipped as a polygon of so many corners, of which the first is where the disc reaches furthest
+/// along d.
 constexpr std::uint32_t rim_corners = 8;
+/// Where the sine of the angle between d and the disc's axis is less than this, that place would jump about
+/// from frame to frame. Then corners stay at fixed places, which suits solvers that match points.
 constexpr double leaning = 0.02;
 
 void take_disc(const Core3& core, std::uint32_t f, const Vec3& d, Feature& feature)
@@ -86,14 +94,34 @@ void take_face_towards(const Core3& core, std::uint32_t f, const Vec3& d, Featur
     core.is_smooth() ? take_disc(core, f, d, feature) : take_face(core, f, feature);
 }
 
-/// The line along a cylinder's or cone's side that d leans to, or the point furthest along d.
+/// The line on the side of a cylinder or cone, from its rim at the bottom to the top, on which the point
+/// furthest along d lies. False if there is no such line.
+bool find_side_line(const Core3& core, const Vec3& d, Vec3& low, Vec3& high)
+{
+    bool to_tip = false;
+    switch (core.smooth) {
+    case Smooth::cylinder:
+        break;
+    case Smooth::cone:
+        to_tip = true;
+        break;
+    case Smooth::ellipsoid:
+    case Smooth::custom:
+    case Smooth::none:
+        return false;
+    }
+    if (d.x == 0 && d.z == 0) return false;
+    const Vec3 rim = across_axis(d) * core.lengths.x;
+    low = {rim.x, -core.lengths.y, rim.z};
+    high = {to_tip ? 0 : rim.x, core.lengths.y, to_tip ? 0 : rim.z};
+    return true;
+}
+
+/// That line where it is level within `slope`, else the point furthest along d.
 void take_line_or_point(const Core3& core, const Vec3& d, double slope, Feature& feature)
 {
-    const bool cylinder = core.smooth == Smooth::cylinder;
-    if ((cylinder || core.smooth == Smooth::cone) && (d.x != 0 || d.z != 0)) {
-        const Vec3 rim = across_axis(d) * core.lengths.x;
-        const Vec3 low{rim.x, -core.lengths.y, rim.z},
-            high{cylinder ? rim.x : 0, core.lengths.y, cylinder ? rim.z : 0};
+    Vec3 low, high;
+    if (find_side_line(core, d, low, high)) {
         const Vec3 along = high - low;
         const double rise = dot(d, along), extent = length2(along);
         if (extent > 0 && rise * rise <= slope * slope * extent) {

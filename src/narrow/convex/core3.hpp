@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A convex shape in 3D as all tests see it: a core polytope with a radius around it. A sphere is a point, a
-// capsule a segment, the others have radius 0.
+// A convex shape in 3D as all tests see it: a core and everything within a radius around it. The core of a
+// sphere is a point, that of a capsule a segment, that of a box or hull the polytope itself; boxes and hulls
+// have a radius only if they are rounded. Cylinders, cones, ellipsoids and users' shapes have a core without
+// corners, which is known by its support function; see Smooth.
 #pragma once
 
 #include "narrow/kernels/kernels.hpp"
@@ -9,11 +11,11 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// What a core is that has a support function and neither corners nor faces.
+/// Which support function a core has in place of corners, edges and faces.
 enum class Smooth : std::uint8_t
 {
-    none,
-    custom,
+    none,     ///< it is a polytope
+    custom,   ///< a user's
     cylinder, ///< lengths: radius, half length
     cone,     ///< the same; its tip is at +y
     ellipsoid ///< lengths: half its widths

@@ -40,16 +40,26 @@ void nearest_when_parted(const Core3& a, const Core3& b, const Gap<3>& cores, Ve
 template <class Visit>
 void for_each_corner(const Core3& core, const Vec3& d, const Visit& visit)
 {
-    const bool cylinder = core.smooth == Smooth::cylinder;
-    if (!cylinder && core.smooth != Smooth::cone) return visit(smooth_support(core, d), 0);
+    bool has_tip = false;
+    switch (core.smooth) {
+    case Smooth::cylinder:
+        break;
+    case Smooth::cone:
+        has_tip = true;
+        break;
+    case Smooth::ellipsoid:
+    case Smooth::custom:
+    case Smooth::none:
+        return visit(smooth_support(core, d), 0);
+    }
     const Vec3 rim = across_axis(d) * core.lengths.x;
     const Vec3 spokes[] = {rim, {rim.z, 0, -rim.x}, -rim, {-rim.z, 0, rim.x}};
     std::uint32_t number = 0;
     for (const Vec3& spoke : spokes) {
         visit({spoke.x, -core.lengths.y, spoke.z}, number++);
-        if (cylinder) visit({spoke.x, core.lengths.y, spoke.z}, number++);
+        if (!has_tip) visit({spoke.x, core.lengths.y, spoke.z}, number++);
     }
-    if (!cylinder) visit({0, core.lengths.y, 0}, number);
+    if (has_tip) visit({0, core.lengths.y, 0}, number);
 }
 
 /// Of candidates[first] to the last: the one that `measure` says most of, more than `most`; else `otherwise`.

@@ -70,7 +70,7 @@ Distance<Dim, T> distance_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, co
                              const Pose<Dim, T>& pose_b, T max_distance, const Kernels& kernels)
 {
     if constexpr (Dim == 3)
-        if (a.type() <= ShapeTypes::box && b.type() <= ShapeTypes::box) {
+        if (is_simple(a.type()) && is_simple(b.type())) {
             Distance<Dim, T> answer{};
             if (simple_distance(a, pose_a, b, pose_b, double{max_distance}, answer) != Verdict::unclear)
                 return answer;

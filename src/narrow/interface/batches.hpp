@@ -29,7 +29,7 @@ Group group_of(ShapeType a, ShapeType b)
     constexpr Group group[3][3] = {{Group::spheres, Group::other, Group::capsule_box},
                                    {Group::other, Group::other, Group::capsule_box},
                                    {Group::capsule_box, Group::capsule_box, Group::boxes}};
-    return Dim == 3 && a <= ShapeTypes::box && b <= ShapeTypes::box ? group[a][b] : Group::other;
+    return Dim == 3 && is_simple(a) && is_simple(b) ? group[a][b] : Group::other;
 }
 
 /// The pairs of each group, by position in the block.

@@ -22,7 +22,7 @@ Form form_of(ShapeType a, ShapeType b)
     constexpr Form form[3][3] = {{Form::other, Form::rounds, Form::sphere_box},
                                  {Form::rounds, Form::rounds, Form::capsule_box},
                                  {Form::sphere_box, Form::capsule_box, Form::other}};
-    return a <= ShapeTypes::box && b <= ShapeTypes::box ? form[a][b] : Form::other;
+    return is_simple(a) && is_simple(b) ? form[a][b] : Form::other;
 }
 
 } // namespace

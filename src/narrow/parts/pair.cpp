@@ -121,7 +121,7 @@ Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifo
 {
     const Shape<3>&a = *pair.a, &b = *pair.b;
     if (b.type() == ShapeTypes::sphere) return spheres(a.radius(), b.radius(), pair.d, margin, manifold);
-    if (b.type() != ShapeTypes::box || a.type() > ShapeTypes::box) return Verdict::unclear;
+    if (b.type() != ShapeTypes::box || !is_simple(a.type())) return Verdict::unclear;
     const Vec3 half = load(b.size());
     if (a.type() == ShapeTypes::box) {
         const Vec3 half_a = load(a.size());
@@ -163,7 +163,7 @@ template <int Dim>
 void find_contacts(const Placed<Dim>& pair, double margin, FoundList<Dim>& found)
 {
     if (!within_reach(pair, margin)) return;
-    if (pair.b->type() <= ShapeTypes::box) {
+    if (is_simple(pair.b->type())) {
         Found<Dim> one;
         const Verdict verdict = simple_contact(pair, margin, one.manifold);
         if (verdict == Verdict::touch) found.push_back(one);
@@ -193,7 +193,7 @@ template <int Dim>
 bool find_touch(const Placed<Dim>& pair)
 {
     if (!within_reach(pair, 0)) return false;
-    if (pair.b->type() <= ShapeTypes::box) {
+    if (is_simple(pair.b->type())) {
         Manifold<Dim> manifold;
         const Verdict verdict = simple_contact(pair, 0, manifold);
         if (verdict != Verdict::unclear) return verdict == Verdict::touch;

@@ -182,6 +182,14 @@ Kind kind_of(const Shape<Dim>& shape)
 {
     return shape.type() >= ShapeTypes::first_custom ? Kind::custom : Kind{shape.type()};
 }
+/// Whether shapes of a type have short ways of their own: kernels, simple3.hpp, gaps3.hpp. They are the first
+/// three types, so that tables have a row for each.
+constexpr bool is_simple(ShapeType type) noexcept
+{
+    return type <= ShapeTypes::box;
+}
+static_assert(ShapeTypes::sphere == 0 && ShapeTypes::capsule == 1 && ShapeTypes::box == 2);
+
 /// Whether shapes of a kind consist of parts: then those are looked for one by one.
 constexpr bool consists_of_parts(Kind kind) noexcept
 {
