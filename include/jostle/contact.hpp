@@ -65,8 +65,8 @@ struct Contact
 template <int Dim, Coordinate T>
 using ContactBuffer = BlockBuffer<Contact<Dim, T>>;
 
-/// The deepest point of a contact without the others: 60 bytes of floats in 3D, where a Contact has 160. For
-/// balls, which have one point, and for whoever wants no more.
+/// The deepest point of a contact, without the others. With floats in 3D it takes 60 bytes, a Contact 160. It
+/// is for balls, which have only one point, and for programs that need no more.
 template <int Dim, Coordinate T>
 struct PointContact
 {
@@ -188,22 +188,22 @@ struct ContactOptions
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
 ///
 /// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Pairs name
-/// objects by position, in any order, also b < a, but none with itself. With two sets, a is of the first and
-/// b of the second.
+/// objects by position and may come in any order, also with b < a; no object may be paired with itself. With
+/// two sets, a is of the first and b of the second.
 ///
-/// Touching  closed shapes: depth >= 0 up to rounding. Computed in double, relative to one of the two
-///           objects.
-/// Order     that of the pairs. The same bits for any number of threads, instruction set and compiler, and
-///           whichever way round a pair is given: that swaps a and b and negates the normal. (Two objects of
-///           the same shape and pose can't be told apart: their normal is the same both ways.)
-/// Threads   one call at a time per finder, or an `Error`, also out of its own callbacks.
-/// Cost      that of the pairs, however many objects there are; see docs/guide/contacts.md. Working memory is
-///           kept; steady frames allocate nothing.
-/// Errors    `Error` for a pair that names no object, or one object twice; for an object of a pair whose pose
-///           has numbers that are not finite, beyond 1e60 or a rotation of zero (objects in no pair aren't
+/// Touching  shapes are closed: those that share a point touch, with depth >= 0 up to rounding. Everything is
+///           computed in double, relative to one of the two objects.
+/// Order     results are in the order of the pairs. They are the same bits for any number of threads,
+///           instruction set and compiler. Giving a pair the other way round swaps a and b and negates the
+///           normal (but for two objects of the same shape and pose, which can't be told apart).
+/// Threads   one call at a time per finder; a second one, also one out of a callback, is an `Error`.
+/// Cost      grows with the pairs, however many objects there are; see docs/guide/contacts.md. Working memory
+///           is kept; steady frames allocate nothing.
+/// Errors    `Error` for a pair that names no object, or one object twice; for an object in a pair whose pose
+///           has a number that is not finite or beyond 1e60, or a rotation of zero (objects in no pair aren't
 ///           looked at). Of several such pairs the error names the first. size_mismatch where shapes and
 ///           poses differ in number; invalid_argument for a negative or infinite margin. `std::bad_alloc`.
-///           After an error the result is empty; of `out` some elements may have been set.
+///           After an error the result is empty, and some elements of `out` may have been set.
 /// Source    docs/guide/contacts.md.
 template <int Dim, Coordinate T>
 class JOSTLE_API ContactFinder
@@ -218,7 +218,7 @@ class JOSTLE_API ContactFinder
     ContactFinder& operator=(ContactFinder&&) noexcept;
     ~ContactFinder();
 
-    /// Adds a user's own test, for find() and touching() from now on. The last one for two types counts.
+    /// Adds a user's own test, for find() and touching() from now on. It replaces one for the same types.
     /// distances() and impacts() go by the shapes, which for custom ones are their support functions.
     /// Pairs of other types are tested as fast as before.
     void add_test(const PairTest<Dim>& test);
@@ -228,16 +228,16 @@ class JOSTLE_API ContactFinder
     const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, PairView pairs, T margin = 0);
     const ContactBuffer<Dim, T>& find(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
                                       const Poses& poses_b, PairView pairs, T margin = 0);
-    /// The same contacts, of each the deepest point alone: the first of those that find() gives it. The
-    /// results of floats in 3D take 3/8 of the memory. find() leaves them as they are.
+    /// Finds the same contacts, but of each only the deepest point, which is the first one in find(). With
+    /// floats in 3D the result takes 3/8 of the memory. It stays valid when find() is called.
     const PointContactBuffer<Dim, T>& find_points(const Shapes& shapes, const Poses& poses, PairView pairs,
                                                   T margin = 0);
     const PointContactBuffer<Dim, T>& find_points(const Shapes& shapes_a, const Poses& poses_a,
                                                   const Shapes& shapes_b, const Poses& poses_b,
                                                   PairView pairs, T margin = 0);
-    /// Exchanges the result of the last find() or find_points() for `buffer`: `buffer` has the contacts, and
-    /// the finder its memory, to fill it the next time. A program that keeps the last frame's contacts so
-    /// allocates nothing. The buffer's memory resource goes with it: it must suit the finder.
+    /// Exchanges the result of the last find() or find_points() for `buffer`: `buffer` then has the contacts,
+    /// and the finder has the buffer's memory, to fill next time. So a program that keeps the last frame's
+    /// contacts allocates nothing. The buffer's memory resource goes with it: it must suit the finder.
     void take(ContactBuffer<Dim, T>& buffer);
     void take(PointContactBuffer<Dim, T>& buffer);
 
@@ -245,7 +245,7 @@ class JOSTLE_API ContactFinder
     void touching(const Shapes& shapes, const Poses& poses, PairView pairs, std::span<std::uint8_t> out);
     void touching(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
                   PairView pairs, std::span<std::uint8_t> out);
-    /// out[i] is the distance of pair i; where that is more than `max_distance` it is one of infinite length.
+    /// out[i] is the distance of pair i; where that is more than `max_distance`, out[i].distance is infinite.
     void distances(const Shapes& shapes, const Poses& poses, PairView pairs, T max_distance,
                    std::span<Distance<Dim, T>> out);
     void distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
@@ -275,16 +275,16 @@ using ContactFinder3f = ContactFinder<3, float>;
 using ContactFinder2d = ContactFinder<2, double>;
 using ContactFinder3d = ContactFinder<3, double>;
 
-// The same for one pair at a time. Each gives the same bits as the ContactFinder's call for many; none keeps
-// anything, so that any number of threads may call them. They throw an `Error` for a pose whose numbers are
-// not finite, beyond 1e60 or a rotation of zero, which they name. Custom shapes are met by their support
-// function.
+// The same for one pair at a time. Each gives the same bits as the ContactFinder's call for many. They keep
+// no state, so that any number of threads may call them. They throw an `Error` that names the pose if one has
+// a number that is not finite or beyond 1e60, or a rotation of zero. Of custom shapes they use the support
+// function, never a PairTest.
 
 /// Whether two shapes share a point.
 ///
 /// If so, contacts() finds at least one contact, unless it lies beyond the rim of a height field.
-/// Cost      that of one pair; see docs/guide/contacts.md. Two meshes of 50,000 triangles that touch or
-///           nearly do take about 10 us.
+/// Cost      see docs/guide/contacts.md. Two meshes of 50,000 triangles that touch, or nearly do, take about
+///           10 us.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                                        const Pose<Dim, T>& pose_b);
@@ -292,8 +292,8 @@ template <int Dim, Coordinate T>
 /// All contacts of two shapes that touch or have a gap of up to `margin`, with pair {0, 1}.
 ///
 /// Order     by ascending (part_a, part_b).
-/// Cost      that of one pair, and a vector.
-/// Errors    also for a margin that is negative or not finite. `std::bad_alloc`.
+/// Cost      that of touching(), or somewhat more, and of allocating a vector.
+/// Errors    `Error` also for a margin that is negative or not finite. `std::bad_alloc`.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::vector<Contact<Dim, T>>
 contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b,
@@ -302,14 +302,14 @@ contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 /// The signed distance of two shapes and the points that have it, or nothing if it is more than
 /// `max_distance`.
 ///
-/// Of shapes with parts it is that of the nearest two parts; where some overlap, of the two that overlap
-/// deepest.
+/// For shapes with parts it is the distance of the two parts that are nearest, or where parts overlap, of the
+/// two that overlap deepest.
 /// Ties      of parts of a 3D mesh that are equally near or deep, those of the lowest numbers count.
 /// Cost      10 to 200 ns for spheres, capsules and boxes, 350 for hulls of 24 corners. 3D meshes are
 ///           searched nearest first, and an open `max_distance` costs no more: a body and a mesh of 50,000
-///           triangles take 4 to 40 us, two such meshes 0.2 to 2 ms, most where their gap is wide. Of height
-///           fields, compounds and in 2D all parts within `max_distance` are looked at.
-/// Errors    also for a `max_distance` that is negative or not a number.
+///           triangles take 4 to 40 us, two such meshes 0.2 to 2 ms, most where their gap is wide. Height
+///           fields, compounds and all of 2D cost a test of every part within `max_distance`.
+/// Errors    `Error` also for a `max_distance` that is negative or not a number.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Distance<Dim, T>>
 distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, const Pose<Dim, T>& pose_b,
@@ -322,13 +322,13 @@ distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 /// touch may count as an impact or not.
 /// Ground    a height field counts as the solid that it is, with sides and an underside, which contacts() and
 ///           distance() leave out.
-/// Numbers   the time is rounded down to T, which is up to speed * time * epsilon of the way short of it.
-/// Limit     1000 steps, each a look at what is near. Gentle motions take 3 to 15. A shape that turns
+/// Numbers   the time is rounded down to T; the shapes are then up to speed * time * epsilon further apart.
+/// Limit     1000 steps, each of which tests what is near. Gentle motions take 3 to 15. A shape that turns
 ///           hundreds of times while something is within its reach may need more: then the answer is the time
 ///           reached so far, an early impact at which the shapes are further apart than the tolerance.
-/// Cost      that of one look for each step, of which 3D meshes take a few more. Two meshes of 50,000
-///           triangles that turn by 1 radian take about 1 ms, if they only slide 0.3.
-/// Errors    also for a motion with numbers that are not finite, beyond 1e60, or 1e9 radians; for a
+/// Cost      that of a distance() for each step; 3D meshes take a few steps more. Two meshes of 50,000
+///           triangles that turn by 1 radian take about 1 ms, and 0.3 ms if they only slide.
+/// Errors    `Error` also for a motion with numbers that are not finite, beyond 1e60, or 1e9 radians; for a
 ///           half-space that turns; for a tolerance that isn't above 0.
 /// Source    conservative advancement: Mirtich, Impulse-based Dynamic Simulation (1996), sec. 2.3.
 template <int Dim, Coordinate T>

@@ -23,14 +23,14 @@ JOSTLE_NAMESPACE_BEGIN
 /// How a Responses keeps what is added until it is merged. The merged values are the same bits in both.
 enum class ResponseForm
 {
-    /// Whichever wants less memory for two responses per item of the plan; sparse for process_all_pairs,
-    /// since of all pairs few have a response.
+    /// The form that needs less memory if each item of the plan adds two responses; for process_all_pairs
+    /// the sparse one, since few of all pairs have a response.
     automatic,
     /// An array of all objects for each block of work, as in the chapter's fig. 4.8 for each processor. For
     /// few objects with many responses each. Memory: blocks x objects x sizeof(T).
     dense,
     /// Lists of responses, sorted roughly by object as they come. Memory: sizeof(T) + 8 bytes per response,
-    /// and up to 1 KB for each slot and each 512 objects (each 256th of the objects, where they are more).
+    /// and for each slot up to 1 KB per 512 objects (from 131,072 objects on up to 256 KB).
     sparse,
 };
 
@@ -156,10 +156,10 @@ class JOSTLE_API ResponseStore
 
 } // namespace detail
 
-/// What happens to objects, added up by all cores at once: impulses, counts, anything that merges.
+/// Adds up what happens to objects, on all cores at once: impulses, counts, anything that can be merged.
 ///
-/// Each task adds to any object it likes, without locks and without writing a line of memory that another
-/// task writes; after the work a merge puts together what belongs to one object.
+/// Each task adds to any object it likes, without locks and without writing to a cache line that another
+/// task writes to. After the work, merge() brings together what was added to each object.
 ///
 ///     responses.start(objects, plan_work(pairs.size(), options)); // the same options as below
 ///     process_pairs(pairs, [&](Pair pair, Work work) { responses.add(work, pair.a, ...); }, options);
@@ -172,7 +172,7 @@ class JOSTLE_API ResponseStore
 /// T        trivially copyable. T{} must be neutral: merging it changes nothing.
 /// Merge    merge(into, value): T& and const T&. Called on several threads at a time; must not throw.
 /// Threads  add() on several threads at a time if their slots differ; blocks in any order; all adds of one
-///          block with one slot. All else one call at a time.
+///          block with one slot. Of the other members, one call at a time.
 /// Memory   kept from frame to frame: a steady frame allocates nothing, whichever slot does how much.
 /// Source   thesis, ch. 4, Alg. 15-16 and fig. 4.8, there with an array per processor.
 template <class T, class Merge = AddUp>
@@ -201,7 +201,7 @@ class Responses
     }
 
     /// Adds a response of `object`, while working on work.block.
-    /// Errors   invalid_argument if the object, block or slot is none of those that start() was told, or
+    /// Errors   invalid_argument if object, block or slot is not below the number that start() was given, or
     ///          after merge(); std::bad_alloc. The response isn't added then.
     /// Cost     a few nanoseconds; writes sizeof(T) + 8 bytes (dense: sizeof(T)).
     void add(Work work, std::uint32_t object, const T& value)
@@ -223,10 +223,10 @@ class Responses
         slot.last_block = work.block;
     }
 
-    /// The merged responses, by object; T{} where there were none. Uses up what was added. Valid until the
-    /// next start(), and the same when called again before it.
-    /// Errors   std::bad_alloc, where blocks were worked on out of order; an executor that throws, or leaves
-    ///          tasks out. Nothing is lost: call it again. Nothing can be added any more.
+    /// Returns the merged responses, by object; T{} where there were none. They are valid until the next
+    /// start(); another call before that returns them again. Nothing can be added in between.
+    /// Errors   std::bad_alloc, only where blocks were worked on out of order; what the executor throws, and
+    ///          an `Error` if it leaves tasks out. Nothing is lost then: call merge() again.
     /// Cost     one pass over the responses, and over the objects that have or had one; parallel.
     std::span<const T> merge()
     {
@@ -234,7 +234,7 @@ class Responses
         return {values(), store_->objects};
     }
 
-    /// The same, and calls apply(first, values) for runs of objects from `first` on, each as soon as it is
+    /// Merges, and calls apply(first, values) for runs of objects from `first` on, as soon as each run is
     /// merged and still in the cache. Runs without a response may be left out.
     ///
     /// Threads  `apply` is called on several threads at a time. It must not throw.
@@ -249,7 +249,7 @@ class Responses
         });
     }
 
-    /// Chosen by the last start().
+    /// Returns the form that the last start() has chosen.
     [[nodiscard]] ResponseForm form() const noexcept
     {
         return store_->rows != nullptr ? ResponseForm::dense : ResponseForm::sparse;

@@ -35,19 +35,19 @@
 /// The boxes along the way are visited nearest first, and the shapes in them asked (ray_cast, shape_cast,
 /// distance), until no box is left that begins before the best hit.
 ///
-/// Answers   what a loop over all shapes gives whose boxes the question meets: of several that are equally
-///           near, the one of the lowest id counts. Each shape must lie in its object's box, as it does in
-///           that of bounds(). Rounding may let a ray pass by a box that it only grazes; boxes with a margin
-///           have none of that.
-/// Filters   those of the World or BoxIndex. Batches take one for all questions or one for each.
-/// Threads   as the questions of a World or BoxIndex; batches run on the executor's threads, with the same
-///           answers for any number of them. `objects` is read by all of them.
+/// Answers   are those of a loop over all shapes whose boxes the question meets. Of several that are equally
+///           near, the one with the lowest id counts. Each shape must lie in its object's box, as it does in
+///           the box that bounds() gives. Rounding may let a ray miss a box that it only grazes; give boxes a
+///           margin where that matters.
+/// Filters   are those of the World or BoxIndex. Batches take one for all questions or one for each.
+/// Threads   as for the questions of a World or BoxIndex. Batches run on the executor's threads, with the
+///           same answers for any number of them. All of them read `objects`.
 /// Errors    `Error` for an invalid question, which it names; for an object that a question meets and that
 ///           has no shape or pose, or an invalid one; size_mismatch where arrays differ in number. After an
 ///           error some of `out` may have been set.
-/// Cost      that of the boxes that begin before the answer, and a ray_cast, shape_cast or distance() for
-///           each.
-/// Memory    nothing is allocated but for results, unless hundreds of boxes are about as near.
+/// Cost      that of finding the boxes that are nearer than the answer, and of a ray_cast, shape_cast or
+///           distance() for each of them.
+/// Memory    only results are allocated, unless hundreds of boxes are about equally near.
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -113,8 +113,8 @@ JOSTLE_API CastHit<Dim, T> cast_at(const ShapeSweep<Dim, T>& sweep, const Shape<
 template <int Dim, Coordinate T>
 JOSTLE_API Distance<Dim, T> distance_at(const NearestShape<Dim, T>& nearest, const Shape<Dim>& shape,
                                         const Pose<Dim, T>& pose, T max_distance, std::uint32_t object);
-/// Where the boxes are looked for: in what a moving box sweeps, near a box, or, where `lies_in` says so, in
-/// a region without an order, since some questions are none of boxes (ways too short, shapes without end).
+/// Where the boxes are looked for: in what a moving box sweeps, or near a box. Where `lies_in` is true, in a
+/// region and in no order: for motions too short for a sweep, and for shapes without end.
 template <int Dim, Coordinate T>
 struct BoxQuestion
 {
@@ -128,15 +128,15 @@ template <int Dim, Coordinate T>
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API BoxQuestion<Dim, T> boxes_for(const NearestShape<Dim, T>& nearest);
 
-/// What the fraction or squared distance of a box may be, as rounded, whose shape is at `at`.
+/// How great the rounded fraction or squared distance of a box can be if its shape is at `at`.
 template <Coordinate T>
 [[nodiscard]] constexpr T no_less(T at) noexcept
 {
     return at + (at * (16 * std::numeric_limits<T>::epsilon()) + std::numeric_limits<T>::min());
 }
 
-// inside(id, bound) for each object whose box the question meets, nearest first where there is an order. It
-// makes `bound` less, and returns whether to go on.
+// Calls inside(id, bound) for each object whose box the question meets, nearest first where there is an
+// order. It may lower `bound`, and returns whether to go on.
 template <class Asked, int Dim, Coordinate T, class F>
 void visit_boxes(const Asked& asked, const Ray<Dim, T>& ray, const FilterOf<Asked>& filter, F&& inside)
 {
@@ -211,7 +211,7 @@ HitOf<Asked> first_of(const Asked& asked, const ShapesOf<Asked>& objects, const 
     return best;
 }
 
-/// Behind the elements of `out` that are there already.
+/// Appends the hits to `out`, as all_hits does for one question.
 template <class Asked, class Question, class Hits>
 bool append_all_of(const Asked& asked, const ShapesOf<Asked>& objects, const Question& question,
                    std::uint64_t number, Hits& out, const FilterOf<Asked>& filter, std::uint64_t max_results)
@@ -351,8 +351,8 @@ first_hit(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Ques
     return hit;
 }
 
-/// All that it meets: refills `out`, ascending by (fraction, id), with the first `max_results` of them, each
-/// object once. Says whether there are more.
+/// Finds all shapes that it meets: refills `out`, ascending by (fraction, id), with the first `max_results`
+/// hits, one for each object. Returns whether there are more.
 template <class Asked, class Question>
     requires detail::CastFor<Question, Asked>
 bool all_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Question& question,

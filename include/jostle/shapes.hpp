@@ -58,10 +58,10 @@ struct ShapeAccess;
 ///
 /// Valid    at least one point, coordinates within 1e60. Flat, straight and one-point hulls are valid, of any
 ///          size.
-/// Exact    what is outside of what is decided exactly. Then faces that are one but for 8 roundings of the
-///          points' own type (std::numeric_limits<T>::epsilon() times the largest coordinate) are made one,
-///          sides and flat or straight hulls likewise. So no given point is outside of the hull by more than
-///          40 such roundings; and far from the origin never by more than 1/1600 of the hull's extent.
+/// Exact    on which side of a face a point lies is decided exactly. Then faces that lie in one plane up to 8
+///          roundings (of std::numeric_limits<T>::epsilon() times the largest coordinate) are merged; so are
+///          edges in one line, and hulls as nearly flat or straight become so. No given point ends up outside
+///          of the hull by more than 40 such roundings, nor by more than 1/1600 of the hull's extent.
 /// Order    vertices() are those of the given points that are corners, in the order they were given;
 ///          features of contacts number them, as they number edges and faces, modulo 16384: from about 5000
 ///          corners on (three edges each) two features of a hull can have the same number.
@@ -90,7 +90,7 @@ class JOSTLE_API ConvexHull
     {
     }
     [[nodiscard]] std::span<const Vec<Dim, double>> vertices() const noexcept;
-    /// Faces in 3D, edges in 2D; coplanar ones are one.
+    /// Returns the number of faces in 3D, of edges in 2D; what is coplanar is one face.
     [[nodiscard]] std::size_t face_count() const noexcept;
     /// The corners of one face as positions in vertices(), counterclockwise seen from outside.
     [[nodiscard]] std::span<const std::uint32_t> face(std::size_t i) const noexcept
@@ -136,10 +136,10 @@ class JOSTLE_API Mesh
 /// Shape    columns x rows heights, row by row; height [row * columns + column] stands at
 ///          x = column * spacing_x, z = row * spacing_z. Each cell is two triangles that share the diagonal
 ///          from its corner of lowest x and z to its opposite.
-/// Valid    at least 2 x 2 finite heights, spacings above 0. What is below the surface is pushed up, down to
-///          `thickness`, at least a cell's width, below the lowest height. Beside the rim and further down
-///          there is nothing: distance() finds none there. time_of_impact alone knows the sides and the
-///          underside.
+/// Valid    at least 2 x 2 finite heights, spacings above 0. The ground reaches from the surface down to
+///          `thickness`, at least a cell's width, below the lowest height: what is in it is pushed up. There
+///          is no ground beside the rim and further down, and no distance() to it. Only time_of_impact knows
+///          the sides and the underside.
 /// Contacts one for each triangle. A body that rolls over the edge between two triangles isn't caught by it;
 ///          on a ridge the contact is that of the nearest triangle.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one
@@ -187,7 +187,7 @@ class JOSTLE_API Compound
     std::shared_ptr<const narrow::CompoundData<Dim>> data_;
 };
 
-/// What a contact's test is chosen by. A user's own shapes have types from `first_custom` on.
+/// The kind of a shape, by which contact tests are chosen. Custom ones have types from `first_custom` on.
 using ShapeType = std::uint16_t;
 
 struct ShapeTypes
@@ -209,8 +209,8 @@ struct ShapeTypes
     static constexpr ShapeType first_custom = 16;
 };
 
-/// A user's own shape. Give `support`, and it is a convex shape that meets every other one; or leave that
-/// and give an own test for each type it can meet (PairTest in contact.hpp).
+/// A user's own shape. Override `support`, and it is a convex shape that can touch every other one. Or have
+/// has_support() return false, and add a test for each type that it can touch (PairTest in contact.hpp).
 ///
 /// Threads  called from several threads at a time; must not throw.
 template <int Dim>
@@ -220,9 +220,9 @@ class JOSTLE_API CustomShape
     virtual ~CustomShape();
     /// The radius of a ball around the local origin that holds the shape.
     [[nodiscard]] virtual double radius() const noexcept = 0;
-    /// A point of the shape that is furthest in `direction` (any length but zero), both in local axes.
+    /// Returns a point of the shape that is furthest in `direction` (not zero, of any length), in local axes.
     [[nodiscard]] virtual Vec<Dim, double> support(const Vec<Dim, double>& direction) const noexcept;
-    /// False for a shape that has only its own tests: pairs without one are no contact.
+    /// Returns false for a shape without a support function: it touches nothing for which it has no test.
     [[nodiscard]] virtual bool has_support() const noexcept { return true; }
 };
 
@@ -255,12 +255,12 @@ class JOSTLE_API Shape
     /// All points within `radius` of the local y axis, from y = -half_length to +half_length.
     [[nodiscard]] static Shape cylinder(double half_length, double radius)
         requires(Dim == 3);
-    /// From a disc of `radius` at y = -half_length to its tip at y = +half_length.
+    /// A cone: its base is a disc of `radius` at y = -half_length, its tip is at y = +half_length.
     [[nodiscard]] static Shape cone(double half_length, double radius)
         requires(Dim == 3);
     /// Half as wide along each axis as `half` says, a ball where all are alike. In 2D an ellipse.
     [[nodiscard]] static Shape ellipsoid(const Vec<Dim, double>& half);
-    /// The points p with normal . p <= offset * |normal|: everything below a plane. It has no end.
+    /// The points p with normal . p <= offset * |normal|: everything below a plane, without end.
     [[nodiscard]] static Shape half_space(const Vec<Dim, double>& normal, double offset);
 
     Shape(const ConvexHull<Dim>& hull) noexcept;
@@ -278,12 +278,12 @@ class JOSTLE_API Shape
     Shape(const CustomShape<Dim>&& custom, ShapeType type) = delete;
 
     [[nodiscard]] ShapeType type() const noexcept { return type_; }
-    /// Of sphere and capsule, and that by which a box or hull is rounded; else 0.
+    /// Returns the radius of a sphere or capsule, or the one by which a box or hull is rounded; else 0.
     [[nodiscard]] double radius() const noexcept { return radius_; }
     /// box: half edges; capsule: {0, half length, 0}; cylinder and cone: {radius, half length, radius};
     /// ellipsoid: half its widths; half-space: unit normal; else zeros.
     [[nodiscard]] const Vec<Dim, double>& size() const noexcept { return size_; }
-    /// Of a half-space; else 0.
+    /// Returns the offset of a half-space; else 0.
     [[nodiscard]] double offset() const noexcept { return type_ == ShapeTypes::half_space ? reach_ : 0; }
     [[nodiscard]] const CustomShape<Dim>* custom() const noexcept
     {
@@ -313,8 +313,8 @@ using CustomShape2 = CustomShape<2>;
 using CustomShape3 = CustomShape<3>;
 
 /// The tightest box around a posed shape, rounded outwards, with `margin` (>= 0) added on every side: what
-/// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's is
-/// infinite, but for the side of its plane where that stands across an axis.
+/// the broad phase wants. Shapes that touch have boxes that overlap. A half-space's box is infinite, except
+/// on the side of its plane if that is perpendicular to an axis.
 ///
 /// Errors   `Error` for a negative margin. The box of an invalid pose has NaN bounds, which every search
 ///          reports.

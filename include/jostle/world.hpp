@@ -129,11 +129,11 @@ struct WorldOptions
     /// take 0.6 of the time. Much more costs time and memory, some 70 bytes for each pair of boxes so near to
     /// each other. Where objects keep going farther, it neither helps nor costs much.
     double slack = 0;
-    /// Takes boxes that are none, NaN or inverted, and displacements that lead to no number, instead of
-    /// throwing an `Error`: for hosts that hand such boxes over now and then. An object with one stays known
-    /// under its id, touches nothing, is found by no question; pairs that it had end, as `moved_apart`. With
-    /// the next good box it is whole again. WorldStats::odd counts them. resize() leaves an odd box as it is.
-    /// Sweeps that don't move are taken as well: they hit, at 0, what their box touches.
+    /// Accepts odd boxes (NaN or inverted, or NaN once displaced) instead of throwing an `Error`, for hosts
+    /// that hand over such boxes now and then. An object with an odd box keeps its id, but touches nothing
+    /// and is found by no question, and its pairs end as `moved_apart`; until it gets a good box again.
+    /// WorldStats::odd counts these objects. resize() leaves an odd box as it is.
+    /// Sweeps that don't move are accepted as well: they hit, at 0, what their box touches.
     bool ignore_odd_boxes = false;
     /// Each pair that touches has a number of its own: see World::began_slots. Costs up to 45 bytes a pair,
     /// and some 80 ns for one that begins or ends, one thread doing it.
@@ -153,7 +153,7 @@ struct WorldStats
     std::uint64_t resting = 0;  ///< of these: kept in the index, cost nothing
     std::uint64_t active = 0;   ///< of these: moved in one of the last updates
     std::uint64_t disabled = 0; ///< of these
-    std::uint64_t odd = 0;      ///< of these: enabled, but their box is none; see ignore_odd_boxes
+    std::uint64_t odd = 0;      ///< of these: enabled, with an odd box; see ignore_odd_boxes
     std::uint64_t refused = 0;  ///< pairs that `accept` has refused and that still touch
 
     std::uint64_t commands = 0;        ///< applied by the last update
@@ -163,7 +163,7 @@ struct WorldStats
     std::uint64_t settled = 0;         ///< active objects that came to rest
     std::uint64_t candidates = 0;      ///< pairs of touching boxes that were found, one of which changed
     std::uint64_t false_positives = 0; ///< of these: kept apart by filters
-    std::uint64_t listed = 0;          ///< objects for which what rests along their way was listed anew
+    std::uint64_t listed = 0;          ///< objects whose list of resting objects on their way was made anew
     std::uint64_t padded = 0;          ///< objects that went farther than the slack, and were searched for
     std::uint64_t began = 0, persisted = 0, ended = 0;
 
@@ -175,7 +175,7 @@ struct WorldStats
     double us_total = 0, us_apply = 0, us_active = 0, us_resting = 0, us_events = 0, us_index = 0;
 };
 
-/// What a world draws of itself.
+/// Which kind of box or line a world draws: see World::draw.
 enum class DrawKind : std::uint8_t
 {
     active,
@@ -197,9 +197,9 @@ enum class DrawKind : std::uint8_t
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
-///           update(), apply(), restore(), clear() and join(), one at a time, or an `Error`; not inside
-///           `accept` either. Nor all of these but join() inside the `accept` of a question or a function
-///           given to draw(), pairs(), closest_pairs() or visit().
+///           update(), apply(), restore(), clear() and join(): one call at a time, and none of them inside
+///           `accept`, or an `Error`. All but join() are one also inside the `accept` of a question and
+///           inside a function given to draw(), pairs(), closest_pairs() or visit().
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -237,22 +237,22 @@ class JOSTLE_API World
     /// Gives the object this box, of whatever size.
     void move(ObjectId id, const Box& box, std::uint32_t sequence = 0);
     void move(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t sequence = 0);
-    /// Gives the object this box, which moves by `displacement` during the coming step: until it is moved
-    /// again, the object touches what lies on its way.
+    /// Gives the object this box, and says that it is about to move by `displacement`. Until its next move()
+    /// the object touches everything that the box meets on its way there.
     void move(ObjectId id, const Box& box, const Vector& displacement, std::uint32_t sequence = 0);
-    /// Does the same as move, and says that the two places needn't be near each other.
+    /// Does the same as move(). It tells readers of the code that the new box may be far from the old one.
     void teleport(ObjectId id, const Box& box, std::uint32_t sequence = 0);
     /// Gives the object's box, as it is when the command takes effect, new edge lengths about the same
     /// centre. A side with an infinite bound stays as it is. So does a displacement.
     void resize(ObjectId id, const Vector& size, std::uint32_t sequence = 0);
-    /// With `accept`, this has it asked again about the object's pairs, also where the filter is the same.
+    /// If there is an `accept`, it is asked again about the object's pairs, even if the filter is the same.
     void set_filter(ObjectId id, const ObjectFilter& filter, std::uint32_t sequence = 0);
     /// Sets the object's own margin, which comes on top of the world's.
     void set_margin(ObjectId id, T margin, std::uint32_t sequence = 0);
     void set_enabled(ObjectId id, bool enabled, std::uint32_t sequence = 0);
-    /// For hosts that have changed their mind about what a pair is to them: in the next update, the pairs of
-    /// this object, or this pair, that touch now and then are in began(), as if they were new, and in no
-    /// other list; `accept` is asked about them again. One that it is against now is in ended().
+    /// For hosts that treat a pair in another way from now on: if this object's pairs, or this pair, still
+    /// touch in the next update, they are in began(), as if they were new, and in no other list. `accept`
+    /// is asked about them again; pairs that it is against now are in ended().
     void report_again(ObjectId id);
     void report_again(ObjectId a, ObjectId b);
 
@@ -279,12 +279,12 @@ class JOSTLE_API World
     /// does what the next one will give, the same as without this call: a pair that begins and ends between
     /// two updates is in no list of theirs. `accept` isn't asked: pairs that it is still to be asked about
     /// count as touching. save() and fork() go by the last update.
-    /// Costs what the commands since the last call do, and the first question behind it about as much as
-    /// moving their objects in a BoxIndex; where several threads, or commands with a sequence, speak of one
-    /// object, as much as all commands since the update. Questions skip one by one what was at rest and has
-    /// moved; closest_pairs() makes an index without them, for each call.
-    /// Whatever fails, this or an update, takes back all that was shown: then the world is as the last update
-    /// left it, and everything is queued still.
+    /// Costs as much as applying the commands since the last call; where several threads, or commands with a
+    /// sequence, name one object, as applying all since the update. The first question after it costs about
+    /// as much as moving their objects in a BoxIndex. Questions skip objects that rested and have moved, one
+    /// by one; closest_pairs() makes an index without them, for each call.
+    /// If this or an update fails, all that was shown is taken back: the world is then as the last update
+    /// left it, and everything is still queued.
     void apply();
 
     // --- The pairs, as of the last update ---
@@ -299,7 +299,7 @@ class JOSTLE_API World
     [[nodiscard]] const PairBuffer& persisted() const noexcept;
     /// began() and persisted() as one list, ascending by index: all pairs that touch and of which at least
     /// one object changed. This is the list for `ContactFinder::find`. The first call after an update copies
-    /// it together, unless no pair began. Valid until the next update.
+    /// both into one buffer, unless no pair began. Valid until the next update.
     [[nodiscard]] const PairBuffer& changed_pairs() const;
     // With `WorldOptions::pair_slots`, a pair has a small number, its slot, from the update in which it
     // begins to the one in which it ends, also while it rests: for arrays of what belongs to pairs, such as
