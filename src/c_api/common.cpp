@@ -68,7 +68,8 @@ InstructionSet instruction_set_of(jostle_instruction_set set)
 {
     if (set == JOSTLE_FASTEST) return supported_instruction_sets().front();
     if (set < JOSTLE_SCALAR || set > JOSTLE_WASM_SIMD)
-        refuse("the instruction set is " + std::to_string(set) + ", which is none");
+        refuse("the instruction set is " + std::to_string(set) +
+               ": it must be JOSTLE_FASTEST or one from JOSTLE_SCALAR to JOSTLE_WASM_SIMD");
     return instruction_sets[set - 1];
 }
 
@@ -392,7 +393,9 @@ jostle_status jostle_pair_checksum(const jostle_blocks* pairs, uint64_t* checksu
     return guarded(error, [&] {
         wanted(checksum, "checksum");
         const jostle_blocks& given = wanted_blocks(pairs, "pairs");
-        if (given.item_size != sizeof(Pair)) refuse("these are no pairs");
+        if (given.item_size != sizeof(Pair))
+            refuse("pairs::item_size is " + std::to_string(given.item_size) +
+                   ": pairs have sizeof(jostle_pair)");
         std::uint64_t sum = 0;
         for (std::uint64_t i = 0; i < given.block_count; ++i)
             sum += pair_checksum(

@@ -139,7 +139,7 @@ std::span<const Pair> read_pairs(const jostle_blocks* pairs, std::vector<Pair>& 
     static_assert(sizeof(Pair) == sizeof(jostle_pair));
     const jostle_blocks& given = wanted_blocks(pairs, "pairs");
     if (given.item_size != sizeof(Pair))
-        refuse("pairs::item_size is " + std::to_string(given.item_size) + ": these are no jostle_pair");
+        refuse("pairs::item_size is " + std::to_string(given.item_size) + ": pairs have sizeof(jostle_pair)");
     const auto span_of = [](const jostle_block& block) {
         return std::span(wanted_array_of<Pair>(block.items, block.count, "pairs"),
                          static_cast<std::size_t>(block.count));

@@ -273,7 +273,7 @@ jostle_status jostle_shape_vertices(const jostle_shape* shape, const double** ve
         wanted(count, "count");
         std::visit(
             [&](const auto& one) {
-                if (one.owned == nullptr || !one.owned->hull) refuse("the shape is no hull");
+                if (one.owned == nullptr || !one.owned->hull) refuse("the shape is not a hull");
                 const auto corners = one.owned->hull->vertices();
                 *vertices = corners.empty() ? nullptr : corners.front().data();
                 *count = corners.size();
@@ -305,7 +305,7 @@ jostle_status jostle_shape_face(const jostle_shape* shape, uint64_t face, const 
         wanted(corners, "corners");
         wanted(count, "count");
         const OneShape<3>& one = shape_of<3>(shape, "shape");
-        if (one.owned == nullptr || !one.owned->hull) refuse("the shape is no hull");
+        if (one.owned == nullptr || !one.owned->hull) refuse("the shape is not a hull");
         if (face >= one.owned->hull->face_count())
             refuse("the hull has " + std::to_string(one.owned->hull->face_count()) +
                    " faces, and none of number " + std::to_string(face));

@@ -88,7 +88,7 @@ class SnapshotReader
     N get()
     {
         using Bits = std::conditional_t<sizeof(N) == 4, std::uint32_t, std::uint64_t>;
-        demand(bytes_.size() - at_ >= sizeof(Bits), "cut short");
+        demand(bytes_.size() - at_ >= sizeof(Bits), "it is cut short");
         Bits bits = 0;
         for (std::size_t k = 0; k < sizeof bits; ++k)
             bits |= static_cast<Bits>(std::to_integer<Bits>(bytes_[at_ + k]) << (8 * k));
@@ -101,7 +101,7 @@ class SnapshotReader
     std::uint64_t get_count(std::size_t size)
     {
         const auto count = get<std::uint64_t>();
-        demand(count <= (bytes_.size() - at_) / size, "a list longer than the snapshot");
+        demand(count <= (bytes_.size() - at_) / size, "a list is longer than the rest of it");
         return count;
     }
     /// One that may be odd.
@@ -157,24 +157,24 @@ template <int Dim, class T>
 std::uint32_t read_header(SnapshotReader& in, std::span<const std::byte> snapshot)
 {
     if (snapshot.size() < snapshot_header)
-        in.refuse(std::to_string(snapshot.size()) + " bytes; even the header takes " +
+        in.refuse("it has " + std::to_string(snapshot.size()) + " bytes; even the header takes " +
                   std::to_string(snapshot_header));
     if (std::memcmp(snapshot.data(), snapshot_name, sizeof snapshot_name) != 0)
-        in.refuse("doesn't begin like one; it is something else, or damaged");
+        in.refuse("it doesn't begin like one: it is something else, or damaged");
     (void)in.get<std::uint64_t>();
     const auto version = in.get<std::uint32_t>(), dim = in.get<std::uint32_t>(),
                coordinate = in.get<std::uint32_t>(), reserved = in.get<std::uint32_t>();
     const auto length = in.get<std::uint64_t>(), sum = in.get<std::uint64_t>();
     const auto reserved_too = in.get<std::uint64_t>();
     if (version == 0 || version > snapshot_version)
-        in.refuse("version " + std::to_string(version) + "; this library reads versions 1 to " +
+        in.refuse("it has version " + std::to_string(version) + "; this library reads versions 1 to " +
                   std::to_string(snapshot_version));
     if (dim != Dim || coordinate != sizeof(T))
-        in.refuse("of a world of " + std::to_string(dim) + " dimensions with coordinates of " +
+        in.refuse("it is of a world of " + std::to_string(dim) + " dimensions with coordinates of " +
                   std::to_string(coordinate) + " bytes; this one has " + std::to_string(Dim) + " and " +
                   std::to_string(sizeof(T)));
     if (length != snapshot.size() - snapshot_header)
-        in.refuse(std::to_string(snapshot.size()) + " bytes, but " +
+        in.refuse("it has " + std::to_string(snapshot.size()) + " bytes, but " +
                   std::to_string(length + snapshot_header) + " were saved");
     std::vector<std::byte> unsealed(snapshot.begin(), snapshot.end());
     std::fill_n(unsealed.begin() + checksum_at, 8, std::byte{0});
@@ -187,7 +187,7 @@ template <class T>
 T read_margin(SnapshotReader& in)
 {
     const T margin = in.get<T>();
-    in.demand(margin >= 0 && margin <= std::numeric_limits<T>::max(), "a wrong margin");
+    in.demand(margin >= 0 && margin <= std::numeric_limits<T>::max(), "a margin is negative or not finite");
     return margin;
 }
 
@@ -205,13 +205,13 @@ void read_object(SnapshotReader& in, State<Dim, T>& state, UserData& user_data, 
     const bool is_odd = object.has(flag::odd);
     in.demand((flags & ~saved::all) == 0 && object.has(flag::alive) && object.place() != Place::none &&
                   object.is_there() == (object.place() != Place::disabled) && (version > 2 || !is_odd),
-              "an object in no proper state");
+              "the state of an object is impossible");
     object.set(flag::shut, is_odd && object.has(flag::enabled));
     object.numbers().category = in.get<std::uint32_t>();
     object.numbers().mask = in.get<std::uint32_t>();
     object.numbers().owner = in.get<std::uint32_t>();
     object.now() = in.template get_box<Dim, T>();
-    in.demand(valid(object.now()) != is_odd, "a box that is none");
+    in.demand(valid(object.now()) != is_odd, "a box is NaN or inverted, or is only said to be");
     state.classes[index] = state.classes.of(object.filter());
     if (!object.has(flag::has_reach)) return;
     state.objects.make_room_for_reach(index);
@@ -221,7 +221,7 @@ void read_object(SnapshotReader& in, State<Dim, T>& state, UserData& user_data, 
         by = in.get<T>();
     reach.margin = read_margin<T>(in);
     in.demand(reach.is_odd() == is_odd && (is_odd || same(reach.bounds(), object.now())),
-              "bounds that don't fit their box");
+              "the bounds of an object don't follow from its box");
 }
 
 /// Returns the generations of all indices.
@@ -230,7 +230,7 @@ std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state
                                         std::uint32_t version)
 {
     const std::uint64_t end = in.get_count(4);
-    in.demand(end <= std::numeric_limits<std::uint32_t>::max(), "too many objects");
+    in.demand(end <= std::numeric_limits<std::uint32_t>::max(), "there are too many objects");
     state.make_room(end);
     std::vector<std::uint32_t> generations(end), resting;
     std::vector<Aabb<Dim, T>> resting_boxes;
@@ -260,7 +260,7 @@ std::vector<IdTable::Free> read_free_ids(SnapshotReader& in, std::span<const std
         each.generation = in.get<std::uint32_t>();
         in.demand(each.index < generations.size() && generations[each.index] == 0 && each.generation != 0 &&
                       !is_free[each.index],
-                  "a free index that isn't");
+                  "an index is listed as free that isn't, or twice");
         is_free[each.index] = true;
     }
     return free;
@@ -324,13 +324,13 @@ void read_active(SnapshotReader& in, State<Dim, T>& state, std::size_t end)
 {
     const std::uint64_t count = in.get_count(8);
     in.demand(count == state.alive - state.disabled - state.odd - state.resting.size(),
-              "a wrong list of active objects");
+              "the list of active objects doesn't fit the objects");
     std::vector<typename State<Dim, T>::Active> parked;
     std::uint64_t least = 0;
     for (std::uint64_t k = 0; k < count; ++k) {
         const auto index = in.get<std::uint32_t>(), idle = in.get<std::uint32_t>();
         in.demand(least <= index && index < end && state.objects[Index{index}].place() == Place::active,
-                  "a wrong list of active objects");
+                  "the list of active objects doesn't fit the objects");
         least = std::uint64_t{index} + 1;
         if (idle < first_turn)
             state.active.push_back({Index{index}, idle});
@@ -356,7 +356,7 @@ void read_refused(SnapshotReader& in, State<Dim, T>& state, std::span<const std:
         const auto key = in.get<std::uint64_t>();
         const std::uint64_t a = key >> 32, b = key & 0xffffffffu;
         in.demand(a < b && b < generations.size() && generations[a] != 0 && generations[b] != 0,
-                  "a refused pair of nobody");
+                  "a refused pair names an object that isn't there");
         state.refused.insert(key);
     }
 }
@@ -369,7 +369,7 @@ std::vector<Key> read_slots(SnapshotReader& in, std::span<const std::uint32_t> g
         const Pair pair = pair_of(key);
         in.demand(key == no_key || (pair.a < pair.b && pair.b < generations.size() &&
                                     generations[pair.a] != 0 && generations[pair.b] != 0),
-                  "the slot of a pair of nobody");
+                  "a pair with a slot names an object that isn't there");
     }
     return keys;
 }
@@ -478,7 +478,8 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     // From here on whoever made it knew the checksum. Still nothing is believed that could do harm.
     WorldOptions options = implementation_->state.options;
     options.margin = double{world::read_margin<T>(in)};
-    if constexpr (sizeof(T) == 4) in.demand(in.get<std::uint32_t>() == 0, "a wrong margin");
+    if constexpr (sizeof(T) == 4)
+        in.demand(in.get<std::uint32_t>() == 0, "a margin is negative or not finite");
     fresh = std::make_unique<Implementation>(options);
     world::State<Dim, T>& state = fresh->state;
     (void)in.get<std::uint64_t>(); // how much had changed of late, to the versions before 0.2
@@ -490,14 +491,14 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     std::vector<world::Key> slots;
     if (version > 1) {
         const auto said = in.get<std::uint32_t>();
-        in.demand(said <= 1, "slots or none");
+        in.demand(said <= 1, "it says neither that there are slots nor that there are none");
         has_slots = said == 1;
         slots = world::read_slots(in, generations);
-        in.demand(has_slots || slots.empty(), "slots that there aren't");
+        in.demand(has_slots || slots.empty(), "there are slots, and it says that there are none");
     }
-    in.demand(in.at() == snapshot.size(), "more than a snapshot holds");
+    in.demand(in.at() == snapshot.size(), "more bytes follow its end");
     if (fresh->pair_slots && has_slots)
-        in.demand(fresh->pair_slots->restore(slots), "a pair with two slots");
+        in.demand(fresh->pair_slots->restore(slots), "a pair has two slots");
     else if (fresh->pair_slots)
         fresh->pair_slots->assign(world::all_pairs(state));
     fresh->recall_pairs();

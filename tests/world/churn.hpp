@@ -71,7 +71,8 @@ class Churn
     std::uint64_t questions_until_refusal = never; ///< that `accept` answers before it throws
     std::uint64_t asked = 0; ///< how often `accept` was, by the last update of the world
     std::uint64_t operations = 0;
-    std::uint64_t began = 0, persisted = 0, ended[4] = {};
+    static constexpr std::size_t end_reason_count = std::size_t{1} + static_cast<int>(EndReason::filtered);
+    std::uint64_t began = 0, persisted = 0, ended[end_reason_count] = {}; ///< ended: by reason
 
     Churn(std::uint64_t seed, double space, bool callback, jostle::WorldOptions with = {})
         : options(with), random(seed), extent(space)
@@ -274,7 +275,10 @@ class Churn
         began += twin.began.size();
         persisted += twin.persisted.size();
         for (const EndedPair& pair : twin.ended)
-            ++ended[static_cast<std::size_t>(pair.reason)];
+            if (const auto reason = static_cast<std::size_t>(pair.reason); reason < end_reason_count)
+                ++ended[reason];
+            else
+                return testing::AssertionFailure() << "end_reason_count lacks a reason, number " << reason;
         if (asked != twin.asked)
             return testing::AssertionFailure()
                    << "accept was asked " << asked << " times, by the twin " << twin.asked;
