@@ -80,6 +80,51 @@ TEST(ContactFinder, NamesTheBadObjectOfTheFirstBadPair)
     refuses([](Pose3f& pose) { pose.rotation = {0, 0, 0, 0}; }, "rotation 0 0 0 0", "object 3 is not");
 }
 
+/// By its place among all pairs, however many pieces of memory they are in; and the object that isn't there.
+TEST(ContactFinder, NamesThePairWhoseObjectIsMissing)
+{
+    Random random(5);
+    const std::size_t count = 20'000;
+    std::vector<Aabb3f> boxes;
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto at = [&](double to) { return static_cast<float>(random.uniform(0, to)); };
+        const float x = static_cast<float>(i) * 0.01f, y = at(2), z = at(2);
+        boxes.push_back({{x, y, z}, {x + 1, y + 1, z + 1}});
+    }
+    const PairBuffer pairs = find_pairs(boxes);
+    const std::vector<Pair> all = pairs.to_vector();
+    ASSERT_GT(all.size(), 100'000u);
+    ContactFinder3f finder;
+    std::vector<std::uint8_t> touch(all.size());
+    std::size_t latest = 0;
+    for (const std::size_t there : {count - 1, count - 500, count / 2, std::size_t{1}}) {
+        const std::vector<Shape3> shapes(there, Shape3::sphere(0.1));
+        const std::vector<Pose3f> poses(there);
+        const auto bad = std::find_if(all.begin(), all.end(),
+                                      [&](const Pair& pair) { return pair.a >= there || pair.b >= there; });
+        ASSERT_NE(bad, all.end());
+        const auto number = static_cast<std::size_t>(bad - all.begin());
+        latest = std::max(latest, number);
+        const std::string name =
+            "pair " + std::to_string(number) + " names objects " + std::to_string(bad->a);
+        const Error errors[] = {error_of([&] { finder.find(shapes, poses, pairs); }),
+                                error_of([&] { finder.touching(shapes, poses, pairs, touch); })};
+        for (const Error& error : errors) {
+            EXPECT_EQ(std::string(error.what()).find(name), 0u) << error.what() << ", expected " << name;
+            EXPECT_EQ(error.index(), bad->a >= there ? bad->a : bad->b);
+        }
+    }
+    EXPECT_GT(latest, 50'000u);
+    const std::vector<Shape3> two(2);
+    const std::vector<Pose3f> poses(2);
+    const auto index = [&](Pair pair) {
+        return error_of([&] { finder.find(two, poses, std::vector<Pair>{{0, 1}, pair}); }).index();
+    };
+    EXPECT_EQ(index({7, 1}), 7u);
+    EXPECT_EQ(index({1, 8}), 8u);
+    EXPECT_EQ(index({9, 8}), 9u);
+}
+
 TEST(ContactFinder, TakesEveryPoseThatIsOne)
 {
     const Shape3 ball = Shape3::sphere(1);
@@ -273,6 +318,10 @@ TEST(ContactFinder, GivesItsResultAwayForTheOneBefore)
             for (std::uint32_t i = 0; i < contact.count; ++i)
                 for (std::uint32_t k = 0; k < old->count; ++k)
                     matched += contact.point[i].feature == old->point[k].feature ? 1 : 0;
+        }
+        if (frame == 3 || frame == 7) { // nothing is left of what was taken, nor of what was given
+            finder.take(last);
+            EXPECT_TRUE(last.empty());
         }
         std::swap(now, last);
     }

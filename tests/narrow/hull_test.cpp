@@ -343,6 +343,38 @@ TEST(APolygon, OfAnyPointsHoldsThemAll)
         EXPECT_GT(times, 2000);
 }
 
+/// Exactly on a line, but so far apart that their differences are rounded: what doubles take for a triangle.
+TEST(AHull, OfPointsExactlyOnALineHasTwoCorners)
+{
+    Random random(14);
+    int deceiving = 0;
+    for (int round = 0; round < 2000; ++round) {
+        double along[3];
+        for (double& x : along)
+            x = 1 + random.below(15);
+        std::vector<Vec<3, double>> points;
+        for (int i = 0; i < 6; ++i) {
+            // Few bits, so that each coordinate is exact.
+            const double t = std::ldexp(1 + random.below(15), static_cast<int>(random.below(56)));
+            points.push_back({along[0] * t, along[1] * t, along[2] * t});
+        }
+        const auto order = std::minmax_element(points.begin(), points.end());
+        const Vec<3, double> lowest = *order.first, highest = *order.second;
+        for (const auto& p : points) {
+            double u[3], v[3];
+            for (std::size_t d = 0; d < 3; ++d)
+                u[d] = p[d] - lowest[d], v[d] = highest[d] - lowest[d];
+            deceiving += u[0] * v[1] != u[1] * v[0] || u[1] * v[2] != u[2] * v[1] ? 1 : 0;
+        }
+        const ConvexHull<3> hull(points);
+        ASSERT_EQ(hull.face_count(), 0u) << round;
+        ASSERT_EQ(hull.vertices().size(), lowest == highest ? 1u : 2u) << round;
+        for (const auto& v : hull.vertices())
+            ASSERT_TRUE(v == lowest || v == highest) << round;
+    }
+    EXPECT_GT(deceiving, 500);
+}
+
 TEST(AHull, OfABoxesBordersIsTheBox)
 {
     Random random(seed(5));

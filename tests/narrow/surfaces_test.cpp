@@ -62,6 +62,41 @@ TEST(AFloor, CatchesNothingOnItsInnerSidesWhereItIsLevel)
             }
 }
 
+/// A mesh has two sides and no inside: a body is pushed out as it would be if the triangles ran the other way.
+TEST(AMesh, PushesTheSameWhicheverWayItsTrianglesRun)
+{
+    Random random(12);
+    int from_behind = 0, pieces = 0;
+    for (const double bumps : {0.0, 0.05, 0.4, 2.0}) {
+        const Terrain terrain(9, 9, bumps);
+        auto reversed = terrain.triangles;
+        for (auto& triangle : reversed)
+            std::swap(triangle[1], triangle[2]);
+        const Mesh<3> one(terrain.vertices, terrain.triangles), other(terrain.vertices, reversed);
+        for (const Shape3& shape : movers())
+            for (int round = 0; round < 150; ++round) {
+                Pose3d pose; // nowhere as deep from one side as from the other, where either way out would do
+                pose.rotation = random.rotation<double>();
+                pose.position = {random.uniform(3, 5), random.uniform(-0.7, 0.7), random.uniform(3, 5)};
+                for (const double margin : {0.0, 0.2}) {
+                    const auto found = contacts(Shape3(one), Pose3d{}, shape, pose, margin);
+                    const auto again = contacts(Shape3(other), Pose3d{}, shape, pose, margin);
+                    ASSERT_EQ(found.size(), again.size()) << bumps << ", round " << round;
+                    for (std::size_t i = 0; i < found.size(); ++i) {
+                        ASSERT_EQ(found[i].part_a, again[i].part_a);
+                        for (std::size_t d = 0; d < 3; ++d)
+                            ASSERT_NEAR(found[i].normal[d], again[i].normal[d], 1e-7);
+                        ASSERT_NEAR(found[i].point[0].depth, again[i].point[0].depth, 1e-7);
+                        from_behind += found[i].normal[1] < -0.5 ? 1 : 0;
+                        pieces += found[i].count > 1 ? 1 : 0;
+                    }
+                }
+            }
+    }
+    EXPECT_GT(from_behind, 300);
+    EXPECT_GT(pieces, 300);
+}
+
 // Where a surface bends by less than a degree, a triangle leaves what touches its sides to its neighbour;
 // where it bends upwards, neither has it over itself.
 TEST(ASurface, HoldsWhatTouchesItHoweverGentlyItBends)
@@ -176,6 +211,37 @@ TEST(AHeightField, IsItsTrianglesFromAboveAndPushesUpFromBelow)
             for (const auto& contact : sunk)
                 ASSERT_GT(contact.normal[1], 0) << round;
         }
+}
+
+/// However steep it is: over it, beside its rim, among its peaks and below.
+TEST(AHeightField, PushesNothingDown)
+{
+    Random random(13);
+    int found_any = 0, steep = 0;
+    for (const double bumps : {0.3, 3.0, 10.0}) {
+        const Terrain terrain(6, 5, bumps);
+        const HeightField field(HeightGrid<double>{terrain.heights, 6, 5, 1, 1});
+        for (const Shape3& shape : movers())
+            for (int round = 0; round < 1500; ++round) {
+                Pose3d pose;
+                pose.rotation = random.rotation<double>();
+                pose.position = {random.uniform(-0.6, 5.6), random.uniform(-bumps, bumps),
+                                 random.uniform(-0.6, 4.6)};
+                if (random.chance(0.5)) { // beside a rim, near its own height
+                    const std::uint32_t z = random.below(5);
+                    pose.position = {random.uniform(-0.4, 0), 0, z + random.uniform(-0.1, 0.1)};
+                    pose.position[1] = terrain.heights[std::size_t{6} * z] + random.uniform(-0.5, 0.3);
+                }
+                for (const double margin : {0.0, 0.3})
+                    for (const auto& contact : contacts(Shape3(field), Pose3d{}, shape, pose, margin)) {
+                        ASSERT_GT(contact.normal[1], 0) << "bumps of " << bumps << ", round " << round;
+                        ++found_any;
+                        steep += contact.normal[1] < 0.3 ? 1 : 0;
+                    }
+            }
+    }
+    EXPECT_GT(found_any, 1000);
+    EXPECT_GT(steep, 300);
 }
 
 TEST(AHeightField, TouchesAHalfSpaceThatOneOfItsHeightsIsIn)

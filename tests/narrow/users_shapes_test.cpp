@@ -86,6 +86,37 @@ TEST(AUsersTest, ReplacesTheLibrarys)
     EXPECT_EQ(found[0].point[0].from_b, found[1].point[0].from_a);
 }
 
+/// Of several tests for two types, in whatever order they name them, the last one that was added; and what touches
+/// is told by its depths alone.
+TEST(AUsersTest, TheLastOneThatWasAddedCounts)
+{
+    const Ball ball(0.5);
+    const std::vector<Shape3> shapes = {Shape3(ball, 20), Shape3::box({1, 1, 1})};
+    const std::vector<Pose3f> poses(2);
+    const std::vector<Pair> pairs = {{0, 1}};
+    double depths[] = {-0.25, 0.5, -0.125, 0};
+    ContactFinder3f finder;
+    for (std::size_t i = 0; i < 4; ++i) {
+        const bool exchanged = i % 2 != 0;
+        finder.add_test({exchanged ? ShapeType{20} : ShapeTypes::box,
+                         exchanged ? ShapeTypes::box : ShapeType{20},
+                         [](void* depth, const PairTestInput<3>&, PairTest<3>::Emit emit) {
+                             Contact<3, double> contact{};
+                             contact.normal = {0, 1, 0};
+                             contact.count = 1;
+                             contact.point[0].depth = *static_cast<const double*>(depth);
+                             emit(contact);
+                         },
+                         &depths[i]});
+        const auto found = finder.find(shapes, poses, pairs).to_vector();
+        ASSERT_EQ(found.size(), 1u);
+        EXPECT_EQ(found[0].point[0].depth, static_cast<float>(depths[i]));
+        std::uint8_t touch[] = {7};
+        finder.touching(shapes, poses, pairs, touch);
+        EXPECT_EQ(touch[0], depths[i] >= 0 ? 1 : 0) << depths[i];
+    }
+}
+
 /// A finder called while it works: from its own callback, and from another thread meanwhile.
 TEST(Custom, AFinderInUseRefusesAnotherCall)
 {

@@ -202,6 +202,52 @@ TEST(World, QuestionsInsideTheCallbackAreAboutTheLastUpdate)
     EXPECT_EQ(began(world), (Began{{a, b}}));
 }
 
+/// Asked so often by a mask that the few which it leaves get an index of their own, in the middle of the update.
+TEST(World, QuestionsByMasksInsideTheCallbackAreAboutTheLastUpdate)
+{
+    World3f* me = nullptr;
+    bool angry = true;
+    int asked = 0;
+    const jostle::ObjectQueryFilter few{.mask = 2};
+    const auto ask = [&](std::uint64_t at_0, std::uint64_t at_5) {
+        for (int i = 0; i < 50; ++i) {
+            EXPECT_EQ(me->count(cube(0), few), at_0) << i;
+            EXPECT_EQ(me->count(cube(5), few), at_5) << i;
+            ++asked;
+        }
+    };
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId, ObjectId) {
+        ask(1, 1);
+        if (angry) throw std::runtime_error("no");
+        return true;
+    };
+    World3f world(options);
+    me = &world;
+    for (int i = 0; i < 2000; ++i)
+        world.add(cube(10 + 2 * static_cast<float>(i)));
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(5));
+    jostle::ObjectFilter rare;
+    rare.category = 2;
+    world.set_filter(a, rare);
+    world.set_filter(b, rare);
+    while (world.stats().resting < 2002)
+        world.update();
+    for (int round = 0; round < 2; ++round) {
+        world.move(a, cube(5));
+        EXPECT_THROW(world.update(), std::runtime_error);
+        ask(1, 1); // and after it has failed
+        world.move(a, cube(0));
+        world.update();
+        ask(1, 1);
+    }
+    angry = false;
+    world.move(a, cube(5));
+    world.update();
+    ask(0, 2);
+    EXPECT_EQ(asked, 8 * 50);
+}
+
 TEST(World, CommandsInsideTheCallbackAreForTheNextUpdate)
 {
     World3f* me = nullptr;

@@ -113,6 +113,51 @@ std::vector<jostle::Aabb3f> side_by_side(std::size_t count, std::size_t width)
     return boxes;
 }
 
+/// Who hasn't changed for three updates comes to rest, a new object with its second; of many no more at once than
+/// have changed, or 128.
+TEST(Parked, WhoStaysForLongEnoughComesToRest)
+{
+    Random random(17);
+    for (const std::size_t objects : {std::size_t{1}, std::size_t{2}, std::size_t{40}, std::size_t{900}}) {
+        jostle::World3f world;
+        std::vector<ObjectId> ids(objects);
+        std::vector<jostle::Aabb3f> boxes = side_by_side(objects, 30);
+        world.add(boxes, ids);
+        world.update();
+        std::vector<int> idle(objects, 2); // 3: it rests, or would as soon as there is room
+        std::uint64_t resting = 0, settled = 0;
+        for (int update = 0; update < 600; ++update) {
+            SCOPED_TRACE(testing::Message() << objects << " objects, update " << update);
+            const std::uint32_t kind = random.below(8); // all move, some do, none does
+            std::uint64_t changed = 0, due = 0;
+            for (std::size_t i = 0; i < objects; ++i) {
+                const bool moves = kind < 2 || (kind < 5 && random.below(3) == 0);
+                if (moves) {
+                    boxes[i].lo[2] += 0.125f, boxes[i].hi[2] += 0.125f;
+                    world.move(ids[i], boxes[i]);
+                    ++changed;
+                }
+                idle[i] = moves ? 0 : std::min(idle[i] + 1, 3);
+                due += idle[i] == 3 ? 1 : 0;
+            }
+            world.update();
+            const jostle::WorldStats& stats = world.stats();
+            const std::uint64_t most = std::max<std::uint64_t>(128, changed);
+            ASSERT_EQ(stats.changed, changed);
+            ASSERT_LE(stats.settled, most);
+            ASSERT_LE(stats.resting, due);
+            if (objects <= 128 || stats.settled < most) { // there was room for all
+                ASSERT_EQ(stats.resting, due);
+            }
+            ASSERT_EQ(stats.resting + stats.active, objects);
+            settled += stats.settled;
+            resting += stats.resting;
+        }
+        EXPECT_GT(settled, 30u);
+        EXPECT_GT(resting, 60u);
+    }
+}
+
 TEST(Parked, NoSmallUpdatePaysForABigOne)
 {
     constexpr std::size_t objects = 12'000;

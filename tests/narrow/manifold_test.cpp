@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+// Every point of a contact, not only the deepest: where it lies, and what its features say.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "narrow/convex3.hpp"
+#include "narrow/pair.hpp"
+#include "tests/narrow/random_pairs.hpp"
+
+using namespace jostle;
+using narrow::Vec3;
+
+namespace {
+
+/// How many features were looked at.
+struct Seen
+{
+    int vertices = 0, faces = 0, edges = 0;
+};
+
+bool is_edge(std::uint16_t feature)
+{
+    return (feature & 0xc000) == narrow::edge_feature;
+}
+bool is_face(std::uint16_t feature)
+{
+    return (feature & 0xc000) == narrow::face_feature;
+}
+
+/// A vertex or a face that meets another shape at `end`, which lies on its surface: the end lies there. Edges are
+/// numbered in several ways and only counted.
+void see_feature(const narrow::Core3& core, std::uint16_t feature, const Vec3& end, const Vec3& outwards,
+                 double near, Seen& seen)
+{
+    const std::uint32_t number = feature & 0x3fffu;
+    const Vec3 on_core = end - outwards * core.radius;
+    if ((feature & 0xc000) == narrow::vertex_feature) {
+        ASSERT_LT(number, core.polytope.vertices);
+        ASSERT_LE(length(core.frame * core.polytope.vertex(number) - on_core), near) << "vertex " << number;
+        ++seen.vertices;
+    } else if ((feature & 0xc000) == narrow::face_feature) {
+        ASSERT_LT(number, core.polytope.faces);
+        const Vec3 local = core.frame.r.back(on_core - core.frame.p), normal = core.polytope.normal(number);
+        double top = -HUGE_VAL;
+        for (std::uint32_t i = 0; i < core.polytope.vertices; ++i)
+            top = std::max(top, dot(normal, core.polytope.vertex(i)));
+        ASSERT_NEAR(dot(normal, local), top, near) << "face " << number;
+        ++seen.faces;
+    } else {
+        ++seen.edges;
+    }
+}
+
+/// Spheres, capsules, boxes and hulls, sharp and rounded: nearly flat on each other as often as not.
+TEST(Manifold, HasItsPointsWhereItsFeaturesAre)
+{
+    Random random(21);
+    Seen seen;
+    int several = 0;
+    for (int round = 0; round < 20'000; ++round) {
+        SCOPED_TRACE(round);
+        std::vector<std::unique_ptr<ConvexHull<3>>> hulls;
+        const auto shape = [&]() -> Shape3 {
+            const Vec<3, double> half{random.uniform(0.2, 1), random.uniform(0.2, 1), random.uniform(0.2, 1)};
+            const std::uint32_t kind = random.below(6);
+            if (kind == 0) return Shape3::capsule(half[0], half[1]);
+            if (kind <= 2) return Shape3::box(half);
+            if (kind == 3) return Shape3::rounded_box(half, 0.1);
+            std::vector<Vec<3, double>> points(4 + random.below(20));
+            for (auto& p : points)
+                for (double& x : p)
+                    x = random.uniform(-1, 1);
+            hulls.push_back(std::make_unique<ConvexHull<3>>(points));
+            return kind == 4 ? Shape3(*hulls.back()) : Shape3::rounded_hull(*hulls.back(), 0.1);
+        };
+        const Shape3 a = shape(), b = shape();
+        const Pose3d pose_a;
+        Pose3d pose_b = random.pose<double>(1.5);
+        if (random.chance(0.5)) { // turned by little
+            const double tilt = std::pow(10, random.uniform(-6, -1));
+            pose_b.rotation = {random.uniform(-tilt, tilt), random.uniform(-tilt, tilt),
+                               random.uniform(-tilt, tilt), 1};
+        }
+        const double margin = random.chance(0.3) ? 0.2 : 0;
+        narrow::Placed<3> pair = narrow::place(a, pose_a, b, pose_b);
+        narrow::arrange(pair);
+        narrow::Gap<3> gap;
+        narrow::find_gap(pair, HUGE_VAL, gap);
+        if (gap.distance < -0.3) { // near enough to the surface that a contact is what a solver sees
+            pair.d += gap.normal * (-gap.distance - random.uniform(0, 0.2));
+            narrow::find_gap(pair, HUGE_VAL, gap);
+        }
+        narrow::FoundList<3> found;
+        narrow::find_contacts(pair, margin, found);
+        if (std::abs(gap.distance - margin) < 1e-9) continue;
+        ASSERT_EQ(found.size(), gap.distance <= margin ? 1u : 0u);
+        if (found.empty()) continue;
+        const narrow::Manifold<3>& m = found[0].manifold;
+        const narrow::Core3 core_a(*pair.a, {pair.ra, {}}), core_b(*pair.b, {pair.rb, pair.d});
+        several += m.count > 1 ? 1 : 0;
+        for (std::uint32_t i = 0; i < m.count; ++i) {
+            SCOPED_TRACE(testing::Message()
+                         << "point " << i << " of " << m.count << ", types " << pair.a->type() << " and "
+                         << pair.b->type() << ", features " << std::hex << m.point[i].feature_a << " and "
+                         << m.point[i].feature_b);
+            const Vec3 end_a = m.point[i].p + m.normal * (0.5 * m.point[i].depth),
+                       end_b = m.point[i].p - m.normal * (0.5 * m.point[i].depth);
+            // Edges side by side that are apart sideways, too, have their points in the middle.
+            if (is_edge(m.point[i].feature_a) || is_edge(m.point[i].feature_b)) {
+                ++seen.edges;
+                if (i != 0 || !is_edge(m.point[i].feature_a) || !is_edge(m.point[i].feature_b)) continue;
+            }
+            // Neither end is outside of its shape.
+            const Shape3 point;
+            for (const bool of_a : {true, false}) {
+                narrow::Gap<3> to;
+                narrow::convex_gap(of_a ? core_a : core_b, narrow::Core3(point, {{}, of_a ? end_a : end_b}),
+                                   HUGE_VAL, to);
+                ASSERT_LE(to.distance, 1e-6) << (of_a ? "a's end" : "b's end");
+            }
+            // Where the features share no point it is the nearest one, anywhere on them.
+            if (m.count == 1 || (is_face(m.point[i].feature_a) && is_face(m.point[i].feature_b))) continue;
+            see_feature(core_a, m.point[i].feature_a, end_a, m.normal, 1e-6, seen);
+            see_feature(core_b, m.point[i].feature_b, end_b, -m.normal, 1e-6, seen);
+            if (testing::Test::HasFatalFailure()) return;
+        }
+    }
+    EXPECT_GT(several, 3000);
+    EXPECT_GT(seen.vertices, 3000);
+    EXPECT_GT(seen.faces, 3000);
+    EXPECT_GT(seen.edges, 1000);
+}
+
+} // namespace
