@@ -185,6 +185,33 @@ TEST(Scenes, EachEqualsFindOfItsBoxesOnAnyExecutor)
     });
 }
 
+/// Tasks claim scenes by where they begin among the boxes: at any place, none is left out and none is taken twice.
+TEST(Scenes, WhereverOneBeginsItIsSearched)
+{
+    const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(3);
+    jostle::FinderOptions options;
+    options.executor = threads.get();
+    jostle::PairFinder finder(options);
+    const Boxes<2, float> chain = [] {
+        Boxes<2, float> boxes;
+        for (int i = 0; i < 20'000; ++i) // each touches the next one
+            boxes.push_back({{static_cast<float>(i), 0}, {static_cast<float>(i + 1), 1}});
+        return boxes;
+    }();
+    for (std::uint64_t shift = 0; shift < 6; ++shift)
+        for (const std::uint64_t length : {1022u, 1024u, 2044u, 2048u, 4096u}) {
+            std::vector<std::uint64_t> offsets{0};
+            for (std::uint64_t at = length + 2 - shift; at < chain.size(); at += length)
+                offsets.push_back(at);
+            offsets.push_back(chain.size());
+            const jostle::ScenePairs& found = finder.find_scenes(chain, offsets);
+            ASSERT_EQ(found.scenes(), offsets.size() - 1);
+            for (std::size_t k = 0; k + 1 < offsets.size(); ++k)
+                ASSERT_EQ(found[k].size(), offsets[k + 1] - offsets[k] - 1)
+                    << "scene " << k << ", from box " << offsets[k];
+        }
+}
+
 TEST(Scenes, WrongOffsetsAndBoxesAreNamed)
 {
     Scenes<3, float> scenes;

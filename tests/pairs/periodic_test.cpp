@@ -200,6 +200,30 @@ TEST(Periodic, FindsWhatTheDefinitionSays)
     });
 }
 
+/// An image that ends below the lowest box by less than a rounding reaches up to it.
+TEST(Periodic, FindsWhatIsRoundedUpToTheLowestBox)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        PeriodicImages<Dim, T> images;
+        for (int axis = 0; axis < Dim; ++axis)
+            for (const T end : {T(1), std::nextafter(T(1), T(0)), T(0.9375)}) {
+                Boxes<Dim, T> boxes(2);
+                for (int d = 0; d < Dim; ++d)
+                    boxes[0].lo[d] = boxes[1].lo[d] = 0, boxes[0].hi[d] = boxes[1].hi[d] = 1;
+                boxes[0].lo[axis] = -1000, boxes[0].hi[axis] = -999;
+                boxes[1].lo[axis] = T(0.5), boxes[1].hi[axis] = end;
+                Vec<Dim, T> period{};
+                period[axis] = 1001;
+                images.build(boxes, period);
+                const auto expected = by_definition(boxes, period, [](auto, auto) { return true; });
+                ASSERT_EQ(found(images), expected) << contract::kind_name<Dim, T>() << ", axis " << axis;
+                ASSERT_EQ(expected.size(), end > T(0.95) ? 1u : 0u);
+            }
+    });
+}
+
 TEST(Periodic, PassesFiltersOn)
 {
     for_each_kind([](auto kind) {

@@ -2,6 +2,7 @@
 #include "scenes/recording.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -344,6 +345,28 @@ TEST(Recorder, SaysWhatCantBeWritten)
     EXPECT_FALSE(full_at_once.frame(std::vector<Aabb3f>(1)));
     EXPECT_FALSE(full_at_once.close());
     EXPECT_EQ(full_at_once.frames(), 0u);
+
+    // A disk that fills up and has room again: what couldn't be written is missing, and nothing comes after it.
+    const TemporaryFile short_file("-short");
+    {
+        jostle::Recorder<3, float> stopped(short_file.path().string());
+        EXPECT_TRUE(stopped.frame(std::vector<Aabb3f>(10)));
+        rlimit before{};
+        ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+        const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+        rlimit small = before;
+        small.rlim_cur = 2000;
+        ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+        const bool written = stopped.frame(std::vector<Aabb3f>(1000));
+        ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+        std::signal(SIGXFSZ, handler);
+        EXPECT_FALSE(written);
+        EXPECT_EQ(stopped.frames(), 1u);
+        EXPECT_NE(stopped.problem().find("can't be written"), std::string::npos);
+        EXPECT_FALSE(stopped.frame(std::vector<Aabb3f>(1)));
+        EXPECT_EQ(stopped.frames(), 1u);
+        EXPECT_FALSE(stopped.close());
+    }
 
     const TemporaryFile file;
     jostle::Recorder<3, float> closed(file.path().string());

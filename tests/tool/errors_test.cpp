@@ -134,6 +134,10 @@ TEST_F(Errors, CsvIds)
     expect_error(
         {"pairs", "b.csv", "-o", "out.npy"},
         "out.npy: id \"007\" isn't a whole number up to 4294967295, as .npy needs; write .csv or .jsonl");
+    write("b.csv", "id,lo_x,lo_y,hi_x,hi_y\n7,0,0,1,1\n8x,0,0,1,1\n");
+    expect_error(
+        {"pairs", "b.csv", "-o", "out.npy"},
+        "out.npy: id \"8x\" isn't a whole number up to 4294967295, as .npy needs; write .csv or .jsonl");
 }
 
 TEST_F(Errors, Npy)
@@ -208,6 +212,15 @@ TEST_F(Errors, Meshes)
                       "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
                       "0 0 0\n1 0 0\nnan 1 0\n0 1 0\n3 0 1 3\n3 0 2 3\n",
                       "m.ply: triangle 1 has a corner that isn't finite; mend or drop the triangle");
+    // By its number among those of all parts: a node that is scaled twice, by more than floats hold.
+    expect_file_error("m.gltf",
+                      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],
+"nodes":[{"mesh":0},{"scale":[1e30,1e30,1e30],"children":[2]},{"mesh":0,"scale":[1e30,1e30,1e30]}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})",
+                      "m.gltf: triangle 1 has a corner that isn't finite; mend or drop the triangle");
 }
 
 TEST_F(Errors, Recordings)

@@ -164,6 +164,43 @@ TYPED_TEST(EveryBoxType, HasThePairsOfTheDefinitionFromEveryFormat)
                 }
 }
 
+/// Arrays longer than what is read at once.
+TEST_F(Pairs, LongArraysAreReadWhole)
+{
+    std::vector<jostle::Aabb2f> boxes;
+    std::vector<Pair> pairs;
+    for (std::uint32_t i = 0; i < 300'000; ++i) {
+        const bool meets_the_next = i % 1000 == 999 && i + 1 < 300'000;
+        const float x = 2 * static_cast<float>(i);
+        boxes.push_back({{x, 0}, {x + (meets_the_next ? 2 : 1), 1}});
+        if (meets_the_next) pairs.push_back({i, i + 1});
+    }
+    for (const bool fortran : {false, true})
+        for (const bool nested : {false, true})
+            for (const char* order : {"<f4", ">f4"}) {
+                SCOPED_TRACE(std::string(fortran ? "F" : "C") + (nested ? " nested " : " flat ") + order);
+                write("long.npy", npy(npy_values(boxes, fortran, nested), order, fortran,
+                                      nested ? "(300000, 2, 2)" : "(300000, 4)"));
+                const Result result = run({"pairs", "long.npy"});
+                EXPECT_EQ(result.err, "");
+                EXPECT_TRUE(result.out == pairs_csv(pairs));
+            }
+}
+
+/// Brute force shares out blocks of boxes: the last of which may have a single one.
+TEST_F(Pairs, OfAnyNumberOfBoxesNoneIsLeftOut)
+{
+    for (const std::size_t n :
+         {std::size_t{2}, std::size_t{255}, std::size_t{256}, std::size_t{257}, std::size_t{513}}) {
+        std::vector<jostle::Aabb3f> boxes = lattice_boxes<3, float>(n, n);
+        boxes.back() = {{-1000, -1000, -1000}, {1000, 1000, 1000}};
+        const std::vector<Pair> pairs = jostle::find_pairs_brute_force(jostle::BoxView<3, float>(boxes));
+        ASSERT_GE(pairs.size(), n - 1);
+        write("boxes.csv", boxes_csv(boxes));
+        expect_stats("boxes.csv", n, pairs);
+    }
+}
+
 // Float boxes must be compared as floats: made into anything else, or read through text with too few digits,
 // neighbours one ulp apart would touch.
 TYPED_TEST(EveryBoxType, ComparesTheNumbersOfTheFileExactly)
@@ -260,13 +297,15 @@ TEST_F(Pairs, IdsTakeThePlaceOfPositions)
 
     write("names.csv",
           "lo_x,lo_y,hi_x,hi_y,id\n0,0,1,1,\"left, \"\"upper\"\"\"\n1,1,2,2, arm \n2,2,3,3,\"two\nlines\"\n"
-          "3,3,4,4,\" x\"\n4,4,5,5,007\n");
+          "3,3,4,4,\" x\"\n4,4,5,5,007\n5,5,6,6,\"5\"\"\"\n");
     EXPECT_EQ(run({"pairs", "names.csv"}).out,
-              "a,b\n\"left, \"\"upper\"\"\",arm\narm,\"two\nlines\"\n\"two\nlines\",\" x\"\n\" x\",007\n");
+              "a,b\n\"left, \"\"upper\"\"\",arm\narm,\"two\nlines\"\n\"two\nlines\",\" x\"\n\" "
+              "x\",007\n007,\"5\"\"\"\n");
     EXPECT_EQ(run({"pairs", "names.csv", "-o", "out.jsonl"}).err, "");
     EXPECT_EQ(read("out.jsonl"),
               "{\"a\":\"left, \\\"upper\\\"\",\"b\":\"arm\"}\n{\"a\":\"arm\",\"b\":\"two\\nlines\"}\n"
-              "{\"a\":\"two\\nlines\",\"b\":\" x\"}\n{\"a\":\" x\",\"b\":\"007\"}\n");
+              "{\"a\":\"two\\nlines\",\"b\":\" x\"}\n{\"a\":\" "
+              "x\",\"b\":\"007\"}\n{\"a\":\"007\",\"b\":\"5\\\"\"}\n");
     // Numbers in JSON only where all of them come back from any reader as they are, digit by digit.
     const auto lines_of = [&](const std::string& a, const std::string& b) {
         write("two.csv", "id,lo_x,lo_y,hi_x,hi_y\n" + a + ",0,0,1,1\n" + b + ",1,1,2,2\n");
@@ -410,6 +449,24 @@ TEST_F(Pairs, NodesArePlacedInTheirParentsSpace)
         EXPECT_EQ(run({"pairs", "m.gltf"}).out, pairs) << x;
         EXPECT_EQ(run({"pairs", "m.gltf", "--parts"}).out, pairs) << x;
     }
+}
+
+/// A node with several meshes has the boxes of each; a part without triangles has none.
+TEST_F(Pairs, PartsAreWhatHasTriangles)
+{
+    std::string two = gltf("9");
+    const std::string one = R"({"attributes":{"POSITION":0}})";
+    two.insert(two.find(one), one + ",");
+    write("two.gltf", two);
+    for (const char* form : {"--stats", "--parts"}) {
+        const json stats = json::parse(run({"pairs", "two.gltf", "--stats", form}).out);
+        EXPECT_EQ(stats["objects"], 6);
+        EXPECT_EQ(stats["pairs"], 7); // each touches its twin, and the moved ones touch the one above
+    }
+    write("lines.obj", "o lines\nv 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3\no flat\nv 5 0 0\nv 6 0 0\n"
+                       "v 5 1 0\nf 4 5 6\n");
+    EXPECT_EQ(json::parse(run({"pairs", "lines.obj", "--stats", "--parts"}).out)["objects"], 1);
+    EXPECT_EQ(json::parse(run({"pairs", "lines.obj", "--stats"}).out)["objects"], 1);
 }
 
 TEST_F(Pairs, ModelsOfTheAssimpPackage)

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
+#include <memory>
 #include <set>
 #include <string>
 #include <thread>
@@ -119,6 +121,35 @@ TEST(Executor, ThreadsAsAsked)
     EXPECT_GE(default_executor().concurrency(), 1u);
     EXPECT_EQ(&default_executor(), &default_executor());
     EXPECT_EQ(serial_executor().concurrency(), 1u);
+}
+
+/// As many tasks as threads wait for each other, and all but the caller's take a while: no thread is missing, and
+/// run() returns after all of them.
+TEST(Executor, HasAllItsThreadsAndWaitsForThem)
+{
+    for (const std::uint32_t threads : {2u, 3u, 8u}) {
+        const std::unique_ptr<Executor> executor = make_thread_executor(threads);
+        for (int round = 0; round < 3; ++round) {
+            struct State
+            {
+                std::atomic<std::uint32_t> there{0}, missed{0}, done{0};
+            };
+            const auto state = std::make_shared<State>(); // tasks may outlive a run() that doesn't wait
+            const std::thread::id caller = std::this_thread::get_id();
+            executor->run(threads, [state, caller, threads](std::uint32_t) {
+                ++state->there;
+                const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+                while (state->there < threads && std::chrono::steady_clock::now() < end)
+                    std::this_thread::yield();
+                if (state->there < threads) ++state->missed;
+                if (std::this_thread::get_id() != caller)
+                    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+                ++state->done;
+            });
+            ASSERT_EQ(state->done, threads);
+            ASSERT_EQ(state->missed, 0u);
+        }
+    }
 }
 
 /// A host's mistakes: it counts from 1, or forgets the last task, or all.

@@ -8,6 +8,7 @@
 #include "base/block_buffer_access.hpp"
 #include "jostle/error.hpp"
 #include "jostle/find_pairs.hpp"
+#include "tests/contract/counting_memory.hpp"
 
 using namespace jostle;
 
@@ -96,6 +97,24 @@ TEST(PairBuffer, CountsTheMemoryThatItHasAndNotWhatItHad)
     fill(grown, {30'000});
     fill(fresh, {30'000});
     EXPECT_EQ(grown.bytes_reserved(), fresh.bytes_reserved());
+
+    // Chunks that grow give back what they had, and release() all there is.
+    contract::CountingMemory memory;
+    PairBuffer buffer(&memory);
+    jostle::PairBufferAccess access(buffer);
+    for (std::size_t capacity = 1; capacity < 10'000; capacity *= 3)
+        for (std::size_t chunk = 0; chunk < 3; ++chunk) {
+            const auto items = access.chunk(chunk, capacity);
+            ASSERT_GE(items.size(), capacity);
+            ASSERT_LE(memory.bytes, 3 * capacity * sizeof(Pair) + 1000);
+        }
+    access.append(access.chunk(1, 0).first(2));
+    EXPECT_EQ(buffer.size(), 2u);
+    buffer.release();
+    EXPECT_EQ(buffer.size(), 0u);
+    EXPECT_TRUE(buffer.empty());
+    EXPECT_TRUE(buffer.begin() == buffer.end());
+    EXPECT_LT(memory.bytes, 1000u); // the lists of chunks and blocks
 }
 
 TEST(PairBuffer, MovesWithItsMemory)
