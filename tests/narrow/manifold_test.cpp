@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "narrow/convex3.hpp"
-#include "narrow/pair.hpp"
+#include "narrow/convex/convex3.hpp"
+#include "narrow/parts/pair.hpp"
 #include "tests/narrow/random_pairs.hpp"
 
 using namespace jostle;
