@@ -45,8 +45,9 @@ struct PairFinder::Implementation
         const InUse call(in_use, "PairFinder");
         if (order != Order::canonical && order != Order::sorted) {
             result.clear();
-            throw Error(ErrorCode::invalid_argument, "order " + std::to_string(static_cast<int>(order)) +
-                                                         " is none; give Order::canonical or Order::sorted");
+            throw Error(ErrorCode::invalid_argument, "there is no order " +
+                                                         std::to_string(static_cast<int>(order)) +
+                                                         "; give Order::canonical or Order::sorted");
         }
         search(boxes, {}, filter, {}, result);
         const bool ascending = boxes.size() <= engine::few_boxes && boxes.size() <= slice; // as they are

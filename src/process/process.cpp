@@ -146,9 +146,9 @@ void detail::process_rows(std::uint32_t objects, FunctionRef<void(const PairRow&
                           const ProcessOptions& options, Schedule schedule)
 {
     if (schedule != Schedule::dynamic && schedule != Schedule::zigzag && schedule != Schedule::equal_blocks)
-        throw Error(ErrorCode::invalid_argument,
-                    "schedule " + std::to_string(static_cast<int>(schedule)) +
-                        " is none; give Schedule::dynamic, zigzag or equal_blocks");
+        throw Error(ErrorCode::invalid_argument, "there is no schedule " +
+                                                     std::to_string(static_cast<int>(schedule)) +
+                                                     "; give Schedule::dynamic, zigzag or equal_blocks");
     const WorkPlan plan = plan_all_pairs(objects, options);
     const std::uint64_t rows = plan.blocks, tasks = plan.slots;
     // Short rows are claimed several at a time: some thousand claims, if there are enough pairs for it.

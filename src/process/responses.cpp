@@ -49,9 +49,9 @@ const ResponsesOptions& checked(const ResponsesOptions& given)
     check_memory(given.memory);
     if (given.form != ResponseForm::automatic && given.form != ResponseForm::dense &&
         given.form != ResponseForm::sparse)
-        throw Error(ErrorCode::invalid_argument,
-                    "response form " + std::to_string(static_cast<int>(given.form)) +
-                        " is none; give ResponseForm::automatic, dense or sparse");
+        throw Error(ErrorCode::invalid_argument, "there is no response form " +
+                                                     std::to_string(static_cast<int>(given.form)) +
+                                                     "; give ResponseForm::automatic, dense or sparse");
     return given;
 }
 
@@ -326,16 +326,17 @@ bool ResponseStore::next_chunk(List& list) const noexcept
 void ResponseStore::throw_bad_add(Work work, std::uint32_t object) const
 {
     if (open_slots == 0)
-        throw Error(ErrorCode::invalid_argument,
-                    "add before start, after merge, or after a start that failed: call start");
+        throw Error(
+            ErrorCode::invalid_argument,
+            "add() before start(), after merge(), or after a start() that failed; call start() first");
     const auto fail = [](const char* what, std::uint32_t value, std::uint32_t limit, std::uint64_t index,
                          const char* cure) {
         throw Error(ErrorCode::invalid_argument,
-                    std::string("add to ") + what + " " + std::to_string(value) + ", but start was told of " +
-                        std::to_string(limit) + "; " + cure,
+                    std::string("add() to ") + what + " " + std::to_string(value) +
+                        ", but start() was given " + std::to_string(limit) + " " + what + "s; " + cure,
                     index);
     };
-    if (object >= objects) fail("object", object, objects, object, "give start as many as there are");
+    if (object >= objects) fail("object", object, objects, object, "give start() as many as there are");
     const char* const same_work =
         "make its plan from the items and ProcessOptions (executor, block_items) of the work";
     if (work.block >= blocks) fail("block", work.block, blocks, Error::no_index, same_work);

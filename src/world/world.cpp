@@ -392,8 +392,9 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::user_data(std::span<const ObjectId> ids, std::span<std::uint64_t> out) const
 {
     if (ids.size() != out.size())
-        throw Error(ErrorCode::size_mismatch, std::to_string(ids.size()) + " ids, and room for the data of " +
-                                                  std::to_string(out.size()) + "; give as much as ids");
+        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(ids.size()) +
+                                                  " ids and room for the data of " +
+                                                  std::to_string(out.size()) + "; give room for one each");
     for (std::size_t i = 0; i < ids.size(); ++i)
         out[i] = user_data(ids[i]);
 }

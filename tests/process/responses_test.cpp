@@ -329,10 +329,10 @@ TEST(Responses, AWrongNumberIsAnErrorThatNamesIt)
         responses.start(7, plan);
         EXPECT_EQ(message({0, 1}, 6), "");
         EXPECT_EQ(message({0, 0}, 7),
-                  "add to object 7, but start was told of 7; give start as many as there are");
-        EXPECT_NE(message({0, 2}, 0).find("block 2, but start was told of 2; make its plan"),
+                  "add() to object 7, but start() was given 7 objects; give start() as many as there are");
+        EXPECT_NE(message({0, 2}, 0).find("block 2, but start() was given 2 blocks; make its plan"),
                   std::string::npos);
-        EXPECT_NE(message({1, 0}, 0).find("slot 1, but start was told of 1; make its plan"),
+        EXPECT_NE(message({1, 0}, 0).find("slot 1, but start() was given 1 slots; make its plan"),
                   std::string::npos);
         EXPECT_EQ(responses.merge()[6], 1);
         EXPECT_NE(message({0, 1}, 6).find("after merge"), std::string::npos);

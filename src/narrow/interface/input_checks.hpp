@@ -97,7 +97,7 @@ template <int Dim, class T>
         object == Error::no_index ? "a motion" : "the motion of object " + std::to_string(object);
     throw Error(
         ErrorCode::invalid_argument,
-        name + " is not one: give a pose with positions within 1e60, a motion within 1e60, a turn within "
+        name + " is not valid; give a pose with positions within 1e60, a motion within 1e60, a turn within "
                "1e9 radians, and for half-spaces, or compounds with one, no turn",
         object);
 }
