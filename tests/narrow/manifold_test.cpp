@@ -135,4 +135,37 @@ TEST(Manifold, HasItsPointsWhereItsFeaturesAre)
     EXPECT_GT(seen.edges, 1000);
 }
 
+/// Above the half-space or in it: there is a contact within the margin, as deep as they are apart.
+TEST(Manifold, OfAHalfSpaceReachesAsFarAsTheMargin)
+{
+    Random random(22);
+    const Zoo<3> zoo(random, 8);
+    int within = 0, beyond = 0;
+    for (int round = 0; round < 4000; ++round) {
+        const Shape3& shape = zoo.any(random);
+        if (shape.type() == ShapeTypes::half_space || bounds(shape, Pose3d{}).hi[1] > 1e9) continue;
+        const bool parts = shape.type() == ShapeTypes::compound || shape.type() == ShapeTypes::mesh ||
+                           shape.type() == ShapeTypes::height_field;
+        Pose3d pose;
+        pose.rotation = random.rotation<double>();
+        const Shape3 ground = Shape3::half_space({0, 1, 0}, 0);
+        pose.position[1] -= distance(ground, Pose3d{}, shape, pose, INFINITY)->distance;
+        const double gap = random.uniform(-0.2, 0.3), margin = random.uniform(0.01, 0.2);
+        if (std::abs(gap - margin) < 1e-6) continue;
+        pose.position[1] += gap;
+        const auto found = contacts(ground, Pose3d{}, shape, pose, margin);
+        ASSERT_EQ(found.empty(), gap > margin) << round << " type " << shape.type() << ", gap " << gap;
+        (found.empty() ? beyond : within) += 1;
+        double deepest = -HUGE_VAL;
+        for (const auto& contact : found)
+            deepest = std::max(deepest, contact.point[0].depth);
+        if (!found.empty() && !parts) {
+            ASSERT_EQ(found.size(), 1u);
+            ASSERT_NEAR(deepest, -gap, 1e-7) << round << " type " << shape.type();
+        }
+    }
+    EXPECT_GT(within, 1000);
+    EXPECT_GT(beyond, 500);
+}
+
 } // namespace

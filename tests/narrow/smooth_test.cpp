@@ -219,6 +219,32 @@ TEST(SmoothShapes, StandAndLieOnSeveralPoints)
     EXPECT_EQ(beside[0].count, 2u) << "along the line that they share";
 }
 
+/// In one place, turned alike: the way out is across what is narrowest, and as long as both are wide there.
+TEST(SmoothShapes, InOnePlaceAreAsDeepAsTheyAreNarrow)
+{
+    Random random(65);
+    for (int round = 0; round < 300; ++round) {
+        Pose3d pose;
+        pose.rotation = random.rotation<double>();
+        Vec<3, double> one, other;
+        for (std::size_t d = 0; d < 3; ++d)
+            one[d] = random.uniform(0.2, 2), other[d] = random.uniform(0.2, 2);
+        double least = HUGE_VAL;
+        for (std::size_t d = 0; d < 3; ++d)
+            least = std::min(least, one[d] + other[d]);
+        const auto depth_of = [&](const Shape3& a, const Shape3& b) {
+            return -distance(a, pose, b, pose, INFINITY)->distance;
+        };
+        ASSERT_NEAR(depth_of(Shape3::ellipsoid(one), Shape3::ellipsoid(other)), least, 0.01 * least) << round;
+        ASSERT_NEAR(depth_of(Shape3::ellipsoid(one), Shape3::box(other)), least, 0.01 * least) << round;
+        // A cylinder is as wide across its axis as along it, or less.
+        const double r = one[0], h = one[1], s = other[0], k = other[1];
+        ASSERT_NEAR(depth_of(Shape3::cylinder(h, r), Shape3::cylinder(k, s)), std::min(h + k, r + s),
+                    0.01 * (h + k + r + s))
+            << round;
+    }
+}
+
 /// An ellipsoid whose half widths are equal is a ball, a cylinder without length a disc, and so on.
 TEST(SmoothShapes, AreTheSimplerOnesThatTheyCanBe)
 {

@@ -62,6 +62,30 @@ TEST(AFloor, CatchesNothingOnItsInnerSidesWhereItIsLevel)
             }
 }
 
+/// What is exactly as far as asked for counts, wherever a tree of parts looks.
+TEST(AMesh, MeetsAPointExactlyAtTheMargin)
+{
+    const Terrain terrain(5, 5, 0);
+    const Mesh<3> mesh(terrain.vertices, terrain.triangles);
+    using Point = Vec<2, double>;
+    const Mesh<2> chain(std::vector<Point>{{0, 0}, {1, 0}, {2, 0}, {3, 0}},
+                        std::vector<Mesh<2>::Element>{{1, 0}, {2, 1}, {3, 2}});
+    for (const double margin : {0.0, 0.25, 1.0})
+        for (const double side : {1.0, -1.0})
+            for (const double beyond : {0.0, 0x1p-20}) {
+                const double height = side * (margin + beyond);
+                const Pose3d over{{1.5, height, 2.25}};
+                const Pose2d over2{{1.5, height}};
+                EXPECT_EQ(contacts(Shape3(mesh), Pose3d{}, Shape3(), over, margin).empty(), beyond > 0)
+                    << height;
+                EXPECT_EQ(contacts(Shape2(chain), Pose2d{}, Shape2(), over2, margin).empty(), beyond > 0)
+                    << height;
+                if (margin > 0) continue;
+                EXPECT_EQ(touching(Shape3(mesh), Pose3d{}, Shape3(), over), beyond == 0) << height;
+                EXPECT_EQ(touching(Shape2(chain), Pose2d{}, Shape2(), over2), beyond == 0) << height;
+            }
+}
+
 /// A mesh has two sides and no inside: a body is pushed out as it would be if the triangles ran the other way.
 TEST(AMesh, PushesTheSameWhicheverWayItsTrianglesRun)
 {

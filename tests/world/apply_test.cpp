@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // What apply() shows ahead of an update, and that the update doesn't notice.
+#include <condition_variable>
+#include <functional>
 #include <memory_resource>
+#include <mutex>
 #include <thread>
 
 #include "questions.hpp"
@@ -104,11 +107,51 @@ TEST(Apply, ShowsWhatWillBeAndUpdatesDoNotNotice)
     }
 }
 
+/// A thread that does one thing after another, each while the caller waits.
+class Speaker
+{
+  public:
+    ~Speaker()
+    {
+        do_it({});
+        thread_.join();
+    }
+    void say(std::function<void()> what) { do_it(std::move(what)); }
+
+  private:
+    void do_it(std::function<void()> what)
+    {
+        const bool ends = !what;
+        std::unique_lock lock(mutex_);
+        what_ = std::move(what);
+        has_turn_ = true;
+        changed_.notify_all();
+        if (!ends) changed_.wait(lock, [&] { return !has_turn_; });
+    }
+    void run()
+    {
+        std::unique_lock lock(mutex_);
+        while (true) {
+            changed_.wait(lock, [&] { return has_turn_; });
+            if (!what_) return;
+            what_();
+            has_turn_ = false;
+            changed_.notify_all();
+        }
+    }
+    std::mutex mutex_;
+    std::condition_variable changed_;
+    std::function<void()> what_;
+    bool has_turn_ = false;
+    std::thread thread_{[this] { run(); }};
+};
+
 // Several threads speak of the same objects, with and without sequences: who wins is found out of all that
 // was said since the last update, whatever apply() has shown in between.
 TEST(Apply, DoesNotChangeWhoWins)
 {
     jostle::World3f plain, ahead;
+    Speaker speakers_that_stay[2];
     std::vector<ObjectId> ids;
     Random random(5);
     for (int i = 0; i < 60; ++i) {
@@ -121,7 +164,7 @@ TEST(Apply, DoesNotChangeWhoWins)
             const std::uint32_t speakers = random.below(4);
             for (std::uint32_t t = 0; t < speakers; ++t) {
                 const std::uint64_t seed = random.next();
-                std::thread([&, seed] {
+                const auto speak = [&, seed] {
                     Random own(seed);
                     for (int k = 0; k < 12; ++k) {
                         const ObjectId id = ids[own.below(t % 2 == 0 ? 60 : 9)];
@@ -143,7 +186,12 @@ TEST(Apply, DoesNotChangeWhoWins)
                                 EXPECT_EQ(error.code(), jostle::ErrorCode::stale_id);
                             }
                     }
-                }).join();
+                };
+                // Some live for one sentence, and another may get their name; some speak again.
+                if (t == 0 && random.below(2) == 0)
+                    std::thread(speak).join();
+                else
+                    speakers_that_stay[random.below(2)].say(speak);
             }
             if (random.below(3) != 0) ahead.apply();
             if (random.below(3) == 0) {

@@ -141,6 +141,46 @@ TEST(Questions, AboutFewByTheirMasksFromManyThreadsAndInsideAccept)
     }
 }
 
+/// All that is active has the category that is asked for, but some of it doesn't want the questions'.
+TEST(Questions, ByMasksHeedTheObjectsMasksToo)
+{
+    jostle::World3f world;
+    jostle::ObjectOptions<float> with;
+    const auto at = [](int i) {
+        const auto x = static_cast<float>(3 * i);
+        return jostle::Aabb3f{{x, 0, 0}, {x + 1, 1, 1}};
+    };
+    for (int i = 0; i < 2000; ++i) {
+        with.filter.category = i % 100 == 0 ? 2 : 1;
+        world.add(at(i), with);
+    }
+    for (int k = 0; k < 200 && world.stats().resting < 2000; ++k)
+        world.update();
+    ASSERT_EQ(world.stats().resting, 2000u);
+    const jostle::Aabb3f everywhere{{-1, -1, -1}, {12'000, 9, 2}};
+    const jostle::ObjectQueryFilter wanted{.category = 4, .mask = 2};
+    std::vector<ObjectId> active;
+    with.filter.category = 2;
+    for (const std::uint32_t mask : {~0u, 4u, 1u, ~4u}) {
+        with.filter.mask = mask;
+        for (int i = 0; i < 3; ++i)
+            active.push_back(world.add(at(static_cast<int>(active.size())), with));
+        world.update();
+        // Of the first mask's three all, of the second's, too, of the others none.
+        const std::size_t counted = std::min<std::size_t>(active.size(), 6);
+        for (int frame = 0; frame < 4; ++frame) {
+            for (std::size_t i = 0; i < active.size(); ++i) {
+                auto box = world.box(active[i]);
+                box.lo[1] += frame % 2 == 0 ? 2.0f : -2.0f, box.hi[1] += frame % 2 == 0 ? 2.0f : -2.0f;
+                world.move(active[i], box);
+            }
+            world.update();
+            for (int k = 0; k < 60; ++k)
+                ASSERT_EQ(world.count(everywhere, wanted), 20 + counted) << "mask " << mask << ", " << k;
+        }
+    }
+}
+
 TEST(Questions, CountThoseAtRestAndTheOthersTogether)
 {
     jostle::World3f world;
