@@ -1,4 +1,4 @@
-# cmake -D preset= -D source= -D build= -D targets=a,b -D run= -P: see add_variant.
+# cmake -D preset= -D source= -D build= -D targets=a,b -D run= -D flags= -P: see add_variant.
 include(ProcessorCount)
 ProcessorCount(cores)
 if(DEFINED ENV{CMAKE_BUILD_PARALLEL_LEVEL})
@@ -19,7 +19,10 @@ if(preset STREQUAL "windows")
   # program starts what runs beside the others, which must not hold on to their output.
   execute_process(COMMAND sh -c "wineserver -p600; wine cmd /c exit" OUTPUT_FILE /dev/null ERROR_FILE /dev/null)
 endif()
-step("Configuring" ${CMAKE_COMMAND} --preset ${preset} -B ${build})
+if(flags)
+  set(flags "-DCMAKE_CXX_FLAGS_RELEASE=${flags}")
+endif()
+step("Configuring" ${CMAKE_COMMAND} --preset ${preset} -B ${build} ${flags})
 string(REPLACE "," ";" targets "${targets}")
 step("Building" ${CMAKE_COMMAND} --build ${build} --target ${targets} --parallel ${cores})
 if(run)
