@@ -8,7 +8,25 @@
 namespace jostle::c_api {
 namespace {
 
-static_assert(JOSTLE_DRAW_ENDED == static_cast<int>(DrawKind::ended));
+/// A switch without a default, so that the compiler names this place where a kind is added.
+constexpr jostle_draw_kind to_c(DrawKind kind)
+{
+    switch (kind) {
+    case DrawKind::active:
+        return JOSTLE_DRAW_ACTIVE;
+    case DrawKind::resting:
+        return JOSTLE_DRAW_RESTING;
+    case DrawKind::disabled:
+        return JOSTLE_DRAW_DISABLED;
+    case DrawKind::began:
+        return JOSTLE_DRAW_BEGAN;
+    case DrawKind::persisted:
+        return JOSTLE_DRAW_PERSISTED;
+    case DrawKind::ended:
+        return JOSTLE_DRAW_ENDED;
+    }
+    return -1;
+}
 
 } // namespace
 } // namespace jostle::c_api
@@ -137,12 +155,11 @@ jostle_status jostle_world_draw(const jostle_world* world, jostle_draw_function 
         const WorldContent& content = open(world);
         content.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
             const auto draw_box = [&](const Aabb<Dim, T>& drawn, DrawKind kind) {
-                if (box != nullptr)
-                    agreed(box(context, drawn.lo.data(), static_cast<jostle_draw_kind>(kind)));
+                if (box != nullptr) agreed(box(context, drawn.lo.data(), to_c(kind)));
             };
             const auto draw_line = [&](const Vec<Dim, T>& from, const Vec<Dim, T>& to, DrawKind kind) {
                 const Aabb<Dim, T> both{from, to};
-                agreed(line(context, both.lo.data(), static_cast<jostle_draw_kind>(kind)));
+                agreed(line(context, both.lo.data(), to_c(kind)));
             };
             if (line != nullptr)
                 typed.draw(draw_box, draw_line);

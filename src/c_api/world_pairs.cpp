@@ -5,7 +5,21 @@
 namespace jostle::c_api {
 namespace {
 
-static_assert(JOSTLE_FILTERED == static_cast<int>(EndReason::filtered));
+/// A switch without a default, so that the compiler names this place where a reason is added.
+constexpr jostle_end_reason reason_to_c(EndReason reason)
+{
+    switch (reason) {
+    case EndReason::moved_apart:
+        return JOSTLE_MOVED_APART;
+    case EndReason::removed:
+        return JOSTLE_REMOVED;
+    case EndReason::disabled:
+        return JOSTLE_DISABLED;
+    case EndReason::filtered:
+        return JOSTLE_FILTERED;
+    }
+    return -1;
+}
 
 /// list(world) is one of its lists of slots.
 template <class F>
@@ -133,8 +147,7 @@ jostle_status jostle_world_ended(const jostle_world* world, const jostle_ended_p
         list_pairs(
             world, &UpdateLists::ended, pairs, count, [](const auto& typed) { return typed.ended(); },
             [](const EndedPair& pair) {
-                return jostle_ended_pair{to_c(pair.a), to_c(pair.b),
-                                         static_cast<jostle_end_reason>(pair.reason), 0};
+                return jostle_ended_pair{to_c(pair.a), to_c(pair.b), reason_to_c(pair.reason), 0};
             });
     });
 }

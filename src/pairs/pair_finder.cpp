@@ -177,6 +177,7 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
                 for (std::size_t b = 0; b < slices(boxes.b.size()); ++b)
                     run({part_of(boxes.a, a), part_of(boxes.b, b), true}, a * slice, b * slice);
         } else {
+            // Each slice with itself and with every later one: a pair lies in one such search.
             for (std::size_t a = 0; a < slices(boxes.a.size()); ++a) {
                 run({part_of(boxes.a, a), {}, false}, a * slice, a * slice);
                 for (std::size_t b = a + 1; b < slices(boxes.a.size()); ++b)

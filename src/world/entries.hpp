@@ -37,8 +37,8 @@ struct Entries
 
     // Changed objects that rested, whether they are still there or not, as the index of what rests has them.
     std::pmr::vector<std::uint32_t>& waking;
-    // Changed objects whose old pairs are in no list: these, those that were parked, and while others are
-    // being parked, all.
+    // Changed objects whose old pairs are in no list: those in `waking`, those that were parked, and in an
+    // update that parks others, all.
     std::pmr::vector<Index>& stirring;
     std::pmr::vector<Aabb<Dim, T>>& boxes_before; // of these
     bool parks = false;                           // what is active and hasn't changed is being parked
@@ -50,6 +50,8 @@ struct Entries
     bool any_idle = false;
 };
 
+/// The stage `enter` of an update: puts what is searched for side by side, and stages in `state.parked` whom
+/// the update will park.
 template <int Dim, class T>
 [[nodiscard]] Entries<Dim, T> enter(State<Dim, T>& state, std::span<const Index> changed, Arena& arena);
 

@@ -25,8 +25,9 @@ constexpr std::size_t run_length = 4096;
 // only.
 constexpr std::uint32_t idle_updates = 3;
 
-/// What a world is. The stages of an update read it and say what is to change; `commit_objects` and
-/// `commit_rest` in update.cpp change it.
+/// What a world is. The stages of an update say what is to change, and `commit_objects` and `commit_rest` in
+/// update.cpp take it over. What stages write before that is undone unless the update is kept: objects by
+/// `apply`, refused pairs by `judge`, the index by `plan_rest`.
 template <int Dim, class T>
 struct State
 {

@@ -134,13 +134,10 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     const world::Candidates candidates =
         world::find(state, entries, finder, neighbour_lists, &near_pairs, next.persisted, arena);
     const std::span<const Pair> old_pairs = world::find_old_pairs(state, changes, entries, finder, arena);
-    // Where the others are being parked, all changed objects stir.
+    // Where the others are being parked, all changed objects stir: old_pairs has theirs, and the last lists
+    // aren't needed.
     world::Refusals refusals = world::judge(state, changes, entries, candidates.touching, old_pairs,
                                             entries.parks ? no_lists : last, next, arena);
-
-    const auto t2 = world::Clock::now();
-    const world::Rest<Dim, T> rest =
-        world::plan_rest(state, changes, entries, neighbour_lists, finder, arena);
 
     const bool any_data = user_data.any();
     if (any_data) {
@@ -155,6 +152,11 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
         next.began_slots.resize(next.began.size());
         next.ended_slots.resize(next.ended.size());
     }
+
+    const auto t2 = world::Clock::now();
+    // The last that may fail: what it puts into the index, it takes out again then, and nobody else does.
+    const world::Rest<Dim, T> rest =
+        world::plan_rest(state, changes, entries, neighbour_lists, finder, arena);
 
     // Nothing fails from here on.
     const std::uint64_t changed = changes.objects().size(), commands = changes.commands,

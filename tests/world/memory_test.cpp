@@ -71,6 +71,36 @@ TEST(Memory, AFailedUpdateLeavesTheWorldAsItWas)
     starve_updates<3, float>(*threads, true);
 }
 
+TEST(Memory, AFailedUpdateOfWhatIsKeptWithObjectsAndPairs)
+{
+    jostle::World3f world({.executor = &jostle::serial_executor(), .pair_slots = true});
+    const auto box = [](float x) { return jostle::Aabb3f{{x, 0, 0}, {x + 1, 1, 1}}; };
+    std::vector<ObjectId> loners;
+    for (int k = 0; k < 100; ++k) {
+        loners.push_back(world.add(box(static_cast<float>(3 * k))));
+        world.set_user_data(loners.back(), 7);
+    }
+    world.update();
+    // The loners come to rest in the update that makes room for 200 pairs and for what was kept with the removed.
+    for (int k = 0; k < 200; ++k)
+        for (int twice = 0; twice < 2; ++twice)
+            world.add(box(static_cast<float>(1000 + 3 * k)));
+    for (int k = 0; k < 40; ++k)
+        world.remove(loners[static_cast<std::size_t>(k)]);
+    const Lists before(world);
+    const std::uint64_t failed =
+        starve([&] { world.update(); }, [&](std::uint64_t k) { ASSERT_TRUE(Lists(world) == before) << k; });
+    EXPECT_GT(failed, 5u);
+    EXPECT_EQ(world.stats().settled, 60u);
+    EXPECT_EQ(world.began().size(), 200u);
+    std::vector<ObjectId> found;
+    EXPECT_FALSE(world.all(jostle::Aabb3f{{-1, -1, -1}, {5000, 5, 5}}, found));
+    EXPECT_EQ(found.size(), 460u) << "nobody is found twice";
+    world.update();
+    EXPECT_EQ(world.pairs().size(), 200u);
+    EXPECT_EQ(world.user_data(loners[99]), 7u);
+}
+
 TEST(Memory, AFailedCommandQueuesNothing)
 {
     jostle::World3f world;
