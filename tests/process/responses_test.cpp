@@ -254,6 +254,42 @@ TEST(Responses, BlocksInAnyOrder)
         }
 }
 
+/// Slots whose blocks ascend, as the library's own do, beside others whose blocks come in any order.
+TEST(Responses, BlocksThatAscendInAllSlotsOrInSome)
+{
+    constexpr std::uint32_t objects = 600, slots = 3;
+    const std::vector<Pair> pairs = random_pairs(objects, 6'000, 6);
+    jostle::WorkPlan plan;
+    plan.items = pairs.size();
+    plan.block_items = 8;
+    plan.blocks = static_cast<std::uint32_t>((pairs.size() + 7) / 8);
+    plan.slots = slots;
+    const auto truth = by_a_plain_loop<Impulse>(objects, pairs, 8, impulse_of);
+    std::mt19937 random(2);
+    for (const ResponseForm form : {ResponseForm::dense, ResponseForm::sparse})
+        for (std::uint32_t shuffled = 0; shuffled < 1u << slots; ++shuffled) {
+            ResponsesOptions options;
+            options.form = form;
+            Responses<Impulse> responses(options);
+            responses.start(objects, plan);
+            std::vector<std::uint32_t> blocks_of[slots];
+            for (std::uint32_t block = 0; block < plan.blocks; ++block)
+                blocks_of[random() % slots].push_back(block);
+            for (std::uint32_t slot = 0; slot < slots; ++slot) {
+                if ((shuffled >> slot & 1) != 0)
+                    std::shuffle(blocks_of[slot].begin(), blocks_of[slot].end(), random);
+                for (const std::uint32_t block : blocks_of[slot])
+                    for (std::size_t k = block * 8; k < std::min<std::size_t>(pairs.size(), block * 8 + 8);
+                         ++k) {
+                        responses.add({slot, block}, pairs[k].a, impulse_of(pairs[k].a, pairs[k].b));
+                        responses.add({slot, block}, pairs[k].b, impulse_of(pairs[k].b, pairs[k].a));
+                    }
+            }
+            expect_same_bits(responses.merge(), truth,
+                             "form " + std::to_string(int(form)) + ", shuffled " + std::to_string(shuffled));
+        }
+}
+
 TEST(Responses, LongBlocksInAnyOrder)
 {
     // So many responses of one object that a block of them fills several pieces of memory.
