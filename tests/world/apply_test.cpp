@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 
+#include "events.hpp"
 #include "questions.hpp"
 
 namespace world_tests {
@@ -222,6 +223,37 @@ TEST(Apply, DoesNotChangeWhoWins)
                                ahead.ended().end()));
         ASSERT_EQ(plain.persisted().to_vector(), ahead.persisted().to_vector());
     }
+}
+
+/// One of two who contested goes on speaking after apply(), and nobody else does: the other's word still counts.
+TEST(Apply, SettlesAgainWhatWasContestedBefore)
+{
+    Speaker one, other;
+    jostle::World3f plain, ahead;
+    const ObjectId id = plain.add(cube(0));
+    ASSERT_EQ(ahead.add(cube(0)), id);
+    plain.update();
+    ahead.update();
+    const auto set = [&](Speaker& speaker, float margin) {
+        speaker.say([&] {
+            plain.set_margin(id, margin);
+            ahead.set_margin(id, margin);
+        });
+        ahead.apply();
+    };
+    set(one, 1);
+    set(other, 5);
+    EXPECT_EQ(ahead.margin(id), 5);
+    set(one, 2);
+    EXPECT_EQ(ahead.margin(id), 5) << "the greater one";
+    set(one, 7);
+    set(one, 3);
+    EXPECT_EQ(ahead.margin(id), 5);
+    plain.update();
+    ahead.update();
+    EXPECT_EQ(plain.margin(id), 5);
+    EXPECT_EQ(ahead.margin(id), 5);
+    EXPECT_EQ(plain.save(), ahead.save());
 }
 
 TEST(Apply, IsTakenBackByAnUpdateThatFails)
