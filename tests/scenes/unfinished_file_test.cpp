@@ -2,7 +2,11 @@
 #include "scenes/unfinished_file.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -96,6 +100,36 @@ TEST_F(UnfinishedFiles, SayWhyTheyCantBeMade)
     EXPECT_EQ(error_of(folder / std::string(5000, 'x')), ENAMETOOLONG);
     EXPECT_EQ(error_of(folder / "gone" / "a"), ENOENT);
     EXPECT_EQ(files(), 0u);
+}
+
+/// Asked by somebody whom permissions stop, as they don't stop root.
+TEST_F(UnfinishedFiles, DontReplaceWhatMayNotBeWrittenTo)
+{
+    std::ofstream(folder / "kept") << "old";
+    ASSERT_EQ(chmod((folder / "kept").c_str(), 0444), 0);
+    const uid_t nobody = 65534;
+    if (geteuid() == 0) {
+        ASSERT_EQ(chown(folder.c_str(), nobody, nobody), 0);
+        ASSERT_EQ(chown((folder / "kept").c_str(), nobody, nobody), 0);
+    }
+    const pid_t child = fork();
+    if (child == 0) {
+        if (geteuid() == 0 && (setgid(nobody) != 0 || setuid(nobody) != 0)) _exit(100);
+        try {
+            UnfinishedFile file(folder / "kept");
+            file.write("new");
+            file.commit();
+        } catch (const std::system_error& error) {
+            _exit(error.code().value() == EACCES ? 7 : 101);
+        }
+        _exit(0);
+    }
+    ASSERT_GT(child, 0);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 7) << status;
+    EXPECT_EQ(text("kept"), "old");
+    EXPECT_EQ(files(), 1u);
 }
 
 } // namespace
