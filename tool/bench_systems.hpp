@@ -47,6 +47,8 @@ class System
     virtual void frame(Boxes boxes, Positions moved) = 0;
     [[nodiscard]] virtual Answer answer() = 0;
     [[nodiscard]] virtual Stages stages() const { return {}; }
+    /// Of what it saves in a frame, where that is what it is about.
+    [[nodiscard]] virtual std::uint64_t bytes() const { return 0; }
     virtual void stop() {}
 };
 

@@ -52,6 +52,9 @@ constexpr SceneInfo scenes[] = {
     {"small", "1,000 worlds of 8 boxes are made, updated once and dropped", 8'000, 0},
     {"others", "20,000 boxes, of which 1,000 move, others in each frame", 20'000, 0},
     {"few", "30,000 boxes that moved and stopped up to 64 frames before; one more is added", 30'000, 0},
+    {"rollback",
+     "100,000 boxes, of which 1,000 move; each frame is saved, goes back to the last and again to it",
+     100'000, 1'000},
     {"rays", "as resting; timed are 4,000 questions after each update: the first box along a ray", 0, 0,
      QuestionBatch{QuestionKind::first, 4000}},
     {"overlaps", "... all boxes that touch a box of edge 10", 0, 0,
@@ -304,6 +307,76 @@ class OursFew final : public WorldSystem
     std::size_t next_ = 0;
 };
 
+/// Each frame is saved, whole or as what has changed since the start. Then the world goes back to the frame
+/// before, and again to this one.
+class OursRollback final : public WorldSystem
+{
+  public:
+    OursRollback(jostle::Executor& executor, bool whole) : world_({.executor = &executor}), whole_(whole) {}
+    void start(std::span<const Aabb3f> boxes) override
+    {
+        ids_.resize(boxes.size());
+        world_.add(boxes, ids_);
+        do
+            world_.update();
+        while (world_.stats().active != 0);
+        if (!whole_) (void)world_.save_base();
+        save();
+    }
+    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) override
+    {
+        moved_ids_.clear();
+        moved_boxes_.clear();
+        for (const std::uint32_t i : moved) {
+            moved_ids_.push_back(ids_[i]);
+            moved_boxes_.push_back(boxes[i]);
+        }
+        const Clock::time_point t0 = Clock::now();
+        world_.update(moved_ids_, moved_boxes_);
+        const Clock::time_point t1 = Clock::now();
+        saved_.swap(before_);
+        save();
+        const Clock::time_point t2 = Clock::now();
+        restore(before_);
+        restore(saved_);
+        const auto ms = [](Clock::duration time) {
+            return std::chrono::duration<double, std::milli>(time).count();
+        };
+        update_ms_ = ms(t1 - t0);
+        save_ms_ = ms(t2 - t1);
+        restore_ms_ = ms(Clock::now() - t2) / 2;
+    }
+    Answer answer() override { return pairs_of(world_, ids_); }
+    Stages stages() const override
+    {
+        return {{"update", update_ms_}, {"save", save_ms_}, {"restore", restore_ms_}};
+    }
+    std::uint64_t bytes() const override { return saved_.size(); }
+
+  private:
+    void save()
+    {
+        if (whole_)
+            saved_ = world_.save();
+        else
+            world_.save_changes(saved_);
+    }
+    void restore(const std::vector<std::byte>& bytes)
+    {
+        if (whole_)
+            world_.restore(bytes);
+        else
+            world_.restore_changes(bytes);
+    }
+
+    jostle::World3f world_;
+    const bool whole_;
+    std::vector<ObjectId> ids_, moved_ids_;
+    std::vector<Aabb3f> moved_boxes_;
+    std::vector<std::byte> saved_, before_;
+    double update_ms_ = 0, save_ms_ = 0, restore_ms_ = 0;
+};
+
 /// A world for every few boxes, made and dropped in each frame.
 class OursSmall final : public WorldSystem
 {
@@ -435,6 +508,7 @@ struct Measurement
     std::vector<double> ms; // sorted
     Stages stages;
     Answer answer; // of the last warm-up frame
+    std::uint64_t bytes = 0;
 };
 
 Measurement measure(WorldSystem& system, Motion motion, std::uint32_t frames, Progress& progress)
@@ -462,6 +536,7 @@ Measurement measure(WorldSystem& system, Motion motion, std::uint32_t frames, Pr
             break;
     }
     const auto names = system.stages();
+    result.bytes = system.bytes();
     system.stop();
     std::sort(result.ms.begin(), result.ms.end());
     for (std::size_t k = 0; k < stages.size(); ++k)
@@ -501,6 +576,7 @@ class Table
         row["stages"] = nlohmann::ordered_json::object();
         for (const auto& [name, ms] : m.stages)
             row["stages"][name] = rounded(ms);
+        if (m.bytes != 0) row["bytes"] = m.bytes;
         row["moved"] = moved;
         row["dim"] = 3;
         row["type"] = "float";
@@ -520,6 +596,7 @@ class Table
                 std::snprintf(text, sizeof text, " %s %.3f", name.c_str(), ms);
                 remark += text;
             }
+            if (m.bytes != 0) remark += " bytes " + grouped(m.bytes);
             std::printf("%-10s %10s %7u  %-10s %10.4f %9.4f %9.4f %9.4f %11s %s\n", scene.name,
                         grouped(n).c_str(), threads, system.c_str(), median(m.ms), at(0), at(0.99), at(1),
                         grouped(m.answer.found).c_str(), remark.c_str());
@@ -578,6 +655,13 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
         if (std::string(info.name) == "small") {
             OursSmall ours(threads.executor());
             one(ours, "jostle", threads.count());
+            continue;
+        }
+        if (std::string(info.name) == "rollback") {
+            for (const bool whole : {true, false}) {
+                OursRollback ours(threads.executor(), whole);
+                one(ours, whole ? "whole" : "changes", threads.count());
+            }
             continue;
         }
         if (std::string(info.name) == "few") {

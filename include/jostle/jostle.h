@@ -938,6 +938,15 @@ JOSTLE_C_API jostle_status jostle_world_margins(const jostle_world* world, const
 /// What the world is, as bytes: the same on every machine.
 JOSTLE_C_API jostle_status jostle_world_save(const jostle_world* world, jostle_results* results,
                                              jostle_error* error);
+/// What the world is, as bytes, and from now on the base: what differs from it is recorded.
+JOSTLE_C_API jostle_status jostle_world_save_base(jostle_world* world, jostle_results* results,
+                                                  jostle_error* error);
+/// How the world differs from its base, as bytes. Costs what differs; what rests costs nothing.
+JOSTLE_C_API jostle_status jostle_world_save_changes(jostle_world* world, jostle_results* results,
+                                                     jostle_error* error);
+/// Becomes the world whose changes these are, of the same base.
+JOSTLE_C_API jostle_status jostle_world_restore_changes(jostle_world* world, const void* changes,
+                                                        uint64_t size, jostle_error* error);
 /// Becomes a world without objects, as it was when it was made.
 JOSTLE_C_API jostle_status jostle_world_clear(jostle_world* world, jostle_error* error);
 /// Becomes the world that was saved.

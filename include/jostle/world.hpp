@@ -449,7 +449,25 @@ class JOSTLE_API World
     /// may be given during the call. A snapshot that is cut short, altered or of another kind of world is an
     /// `Error` that says so. Costs as much as adding all objects at once.
     void restore(std::span<const std::byte> snapshot);
-    /// Returns another world that is like this one.
+    // Changes since such a snapshot, for those who go back many times a second. They cost what differs from
+    // it, and the active objects; what rests costs nothing, however much it is.
+
+    /// Returns save(), which from now on is the base: what differs from it is recorded, in some 150 bytes for
+    /// each object that has changed since, until the next save_base(), restore() or clear(). A second world
+    /// with the same base is made by restore() of it and save_base(). No user data may be set during the
+    /// call. Works in memory that the world keeps: it and the two below, one call at a time, or an `Error`.
+    [[nodiscard]] std::vector<std::byte> save_base();
+    /// Refills `out` with how this world, as of the last update, differs from its base: about 50 bytes and
+    /// 0.1 us for each object that does, and 8 bytes for each that is active. The same bytes for the same
+    /// base and world. Without a base, an `Error`.
+    void save_changes(std::vector<std::byte>& out);
+    /// Becomes the world that save_changes() was called for, as restore() does and with the same results
+    /// afterwards, byte for byte; both worlds must have the same base, which this one keeps. Costs what
+    /// differs between the base, that world and this one, and the free indices of the base, 1 ns each; the
+    /// next update searches for the pairs of all active objects. Changes that are cut short, altered or of
+    /// another base are an `Error` that says so; like every failure, it leaves the world as it was.
+    void restore_changes(std::span<const std::byte> changes);
+    /// Returns another world that is like this one, without a base.
     [[nodiscard]] World fork() const;
     /// Becomes a world without objects, as it was when it was made, but for a margin that came with a
     /// snapshot: nothing is queued, no list has a pair, and ids are handed out from the first one on. So ids

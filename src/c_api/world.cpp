@@ -104,6 +104,39 @@ jostle_status jostle_world_restore(jostle_world* world, const void* snapshot, ui
         content.changed();
     });
 }
+jostle_status jostle_world_save_base(jostle_world* world, jostle_results* results, jostle_error* error)
+{
+    return guarded(error, [&] {
+        WorldContent& content = open(world);
+        ResultsContent& into = open(results);
+        into.begin();
+        content.on([&](auto& typed) { into.bytes = typed.save_base(); });
+        into.byte_count = into.bytes.size();
+        into.holds = ResultsContent::Holds::bytes;
+    });
+}
+jostle_status jostle_world_save_changes(jostle_world* world, jostle_results* results, jostle_error* error)
+{
+    return guarded(error, [&] {
+        WorldContent& content = open(world);
+        ResultsContent& into = open(results);
+        into.begin();
+        content.on([&](auto& typed) { typed.save_changes(into.bytes); });
+        into.byte_count = into.bytes.size();
+        into.holds = ResultsContent::Holds::bytes;
+    });
+}
+jostle_status jostle_world_restore_changes(jostle_world* world, const void* changes, uint64_t size,
+                                           jostle_error* error)
+{
+    return guarded(error, [&] {
+        WorldContent& content = open(world);
+        const auto* const bytes = wanted_array_of<std::byte>(changes, size, "changes");
+        content.on(
+            [&](auto& typed) { typed.restore_changes(std::span(bytes, static_cast<std::size_t>(size))); });
+        content.changed();
+    });
+}
 jostle_status jostle_world_fork(const jostle_world* world, jostle_world** out, jostle_error* error)
 {
     return guarded(error, [&] {

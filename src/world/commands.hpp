@@ -173,6 +173,17 @@ class Queues
         }
         forget_applied();
     }
+    /// What was queued, taken or not, is forgotten.
+    void discard() noexcept
+    {
+        const std::lock_guard registration(mutex_);
+        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+            const std::lock_guard lock(queue->mutex);
+            queue->additions.clear();
+            queue->commands.clear();
+        }
+        forget();
+    }
     /// What was applied is taken back, and to be applied anew.
     void forget_applied() noexcept
     {

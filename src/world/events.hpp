@@ -46,6 +46,8 @@ class Refusals
         added_.push_back(key);
         if (!refused_->insert(key).second) added_.pop_back();
     }
+    [[nodiscard]] std::span<const Key> added() const noexcept { return added_; }
+    [[nodiscard]] std::span<const Key> removed() const noexcept { return removed_; }
     /// When they are kept.
     void remove(Key key) { removed_.push_back(key); }
     void keep() noexcept

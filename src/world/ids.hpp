@@ -27,6 +27,7 @@ class IdTable
     struct Free
     {
         std::uint32_t index, generation; // to be handed out next
+        friend bool operator==(const Free&, const Free&) = default;
     };
 
     explicit IdTable(std::pmr::memory_resource* memory) : free_(memory), generations_(memory) {}
@@ -110,6 +111,70 @@ class IdTable
         free_.assign(free.begin(), free.end());
         end_.store(static_cast<std::uint32_t>(generations.size()), std::memory_order_release);
     }
+
+    // Against what a picture had, its `free` and as many generations as `end`:
+
+    /// What is free now, as in a picture: the first `kept` of what was, then `fresh`. Returns the end.
+    /// `changed` are indices, whose objects may have been alive then and aren't now.
+    template <class IsAlive>
+    std::uint32_t compare(std::span<const Free> free, std::uint32_t end_then,
+                          std::span<const std::uint32_t> changed, const IsAlive& is_alive, std::size_t& kept,
+                          std::pmr::vector<Free>& fresh) const
+    {
+        const std::lock_guard lock(mutex_);
+        kept = first_difference(free);
+        fresh.assign(free_.begin() + static_cast<std::ptrdiff_t>(kept), free_.end());
+        const std::size_t returned = fresh.size();
+        // Handed out, but with no object yet: no others can be.
+        const auto look = [&](std::uint32_t index) {
+            const std::uint32_t here = at(index).load(std::memory_order_relaxed);
+            if (here != 0 && !is_alive(index)) fresh.push_back({index, here});
+        };
+        for (std::size_t k = kept; k < free.size(); ++k)
+            look(free[k].index);
+        for (const std::uint32_t index : changed)
+            if (index < end()) look(index);
+        for (std::uint32_t index = end_then; index < end(); ++index)
+            look(index);
+        const auto first = fresh.begin() + static_cast<std::ptrdiff_t>(returned);
+        std::sort(first, fresh.end(), [](const Free& a, const Free& b) { return a.index < b.index; });
+        fresh.erase(std::unique(first, fresh.end()), fresh.end());
+        std::size_t same = 0;
+        while (same < fresh.size() && kept + same < free.size() && fresh[same] == free[kept + same])
+            ++same;
+        fresh.erase(fresh.begin(), fresh.begin() + static_cast<std::ptrdiff_t>(same));
+        kept += same;
+        return end();
+    }
+    /// Room for so many in all.
+    void make_room(std::uint32_t count)
+    {
+        const std::lock_guard lock(mutex_);
+        const std::uint32_t known = end_.load(std::memory_order_relaxed);
+        if (count > known) grow(count - known);
+    }
+    /// `index` isn't free from now on, or has no object; see go_back, which is to follow.
+    void set(std::uint32_t index, std::uint32_t generation) noexcept
+    {
+        at(index).store(generation, std::memory_order_release);
+    }
+    /// Free is the first `kept` of what was, then `fresh`; no id without an object is good any more.
+    template <class IsAlive>
+    void go_back(std::span<const Free> free, std::uint32_t end_then, std::size_t kept,
+                 std::span<const Free> fresh, std::uint32_t end_now, const IsAlive& is_alive) noexcept
+    {
+        const std::lock_guard lock(mutex_);
+        const auto take_back = [&](std::uint32_t index) {
+            if (!is_alive(index)) at(index).store(0, std::memory_order_release);
+        };
+        for (std::size_t k = first_difference(free); k < free.size(); ++k)
+            take_back(free[k].index);
+        for (std::uint32_t index = end_then; index < end(); ++index)
+            take_back(index);
+        free_.assign(free.begin(), free.begin() + static_cast<std::ptrdiff_t>(kept));
+        free_.insert(free_.end(), fresh.begin(), fresh.end());
+        end_.store(end_now, std::memory_order_release);
+    }
     [[nodiscard]] std::uint64_t bytes() const noexcept
     {
         const std::lock_guard lock(mutex_);
@@ -120,6 +185,11 @@ class IdTable
     [[nodiscard]] std::atomic<std::uint32_t>& at(std::uint32_t index) const noexcept
     {
         return generations_[index];
+    }
+    [[nodiscard]] std::size_t first_difference(std::span<const Free> free) const noexcept
+    {
+        const auto [here, there] = std::mismatch(free_.begin(), free_.end(), free.begin(), free.end());
+        return static_cast<std::size_t>(here - free_.begin());
     }
     void grow(std::size_t fresh)
     {

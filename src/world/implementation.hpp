@@ -11,6 +11,7 @@
 #include "world/arena.hpp"
 #include "world/changes.hpp"
 #include "world/commands.hpp"
+#include "world/journal.hpp"
 #include "world/masked_indexes.hpp"
 #include "world/near_pairs.hpp"
 #include "world/neighbour_lists.hpp"
@@ -79,6 +80,10 @@ class ChangedSlots
     std::pmr::vector<std::uint32_t> list_;
 };
 
+/// What stats say of a world, but for what the last update did.
+template <int Dim, class T>
+[[nodiscard]] WorldStats describe(const State<Dim, T>& state, const Lists& lists);
+
 /// All pairs that touch and agree, searched for.
 template <int Dim, class T>
 [[nodiscard]] PairBuffer all_pairs(const State<Dim, T>& state);
@@ -132,6 +137,8 @@ struct World<Dim, T>::Implementation
     void take_back() noexcept;
     /// After a restore: the pairs that the last update would have left.
     void recall_pairs();
+    /// The same, once, if it is still to be done.
+    void recall_if_due();
     [[nodiscard]] typename world::Objects<Dim, T>::ConstObject checked(ObjectId id) const;
     [[nodiscard]] std::uint64_t bytes() const noexcept { return sizeof *this + memory.bytes(); }
 
@@ -152,6 +159,8 @@ struct World<Dim, T>::Implementation
     std::uint32_t shown = 0;
     const world::Lists no_lists{&memory};
     WorldStats stats;
+    std::optional<world::Journal<Dim, T>> journal; // in a world that has a base
+    bool recall_is_due = false;
 
     mutable world::ChangedPairs changed_pairs;
     mutable world::ChangedSlots changed_slots;

@@ -49,13 +49,14 @@ std::uint32_t PairSlots::add(Key key) noexcept
 {
     std::uint32_t slot = end();
     if (free_.empty()) {
-        keys_.push_back(key);
+        keys_.push_back(no_key);
     } else {
         std::pop_heap(free_.begin(), free_.end(), std::greater<>());
         slot = free_.back();
         free_.pop_back();
-        keys_[slot] = key;
     }
+    note(slot);
+    keys_[slot] = key;
     put(key, slot);
     return slot;
 }
@@ -73,16 +74,19 @@ void PairSlots::remove(Key key, std::uint32_t slot) noexcept
     }
     table_[hole] = none;
     --used_;
+    note(slot);
     keys_[slot] = no_key;
     free_.push_back(slot);
     std::push_heap(free_.begin(), free_.end(), std::greater<>());
 }
 
-void PairSlots::make_room(std::size_t began)
+void PairSlots::make_room(std::size_t began, std::size_t end)
 {
+    if (end > keys_.capacity()) keys_.reserve(end);
     const std::size_t fresh = keys_.size() + (began > free_.size() ? began - free_.size() : 0);
     if (fresh > keys_.capacity()) keys_.reserve(std::max(fresh, keys_.capacity() + keys_.capacity() / 2));
     if (free_.capacity() < keys_.capacity()) free_.reserve(keys_.capacity());
+    if (takes_notes_) make_room_for_notes(keys_.capacity());
     std::size_t places = std::max(least_places, table_.size());
     while (places < 2 * (used_ + began))
         places *= 2;
@@ -121,6 +125,46 @@ bool PairSlots::restore(std::span<const Key> keys)
         }
     }
     return true;
+}
+
+void PairSlots::make_room_for_notes(std::size_t slots)
+{
+    slots = std::max(slots, keys_.capacity());
+    if (noted_.capacity() < slots) noted_.reserve(slots);
+    if (is_noted_.size() < slots) is_noted_.resize(slots, 0);
+}
+
+void PairSlots::begin_notes() noexcept
+{
+    for (const Note& note : noted_)
+        is_noted_[note.slot] = 0;
+    noted_.clear();
+    takes_notes_ = true;
+    end_then_ = end();
+}
+
+void PairSlots::go_back(std::span<const Note> keys, std::uint32_t end) noexcept
+{
+    while (keys_.size() < end) {
+        free_.push_back(static_cast<std::uint32_t>(keys_.size()));
+        keys_.push_back(no_key);
+    }
+    for (const Note& each : keys) {
+        if (each.slot >= keys_.size()) continue;
+        if (keys_[each.slot] != no_key)
+            remove(keys_[each.slot], each.slot);
+        else
+            note(each.slot);
+    }
+    for (const Note& each : keys) {
+        if (each.slot >= end || each.key == no_key) continue;
+        keys_[each.slot] = each.key;
+        put(each.key, each.slot);
+    }
+    keys_.resize(end);
+    const auto is_taken = [&](std::uint32_t slot) { return slot >= end || keys_[slot] != no_key; };
+    free_.erase(std::remove_if(free_.begin(), free_.end(), is_taken), free_.end());
+    std::make_heap(free_.begin(), free_.end(), std::greater<>());
 }
 
 void PairSlots::assign(const PairBuffer& pairs)

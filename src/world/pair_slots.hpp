@@ -19,7 +19,10 @@ class PairSlots
   public:
     static constexpr std::uint32_t none = ~std::uint32_t{0};
 
-    explicit PairSlots(std::pmr::memory_resource* memory) : keys_(memory), free_(memory), table_(memory) {}
+    explicit PairSlots(std::pmr::memory_resource* memory)
+        : keys_(memory), free_(memory), table_(memory), noted_(memory), is_noted_(memory)
+    {
+    }
 
     [[nodiscard]] std::uint32_t of(Key key) const noexcept;
     /// More than any slot that was ever in use.
@@ -27,8 +30,8 @@ class PairSlots
     /// By slot; `no_key` where there is no pair.
     [[nodiscard]] std::span<const Key> keys() const noexcept { return keys_; }
 
-    /// Room for so many more.
-    void make_room(std::size_t began);
+    /// Room for so many more, and for so many in all.
+    void make_room(std::size_t began, std::size_t end = 0);
     /// Gives slots to pairs that begin, in their order, then takes back those of pairs that end: so that no
     /// pair gets what another has left in the same update. A pair that is reported again keeps its own.
     void change(Lists& lists) noexcept;
@@ -38,7 +41,30 @@ class PairSlots
     /// For all these pairs, which ascend. There are none yet.
     void assign(const PairBuffer& pairs);
 
+    // Once somebody wants to know what was given and taken back since:
+
+    struct Note
+    {
+        std::uint32_t slot;
+        Key key; // that it had; no_key if none, or if there was no such slot
+    };
+    /// Room for the notes of so many slots or as many as there is room for, then that they are taken.
+    void make_room_for_notes(std::size_t slots);
+    void begin_notes() noexcept;
+    /// In the order in which they were taken, each slot once.
+    [[nodiscard]] std::span<const Note> notes() const noexcept { return noted_; }
+    [[nodiscard]] std::uint32_t end_then() const noexcept { return end_then_; }
+    /// These slots, all that are noted and others, get these keys; then so many slots are left. No key is
+    /// there twice, nor had by another slot. make_room(keys.size(), end) came before.
+    void go_back(std::span<const Note> keys, std::uint32_t end) noexcept;
+
   private:
+    void note(std::uint32_t slot) noexcept
+    {
+        if (!takes_notes_ || is_noted_[slot] != 0) return;
+        is_noted_[slot] = 1;
+        noted_.push_back({slot, keys_[slot]}); // there is room
+    }
     [[nodiscard]] std::size_t place_of(Key key) const noexcept;
     [[nodiscard]] std::uint32_t add(Key key) noexcept;
     void put(Key key, std::uint32_t slot) noexcept;
@@ -50,6 +76,11 @@ class PairSlots
     // two, at most half of it in use.
     std::pmr::vector<std::uint32_t> table_;
     std::size_t used_ = 0;
+
+    bool takes_notes_ = false;
+    std::uint32_t end_then_ = 0;
+    std::pmr::vector<Note> noted_;            // there is room for all slots there can be
+    std::pmr::vector<std::uint8_t> is_noted_; // by slot, as many as there can be
 };
 
 } // namespace world

@@ -69,8 +69,19 @@ class Parked
         if (place_of_.size() < objects) place_of_.grow(objects);
     }
 
+    void reserve(std::size_t count)
+    {
+        boxes_.reserve(count);
+        indices_.reserve(count);
+    }
+
     // When an update is committed:
 
+    void clear() noexcept
+    {
+        front_ = end_ = gone_ = 0;
+        unstage();
+    }
     /// The first `count` of what is staged is here from now on, the rest isn't.
     void keep_staged(std::size_t count) noexcept
     {

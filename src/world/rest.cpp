@@ -66,7 +66,8 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
 {
     Rest<Dim, T> rest = {entries.all_of_active,
                          arena.list<typename State<Dim, T>::Active>("objects that will be active"),
-                         arena.list<std::uint32_t>("objects that come to rest")};
+                         arena.list<std::uint32_t>("objects that come to rest"),
+                         arena.list<Aabb<Dim, T>>("boxes of objects that come to rest")};
     // About as many as have changed come to rest, so that no update takes much longer than what it is asked
     // to do; who has waited longest comes first.
     const std::size_t most =
@@ -77,17 +78,22 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
     });
     if (!rest.same_active) choose(state, changes.objects(), entries.parks, most, rest);
     rest.parking = entries.parks ? entries.parking : state.parked.staged().size();
-    auto& boxes = arena.list<Aabb<Dim, T>>("boxes of objects that come to rest");
     for (const std::uint32_t index : rest.settling)
-        boxes.push_back(state.objects[Index{index}].now());
-    neighbour_lists.invalidate(boxes, changes.objects().size(), finder, arena);
-    if (!rest.settling.empty())
-        BoxIndexAccess::insert(state.resting, rest.settling,
-                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes)));
+        rest.boxes.push_back(state.objects[Index{index}].now());
+    neighbour_lists.invalidate(rest.boxes, changes.objects().size(), finder, arena);
     return rest;
 }
 
+template <int Dim, class T>
+void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
+{
+    if (!rest.settling.empty())
+        BoxIndexAccess::insert(state.resting, rest.settling,
+                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(rest.boxes)));
+}
+
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template void settle(State<Dim, T>&, const Rest<Dim, T>&);                                               \
     template Rest<Dim, T> plan_rest(State<Dim, T>&, const Changes<Dim, T>&, const Entries<Dim, T>&,          \
                                     NeighbourLists<Dim, T>&, PairFinder&, Arena&);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)

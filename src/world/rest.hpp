@@ -22,11 +22,16 @@ struct Rest
     bool same_active; // those that were, and each has changed: then `active` is empty
     std::pmr::vector<typename State<Dim, T>::Active>& active; // ascending
     std::pmr::vector<std::uint32_t>& settling;                // indices; those that are parked first
+    std::pmr::vector<Aabb<Dim, T>>& boxes;                    // of these
     std::size_t parking = 0; // so many of those that are staged in Parked are parked
 };
 
-/// The stage `plan_rest` of an update, the last that can fail; then the index is as it was. Objects that come
-/// to rest are in the index when it returns; those that wake up still are.
+/// Puts objects that come to rest into the index; those that wake up are still in it. Comes behind all else
+/// that can fail: if this does, the index is as it was.
+template <int Dim, class T>
+void settle(State<Dim, T>& state, const Rest<Dim, T>& rest);
+
+/// The stage `plan_rest` of an update.
 template <int Dim, class T>
 [[nodiscard]] Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes,
                                      const Entries<Dim, T>& entries, NeighbourLists<Dim, T>& neighbour_lists,

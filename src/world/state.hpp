@@ -69,6 +69,11 @@ struct State
     {
         return {raw(index), ids.generation(raw(index))};
     }
+    /// Whether an object was in the world after the last update.
+    [[nodiscard]] bool was_there(std::uint32_t index) const noexcept
+    {
+        return index < objects.capacity() && objects[Index{index}].place() != Place::none;
+    }
     /// Active objects, parked ones included.
     [[nodiscard]] std::size_t active_count() const noexcept { return active.size() + parked.size(); }
     template <class Body>

@@ -85,6 +85,8 @@ void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
     }
 }
 
+} // namespace
+
 template <int Dim, class T>
 WorldStats describe(const State<Dim, T>& state, const Lists& lists)
 {
@@ -101,7 +103,6 @@ WorldStats describe(const State<Dim, T>& state, const Lists& lists)
     return stats;
 }
 
-} // namespace
 } // namespace world
 
 template <int Dim, Coordinate T>
@@ -114,6 +115,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
         Implementation& me;
         ~Undo() { me.take_back(); }
     } const undo{*this};
+    recall_if_due();
     if (applied) {
         arena.begin_again();
         active_index.note(applied->changes.objects(), {});
@@ -154,9 +156,14 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     }
 
     const auto t2 = world::Clock::now();
-    // The last that may fail: what it puts into the index, it takes out again then, and nobody else does.
     const world::Rest<Dim, T> rest =
         world::plan_rest(state, changes, entries, neighbour_lists, finder, arena);
+    if (journal) {
+        journal->note(state, applied, changes.objects(), rest.settling);
+        journal->note_refused(refusals.added(), refusals.removed());
+    }
+    // The last that may fail: what it puts into the index, it takes out again then, and nobody else does.
+    world::settle(state, rest);
 
     // Nothing fails from here on.
     const std::uint64_t changed = changes.objects().size(), commands = changes.commands,
@@ -205,6 +212,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::apply_ahead()
 {
+    recall_if_due();
     if (applied)
         arena.begin_again();
     else
@@ -257,11 +265,21 @@ void World<Dim, T>::Implementation::recall_pairs()
     stats.bytes_reserved = bytes();
 }
 
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::recall_if_due()
+{
+    if (!recall_is_due) return;
+    recall_pairs();
+    recall_is_due = false;
+}
+
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template WorldStats world::describe(const State<Dim, T>&, const Lists&);                                 \
     template void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>&);                        \
     template void World<Dim, T>::Implementation::apply_ahead();                                              \
     template void World<Dim, T>::Implementation::take_back() noexcept;                                       \
-    template void World<Dim, T>::Implementation::recall_pairs();
+    template void World<Dim, T>::Implementation::recall_pairs();                                             \
+    template void World<Dim, T>::Implementation::recall_if_due();
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

@@ -192,8 +192,27 @@ TEST_F(CWorld, ListsAreThoseOfTheLastUpdateWhateverEndsThem)
     update();
     EXPECT_EQ(began(), 3u);
     EXPECT_EQ(changed(), 3u + persisted());
+    // And by what has changed since then.
+    OK(jostle_world_save_base(world, results, &error));
+    OK(jostle_world_teleport(world, ids.data(), &place, 0, &error));
+    update();
+    EXPECT_EQ(ended(), 3u);
+    OK(jostle_world_save_changes(world, results, &error));
+    OK(jostle_results_bytes(results, &bytes, &size, &error));
+    EXPECT_LT(size, 300u);
+    OK(jostle_world_teleport(world, ids.data(), &stays, 0, &error));
+    update();
+    EXPECT_EQ(began(), 3u);
+    EXPECT_NE(jostle_world_restore_changes(world, bytes, size - 1, &error), JOSTLE_OK);
+    EXPECT_EQ(began(), 3u);
+    OK(jostle_world_restore_changes(world, bytes, size, &error));
+    EXPECT_EQ(began() + ended() + persisted() + changed(), 0u);
+    OK(jostle_world_teleport(world, ids.data(), &stays, 0, &error));
+    update();
+    EXPECT_EQ(began(), 3u);
     OK(jostle_world_clear(world, &error));
     EXPECT_EQ(began() + ended() + persisted() + changed(), 0u);
+    EXPECT_NE(jostle_world_save_changes(world, results, &error), JOSTLE_OK);
 }
 
 TEST_F(CWorld, EndedPairsSayWhoAndWhy)

@@ -149,6 +149,85 @@ TEST(Memory, AFailedQuestionOrSnapshotChangesNothing)
     EXPECT_TRUE(churn.update());
 }
 
+TEST(Memory, FailedChangesChangeNothing)
+{
+    Churn<3, float> churn(5, 9, true, {.pair_slots = true});
+    for (int k = 0; k < 500; ++k)
+        churn.operate(300);
+    ASSERT_TRUE(churn.update());
+    const std::vector<std::byte> here = churn.world->save();
+    EXPECT_GT(starve([&] { (void)churn.world->save_base(); },
+                     [&](std::uint64_t) { ASSERT_EQ(churn.world->save(), here); }),
+              0u);
+    std::vector<std::vector<std::byte>> wholes, changes;
+    for (int update = 0; update < 12; ++update) {
+        for (int k = 0; k < 30; ++k)
+            churn.operate(300);
+        starve([&] { churn.world->update(); }, [](std::uint64_t) {}); // also while it keeps what it changes
+        churn.twin.update();
+        ASSERT_TRUE(agree(*churn.world, churn.twin)) << update;
+        wholes.push_back(churn.world->save());
+        changes.emplace_back();
+        starve([&] { churn.world->save_changes(changes.back()); },
+               [&](std::uint64_t) { ASSERT_EQ(churn.world->save(), wholes.back()); });
+    }
+    std::size_t at = changes.size() - 1;
+    for (const std::size_t to : {std::size_t{2}, std::size_t{9}, std::size_t{0}, std::size_t{11}}) {
+        churn.world->set_user_data(churn.world->id(churn.world->index_end() - 1), 0);
+        starve([&] { churn.world->restore_changes(changes[to]); },
+               [&](std::uint64_t) { ASSERT_EQ(churn.world->save(), wholes[at]); });
+        at = to;
+        ASSERT_EQ(churn.world->save(), wholes[at]);
+        // The next update searches for the pairs that there were.
+        jostle::World3f whole(churn.options);
+        whole.restore(wholes[at]);
+        const ObjectId first = [&] {
+            for (std::uint32_t i = 0;; ++i)
+                if (whole.contains(whole.id(i))) return whole.id(i);
+        }();
+        for (jostle::World3f* each : {churn.world.get(), &whole}) {
+            each->move(first, {{1, 1, 1}, {5, 5, 5}});
+            const std::vector<std::byte> before = each->save();
+            starve([&] { each->update(); }, [&](std::uint64_t) { ASSERT_EQ(each->save(), before); });
+        }
+        EXPECT_TRUE(Lists(*churn.world) == Lists(whole));
+        churn.world->restore_changes(changes[to]);
+    }
+}
+
+// Frames that are saved, and now and then taken back.
+TEST(Memory, SteadyRollbackAllocatesNothing)
+{
+    jostle::World3f world({.executor = &jostle::serial_executor()});
+    std::vector<jostle::Aabb3f> boxes;
+    for (int i = 0; i < 2000; ++i) {
+        const float x = static_cast<float>(i % 50) * 1.5f, y = static_cast<float>(i / 50) * 0.9f;
+        boxes.push_back({{x, y, 0}, {x + 1, y + 1, 1}});
+    }
+    std::vector<ObjectId> ids(boxes.size());
+    world.add(boxes, ids);
+    while (world.update(), world.stats().active != 0) {
+    }
+    (void)world.save_base();
+    std::vector<std::vector<std::byte>> ring(4);
+    std::uint64_t calls = 0;
+    for (std::size_t frame = 0; frame < 200; ++frame) {
+        if (frame == 100) calls = global_new::calls;
+        const float by = frame % 2 == 0 ? 0.1f : -0.1f;
+        for (std::size_t i = 0; i < 100; ++i) {
+            boxes[i].lo[0] += by;
+            boxes[i].hi[0] += by;
+        }
+        world.update(std::span(ids).first(100), std::span<const jostle::Aabb3f>(boxes).first(100));
+        world.save_changes(ring[frame % ring.size()]);
+        if (frame % 5 == 4) {
+            world.restore_changes(ring[(frame - 2) % ring.size()]);
+            world.restore_changes(ring[frame % ring.size()]);
+        }
+    }
+    EXPECT_EQ(global_new::calls - calls, 0u);
+}
+
 TEST(Memory, ASmallWorldTakesLittle)
 {
     const std::vector<jostle::Aabb3f> boxes(8, {{0, 0, 0}, {1, 1, 1}});

@@ -17,6 +17,29 @@ constexpr Asked<jostle_world> of_world{jostle_world_first, jostle_world_all, jos
 constexpr AskedShapes<jostle_world> shapes_of_world{jostle_world_first_hits, jostle_world_all_hits,
                                                     jostle_world_nearest_shapes};
 
+/// What one of the functions that save says.
+template <class Save, class Handle>
+py::bytes saved(const Save& save, Handle* world)
+{
+    const Results results = new_results();
+    const void* bytes = nullptr;
+    std::uint64_t count = 0;
+    call([&](jostle_error* error) { return save(world, results.get(), error); });
+    call([&](jostle_error* error) { return jostle_results_bytes(results.get(), &bytes, &count, error); });
+    return py::bytes(static_cast<const char*>(bytes), count);
+}
+
+template <class Restore, class Handle>
+void restore(const Restore& function, Handle* world, const py::bytes& snapshot)
+{
+    char* bytes = nullptr;
+    py::ssize_t count = 0;
+    PyBytes_AsStringAndSize(snapshot.ptr(), &bytes, &count);
+    call([&](jostle_error* error) {
+        return function(world, bytes, static_cast<std::uint64_t>(count), error);
+    });
+}
+
 } // namespace
 
 void define_world(py::module_& m)
@@ -143,28 +166,16 @@ void define_world(py::module_& m)
                      &filter.pending);
                  return copy_pairs(results);
              })
-        .def("save",
-             [](const World& self) {
-                 const Results results = new_results();
-                 const void* bytes = nullptr;
-                 std::uint64_t count = 0;
-                 call([&](jostle_error* error) {
-                     return jostle_world_save(self.handle.get(), results.get(), error);
-                 });
-                 call([&](jostle_error* error) {
-                     return jostle_results_bytes(results.get(), &bytes, &count, error);
-                 });
-                 return py::bytes(static_cast<const char*>(bytes), count);
-             })
+        .def("save", [](const World& self) { return saved(jostle_world_save, self.handle.get()); })
         .def("restore",
              [](World& self, const py::bytes& snapshot) {
-                 char* bytes = nullptr;
-                 py::ssize_t count = 0;
-                 PyBytes_AsStringAndSize(snapshot.ptr(), &bytes, &count);
-                 call([&](jostle_error* error) {
-                     return jostle_world_restore(self.handle.get(), bytes, static_cast<std::uint64_t>(count),
-                                                 error);
-                 });
+                 restore(jostle_world_restore, self.handle.get(), snapshot);
+             })
+        .def("save_base", [](World& self) { return saved(jostle_world_save_base, self.handle.get()); })
+        .def("save_changes", [](World& self) { return saved(jostle_world_save_changes, self.handle.get()); })
+        .def("restore_changes",
+             [](World& self, const py::bytes& changes) {
+                 restore(jostle_world_restore_changes, self.handle.get(), changes);
              })
         .def("fork",
              [](const World& self) {

@@ -285,6 +285,18 @@ class World:
         """Becomes the world that was saved."""
         self._world.restore(bytes(snapshot))
 
+    def save_base(self) -> bytes:
+        """save(), which from now on is the base: what differs from it is recorded, until the next save_base(), restore() or clear()."""
+        return self._world.save_base()
+
+    def save_changes(self) -> bytes:
+        """How the world differs from its base. Costs what differs; what rests costs nothing."""
+        return self._world.save_changes()
+
+    def restore_changes(self, changes: bytes) -> None:
+        """Becomes the world whose changes these are, as restore() would; it keeps its base, which must be theirs."""
+        self._world.restore_changes(bytes(changes))
+
     def clear(self) -> None:
         """Becomes a world without objects. Ids from before name others then, or nothing."""
         self._world.clear()

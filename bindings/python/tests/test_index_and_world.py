@@ -167,6 +167,31 @@ def test_a_world_is_pickled_forked_and_restored():
         pickle.dumps(jostle.World(accept=lambda a, b: True))
 
 
+def test_a_world_goes_back_by_what_changed():
+    boxes = some_boxes(1000, 3, np.float32)
+    _, world, ids = both(boxes)
+    base = world.save_base()
+    world.remove(ids[:3])
+    world.update()
+    changes, whole = world.save_changes(), world.save()
+    assert len(changes) < len(whole) and base != whole
+    world.remove(ids[3:9])
+    world.update()
+    world.restore_changes(changes)
+    assert len(world) == 997 and world.save() == whole and world.save_changes() == changes
+    other = jostle.World(dim=3, dtype=np.float32)
+    with pytest.raises(jostle.Error, match="no base"):
+        other.restore_changes(changes)
+    other.restore(base)
+    assert other.save_base() == base
+    other.restore_changes(changes)
+    assert other.save() == whole
+    for bad in (changes[:-1], b"", changes[:50] + bytes([changes[50] ^ 1]) + changes[51:], whole):
+        with pytest.raises(jostle.Error) as raised:
+            world.restore_changes(bad)
+        assert raised.value.status == "bad_snapshot" and world.save() == whole
+
+
 def test_a_world_tells_again_and_is_cleared():
     boxes = some_boxes(200, 2, np.float64)
     _, world, ids = both(boxes)

@@ -1,0 +1,403 @@
+// SPDX-License-Identifier: MIT
+// What changed since a base: restored, it is to the byte what a whole snapshot is, and costs what differs.
+#include <cstring>
+
+#include "questions.hpp"
+
+namespace world_tests {
+namespace {
+
+using jostle::Error;
+using jostle::ErrorCode;
+using Bytes = std::vector<std::byte>;
+
+template <int Dim, class T>
+bool same_results(const jostle::World<Dim, T>& a, const jostle::World<Dim, T>& b)
+{
+    const auto same = [](const auto& x, const auto& y) {
+        return std::equal(x.begin(), x.end(), y.begin(), y.end());
+    };
+    return same(a.began(), b.began()) && same(a.ended(), b.ended()) &&
+           same(a.began_slots(), b.began_slots()) && same(a.ended_slots(), b.ended_slots()) &&
+           a.persisted().to_vector() == b.persisted().to_vector() && // in the same order
+           a.pairs().to_vector() == b.pairs().to_vector() && a.save() == b.save();
+}
+
+/// A moment to go back to: the slow twin has the whole snapshot.
+template <int Dim, class T>
+struct Moment
+{
+    Bytes whole, changes;
+    Twin<Dim, T> twin;
+    Random random;
+};
+
+template <int Dim, class T>
+void set_some_data(Churn<Dim, T>& churn, jostle::World<Dim, T>& world, std::uint64_t data)
+{
+    if (churn.twin.things.empty()) return;
+    world.set_user_data(churn.twin.things.begin()->second.id, data);
+    world.set_user_data(churn.twin.things.rbegin()->second.id, data / 2);
+}
+
+template <int Dim, class T>
+void go_back_and_forth(std::uint64_t seed, bool callback, jostle::WorldOptions options)
+{
+    const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(3);
+    Churn<Dim, T> churn(seed, 8, callback, options);
+    for (int k = 0; k < 400; ++k)
+        churn.operate(200);
+    for (int update = 0; update < 20; ++update) {
+        ASSERT_TRUE(churn.update(false));
+        for (std::uint32_t k = churn.random.below(20); k > 0; --k)
+            churn.operate(200);
+    }
+    if (seed % 2 == 0) { // else there is something queued
+        ASSERT_TRUE(churn.update(false));
+    }
+    const Bytes base = churn.world->save_base();
+    ASSERT_EQ(base, churn.world->save());
+    options.executor = threads.get();
+    Churn<Dim, T> replica(seed, 8, callback, options);
+    replica.world->restore(base);
+    ASSERT_EQ(replica.world->save_base(), base);
+    if (seed % 2 != 0) {
+        ASSERT_TRUE(churn.update(false));
+    }
+
+    std::vector<Moment<Dim, T>> moments;
+    for (int round = 0; round < 12; ++round) {
+        for (int update = 0; update < 8; ++update) {
+            const std::uint32_t commands = update % 4 < 2 ? churn.random.below(30) : 0;
+            for (std::uint32_t k = commands; k > 0; --k)
+                churn.operate(200);
+            ASSERT_TRUE(churn.update(update == 0)) << round << ' ' << update;
+            if (churn.random.below(2) == 0) set_some_data(churn, *churn.world, churn.random.below(3));
+            Moment<Dim, T> moment{churn.world->save(), {}, churn.twin, churn.random};
+            churn.world->save_changes(moment.changes);
+            moments.push_back(std::move(moment));
+        }
+        // To be forgotten.
+        (void)churn.world->add(random_box<Dim, T>(churn.random, 8));
+        if (round % 3 == 1) churn.world->apply();
+        const Moment<Dim, T>& moment =
+            moments[moments.size() - 1 - churn.random.below(std::min<std::uint32_t>(40, 8 * (round + 1)))];
+        // There by its changes, and by the whole: then the same to the byte, whatever is done.
+        Churn<Dim, T> whole(seed, 8, callback, options);
+        whole.world->restore(moment.whole);
+        churn.world->restore_changes(moment.changes);
+        replica.world->restore_changes(moment.changes);
+        for (Churn<Dim, T>* each : {&churn, &whole, &replica}) {
+            each->twin = moment.twin;
+            each->random = moment.random;
+            ASSERT_EQ(each->world->save(), moment.whole) << round;
+            ASSERT_TRUE(each->world->began().empty() && each->world->persisted().empty());
+        }
+        ASSERT_EQ(churn.world->pairs().to_vector(), whole.world->pairs().to_vector());
+        ASSERT_EQ(churn.world->stats().resting, whole.world->stats().resting);
+        Bytes again, of_replica;
+        churn.world->save_changes(again);
+        replica.world->save_changes(of_replica);
+        ASSERT_EQ(again, moment.changes) << round;
+        ASSERT_EQ(of_replica, moment.changes) << round;
+        if (round % 2 == 0) {
+            const auto questions = [&](const Churn<Dim, T>& each) {
+                return Questions<Dim, T>(each, 1).agree();
+            };
+            ASSERT_TRUE(questions(churn));
+        }
+        for (int update = 0; update < 6; ++update) {
+            const std::uint32_t commands = churn.random.below(update < 3 ? 20 : 2);
+            (void)whole.random.below(2), (void)replica.random.below(2);
+            for (std::uint32_t k = commands; k > 0; --k)
+                churn.operate(200), whole.operate(200), replica.operate(200);
+            ASSERT_TRUE(churn.update(false)) << round << ' ' << update;
+            ASSERT_TRUE(whole.update(false)) << round << ' ' << update;
+            ASSERT_TRUE(replica.update(false)) << round << ' ' << update;
+            ASSERT_TRUE(same_results(*churn.world, *whole.world)) << round << ' ' << update;
+            ASSERT_TRUE(same_results(*churn.world, *replica.world)) << round << ' ' << update;
+        }
+    }
+    EXPECT_TRUE((Questions<Dim, T>(churn, 1).agree()));
+    // The base itself: nothing differs, and it is what was saved.
+    Churn<Dim, T> first(seed, 8, callback, options);
+    first.world->restore(base);
+    ASSERT_EQ(first.world->save_base(), base);
+    Bytes nothing;
+    first.world->save_changes(nothing);
+    churn.world->restore_changes(nothing);
+    EXPECT_EQ(churn.world->save(), base);
+}
+
+TEST(Changes, RestoredTheyAreWhatAWholeSnapshotIs)
+{
+    for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+        jostle::WorldOptions options;
+        options.pair_slots = seed >= 3;
+        options.ignore_odd_boxes = seed % 2 == 0;
+        options.slack = seed == 4 ? 0.2 : 0;
+        options.margin = seed == 2 ? 0.25 : 0;
+        if (seed % 3 == 1) { // without a callback and with one
+            go_back_and_forth<3, double>(seed, seed % 2 == 0, options);
+            go_back_and_forth<2, float>(seed, seed % 2 == 1, options);
+        } else {
+            go_back_and_forth<3, float>(seed, seed % 2 == 0, options);
+            go_back_and_forth<2, double>(seed, seed % 2 == 1, options);
+        }
+    }
+}
+
+jostle::Aabb3f cube(float x, float y)
+{
+    return {{x, y, 0}, {x + 1, y + 1, 1}};
+}
+
+// 20,000 rest, 1,000 came to rest and move now and then: more than a world parks at a time.
+TEST(Changes, CostWhatChangedNotWhatRests)
+{
+    jostle::World3f world;
+    for (int i = 0; i < 20000; ++i)
+        (void)world.add(cube(static_cast<float>(i % 200) * 3, static_cast<float>(i / 200) * 3));
+    std::vector<ObjectId> movers(1500);
+    for (std::size_t i = 0; i < movers.size(); ++i)
+        movers[i] = world.add(cube(static_cast<float>(i % 150) * 4, 1000 + static_cast<float>(i / 150) * 4));
+    while (world.update(), world.stats().active != 0) {
+    }
+    const Bytes base = world.save_base();
+    Bytes changes;
+    world.save_changes(changes);
+    EXPECT_LT(changes.size(), 200u) << "nothing has changed";
+    std::vector<Bytes> wholes, deltas;
+    for (int frame = 0; frame < 20; ++frame) {
+        for (std::size_t i = 0; i < (frame % 10 < 5 ? movers.size() : 3); ++i)
+            world.move(movers[i], cube(static_cast<float>(i % 150) * 4 + 0.1f * static_cast<float>(frame),
+                                       1000 + static_cast<float>(i / 150) * 4));
+        world.update();
+        world.save_changes(changes);
+        EXPECT_LT(changes.size(), 200 + movers.size() * 60);
+        wholes.push_back(world.save());
+        deltas.push_back(changes);
+    }
+    EXPECT_GT(base.size(), 20000u * 40);
+    for (std::size_t frame : {std::size_t{3}, std::size_t{17}, std::size_t{0}, std::size_t{19}}) {
+        world.restore_changes(deltas[frame]);
+        jostle::World3f whole;
+        whole.restore(wholes[frame]);
+        for (int update = 0; update < 30; ++update) {
+            ASSERT_TRUE(same_results(world, whole)) << frame << ' ' << update;
+            for (jostle::World3f* each : {&world, &whole}) {
+                if (update == 3) each->move(movers[7], cube(0, 0));
+                each->update();
+            }
+        }
+    }
+}
+
+// What masked questions remember follows a world that goes back.
+TEST(Changes, QuestionsWithAMaskSeeWhereTheWorldWent)
+{
+    jostle::World3f world;
+    std::vector<ObjectId> ids(6000);
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        jostle::ObjectOptions<float> options;
+        options.filter.category = i % 8 == 0 ? 2u : 1u;
+        ids[i] = world.add(cube(static_cast<float>(i % 100) * 2, static_cast<float>(i / 100) * 2), options);
+    }
+    while (world.update(), world.stats().active != 0) {
+    }
+    (void)world.save_base();
+    Bytes start;
+    world.save_changes(start);
+    const auto count = [&] {
+        jostle::ObjectQueryFilter filter;
+        filter.mask = 2;
+        std::uint64_t sum = 0;
+        for (int k = 0; k < 200; ++k)
+            sum += world.count(jostle::Aabb3f{{0, 0, 0}, {50, 50, 1}}, filter);
+        return sum;
+    };
+    const std::uint64_t before = count();
+    for (std::size_t i = 0; i < 160; i += 8)
+        world.move(ids[i], cube(5000, 5000)); // two rows' worth of those that are asked about
+    jostle::ObjectFilter other;
+    other.category = 2;
+    world.set_filter(ids[1], other);
+    while (world.update(), world.stats().active != 0) {
+    }
+    const std::uint64_t meanwhile = count();
+    EXPECT_NE(meanwhile, before);
+    Bytes later;
+    world.save_changes(later);
+    for (int k = 0; k < 3; ++k) {
+        world.restore_changes(start);
+        EXPECT_EQ(count(), before);
+        world.restore_changes(later);
+        EXPECT_EQ(count(), meanwhile);
+    }
+}
+
+/// A world with something of everything that differs, and the changes that say so.
+struct Sample
+{
+    jostle::WorldOptions options;
+    Bytes base, changes;
+    std::unique_ptr<jostle::World3f> world;
+
+    Sample()
+    {
+        options.accept = [](ObjectId, ObjectId b) { return b.index != 2 && b.index != 7; };
+        options.pair_slots = true;
+        world = std::make_unique<jostle::World3f>(options);
+        std::vector<ObjectId> ids(7);
+        world->add(std::vector<jostle::Aabb3f>(7, cube(0, 0)), ids);
+        world->update();
+        world->remove(ids[4]);
+        world->remove(ids[5]);
+        for (int k = 0; k < 5; ++k)
+            world->update();
+        base = world->save_base();
+        world->set_margin(ids[1], 0.5f);
+        world->set_enabled(ids[3], false);
+        world->remove(ids[2]);
+        world->set_user_data(ids[6], 77);
+        for (int k = 0; k < 3; ++k)
+            (void)world->add(cube(0.25f, 0));
+        world->update();
+        world->move(ids[0], cube(0, 0.5f));
+        world->update();
+        world->save_changes(changes);
+        EXPECT_GT(world->stats().refused, 0u);
+        EXPECT_GT(world->stats().active, 0u);
+    }
+};
+
+ErrorCode error_of_restoring(jostle::World3f& world, const Bytes& bytes)
+{
+    try {
+        world.restore_changes(bytes);
+    } catch (const Error& error) {
+        EXPECT_EQ(std::string(error.what()).find("changes: "), 0u) << error.what();
+        return error.code();
+    }
+    return {};
+}
+
+TEST(Changes, EveryAlteredByteAndEveryCutIsRefused)
+{
+    Sample sample;
+    const Bytes& good = sample.changes;
+    jostle::World3f world(sample.options);
+    world.restore(sample.base);
+    ASSERT_EQ(world.save_base(), sample.base);
+    const ObjectId a = world.id(0);
+    world.move(a, cube(3, 3));
+    world.update();
+    world.move(a, cube(4, 4));
+    world.apply();
+    const Bytes own = world.save();
+    for (std::size_t i = 0; i < good.size(); ++i) {
+        for (const int flip : {0x01, 0x80, 0xff}) {
+            Bytes bad = good;
+            bad[i] ^= static_cast<std::byte>(flip);
+            ASSERT_EQ(error_of_restoring(world, bad), ErrorCode::bad_snapshot) << "byte " << i;
+        }
+        ASSERT_EQ(error_of_restoring(world, Bytes(good.begin(), good.begin() + static_cast<long>(i))),
+                  ErrorCode::bad_snapshot)
+            << "cut at " << i;
+    }
+    Bytes longer = good;
+    longer.push_back({});
+    EXPECT_EQ(error_of_restoring(world, longer), ErrorCode::bad_snapshot);
+    EXPECT_EQ(error_of_restoring(world, sample.base), ErrorCode::bad_snapshot) << "a whole one is none";
+    EXPECT_THROW(world.restore(good), Error) << "nor the other way round";
+    EXPECT_EQ(world.save(), own) << "refused changes change nothing";
+    EXPECT_EQ(world.box(a).lo[0], 4) << "and what apply() shows stays";
+    world.restore_changes(good);
+    EXPECT_EQ(world.save(), sample.world->save());
+}
+
+TEST(Changes, OfAnotherBaseOrWithoutOneAreRefused)
+{
+    Sample sample;
+    jostle::World3f without(sample.options);
+    Bytes out;
+    EXPECT_THROW(without.restore_changes(sample.changes), Error);
+    EXPECT_THROW(without.save_changes(out), Error);
+    without.restore(sample.base);
+    EXPECT_THROW(without.restore_changes(sample.changes), Error) << "restored, but not said to be the base";
+    const Bytes same = without.save_base();
+    EXPECT_NO_THROW(without.restore_changes(sample.changes));
+    jostle::World3f fork = without.fork();
+    EXPECT_THROW(fork.save_changes(out), Error);
+
+    const Bytes now = sample.world->save_base();
+    EXPECT_EQ(error_of_restoring(*sample.world, sample.changes), ErrorCode::bad_snapshot) << "an older base";
+    EXPECT_EQ(sample.world->save(), now);
+    sample.world->clear();
+    EXPECT_THROW(sample.world->save_changes(out), Error);
+    jostle::World3d of_doubles;
+    (void)of_doubles.save_base();
+    EXPECT_THROW(of_doubles.restore_changes(sample.changes), Error);
+}
+
+/// The layout's checksum, written again.
+void seal(Bytes& bytes)
+{
+    std::fill_n(bytes.begin() + 32, 8, std::byte{0});
+    std::uint64_t sum = 0x9e3779b97f4a7c15u;
+    for (std::size_t i = 0; i < bytes.size(); i += 8) {
+        std::uint64_t word = 0;
+        for (std::size_t k = 0; k < 8 && i + k < bytes.size(); ++k)
+            word |= std::uint64_t{static_cast<unsigned char>(bytes[i + k])} << (8 * k);
+        sum = (sum ^ word) * 0xbf58476d1ce4e5b9u;
+        sum ^= sum >> 32;
+    }
+    for (std::size_t k = 0; k < 8; ++k)
+        bytes[32 + k] = static_cast<std::byte>(sum >> (8 * k));
+}
+
+TEST(Changes, WhoeverKnowsTheChecksumDoesNoHarmEither)
+{
+    Sample sample;
+    const Bytes& good = sample.changes;
+    Bytes resealed = good;
+    seal(resealed);
+    ASSERT_EQ(resealed, good);
+    Random random(3);
+    int refused = 0, taken = 0;
+    for (int k = 0; k < 6000; ++k) {
+        Bytes bad = good;
+        for (std::uint32_t n = 1 + random.below(2); n > 0; --n)
+            bad[48 + random.below(static_cast<std::uint32_t>(bad.size() - 48))] =
+                static_cast<std::byte>(random.below(random.below(2) == 0 ? 256 : 8));
+        seal(bad);
+        jostle::World3f& world = *sample.world;
+        const Bytes before = k % 50 == 0 ? world.save() : Bytes();
+        try {
+            world.restore_changes(bad);
+        } catch (const Error&) {
+            ++refused;
+            if (k % 50 == 0) {
+                ASSERT_EQ(world.save(), before);
+            }
+            continue;
+        }
+        ++taken; // another filter, or another box: whatever it says is possible
+        for (std::uint32_t i = 0; i < world.index_end(); ++i)
+            if (world.contains(world.id(i))) world.move(world.id(i), {{0, 0, 0}, {2, 2, 2}});
+        (void)world.add({{0, 0, 0}, {1, 1, 1}});
+        world.update();
+        (void)world.pairs();
+    }
+    EXPECT_GT(refused, 1000);
+    EXPECT_GT(taken, 1000);
+    sample.world->restore_changes(good);
+    jostle::World3f fresh(sample.options);
+    fresh.restore(sample.base);
+    (void)fresh.save_base();
+    fresh.restore_changes(good);
+    EXPECT_EQ(sample.world->save(), fresh.save()) << "none of it has left a trace";
+}
+
+} // namespace
+} // namespace world_tests
