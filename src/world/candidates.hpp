@@ -23,9 +23,9 @@ namespace world {
 struct Candidates
 {
     // Pairs of objects, by index, that touch and whose filters agree. Strictly ascending: `judge` merges them
-    // with those of the last update. Each once: a changed object is an entry, one that hasn't changed is idle,
-    // parked or resting, and what still holds an object that changed passes it over. A pair of two objects
-    // that are idle is missing; the last update has it.
+    // with those of the last update. Each once: a changed object is an entry, one that hasn't changed is
+    // idle, parked or resting, and what still holds an object that changed passes it over. A pair of two
+    // objects that are idle is missing; the last update has it.
     std::span<Pair> touching;
     std::uint64_t looked_at = 0; // pairs of boxes that touch
     std::uint64_t rejected = 0;  // of these: kept apart by filters

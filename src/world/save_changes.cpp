@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What has changed since a base, a whole snapshot, and going to it from any other state with that base: at the
-// cost of what differs, without a look at what rests.
+// What has changed since a base, a whole snapshot, and going to it from any other state with that base: at
+// the cost of what differs, without a look at what rests.
 //
 // Behind the header: the end of the indices; objects that differ, ascending, as index and record; how many of
 // the base's free indices are left, from the first on, and those behind them; active objects; pairs that are

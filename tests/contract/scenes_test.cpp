@@ -185,7 +185,8 @@ TEST(Scenes, EachEqualsFindOfItsBoxesOnAnyExecutor)
     });
 }
 
-/// Tasks claim scenes by where they begin among the boxes: at any place, none is left out and none is taken twice.
+/// Tasks claim scenes by where they begin among the boxes: at any place, none is left out and none is taken
+/// twice.
 TEST(Scenes, WhereverOneBeginsItIsSearched)
 {
     const std::unique_ptr<jostle::Executor> threads = jostle::make_thread_executor(3);

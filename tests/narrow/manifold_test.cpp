@@ -31,8 +31,8 @@ bool is_face(std::uint16_t feature)
     return (feature & 0xc000) == narrow::face_feature;
 }
 
-/// A vertex or a face that meets another shape at `end`, which lies on its surface: the end lies there. Edges are
-/// numbered in several ways and only counted.
+/// A vertex or a face that meets another shape at `end`, which lies on its surface: the end lies there. Edges
+/// are numbered in several ways and only counted.
 void see_feature(const narrow::Core3& core, std::uint16_t feature, const Vec3& end, const Vec3& outwards,
                  double near, Seen& seen)
 {

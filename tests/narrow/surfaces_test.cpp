@@ -86,7 +86,8 @@ TEST(AMesh, MeetsAPointExactlyAtTheMargin)
             }
 }
 
-/// A mesh has two sides and no inside: a body is pushed out as it would be if the triangles ran the other way.
+/// A mesh has two sides and no inside: a body is pushed out as it would be if the triangles ran the other
+/// way.
 TEST(AMesh, PushesTheSameWhicheverWayItsTrianglesRun)
 {
     Random random(12);

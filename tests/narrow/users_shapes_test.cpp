@@ -86,8 +86,8 @@ TEST(AUsersTest, ReplacesTheLibrarys)
     EXPECT_EQ(found[0].point[0].from_b, found[1].point[0].from_a);
 }
 
-/// Of several tests for two types, in whatever order they name them, the last one that was added; and what touches
-/// is told by its depths alone.
+/// Of several tests for two types, in whatever order they name them, the last one that was added; and what
+/// touches is told by its depths alone.
 TEST(AUsersTest, TheLastOneThatWasAddedCounts)
 {
     const Ball ball(0.5);

@@ -346,7 +346,8 @@ TEST(Recorder, SaysWhatCantBeWritten)
     EXPECT_FALSE(full_at_once.close());
     EXPECT_EQ(full_at_once.frames(), 0u);
 
-    // A disk that fills up and has room again: what couldn't be written is missing, and nothing comes after it.
+    // A disk that fills up and has room again: what couldn't be written is missing, and nothing comes after
+    // it.
     const TemporaryFile short_file("-short");
     {
         jostle::Recorder<3, float> stopped(short_file.path().string());

@@ -123,8 +123,8 @@ TEST(Executor, ThreadsAsAsked)
     EXPECT_EQ(serial_executor().concurrency(), 1u);
 }
 
-/// As many tasks as threads wait for each other, and all but the caller's take a while: no thread is missing, and
-/// run() returns after all of them.
+/// As many tasks as threads wait for each other, and all but the caller's take a while: no thread is missing,
+/// and run() returns after all of them.
 TEST(Executor, HasAllItsThreadsAndWaitsForThem)
 {
     for (const std::uint32_t threads : {2u, 3u, 8u}) {

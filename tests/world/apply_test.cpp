@@ -225,7 +225,8 @@ TEST(Apply, DoesNotChangeWhoWins)
     }
 }
 
-/// One of two who contested goes on speaking after apply(), and nobody else does: the other's word still counts.
+/// One of two who contested goes on speaking after apply(), and nobody else does: the other's word still
+/// counts.
 TEST(Apply, SettlesAgainWhatWasContestedBefore)
 {
     Speaker one, other;

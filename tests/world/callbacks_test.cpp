@@ -202,7 +202,8 @@ TEST(World, QuestionsInsideTheCallbackAreAboutTheLastUpdate)
     EXPECT_EQ(began(world), (Began{{a, b}}));
 }
 
-/// Asked so often by a mask that the few which it leaves get an index of their own, in the middle of the update.
+/// Asked so often by a mask that the few which it leaves get an index of their own, in the middle of the
+/// update.
 TEST(World, QuestionsByMasksInsideTheCallbackAreAboutTheLastUpdate)
 {
     World3f* me = nullptr;

@@ -81,7 +81,8 @@ TEST(Memory, AFailedUpdateOfWhatIsKeptWithObjectsAndPairs)
         world.set_user_data(loners.back(), 7);
     }
     world.update();
-    // The loners come to rest in the update that makes room for 200 pairs and for what was kept with the removed.
+    // The loners come to rest in the update that makes room for 200 pairs and for what was kept with the
+    // removed.
     for (int k = 0; k < 200; ++k)
         for (int twice = 0; twice < 2; ++twice)
             world.add(box(static_cast<float>(1000 + 3 * k)));

@@ -113,8 +113,8 @@ std::vector<jostle::Aabb3f> side_by_side(std::size_t count, std::size_t width)
     return boxes;
 }
 
-/// Who hasn't changed for three updates comes to rest, a new object with its second; of many no more at once than
-/// have changed, or 128.
+/// Who hasn't changed for three updates comes to rest, a new object with its second; of many no more at once
+/// than have changed, or 128.
 TEST(Parked, WhoStaysForLongEnoughComesToRest)
 {
     Random random(17);
