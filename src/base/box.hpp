@@ -3,11 +3,11 @@
 
 #include "jostle/box.hpp"
 
-// What rooms ask about boxes, each question written once. `overlaps` in jostle/box.hpp belongs to them, too.
+// Tests of boxes that several rooms need, each written once. `overlaps` in jostle/box.hpp is one of them.
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Whether a box is one: lo <= hi on every axis. A NaN is neither.
+/// Whether a box is valid: lo <= hi on every axis. A box with a NaN isn't.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool valid(const Aabb<Dim, T>& box) noexcept
 {
@@ -41,8 +41,8 @@ template <int Dim, Coordinate T>
     return all;
 }
 
-/// `overlaps` without a branch between the axes, which leaves the choice to the compiler: for boxes of which
-/// nobody can predict whether they touch.
+/// `overlaps` without a branch between the axes, for boxes of which the processor can't predict whether they
+/// touch.
 template <int Dim, Coordinate T>
 [[nodiscard]] constexpr bool overlaps_branchless(const Aabb<Dim, T>& a, const Aabb<Dim, T>& b) noexcept
 {

@@ -30,7 +30,7 @@ class Buffer
     ~Buffer() { release(); }
 
     /// Room for `count` elements; what was in it is lost if it has to grow. It grows by a quarter more than
-    /// asked, so that a scene that breathes doesn't allocate at every new record.
+    /// asked, so that a scene whose size varies doesn't allocate at every new record.
     T* reserve(std::size_t count)
     {
         if (count > capacity_) reserve_exactly(count + count / 4 + 16);

@@ -11,9 +11,9 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// While it lives, denormal numbers count on this thread. Hosts that flush them to zero (some do for speed,
-/// and -ffast-math does it for whoever links with it) do so thread by thread, so that boxes a denormal apart
-/// would touch on some threads only. Touches nothing where nothing is flushed.
+/// While it lives, denormal numbers aren't flushed to zero on this thread. Hosts that flush them (some do it
+/// for speed, and linking with -ffast-math does it) do so thread by thread, so boxes that are a denormal
+/// apart would touch on some threads only. Changes nothing if denormals aren't flushed.
 class ExactFloats
 {
   public:

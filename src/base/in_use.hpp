@@ -8,8 +8,8 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Holds something that takes one call at a time for as long as a call lasts: another one, of a callback or
-/// of another thread, is an error rather than a wrong answer.
+/// Marks an object that allows one call at a time as in use while a call lasts. Another call, from a callback
+/// or from another thread, is then an error rather than a wrong answer.
 class InUse
 {
   public:

@@ -25,8 +25,8 @@ Count exclusive_sum(Count* counts, std::size_t kinds, Count sum = 0) noexcept
     return sum;
 }
 
-/// The same for values that come in parts, of which `counts` holds one row of kinds each: values of one kind
-/// are to lie in the order of the parts.
+/// The same for values that come in parts; `counts` holds a row of kinds for each part. Values of one kind
+/// will be in the order of the parts.
 template <class Count>
 Count exclusive_sum_of_parts(Count* counts, std::size_t parts, std::size_t kinds, Count sum = 0) noexcept
 {
@@ -38,11 +38,11 @@ Count exclusive_sum_of_parts(Count* counts, std::size_t parts, std::size_t kinds
 
 /// Sorts by the unsigned number key(value), ascending; values with equal keys keep their order. One pass for
 /// each digit of `digit_bits` bits or fewer, least significant first. `differing` has the bits in which keys
-/// differ, and may have more: bits that it lacks cost nothing.
+/// differ, and may have more. Bits that aren't set in it cost nothing.
 ///
 /// `spare` has room for as many values. Returns where the result is: in `values` or in `spare`.
-/// `together` is for how many passes the digits are counted in one reading. More are of use where the values
-/// lie in the cache; each takes counters on the stack.
+/// `together` is the number of passes whose digits are counted in one reading. More help if the values are in
+/// the cache; each takes counters on the stack.
 template <int digit_bits, int together = 1, class Value, class Key, class Number, class Count>
 Value* radix_sort(Value* values, Value* spare, Count count, const Key& key, Number differing,
                   int digit = digit_bits)

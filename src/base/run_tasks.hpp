@@ -9,8 +9,8 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// executor.run, and an `Error` if it left tasks out, since nothing of their slots could be relied on. One
-/// that returns while tasks still run can't be caught: they use memory of this call.
+/// Calls executor.run, and throws an `Error` if it left tasks out, since their slots would have no results.
+/// An executor that returns while tasks still run can't be detected; they use memory of this call.
 template <class Task>
 void run_tasks(Executor& executor, std::uint32_t count, const Task& task)
 {

@@ -35,7 +35,7 @@ struct Failure
     throw Failure{status, std::move(message), index};
 }
 
-/// What the exception being handled says as a status, which `error` is told if there is one.
+/// Turns the exception being handled into a status, and fills in `error` if there is one.
 jostle_status report(jostle_error* error) noexcept;
 
 /// Runs the inside of a function. What it throws becomes the status.

@@ -10,21 +10,21 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// A brick of two sets whose rows have mostly records of their own set in their windows, as where few meet a
-/// crowd: its records once more, set by set, so that a row is tested against the other set alone.
+/// A brick of two sets in which windows hold mostly records of the row's own set, as where a few boxes meet a
+/// crowd. It has the records a second time, set by set, so that a row is tested against the other set alone.
 ///
 ///     records    a a a b a a a a b a b a     sorted along the sweep axis, as any brick's
 ///     columns    a a a a a a a a a - - b b b     `-` padding
 ///     before     0 0 0 0 1 1 1 1 1 2 2 3 3   how many b lie before each record, and before the end
 ///
-/// The pairs come out in the order in which Kernels::sweep finds them in the records, ties too: rows in
-/// couples, step by step of the records, not of the columns. So it is a matter of time alone which way a
-/// brick is swept.
+/// The pairs come out in the order in which Kernels::sweep finds them in the records, ties included: rows in
+/// couples, step by step of the records, not of the columns. So the way in which a brick is swept affects
+/// only time.
 class Apart
 {
   public:
-    /// From sorted and padded records and their windows, in working memory of `slot`. Returns false, and is
-    /// of no use, if sweeping the brick as it is costs less than about twice as much.
+    /// From sorted and padded records and their windows, in working memory of `slot`. Returns false, and must
+    /// not be used, if sweeping the brick as it is costs less than about twice as much.
     bool make(const Record* records, const std::uint32_t* window_end, std::uint32_t count,
               const Kernels& kernels, Slot& slot);
     /// How many it tests in all.

@@ -21,7 +21,7 @@ struct Job;
 class JobPool;
 struct Slot;
 
-/// Takes a segment of pairs, moves those that are wanted to its front and returns their end.
+/// Takes a segment of pairs, moves the accepted ones to its front and returns their end.
 using PairSelection = FunctionRef<Pair*(Pair* first, Pair* last)>;
 
 /// What a search is to do with what it finds.
@@ -35,7 +35,7 @@ struct Request
     std::uint32_t offset_b = 0;
 };
 
-/// Thrown when a box is NaN or inverted. Which one is the lowest is left to the caller, who knows all slices.
+/// Thrown when a box is NaN or inverted. The caller, who knows all slices, finds the lowest such box.
 struct BadBox
 {
 };
@@ -50,10 +50,10 @@ class ResultChunks
     void begin_call() noexcept { used_ = 0; }
     /// With room for `pairs` at least, if they are few. From any thread.
     std::span<Pair> next(PairBuffer& result, std::size_t pairs = chunk_pairs);
-    /// After a search by so many tasks. How many chunks the same pairs fill varies by one per task with the
-    /// threads' luck. Some to spare, and twice that when they run short, keep steady frames from allocating.
+    /// After a search by so many tasks. The same pairs may fill one chunk more or less per task by chance, so
+    /// spare chunks are kept, twice as many when they run short: steady frames don't allocate.
     void keep_spare(PairBuffer& result, std::uint32_t tasks);
-    /// So many chunks, if there aren't as many yet.
+    /// Makes so many chunks, if there aren't as many yet.
     static void reserve(PairBuffer& result, std::uint64_t chunks);
 
   private:

@@ -52,7 +52,7 @@ class Output : public PairOutput
     [[nodiscard]] std::uint64_t block() const noexcept { return block_; }
 
     /// Decides ties by the user's own numbers. Called when a brick is done or ties overflow, never because a
-    /// chunk is full: where chunks end depends on what the slot did before, and the order of pairs must not.
+    /// chunk is full: where chunks end depends on the slot's earlier work, and the order of pairs must not.
     void resolve_ties()
     {
         slot_.counts.ties += tie_count;

@@ -22,16 +22,16 @@ namespace engine {
 //                                                       (grids order axes as it suits them, and nested ones
 //                                                       keep the flags)
 //
-// - lo is 0 to 2^14 - 1. Of a copy, a record of a box that began in a lower brick, the high half is 0: it
-//   begins before everything here.
-// - hi is 0 to 2^14; 2^14 says that the box goes on behind the brick.
-// - hi_a + 1 - (lo_b + 1) is negative where a ends before b begins, zero where both lie in one quantum, so
-//   that only the user's numbers can tell (a *tie*), and positive where a certainly reaches b. Two halves of
-//   two words give it with one addition.
-// - Two records make a pair in a brick only if they share no flag. Of all bricks that two boxes share exactly
-//   one sees no axis on which both are copies: the one where, on each axis, the later of the two begins. It
-//   owns the pair. Where pairs between two sets are sought, flags a and b keep those within a set apart;
-//   within one set neither is used.
+// - lo is 0 to 2^14 - 1. In a copy, a record of a box that began in a lower brick, the high half is 0: the
+//   copy begins before everything in this brick.
+// - hi is 0 to 2^14; 2^14 says that the box continues behind the brick.
+// - hi_a + 1 - (lo_b + 1) is negative if a ends before b begins, zero if both lie in one quantum, so that
+//   only the user's numbers can decide (a *tie*), and positive if a certainly reaches b. One addition of two
+//   words computes two such differences, one in each half.
+// - Two records make a pair in a brick only if they share no flag. Among all bricks that two boxes share,
+//   exactly one has no axis on which both are copies: the one where, on each axis, the later of the two
+//   begins. It owns the pair. In a search between two sets, flags a and b exclude the pairs within a set; in
+//   a search within one set neither is used.
 
 /// A brick's edge has 2^14 quanta, so that sums and differences of two bounds fit 16 signed bits.
 inline constexpr int quanta_bits = 14;
@@ -45,7 +45,7 @@ inline constexpr std::uint32_t copy_flag(int axis) // of the user's
 }
 inline constexpr std::uint32_t side_a = 1u << 30;
 inline constexpr std::uint32_t side_b = 1u << 31;
-/// What tells objects apart: in this order every object of the first set is less than every one of the
+/// Orders objects: every object of the first set is less than every object of the
 /// second.
 inline constexpr std::uint32_t object_mask = index_mask | side_a | side_b;
 

@@ -28,7 +28,7 @@ struct Sample
     }
 };
 
-/// Draws a sample of the boxes of a call. Boxes that are NaN or inverted are left out: the scatter finds
+/// Draws a sample of the boxes of a call. Boxes that are NaN or inverted are left out; the scatter reports
 /// them.
 template <int Dim, class T>
 void sample_boxes(const Boxes<Dim, T>& boxes, Sample& sample);

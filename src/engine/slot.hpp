@@ -20,8 +20,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// What one task found to be too much for itself: a crowd to be given a grid of its own, or one brick to be
-/// swept in parts. All threads do it together, after all bricks.
+/// Work that is too much for one task: a crowd that gets a grid of its own, or a single brick that is swept
+/// in parts. All threads do it together, after all bricks.
 struct Job
 {
     enum class Kind
@@ -34,7 +34,7 @@ struct Job
 
     bool in_use = false;
     Kind kind = Kind::crowd;
-    /// Where it was found, and as which one there: what orders jobs, whoever found them.
+    /// Where it was found, and its number there. This orders jobs, whichever task found them.
     std::uint64_t block = 0;
     std::uint32_t number = 0;
     int depth = 0; // of the grid that its records lie in, or of the one that a crowd gets

@@ -28,8 +28,8 @@ struct Bricks
     }
 };
 
-/// Has a brick's records on their way to the second-level cache, a few lines at a time, while another is
-/// swept: all at once they would wait for each other.
+/// Prefetches a brick's records into the second-level cache, a few lines at a time, while another brick is
+/// swept: if all were fetched at once, they would wait for each other.
 class FetchBrick
 {
   public:

@@ -18,7 +18,7 @@ struct TunedGrid
 };
 
 /// Chooses a grid for `boxes` boxes of which `sample` was drawn. Deterministic: no library function whose
-/// result may differ between machines. `share`: rows are tested against that share of their windows.
+/// result may differ between machines. `share`: the part of their windows that rows are tested against.
 template <int Dim, class T>
 TunedGrid<T> tune(Sample& sample, std::size_t boxes, double share = 1);
 

@@ -8,14 +8,14 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// What World asks of its index beyond what everybody may.
+/// What World may do with its index beyond the public interface.
 class BoxIndexAccess
 {
   public:
     template <int Dim, Coordinate T>
     [[nodiscard]] static const index::Tree<Dim, T>& tree(const BoxIndex<Dim, T>& index) noexcept;
-    /// Finds what valid boxes touch, for `around`, which says what box k does: in any order, until the next
-    /// call.
+    /// Finds what valid boxes touch, for `around`, which returns it for box k, in any order and until the
+    /// next call.
     template <int Dim, Coordinate T>
     static void look_around(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes);
     template <int Dim, Coordinate T>

@@ -10,7 +10,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-// Each throws the `Error` for a question that can't be answered; `number` is its place in the batch, or
+// Each throws the `Error` for a query that can't be answered; `number` is its place in the batch, or
 // Error::no_index for a single one.
 template <int Dim, class T>
 void check(const Ray<Dim, T>& ray, std::uint64_t number);

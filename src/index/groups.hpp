@@ -17,7 +17,7 @@ inline constexpr std::uint32_t page_capacity = lanes * lanes;
 inline constexpr std::uint32_t no_id = ~std::uint32_t{0};
 
 /// 16 boxes, one array per bound. An empty lane begins at +infinity and ends at -infinity: no test with
-/// finite numbers lets it pass, and what does is caught by its id or child.
+/// finite numbers lets it pass, and other tests recognise it by its id or child.
 template <int Dim, class T>
 struct Bounds
 {

@@ -14,8 +14,8 @@ JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
 /// Finds what each of a batch of boxes touches: the boxes are put in an order in which neighbours follow each
-/// other and asked 16 at a time, then the results are put back in the order of the batch. Keeps working
-/// memory.
+/// other and searched for 16 at a time, then the results are put back in the order of the batch. Keeps its
+/// working memory.
 template <int Dim, class T>
 class Join
 {
@@ -36,7 +36,7 @@ class Join
   private:
     struct Slot;
     const std::uint64_t* order(const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes);
-    /// Asks all, and leaves the answers with the slots; lists_ says where.
+    /// Searches for all boxes, and leaves the results with the slots; lists_ says where.
     void ask_all(const Tree<Dim, T>& tree, Executor& executor, const BoxView<Dim, T>& boxes, bool with_boxes);
     void ask(std::uint32_t slot, const Tree<Dim, T>& tree, const BoxView<Dim, T>& boxes, bool with_boxes,
              const std::uint64_t* order, std::uint32_t begin, std::uint32_t end);

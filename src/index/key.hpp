@@ -11,8 +11,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// How boxes are turned into keys. It is chosen for the first boxes that come and is never wrong, only more
-/// or less useful: coordinates beyond 2^62 quanta count as 2^62.
+/// How boxes are turned into keys. It is chosen for the first boxes. Other boxes may make it less useful, but
+/// never wrong: coordinates beyond 2^62 quanta count as 2^62.
 template <int Dim>
 struct Frame
 {

@@ -9,9 +9,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Measures coordinates in whole numbers along a box, -1 before it and `last` + 1 behind it. The greater
-/// number never has the smaller measure: how two measures compare is how the numbers do, unless they are the
-/// same.
+/// Measures coordinates in whole numbers along a box, -1 before it and `last` + 1 behind it. A greater number
+/// never has a smaller measure: unless two measures are equal, they compare in the same way as the numbers
+/// do.
 template <int Dim, class T>
 class Ruler
 {
@@ -38,8 +38,8 @@ class Ruler
     T factor_[Dim];
 };
 
-/// Up to 16 objects and their measures by one ruler: what reads many of them waits for half as much memory as
-/// it would with leaves. An empty lane touches nothing.
+/// Up to 16 objects and their measures by one ruler. Reading many of them takes half as much memory traffic
+/// as reading leaves would. An empty lane touches nothing.
 template <int Dim>
 struct alignas(64) Listing
 {

@@ -14,9 +14,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// Hands over pairs that no further apart than the root of `limit`, the closest first: those at 0 as they are
-/// found, of the others a few, then four times as many, and so on, each time by a search that knows by then
-/// how far the visitor wants to go. Whether it never stopped.
+/// Hands over pairs no further apart than the root of `limit`, the closest first: those at 0 as they are
+/// found, then a few of the others, then four times as many, and so on, each time by a search with the
+/// visitor's present bound. Returns whether the visitor never stopped it.
 template <int Dim, class T>
 bool visit_closest(const Kernels<Dim, T>& kernels, std::span<const Roots<Dim, T>> roots, T limit,
                    PairWanted wanted, PairHitVisitor<T> visit, Shelf<ClosestWork<Dim, T>>& shelf)

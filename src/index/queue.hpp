@@ -31,7 +31,7 @@ class Shelf
                 items_.pop_back();
                 return item;
             }
-            // Room for all that are out, so that giving back needs no memory.
+            // Room for all that are borrowed, so that giving back allocates nothing.
             items_.reserve(++made_);
         }
         return std::make_unique<Item>(memory_);

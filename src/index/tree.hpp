@@ -32,15 +32,15 @@ class Tree
     void insert(std::span<const std::uint32_t> ids, const View& boxes);
     void erase(std::span<const std::uint32_t> ids) noexcept;
     void move(std::span<const std::uint32_t> ids, const View& boxes);
-    /// Fills in where objects are now, 256 at most at a time; asked from several threads. A NaN as lo[0] says
-    /// that one is gone.
+    /// Fills in where objects are now, 256 at most at a time; called by several threads. A NaN as lo[0] says
+    /// that an object is gone.
     using Where = FunctionRef<void(std::span<const std::uint32_t> ids, Box* boxes)>;
-    /// Moves all objects at once. If it throws the tree is empty, and so it is if it returns false: then so
-    /// many belong elsewhere that building it anew costs less.
+    /// Moves all objects at once. The tree is empty if it throws, and also if it returns false: then so many
+    /// objects belong elsewhere that rebuilding costs less.
     bool follow(const Where& where);
     void clear() noexcept;
-    /// From now on most objects that are erased are inserted again about where they were: that takes half as
-    /// long then. Where they aren't, searches visit up to an eighth more.
+    /// Says that from now on most erased objects will be inserted again near where they were, which then
+    /// takes half as long. If they aren't, searches visit up to an eighth more.
     void expect_to_come_back() noexcept { parts_.most_come_back = true; }
     /// Of ids above the greatest in use; if there are no objects, all.
     void release_memory() noexcept;

@@ -11,7 +11,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-/// A node or a leaf with the bounds of all that is in it: a lane of the node above it. Of a root, nothing is
+/// A node or a leaf with the bounds of everything in it: a lane of the node above it. A root has no node
 /// above.
 template <int Dim, class T>
 struct Side

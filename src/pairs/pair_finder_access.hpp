@@ -8,7 +8,7 @@ JOSTLE_NAMESPACE_BEGIN
 class JOSTLE_API PairFinderAccess
 {
   public:
-    /// Takes a run of pairs, moves those that are wanted to its front and returns their end. Called from
+    /// Takes a run of pairs, moves the accepted ones to its front and returns their end. Called from
     /// several threads at a time.
     using Selection = FunctionRef<Pair*(Pair* first, Pair* last)>;
     /// PairFinder::find with a selection for a filter and a result of the caller's. The pairs selected may be

@@ -14,7 +14,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// All memory that a world holds comes through here, so that it can be told how much it is.
+/// All memory that a world holds comes through here, so that it can be counted.
 class CountedMemory final : public std::pmr::memory_resource
 {
   public:
@@ -43,8 +43,8 @@ class CountedMemory final : public std::pmr::memory_resource
 };
 
 /// The temporary memory of updates: lists and buffers, each under the name of what is in it. The stage that
-/// takes one has it until the next update begins, and nobody else may take it until then; its memory stays
-/// for the next time, so that steady updates allocate nothing. What is kept outlasts calls between updates.
+/// takes one has it until the next update begins, and no other stage may take it until then; its memory stays
+/// for the next time, so that steady updates allocate nothing. Kept ones outlast calls between updates.
 class Arena
 {
   public:

@@ -14,8 +14,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What commands have made of the objects: which ones differ from the last update, and what they were. Unless
-/// it is kept, they become what they were when it goes.
+/// What commands have changed: which objects differ from the last update, and their old state. Unless it is
+/// kept, its destructor restores the old state.
 template <int Dim, class T>
 class Changes
 {

@@ -35,10 +35,10 @@ struct Entries
     Table<Entry, std::uint8_t>& moves_on; // it was active after the last update
     std::size_t changed = 0;              // how many of them are changed objects
 
-    // Changed objects that rested, whether they are still there or not, as the index of what rests has them.
+    // Changed objects that rested, also removed ones, as ids of the index of resting objects.
     std::pmr::vector<std::uint32_t>& waking;
-    // Changed objects whose old pairs are in no list: those in `waking`, those that were parked, and in an
-    // update that parks others, all.
+    // Changed objects whose old pairs are in no list: those in `waking`, those that were parked, and all
+    // changed objects in an update that parks others.
     std::pmr::vector<Index>& stirring;
     std::pmr::vector<Aabb<Dim, T>>& boxes_before; // of these
     bool parks = false;                           // what is active and hasn't changed is being parked

@@ -16,8 +16,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// The pairs that `accept` refuses, and those that it no longer does. Unless they are kept, the world refuses
-/// what it refused before when they go.
+/// The pairs that `accept` now refuses, and those that it no longer refuses. Unless they are kept, the
+/// destructor restores the refused pairs of before.
 class Refusals
 {
   public:

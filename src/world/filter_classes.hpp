@@ -17,8 +17,8 @@ enum class FilterClass : std::uint8_t
 };
 
 /// Numbers the filters that are in use, so that one byte per object, and a bit per pair of bytes, says
-/// whether two objects may pair: objects themselves are two cache misses. Scenes have few filters; what comes
-/// after the first 255 shares the number `look`.
+/// whether two objects may pair; reading the objects would be two cache misses. Scenes have few filters; all
+/// after the first 255 share the number `look`.
 class FilterClasses
 {
   public:

@@ -19,8 +19,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Hands out ids and knows which are good. Everything from any thread at any time; looking one up takes no
-/// lock, because the table grows by segments that never move.
+/// Hands out ids and knows which are valid. Any thread may call everything at any time; looking up an id
+/// takes no lock, because the table grows by segments that never move.
 class IdTable
 {
   public:

@@ -24,8 +24,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// A reader that calls the user's code. As long as there is one, nothing may change the world: the reader
-/// would go on in memory that is something else by now.
+/// A reader that calls the user's code. As long as there is one, nothing may change the world, or the reader
+/// would go on reading memory that has been reused.
 class Reader
 {
   public:

@@ -13,8 +13,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What tasks find in numbered runs, put in the order of the runs whichever task was first. How much memory
-/// that takes doesn't depend on the tasks either.
+/// What tasks find in numbered runs, in the order of the runs, whichever task was first. The memory that it
+/// takes doesn't depend on the tasks either.
 template <class Value>
 class InRuns
 {

@@ -20,9 +20,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What objects and refused pairs were in the base, a whole snapshot, of those that an update has changed
-/// since: so that what differs from the base is known without looking at all there is. Never less than what
-/// differs; more does no harm. User data and slots of pairs take notes of their own.
+/// The state in the base, a whole snapshot, of all objects and refused pairs that an update has changed since
+/// then. So the differences from the base are known without searching the whole world. It has at least all
+/// that differs; more does no harm. User data and slots of pairs keep their own records.
 template <int Dim, class T>
 class Journal
 {

@@ -23,10 +23,10 @@ namespace world {
     return ((object.category & mask) != 0) & ((category & object.mask) != 0);
 }
 
-/// The resting objects that a category and mask of questions leave over, in an index of their own. Where they
-/// lie among many others, each leaf of the index of all has some of both; only one without the others
-/// doesn't come by them. It is made when so many questions have been asked that it is worth it, and follows
-/// from then on; when nobody has asked for long, it goes. Only a cache: no answer depends on it.
+/// The resting objects that a category and mask of queries select, in an index of their own. If they lie
+/// among many others, each leaf of the main index has some of both, so only an index without the others
+/// avoids visiting them. It is made when so many queries have been made that it pays, and kept up to date
+/// from then on; if it isn't used for long, it is dropped. Only a cache: no answer depends on it.
 template <int Dim, class T>
 class MaskedIndexes
 {
@@ -35,7 +35,7 @@ class MaskedIndexes
     class Masked
     {
       public:
-        /// Null: the index of all that rests has to do.
+        /// Null: the index of all resting objects is used.
         [[nodiscard]] const BoxIndex<Dim, T>* index() const noexcept
         {
             return is_worth_it_ ? &*index_ : nullptr;

@@ -14,10 +14,10 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// The pairs of active objects that can come to touch as long as nobody goes far: those whose padded boxes
-/// touch. An object is padded by the world's slack, and stays so until its box leaves the padded one; while
-/// all stay inside, to go through these pairs is all the search there is. Only a cache, and one of boxes
-/// alone: it knows nothing of filters, nor who is there, so nothing that an update takes back makes it wrong.
+/// The pairs of active objects that can come to touch while no object moves far: those whose padded boxes
+/// touch. A padded box is bigger by the world's slack, and stays until the object's box leaves it. While all
+/// stay inside, testing these pairs is the whole search. Only a cache, and one of boxes alone: it knows
+/// neither filters nor which objects exist, so nothing that an update takes back makes it wrong.
 template <int Dim, class T>
 class NearPairs
 {
@@ -37,12 +37,12 @@ class NearPairs
     {
     }
 
-    /// Brings them to where the entries are. False: so many have left their padded boxes, now and before,
-    /// that searching anew is cheaper. `padded` becomes the number of those that were padded anew.
+    /// Updates them to the entries. False: so many objects have left their padded boxes, now and before,
+    /// that a new search is cheaper. `padded` becomes the number of objects that were padded again.
     [[nodiscard]] bool follow(const State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
                               std::uint64_t& padded, Arena& arena);
 
-    // After that. Padded objects have slots, which ascend with their indices.
+    // Valid after that. Padded objects have slots, which ascend with their indices.
 
     [[nodiscard]] std::uint32_t slots() const noexcept { return static_cast<std::uint32_t>(owners_.size()); }
     [[nodiscard]] Index index(std::uint32_t slot) const noexcept { return owners_[slot]; }

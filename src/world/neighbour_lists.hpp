@@ -17,10 +17,10 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What rests around the objects that keep moving: for each a list of the resting objects near the way that
-/// it seems to take, with the measures of their boxes. As long as it stays on that way, the list is all that
-/// it can meet, and going through one or two listings of 16 is many times faster than coming down the index.
-/// Only a cache: what is found doesn't depend on it.
+/// Lists for objects that keep moving: each has the resting objects near the path that the object seems to
+/// take, with the measures of their boxes. While it stays on that path, it can touch only objects in the
+/// list, and going through one or two listings of 16 is many times faster than a search of the index. Only a
+/// cache: the results don't depend on it.
 template <int Dim, class T>
 class NeighbourLists
 {

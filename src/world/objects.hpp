@@ -15,8 +15,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Objects that follow each other in a list lie anywhere in memory: loops have the cache get the one that is
-/// so many places ahead.
+/// Objects that follow each other in a list lie anywhere in memory, so loops prefetch the object that is so
+/// many places ahead.
 inline constexpr std::size_t fetch_ahead = 16;
 
 /// Where an object was after the last update.
@@ -51,7 +51,7 @@ constexpr std::uint32_t transient =
     written | refiltered | reach_kept | contested | asked | again | again_some | noted;
 } // namespace flag
 
-/// Many objects, each property apart: what an update reads of all that moves is little more than boxes.
+/// Many objects, with an array for each property: for moving objects an update reads little more than boxes.
 template <int Dim, class T>
 struct ObjectChunk
 {

@@ -11,9 +11,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// A number for each pair that touches, from the update in which it begins to the one in which it ends; as
-/// small as may be: the least that no pair has. Which pair has which depends on the pairs alone, in the order
-/// of the lists of each update.
+/// A number for each pair that touches, from the update in which it begins to the one in which it ends. It is
+/// the least number that no pair has. The numbers depend on the pairs alone, in the order of the lists of
+/// each update.
 class PairSlots
 {
   public:

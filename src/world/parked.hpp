@@ -13,10 +13,10 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Active objects that no longer change, in the order in which they come to rest. Where many stop at once,
+/// Active objects that no longer change, in the order in which they come to rest. If many stop at once,
 /// putting all of them into the index would make one update long, and visiting each of them in every update
-/// until then would make all of them slow. Here they only lie side by side: who changes is compared with them
-/// at a nanosecond or two each, and nothing else is done about them until their turn comes.
+/// until then would make all updates slow. Here they only lie side by side: changed objects are compared with
+/// them, at a nanosecond or two each, and nothing else is done with them until their turn comes.
 template <int Dim, class T>
 class Parked
 {
@@ -36,7 +36,7 @@ class Parked
     {
         return std::span<const Box>(boxes_).subspan(front_);
     }
-    /// Whose box it is; `nobody` who has left.
+    /// Whose box it is; `nobody` if the object has left.
     [[nodiscard]] Index index(std::size_t place) const noexcept { return indices_[front_ + place]; }
     /// Calls body(index) for each, those first whose turn comes first, until it returns false.
     template <class Body>

@@ -14,7 +14,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// All that an object is after an update, as snapshots have it.
+/// The whole state of an object after an update, as snapshots have it.
 template <int Dim, class T>
 struct Record
 {
@@ -41,8 +41,8 @@ struct Record
     }
 };
 
-/// What objects were after the last update, whatever apply() or an update under way has made of them. Asked
-/// about objects in ascending order.
+/// The state of objects after the last update, even if apply() or an update under way has changed them since.
+/// To be called for objects in ascending order.
 template <int Dim, class T>
 class Past
 {

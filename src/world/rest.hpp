@@ -15,7 +15,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Who is active after an update, and who comes to rest.
+/// Which objects are active after an update, and which come to rest.
 template <int Dim, class T>
 struct Rest
 {
@@ -26,8 +26,8 @@ struct Rest
     std::size_t parking = 0; // so many of those that are staged in Parked are parked
 };
 
-/// Puts objects that come to rest into the index; those that wake up are still in it. Comes behind all else
-/// that can fail: if this does, the index is as it was.
+/// Puts objects that come to rest into the index; those that wake up are still in it. It comes after all else
+/// that can fail; if it fails itself, the index is as it was.
 template <int Dim, class T>
 void settle(State<Dim, T>& state, const Rest<Dim, T>& rest);
 

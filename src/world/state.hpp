@@ -21,13 +21,13 @@ namespace world {
 // Pairs are looked at, and boxes set, in runs of this many.
 constexpr std::size_t run_length = 4096;
 
-// Updates an object must stay as it is before it comes to rest, unless it is parked. New objects need one
-// only.
+// How many updates an object must stay unchanged before it comes to rest, unless it is parked. New objects
+// need one only.
 constexpr std::uint32_t idle_updates = 3;
 
-/// What a world is. The stages of an update say what is to change, and `commit_objects` and `commit_rest` in
-/// update.cpp take it over. What stages write before that is undone unless the update is kept: objects by
-/// `apply`, refused pairs by `judge`, the index by `plan_rest`.
+/// The state of a world. The stages of an update say what is to change, and `commit_objects` and
+/// `commit_rest` in update.cpp change it. What stages write before that is undone unless the update is kept:
+/// objects by `apply`, refused pairs by `judge`, the index by `plan_rest`.
 template <int Dim, class T>
 struct State
 {

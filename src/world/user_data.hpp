@@ -14,8 +14,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// What the user keeps with each object: 64 bits, by index. Everything but what an update does from any
-/// thread at any time. There is nothing of it before somebody keeps something.
+/// What the user keeps with each object: 64 bits, by index. Any thread may call everything at any time,
+/// except what an update does. Takes no memory before something is kept.
 class UserData
 {
   public:

@@ -37,7 +37,7 @@ class Writer
     void apply(const Command<Dim, T>& command);
     void move(ObjectId id, const Box& box);
 
-    /// Objects about which several queues had something to say, or that were given a sequence.
+    /// Objects that several queues have commands about, or whose commands have a sequence.
     [[nodiscard]] bool any_contested() const noexcept { return any_contested_; }
 
     /// Notes the object as written to, before that is done.

@@ -9,13 +9,13 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-// Among few boxes a grid costs more than it saves. There every box is tested against every other, in the
-// user's own numbers, so that nothing is quantised and nothing is a tie.
+// For few boxes a grid costs more than it saves. Then every box is tested against every other, in the user's
+// own numbers, without quantising and without ties.
 
-/// Up to so many boxes are few, sets together. The same on every instruction set, since the order of the
-/// pairs depends on it. docs/decisions/037 has the measurements.
+/// Up to so many boxes, both sets together, count as few. The same on every instruction set, since the order
+/// of the pairs depends on it. docs/decisions/037 has the measurements.
 inline constexpr std::uint32_t few_boxes = 128;
-/// The most pairs among them, and what stores of whole registers write behind them.
+/// The greatest number of pairs among them, and what stores of whole registers write behind them.
 inline constexpr std::uint32_t few_room = few_boxes * (few_boxes - 1) / 2 + 8;
 static_assert(few_boxes <= unit_size - 16, "padding follows the last box");
 

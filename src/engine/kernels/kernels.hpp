@@ -9,7 +9,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 
-/// Boxes are turned into records `unit_size` at a time: all of a unit's working arrays stay in the L1 cache.
+/// Boxes are turned into records `unit_size` at a time, so that a unit's working arrays stay in the L1 cache.
 /// Records are stored unit by unit, so that their order doesn't depend on how units are shared out.
 inline constexpr std::uint32_t unit_size = 256;
 

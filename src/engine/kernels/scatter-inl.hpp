@@ -34,10 +34,10 @@ void load(const BoxView<Dim, T>& boxes, std::size_t begin, Unit<T>& unit)
 
 /// Turns a unit of boxes into records, and lists what has to be stored where.
 ///
-/// A coordinate v becomes the quantum (v - origin) * scale, cut to the grid and rounded down. Each of these
-/// steps is monotone, also as the machine rounds it, so that v <= w never becomes a greater quantum and a
-/// smaller one: where quanta differ, the numbers differ in the same way. That is all that being exact takes;
-/// where quanta are equal the sweep reports a tie. -ffp-contract=off keeps compilers from rounding in other
+/// A coordinate v becomes the quantum (v - origin) * scale, clamped to the grid and rounded down. Each of
+/// these steps is monotone, also with the machine's rounding: if v <= w, the quantum of v isn't greater than
+/// that of w. So if quanta differ, the numbers differ in the same direction. That is enough for exactness: if
+/// quanta are equal, the sweep reports a tie. -ffp-contract=off keeps compilers from rounding in other
 /// places.
 ///
 ///     quantum     0 ...... 2^14 ...... 2 * 2^14 ...     brick = quantum >> 14

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What scatter_vector-inl.hpp does, in plain C++. No include guard: kernels.cpp includes it once per set.
 
-/// No boxes are loaded in a special way: returns how many were.
+/// There is no faster way to load boxes here: returns 0, the number of boxes loaded.
 template <int Dim>
 inline std::uint32_t load_packed(const float*, Unit<float>&)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The sweep in plain C++, for machines and builds without vectors: four 16-bit lanes in a 64-bit word. What
-// all forms of the sweep have to do stands in kernels.hpp. No include guard: kernels.cpp includes it once.
+// The sweep in plain C++, for machines and builds without vectors: four 16-bit lanes in a 64-bit word.
+// kernels.hpp says what all forms of the sweep do. No include guard: kernels.cpp includes it once.
 //
 // Bounds have 15 bits, so bit 15 of a lane is free to catch the borrow of a subtraction, the guard:
 //
@@ -8,7 +8,7 @@
 //     - 0 lo_i  | 0 lo_i    | ...     the row's lower bound in every lane
 //     = g ....  | g ....    | ...     g stays 1 where hi_j >= lo_i, and no borrow leaves a lane
 //
-// A pair whose guards all stay touches or is a tie; those are few, and told apart one by one.
+// A pair whose guards all stay 1 touches or is a tie; such pairs are few, and are examined one by one.
 
 /// Columns of lanes: bounds of each axis, and the flags.
 struct Columns

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // The sweep with vectors of 128 or 256 bits, through Highway: 16-bit columns, so that a register holds twice
-// as many candidates as of 32 bits. What all forms of the sweep have to do stands in kernels.hpp. No include
-// guard: kernels.cpp includes it once per set.
+// as many candidates as with 32 bits. kernels.hpp says what all forms of the sweep do. No include guard:
+// kernels.cpp includes it once per set.
 //
-// Tests leave a 16-bit number per row and candidate, the gap: how far the nearest two facing sides reach into
-// each other. Masks of 16-bit lanes and compressing are dear here, so the outcomes of both rows are packed to
-// bits of one word, a table gives the order of the hits, and a queue collects them until they fill whole
-// registers.
+// Tests produce a 16-bit number per row and candidate, the gap: the least overlap over the axes, negative if
+// the two are apart. Masks of 16-bit lanes and compressing are slow here, so the results of both rows are
+// packed to bits of one word, a table gives the order of the hits, and a queue collects them until they fill
+// whole registers.
 
 /// As many 16-bit numbers as a register holds: one for each candidate of a step, or of half a step.
 using Words = hn::CappedTag<std::int16_t, step_size>;

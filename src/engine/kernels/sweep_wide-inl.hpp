@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The sweep with AVX-512. It is in intrinsics, since Highway's types would ask for a cast at every step, and
-// the form for shorter vectors, compiled for AVX-512, takes 1.35 to 1.55 times as long (docs/decisions/005).
-// What all forms of the sweep have to do stands in kernels.hpp. No include guard: kernels.cpp includes it
+// The sweep with AVX-512. It uses intrinsics, since Highway's types would need a cast at every step, and the
+// form for shorter vectors, compiled for AVX-512, takes 1.35 to 1.55 times as long (docs/decisions/005).
+// kernels.hpp says what all forms of the sweep do. No include guard: kernels.cpp includes it
 // once.
 //
 // A candidate is one 32-bit lane. Its word for an axis is rotated by 16 bits, so that its low half meets the

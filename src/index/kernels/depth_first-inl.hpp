@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Everything that touches a region or a line, in whatever order the tree has it: depth first. Compiled once
-// per instruction set, see kernels.cpp.
+// Finds everything that touches a region or a line, depth first, in the order of the tree. Compiled once per
+// instruction set, see kernels.cpp.
 
-/// Which children of a node are in reach, and which of those lie inside what is asked as a whole, so that
-/// nothing below them needs a test.
+/// Which children of a node are in reach, and which of those lie entirely inside the region, so that nothing
+/// below them needs a test.
 struct Reach
 {
     unsigned lanes, inside;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Many boxes that ask at once what they touch. Compiled once per instruction set, see kernels.cpp.
+// Finds what many boxes (askers) touch, all at once. Compiled once per instruction set, see kernels.cpp.
 //
-// All askers take a step down before any takes the next. What is to be visited stands in a list, so it can be
-// fetched ahead, and no branch depends on what was found: with a few askers to a leaf, mispredicted branches
-// and waiting for memory are what a search one by one spends its time on.
+// All askers take a step down before any takes the next. The nodes to visit next are kept in a list, so they
+// can be prefetched, and no branch depends on what was found. With a few askers to a leaf, a search one by
+// one would spend its time on mispredicted branches and on waiting for memory.
 
 /// Collects touch_of(asker, leaf, lane) of all that the askers touch in `touches`, and returns how many.
 template <int Dim, class T, class Item, class TouchOf>

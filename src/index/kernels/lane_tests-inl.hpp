@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What 16 boxes at once are asked: which of them touch a region, lie in it, are near, are met by a line. The
-// answer is a bit for each lane. Compiled once per instruction set, see kernels.cpp; no include guard, on
+// Tests of 16 boxes at once: which of them touch a region, lie in it, are near, or are hit by a line. The
+// result is a bit for each lane. Compiled once per instruction set, see kernels.cpp; no include guard, on
 // purpose.
 //
 // Every test is monotone in the bounds, rounding included: what holds for a box holds for every box around

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// The first hit of a line, and the nearest objects: what is nearest is opened first, so that most of the tree
-// is never looked at. Compiled once per instruction set, see kernels.cpp.
+// The first hit of a line, and the nearest objects. The nearest node is opened first, so most of the tree is
+// never examined. Compiled once per instruction set, see kernels.cpp.
 
 /// A search for what is nearest: at each node on the way down, the lanes yet to visit and how far they are.
-/// The nearest is chosen only when it is its turn; most of the others turn out to be too far then.
+/// The nearest is chosen only when it is needed; by then most of the others are too far.
 template <int Dim, class T>
 struct Nearing
 {

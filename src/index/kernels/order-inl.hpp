@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Puts a page's objects in an order in which leaves are small. Plain loops, which compilers vectorise; all
-// numbers are whole but for the first step, so that every instruction set finds the same order. No include
+// Puts a page's objects in an order in which leaves are small. Plain loops, which compilers vectorise. Except
+// in the first step all numbers are integers, so that every instruction set finds the same order. No include
 // guard: kernels.cpp includes it once per set, behind sort_few-inl.hpp.
 
 /// The objects of a page on their way into leaves.

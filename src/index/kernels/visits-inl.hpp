@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Hits handed over one by one, in order: compiled once per instruction set, see kernels.cpp.
 
-/// Whose turn it is of what is opened: of several equally near objects the one with the least id.
+/// Which of the opened nodes comes next: among equally near objects, the one with the least id.
 struct NextLane
 {
     std::uint32_t rank, lane;
@@ -20,9 +20,9 @@ HWY_ATTR HWY_INLINE NextLane next_lane(const Opened<Dim, T>& opened, T nearest)
     return {id[lane] + 1, lane};
 }
 
-/// Hands over what enter(bounds, limit, at) lets pass, ascending by (at, id): it returns the lanes that are
-/// no further than the limit and stores how far they are, infinity for the others. What is opened waits in a
-/// queue, so nothing is opened that is further than what is handed over last.
+/// Hands over what enter(bounds, limit, at) lets pass, ascending by (at, id). `enter` returns the lanes that
+/// are no further than the limit and stores how far they are, infinity for the others. Opened nodes wait in a
+/// priority queue, so no node is opened that is further than the last answer.
 template <int Dim, class T, class Enter>
 HWY_ATTR HWY_INLINE bool visit_in_order(std::span<const Child<Dim, T>> roots, T limit, Wanted wanted,
                                         HitVisitor<T> visit, QueueShelf<Dim, T>& shelf, const Enter& enter)

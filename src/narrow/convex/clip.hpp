@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The points that two features share which look at each other: seen along the contact's normal, each is cut
+// The points that two features that face each other share: seen along the contact's normal, each is clipped
 // to the other. Source: Sutherland and Hodgman, Reentrant Polygon Clipping, CACM 17(1), 1974; Gregorius,
 // Robust Contact Creation for Physics Simulations, GDC 2015.
 #pragma once
@@ -11,7 +11,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// What of a core faces a direction: a face, an edge or a vertex.
+/// The feature of a core that faces a direction: a face, an edge or a vertex.
 struct Feature
 {
     SmallVector<Vec3, 16> point;
@@ -21,11 +21,11 @@ struct Feature
     std::uint16_t kind = vertex_feature;
 };
 
-/// The features of a and b that look at each other along n, which leads from a to b.
+/// The features of a and b that face each other along n, which leads from a to b.
 void take_features(const Core3& a, const Core3& b, const Vec3& n, Feature& fa, Feature& fb);
 /// Face f of a core.
 void take_face(const Core3& core, std::uint32_t f, Feature& feature);
-/// What of a core meets the other's face squarely along n: a face at up to 60 degrees, else an edge or a
+/// The feature of a core that meets the other's face along n: a face at up to 60 degrees, else an edge or a
 /// vertex.
 void take_against_face(const Core3& core, const Vec3& n, Feature& feature);
 

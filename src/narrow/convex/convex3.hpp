@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Any two convex shapes in 3D: which of the ways (gjk.hpp, axes.hpp, epa.hpp) tells their gap.
+// Any two convex shapes in 3D: chooses the algorithm (gjk.hpp, axes.hpp, epa.hpp) that finds their gap.
 #pragma once
 
 #include "narrow/convex/core3.hpp"

@@ -21,7 +21,7 @@ enum class Smooth : std::uint8_t
     ellipsoid ///< lengths: half its widths
 };
 
-/// A core with its place. It is made once and stays what it is: nothing is left of another shape.
+/// A core with its position. It is made once for one shape and never changed to another.
 /// `polytope` points into the object itself for small shapes: it doesn't move.
 struct Core3
 {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Distances of the simplest shapes in closed form. Each has its slow twin in convex3.hpp, which decides where
-// they say unclear: cores that touch or nearly do have no direction in these.
+// they return unclear: for cores that touch or nearly do, these formulas give no direction.
 //
-// All is put into its caller: what is written number by number and read back as vectors waits for the memory,
-// which takes longer than the forms themselves.
+// All are inlined into their callers: results that are written number by number and read back as vectors wait
+// for the memory, which takes longer than the formulas themselves.
 #pragma once
 
 #include "narrow/convex/manifold.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Contacts of the commonest solid shapes, each by its own short way. Every one has a slow twin in
-// convex3.hpp, which decides where they say unclear: at a corner close by, or for a shape without extent.
+// Contacts of the most common solid shapes, each by a special case. Every one has a slow twin in convex3.hpp,
+// which decides where they return unclear: at a corner close by, or for a shape without extent.
 #pragma once
 
 #include "narrow/convex/manifold.hpp"

@@ -25,7 +25,7 @@ Distance<Dim, T> finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped)
     return answer;
 }
 
-/// Whichever way round it comes, the same happens: they needn't be put in order.
+/// Both orders of the pair give the same bits, so it needn't be put in order.
 template <class T>
 Verdict sphere_distance(double radius_a, double radius_b, const Vec3& d, double enough,
                         Distance<3, T>& answer)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What users may hand over, and the errors for all else.
+// What users may pass, and the errors for everything else.
 #pragma once
 
 #include <cmath>

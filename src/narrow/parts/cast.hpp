@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A shape that moves without turning, against another one. The distance of two convex parts is a convex
-// function of the way, so that Newton's steps along it never go too far.
+// A shape that moves without rotating, against another one. The distance of two convex parts is a convex
+// function of the displacement, so Newton's steps along it never go too far.
 // Source: van den Bergen, Ray Casting against General Convex Objects with Application to Continuous Collision
 // Detection (2004).
 #pragma once

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which parts of two shapes come near enough to each other to be looked at.
+// Which parts of two shapes come near enough to each other to be tested.
 #pragma once
 
 #include "narrow/parts/pair.hpp"

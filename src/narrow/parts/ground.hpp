@@ -7,7 +7,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Whether a part meets the other as the ground that it is, not as a bare triangle.
+/// Whether a part is tested against the other as solid ground, not as a bare triangle.
 inline bool is_ground(const Part<3>& part, const Part<3>& other)
 {
     return part.surface == Surface::ground && other.surface != Surface::ground && !other.half_space;
@@ -17,8 +17,8 @@ Vec3 foot(const Part<3>& ground, std::uint32_t corner);
 
 Answer ground_contact(const Part<3>& ground, const Core3& body, double margin, Manifold<3>& manifold,
                       double& gap);
-/// Corrects `gap`, from the bare triangle to a body: what is below is pushed up, and what comes from the side
-/// belongs to another triangle.
+/// Corrects `gap`, from the bare triangle to a body: a body below is pushed up, and a body that comes from
+/// the side belongs to another triangle.
 void gap_over_ground(const Part<3>& ground, const Core3& body, Gap<3>& gap);
 /// The gap from a body, on whatever side of the ground it is, to its surface, sides or underside.
 void gap_around_ground(const Part<3>& ground, const Core3& body, double enough, Gap<3>& gap);

@@ -29,7 +29,7 @@ template <int Dim>
 Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance);
 inline constexpr int impact_steps = 1000;
 
-/// Sine and cosine from sums and products alone: the C library's differ from system to system.
+/// Sine and cosine from sums and products alone, because the C library's differ from system to system.
 inline void sine_cosine(double angle, double& s, double& c)
 {
     constexpr double turn = 6.283185307179586;

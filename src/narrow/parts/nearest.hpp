@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What two shapes of which one is a mesh, or both are, do to each other: searched down the meshes' trees,
-// nearest first, by a bound that shrinks as parts are found. Nothing is allocated.
+// Gaps, touching and impacts of two shapes of which at least one is a mesh: a search down the meshes' trees,
+// nearest first, with a bound that shrinks as parts are found. Nothing is allocated.
 // Source: Larsen, Gottschalk, Lin, Manocha, Fast Distance Queries with Rectangular Swept Sphere Volumes, ICRA
 // 2000.
 #pragma once
@@ -12,7 +12,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Whether this search is for them. Height fields are ground, which boxes around triangles don't tell.
+/// Whether this search applies. Height fields are solid ground, which boxes around triangles don't cover.
 template <int Dim>
 bool has_mesh_tree(const Placed<Dim>& pair)
 {
@@ -30,7 +30,7 @@ void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best);
 /// As find_touch.
 bool any_parts_touch(const Placed<3>& pair);
 /// Visits pairs of parts until all others surely stay further apart than half the tolerance for `range.time`
-/// from now on. That may become less meanwhile.
+/// from now on. The visits may shorten that time.
 void for_each_approaching(const Placed<3>& pair, const Flight<3>& flight, const Range<3>& range,
                           FunctionRef<VisitPartPair> visit);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// One pair of any two shapes: which way round it is computed, and what is found.
+// One pair of any two shapes: the order in which it is computed, and what is found.
 #pragma once
 
 #include <memory_resource>
@@ -31,11 +31,11 @@ struct Placed
     }
 };
 
-/// Puts a pair into the order in which it is computed, whichever way round it came: by type, then by place,
-/// turn and size. Returns whether a and b changed places.
+/// Puts a pair into the order in which it is computed, whatever order it came in: by type, then by position,
+/// rotation and size. Returns whether a and b were swapped.
 template <int Dim>
 bool arrange(Placed<Dim>& pair);
-/// The same, but of two types that differ the one that is `first` comes first.
+/// The same, but if the two types differ, the type `first` comes first.
 template <int Dim>
 bool arrange(Placed<Dim>& pair, ShapeType first);
 
@@ -52,7 +52,7 @@ using FoundList = std::pmr::vector<Found<Dim>>;
 /// Appends the contacts of an arranged pair, by ascending (part_a, part_b).
 template <int Dim>
 void find_contacts(const Placed<Dim>& pair, double margin, FoundList<Dim>& found);
-/// The same without the short ways of simple3.hpp, for pairs within reach.
+/// The same without the special cases of simple3.hpp, for pairs within reach.
 template <int Dim>
 void find_contacts_generally(const Placed<Dim>& pair, double margin, FoundList<Dim>& found);
 /// The least signed distance of an arranged pair. `gap.distance` is infinite if it is more than `enough`.

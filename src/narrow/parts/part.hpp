@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Shapes consist of parts: a convex shape or half-space of itself, a mesh of its triangles, a compound of its
-// children. What two parts say of their contact, gap and motion is put together to what the shapes do.
+// children. Contacts, gaps and impacts of shapes are combined from those of their parts.
 #pragma once
 
 #include "narrow/convex/convex2.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Rays against shapes: closed forms in a shape's local axes, and the trees of what has parts.
+// Rays against shapes: closed forms in a shape's local axes, and trees for shapes that have parts.
 #pragma once
 
 #include "narrow/kernels/kernels.hpp"
@@ -15,7 +15,7 @@ struct Line
     V<Dim> origin, way; ///< way is unit
     double most;        ///< may be infinite
 };
-/// Where a line first meets a shape.
+/// Where a line first hits a shape.
 template <int Dim>
 struct Strike
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Which parts of a shape come near enough to another shape to be looked at.
+// Which parts of a shape come near enough to another shape to be tested.
 #pragma once
 
 #include <limits>
@@ -9,7 +9,7 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// How near parts must be to count: within `reach` of each other, also after part of the way b goes in
+/// How near parts must be to be tested: within `reach` of each other at some moment while b moves for
 /// `time`.
 template <int Dim>
 struct Range

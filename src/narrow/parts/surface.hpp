@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Contacts with one element of a surface, of which others hold on to its ends: a body that slides over a
-// floor must not catch on the sides between its triangles. See docs/guide/contacts.md, "Internal sides".
+// Contacts with one element of a surface whose neighbours share its edges: a body that slides over a floor
+// must not catch on the edges between its triangles. See docs/guide/contacts.md, "Internal edges".
 #pragma once
 
 #include "narrow/parts/part.hpp"
@@ -13,7 +13,7 @@ namespace narrow {
 Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold<2>& manifold, double& gap);
 Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold<3>& manifold, double& gap);
 
-/// Of cores within reach of each other: the contact that b has as a piece of its surface. `side` is 1 where a
+/// For cores within reach of each other: the contact that b has as a piece of its surface. `side` is 1 if a
 /// is on its front, -1 on its back.
 Answer piece_contact(const Core3& a, const Part<3>& b, const Gap<3>& cores, double side, double margin,
                      Manifold<3>& manifold);

@@ -9,8 +9,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow::hull {
 
-/// Of a border, and of what is beyond it. Face by face they make a closed surface: each side of a face is one
-/// of its neighbour's.
+/// An edge of a face's border, and the face beyond it. All faces form a closed surface: each edge of a face
+/// is one of its neighbour's.
 struct Side
 {
     Index v;      ///< the point where it begins
@@ -22,14 +22,14 @@ struct Face
     std::vector<Side> loop;
 };
 
-/// What is left when the triangles of a hull are put together.
+/// The faces that result when the triangles of a hull are merged.
 struct Merged
 {
-    /// None where all points are in a line, within the slack. What is flat has a front and a back.
+    /// None if all points are in a line, within the slack. A flat hull has a front and a back.
     std::vector<Face> faces;
     std::vector<Index> corners; ///< the points that stay, ascending
 };
-/// Puts together triangles whose planes are the same but for the points' slack, and straightens their
+/// Merges triangles whose planes are the same except for the points' slack, and straightens their
 /// borders.
 Merged merge_triangles(const PointSet& points, std::vector<Triangle>&& triangles);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A mesh's tree of oriented boxes: what is asked about distances, touching and impacts goes through it. Boxes
-// that lie along their triangles are as flat as the surface, so that what bounds say is nearly the distance.
+// A mesh's tree of oriented boxes, which is searched for distances, touching and impacts. Boxes aligned with
+// their triangles are as flat as the surface, so the distance of two boxes is nearly that of the triangles.
 // Source: Gottschalk, Lin, Manocha, OBBTree, SIGGRAPH 1996; Larsen et al., ICRA 2000.
 #pragma once
 

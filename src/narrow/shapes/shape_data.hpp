@@ -25,15 +25,15 @@ inline constexpr std::uint32_t padded(std::uint32_t n)
     return (n + lanes - 1) / lanes * lanes;
 }
 
-/// Face 0 has it from v[0] to v[1], face 1 the other way. Lone ones have no faces.
+/// Face 0 has the edge from v[0] to v[1], face 1 the other way. A lone edge has no faces.
 struct Edge
 {
     std::uint32_t v[2], face[2];
 };
 
 /// A polytope: vertices, outward face planes, and each face's vertices counterclockwise seen from outside.
-/// A flat one has two faces, a straight one none and one edge, a point neither. The memory is somebody
-/// else's.
+/// A flat one has two faces, a straight one no face and one edge, a point neither. It doesn't own the
+/// memory.
 struct Polytope
 {
     std::uint32_t vertices = 0, faces = 0, edges = 0, directions = 0;
