@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""Jostle: which boxes touch, on all cores, exactly, and what follows from it.
+"""Jostle: collision detection. It finds exactly which boxes touch, on all cores, and answers what follows from that.
 
     import jostle, numpy as np
     boxes = np.random.random((1000, 2, 3)); boxes[:, 1] = boxes[:, 0] + 0.05
     pairs = jostle.find_pairs(boxes)          # (m, 2) uint32
 
 Boxes are arrays of shape (n, 2, d) or (n, 2 d), d = 2 or 3, float32 or float64: lower bounds, then upper ones. They are read
-in place, strided or not. Whatever holds numbers will do: NumPy, the buffer protocol, __array_interface__, DLPack, lists.
+in place, strided or not. All sources of numbers are accepted: NumPy, the buffer protocol, __array_interface__, DLPack, lists.
 
-Closed boxes, compared in their own numbers: touching counts, nothing is missed or invented. The answer and its order depend on
-the boxes alone, not on threads or machine. Python's lock is released while the library works.
+Boxes are closed, so touching counts, and they are compared in their own dtype, without missing or extra pairs. The answer and its
+order depend on the boxes alone, not on threads or machine. Python's global lock is released while the library works.
 
-Mistakes raise `Error`, a ValueError, with the object's `index`; ids that name nothing an IndexError as well. A call that failed
-changed nothing, unless it says otherwise.
+Mistakes raise `Error`, a ValueError, with the object's `index`; for ids that don't exist it is an IndexError as well. A call that
+failed changes nothing, unless its documentation says otherwise.
 """
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Arguments brought into shape: whatever holds numbers becomes an array of NumPy, without a copy where that is possible."""
+"""Conversion of arguments: any source of numbers becomes a NumPy array, without a copy where that is possible."""
 from __future__ import annotations
 
 from typing import Any
@@ -13,7 +13,7 @@ SPACES = {(2, np.dtype(np.float32)): 1, (3, np.dtype(np.float32)): 2,
 
 
 def array(given: Any) -> np.ndarray:
-    """Arrays, buffers, what has __array_interface__ or __dlpack__, sequences of numbers."""
+    """Accepts arrays, buffers, objects with __array_interface__ or __dlpack__, and sequences of numbers."""
     if isinstance(given, np.ndarray):
         return given
     if hasattr(given, "__dlpack__") and not hasattr(given, "__array_interface__"):
@@ -25,7 +25,7 @@ def array(given: Any) -> np.ndarray:
 
 
 def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
-    """float32 or float64, or `dtype` where that is asked for; in place if it is so already."""
+    """float32 or float64, or `dtype` if given; without a copy if the array already has that type."""
     weak = isinstance(given, (list, tuple, int, float))
     out = array(given)
     if out.dtype.kind != "f" or out.dtype.itemsize not in (4, 8):
@@ -45,7 +45,7 @@ def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
 
 
 def boxes(given: Any, name: str = "boxes", dtype: Any = None) -> np.ndarray:
-    """Boxes where they lie. One box alone, (2, d), is a batch of one."""
+    """Boxes, read in place. A single box, (2, d), is a batch of one."""
     out = floats(given, name, dtype)
     size = out.dtype.itemsize
     if any(stride % size for stride in out.strides):
@@ -71,7 +71,7 @@ def rows(given: Any, name: str, dtype: Any = None) -> np.ndarray:
 
 
 def integers(given: Any, name: str, dtype: Any) -> np.ndarray:
-    """Whole numbers of this dtype, checked rather than wrapped around; in place if they are so already."""
+    """Whole numbers of this dtype, checked rather than wrapped around; without a copy if they already have it."""
     out = array(given)
     if isinstance(given, (list, tuple)):
         out = np.asarray(given) if len(given) else np.empty(0, dtype)
@@ -99,7 +99,7 @@ def packed(given: Any, name: str, dtype: Any) -> np.ndarray:
 
 
 def ids(given: Any, name: str = "ids") -> np.ndarray:
-    """Ids of a world; one alone is a batch of one."""
+    """Ids of a world; a single id is a batch of one."""
     return np.atleast_1d(packed(given if not isinstance(given, int) else [given], name, np.uint64))
 
 

@@ -12,7 +12,7 @@ HERE = (0, 0, 0, 0, 0, 0, 1)
 
 
 class ClosedMesh:
-    """A mesh of triangles that has an inside; an Error names a side without another triangle.
+    """A mesh of triangles that has an inside. If the mesh has a hole, an Error names an edge with only one triangle.
 
         solid = jostle.ClosedMesh(jostle.mesh(vertices, triangles))
         solid.contains(points)                          # (n,) bool; points on the surface are inside
@@ -25,12 +25,12 @@ class ClosedMesh:
         self._mesh, self._threads = _core.ClosedMesh(mesh), threads
 
     def contains(self, points: Any, pose: Any = None) -> np.ndarray:
-        """Whether each of the points (n, 3) lies inside: (n,) bool. Exactly, whatever the triangles look like."""
+        """Whether each of the points (n, 3) lies inside: (n,) bool. The answer is exact, whatever the triangles look like."""
         return self._mesh.contains(*self._given(points, pose), self._threads).astype(bool)
 
     def signed_distances(self, points: Any, pose: Any = None) -> np.ndarray:
-        """How far the points are from the surface, and where: a structured array of distance, below 0 inside, normal, the
-        direction in which it grows, and point, the nearest on the surface, from the mesh's position."""
+        """How far the points are from the surface: a structured array of distance (below 0 inside), normal (the direction in
+        which the distance grows) and point (the nearest point of the surface, relative to the mesh's position)."""
         at, given = self._given(points, pose)
         rows = self._mesh.signed_distances(at, given, self._threads)
         return rows.view(_arrays.rows_dtype(3, given.dtype, ("distance", "normal", "point"))).reshape(-1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Where shapes touch, and what else pairs of them do."""
+"""Where shapes touch, and other queries about pairs of shapes."""
 from __future__ import annotations
 
 from typing import Any
@@ -28,11 +28,11 @@ class ContactFinder:
         contacts = jostle.ContactFinder(3, np.float64).find(shapes, poses, pairs)
 
     A pose is a row of 7 numbers in 3D (position, quaternion x, y, z, w), of 4 in 2D (position, cosine, sine): jostle.poses makes
-    them. A motion has 6 (3) more: how far it goes and how it turns, per whole motion. Pairs are (m, 2), positions in the shapes;
-    with a second set (shapes_b, poses_b) the second column is of that.
+    them. A motion has 6 (3) more: the displacement and the rotation of the whole motion. Pairs are (m, 2), positions in the shapes;
+    with a second set (shapes_b, poses_b) the second column refers to that set.
 
-    Keeps its working memory: use one again and again. One call at a time. The functions contacts, touching, distances and impacts do
-    the same once.
+    It keeps its working memory, so use the same one again and again, but only for one call at a time. The functions contacts,
+    touching, distances and impacts do the same for a single call.
     """
 
     def __init__(self, dim: int = 3, dtype: Any = np.float64, threads: int = 0) -> None:
@@ -66,7 +66,7 @@ class ContactFinder:
 
     def find_points(self, shapes: Shapes, poses: Any, pairs: Any, margin: float = 0.0, shapes_b: Shapes | None = None,
                     poses_b: Any = None) -> np.ndarray:
-        """The same contacts, of each the deepest point alone, in a third of the memory: pair (2,), part_a, part_b, normal (d,),
+        """The same contacts, but only the deepest point of each, in a third of the memory: pair (2,), part_a, part_b, normal (d,),
         from_a, from_b (d,), depth, feature."""
         vector = (self.dtype, (self.dim,))
         kind = np.dtype([("pair", np.uint32, (2,)), ("part_a", np.uint32), ("part_b", np.uint32), ("normal", *vector),
@@ -94,10 +94,10 @@ class ContactFinder:
         return rows.view(_arrays.rows_dtype(self.dim, self.dtype, ("time", "normal", "from_a", "from_b"))).reshape(-1)
 
     def ray_casts(self, rays: Questions, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
-        """Where the rays (jostle.rays) meet shapes: pairs (m, 2) are of a ray and an object, such as those of BoxIndex.join.
+        """Where the rays (jostle.rays) hit shapes: pairs (m, 2) are of a ray and an object, such as those of BoxIndex.join.
 
-        A structured array of fraction, infinite where a ray misses, normal, out of the surface, point, on the surface and
-        from the object's position, and part, the triangle or child that is hit. A ray that begins in a solid hits it at 0.
+        A structured array of fraction (infinite if a ray misses), normal (out of the surface), point (on the surface, relative
+        to the object's position) and part (the triangle or child that is hit). A ray that begins in a solid hits it at 0.
         """
         if not isinstance(rays, Questions) or rays._kind != 1:
             raise Error("ray_casts wants rays, as jostle.rays makes them")
@@ -107,7 +107,7 @@ class ContactFinder:
 
     def shape_casts(self, moving: Shapes, moving_poses: Any, displacements: Any, shapes: Shapes, poses: Any,
                     pairs: Any) -> np.ndarray:
-        """Where shapes that move by displacements (n, d), without turning, first touch others that rest: pairs (m, 2) are of
+        """Where shapes that move by displacements (n, d), without rotating, first touch resting ones: pairs (m, 2) are of
         one that moves and one that rests.
 
         As ray_casts; moving_part is the triangle or child of the shape that moves.
@@ -124,34 +124,34 @@ def _finder(shapes: Shapes, rows: Any, rows_b: Any) -> ContactFinder:
 
 def contacts(shapes: Shapes, poses: Any, pairs: Any, margin: float = 0.0, shapes_b: Shapes | None = None,
              poses_b: Any = None) -> np.ndarray:
-    """ContactFinder.find, once."""
+    """ContactFinder.find for a single call."""
     return _finder(shapes, poses, poses_b).find(shapes, poses, pairs, margin, shapes_b, poses_b)
 
 
 def touching(shapes: Shapes, poses: Any, pairs: Any, shapes_b: Shapes | None = None, poses_b: Any = None) -> np.ndarray:
-    """ContactFinder.touching, once."""
+    """ContactFinder.touching for a single call."""
     return _finder(shapes, poses, poses_b).touching(shapes, poses, pairs, shapes_b, poses_b)
 
 
 def distances(shapes: Shapes, poses: Any, pairs: Any, max_distance: float = np.inf, shapes_b: Shapes | None = None,
               poses_b: Any = None) -> np.ndarray:
-    """ContactFinder.distances, once."""
+    """ContactFinder.distances for a single call."""
     return _finder(shapes, poses, poses_b).distances(shapes, poses, pairs, max_distance, shapes_b, poses_b)
 
 
 def impacts(shapes: Shapes, motions: Any, pairs: Any, tolerance: float = 1e-3, shapes_b: Shapes | None = None,
             motions_b: Any = None) -> np.ndarray:
-    """ContactFinder.impacts, once."""
+    """ContactFinder.impacts for a single call."""
     return _finder(shapes, motions, motions_b).impacts(shapes, motions, pairs, tolerance, shapes_b, motions_b)
 
 
 def ray_casts(rays: Questions, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
-    """ContactFinder.ray_casts, once."""
+    """ContactFinder.ray_casts for a single call."""
     return _finder(shapes, poses, None).ray_casts(rays, shapes, poses, pairs)
 
 
 def shape_casts(moving: Shapes, moving_poses: Any, displacements: Any, shapes: Shapes, poses: Any, pairs: Any) -> np.ndarray:
-    """ContactFinder.shape_casts, once."""
+    """ContactFinder.shape_casts for a single call."""
     return _finder(shapes, poses, moving_poses).shape_casts(moving, moving_poses, displacements, shapes, poses, pairs)
 
 
@@ -164,12 +164,12 @@ def bounds(shapes: Shapes, poses: Any, margin: float = 0.0) -> np.ndarray:
 
 
 def sum_by_object(objects: Any, values: Any, count: int, threads: int = 0) -> np.ndarray:
-    """What happens to objects, added up: row i of the result is the sum of values[k] over all k with objects[k] == i.
+    """Adds up values per object: row i of the result is the sum of values[k] over all k with objects[k] == i.
 
     objects  (m,) whole numbers below `count`
     values   (m,) or (m, k) of float32, float64 or int64, k up to 8
 
-    On all cores, and bit for bit the same for any number of them. Returns (count,) or (count, k).
+    It runs on all cores, and the result is bit for bit the same for any number of them. Returns (count,) or (count, k).
     """
     given = _arrays.array(values)
     if given.dtype.kind in "iu" and given.dtype != np.int64:

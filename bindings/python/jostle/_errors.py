@@ -24,7 +24,7 @@ class StaleIdError(Error, IndexError):
 
 
 class NoSuchObjectError(Error, IndexError):
-    """A pair, or an argument, that names an object which isn't there: an IndexError as well as a ValueError."""
+    """A pair, or another argument, that names an object which doesn't exist: an IndexError as well as a ValueError."""
 
 
 def make(status: str, message: str, index: int | None) -> Error:

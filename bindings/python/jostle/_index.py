@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Boxes that stay, and questions about them."""
+"""An index of boxes, and queries about them."""
 from __future__ import annotations
 
 from typing import Any
@@ -15,13 +15,13 @@ from ._shapes import Shapes
 
 
 class BoxIndex:
-    """Boxes that stay, each with an id (a whole number that the caller chooses; keep them dense), and questions about them.
+    """An index of boxes, each with an id (a whole number that the caller chooses; keep them dense), which answers queries.
 
         index = jostle.BoxIndex(boxes)                      # box i has the id i
         index.first(jostle.rays(origins, directions))       # what each ray meets first
         index.all(jostle.nearest(points, 8))                # the eight nearest of each point
 
-    dim and dtype are those of the boxes, or given. Questions may be asked from several threads at a time; changes one at a time.
+    dim and dtype are those of the boxes unless given. Several threads may make queries at the same time; make changes one at a time.
     """
 
     def __init__(self, boxes: Any = None, ids: Any = None, *, dim: int | None = None, dtype: Any = None,
@@ -36,12 +36,12 @@ class BoxIndex:
             self._index.build(None if ids is None else _arrays.packed(ids, "ids", np.uint32), given)
 
     def build(self, boxes: Any, ids: Any = None) -> None:
-        """Forgets everything and takes these boxes: box i gets ids[i], or i."""
+        """Removes everything and adds these boxes: box i gets ids[i], or i."""
         self._index.build(None if ids is None else _arrays.packed(ids, "ids", np.uint32),
                           _arrays.boxes(boxes, dtype=self.dtype))
 
     def insert(self, ids: Any, boxes: Any) -> None:
-        """Adds objects. No id may be there already, or twice."""
+        """Adds objects. No id may exist already, or be given twice."""
         self._index.insert(_arrays.packed(ids, "ids", np.uint32), _arrays.boxes(boxes, dtype=self.dtype))
 
     def move(self, ids: Any, boxes: Any) -> None:
@@ -67,7 +67,7 @@ class BoxIndex:
         return bool(self.contains([id])[0])
 
     def contains(self, ids: Any) -> np.ndarray:
-        """Which of these ids are there: (n,) bool."""
+        """Which of these ids exist: (n,) bool."""
         return self._index.contains(_arrays.packed(ids, "ids", np.uint32)).astype(bool)
 
     def boxes(self, ids: Any) -> np.ndarray:
@@ -86,14 +86,14 @@ class BoxIndex:
 
     def first(self, questions: Questions, *, category: Any = None, mask: Any = None, owner: Any = None,
               asker: Asker | None = None, exclude: int | None = None, accept: AcceptAnswer | None = None) -> Hits:
-        """What each ray or sweep meets first."""
+        """What each ray or sweep hits first."""
         ids, at = self._index.first(question(questions)._packed(self.dim, self.dtype),
                                     asking(asker, exclude, accept, category, mask, owner))
         return Hits(ids.view(np.int64), at)
 
     def all(self, questions: Any, max_results: int | None = None, *, category: Any = None, mask: Any = None, owner: Any = None,
             asker: Asker | None = None, exclude: int | None = None, accept: AcceptAnswer | None = None) -> Answers:
-        """Everything that answers, of each question. Boxes in place of questions ask what touches them."""
+        """All results of each query. If you pass boxes instead of queries, the results are the objects that touch them."""
         first, ids, at, more = self._index.all(question(questions)._packed(self.dim, self.dtype),
                                                asking(asker, exclude, accept, category, mask, owner),
                                                ALL if max_results is None else max_results)
@@ -101,13 +101,13 @@ class BoxIndex:
 
     def any(self, questions: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
             exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """Whether anything answers: (n,) bool."""
+        """Whether each query has any result: (n,) bool."""
         return self._index.any(question(questions)._packed(self.dim, self.dtype),
                                asking(asker, exclude, accept, category, mask, owner)).astype(bool)
 
     def count(self, questions: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
               exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """How many answer: (n,) uint64."""
+        """How many results each query has: (n,) uint64."""
         return self._index.count(question(questions)._packed(self.dim, self.dtype),
                                  asking(asker, exclude, accept, category, mask, owner))
 
@@ -115,15 +115,15 @@ class BoxIndex:
 
     def first_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
                    exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """The shape that each ray, or each shape that moves, meets first: a structured array of id (-1 where there is
-        none), fraction (infinite there), normal, point, from the object's position, part, moving_part."""
+        """The shape that each ray, or each moving shape, hits first: a structured array of id (-1 where there is
+        none), fraction (infinite there), normal, point (relative to the object's position), part, moving_part."""
         return _shape_queries.first_hits(self._index, self.dim, self.dtype, casts, shapes, poses,
                                          asking(asker, exclude, accept, category, mask, owner))
 
     def all_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, max_results: int | None = None, *,
                  category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
                  exclude: int | None = None, accept: AcceptAnswer | None = None) -> ShapeHits:
-        """All shapes that each of them meets, nearest first."""
+        """All shapes that each of them hits, nearest first."""
         return _shape_queries.all_hits(self._index, self.dim, self.dtype, casts, shapes, poses,
                                        ALL if max_results is None else max_results,
                                        asking(asker, exclude, accept, category, mask, owner))
@@ -131,8 +131,8 @@ class BoxIndex:
     def nearest_shapes(self, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any, max_distances: Any = np.inf, *,
                        category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
                        exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """The shape nearest to each of `near`, which needn't be in here: a structured array of id, distance (infinite where
-        none is within max_distances), normal, point_a, point_b; a is the one of `near`."""
+        """The shape nearest to each of `near`, which needn't be in the index: a structured array of id, distance (infinite where
+        none is within max_distances), normal, point_a, point_b; a is the shape of `near`."""
         return _shape_queries.nearest_shapes(self._index, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
                                              asking(asker, exclude, accept, category, mask, owner))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Answers to many questions: a list for each."""
+"""Results of many queries: a list for each."""
 from __future__ import annotations
 
 from typing import Iterator, NamedTuple
@@ -8,14 +8,14 @@ import numpy as np
 
 
 class Hits(NamedTuple):
-    """One answer per question."""
+    """One answer per query."""
 
     ids: np.ndarray  #: of an index int64, -1 where there is none; of a world uint64, 0 where there is none
     at: np.ndarray  #: float64: the least fraction at which the box is touched
 
 
 class Lists:
-    """One list for each question, all in one array: lists[i] is what was found for question i.
+    """One list for each query, all in one array: lists[i] is what was found for query i.
 
     first   list i is values[first[i]:first[i + 1]]
     values  all lists, one after the other
@@ -43,12 +43,12 @@ class Lists:
         return f"{type(self).__name__}({len(self)} questions, {len(self.values)} {self._each})"
 
     def question_of(self) -> np.ndarray:
-        """The question of each value, for grouping."""
+        """The number of the query of each value, for grouping."""
         return np.repeat(np.arange(len(self)), np.diff(self.first.astype(np.int64)))
 
 
 class Answers(Lists):
-    """A list of answers per question: answers[i] are the ids of question i, ascending as the question says.
+    """A list of answers per query: answers[i] are the ids of query i, in the order of its kind of query.
 
     ids    all of them, one list after the other; `values` is the same array
     at     for rays and sweeps the fraction, for nearest the squared distance; else None
@@ -68,7 +68,7 @@ class Answers(Lists):
 
 
 class ShapeHits(Lists):
-    """A list of hits per question, nearest first: hits[i] is a structured array of id, fraction, normal, point, part,
+    """A list of hits per query, nearest first: hits[i] is a structured array of id, fraction, normal, point, part,
     moving_part.
 
     hits   all of them, one list after the other; `values` is the same array

@@ -40,14 +40,14 @@ def _two(boxes: Any, other: Any) -> tuple[np.ndarray, np.ndarray | None]:
 def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any = None, owner: Any = None,
                category_b: Any = None, mask_b: Any = None, owner_b: Any = None, accept: Accept | None = None,
                order: str = "canonical", threads: int = 0) -> np.ndarray:
-    """All pairs of touching boxes, or of one of `boxes` and one of `other`.
+    """All pairs of touching boxes within `boxes`, or between `boxes` and `other`.
 
     boxes, other   (n, 2, d) or (n, 2 d) of float32 or float64, d 2 or 3, read in place
-    category, mask one uint32 per box: a pair counts if each one's category meets the other's mask
-    owner          one uint32 per box: those of one owner don't pair; 2**32 - 1 is nobody
+    category, mask one uint32 per box: a pair counts if each box's category has a bit in common with the other's mask
+    owner          one uint32 per box: boxes of the same owner don't pair; 2**32 - 1 means no owner
     ..._b          the same for `other`
-    accept         called last with (a, b); slow, since it is Python. What it raises comes out of the call
-    order          "canonical": by place, the same on every machine, the fastest. "sorted": ascending by (a, b)
+    accept         called last with (a, b); slow, since it is Python. An exception that it raises comes out of the call
+    order          "canonical": by position in space, the same on every machine, the fastest. "sorted": ascending by (a, b)
     threads        0 for one per core
 
     Returns (m, 2) uint32: positions, a < b within one set.
@@ -60,13 +60,13 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
 
 def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: Any = None, owner: Any = None,
                         accept: Accept | None = None, order: str = "canonical", threads: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """The pairs in space that repeats itself: what leaves on one side comes in on the other.
+    """The pairs in periodic space: what leaves on one side comes in on the other.
 
-    period         its length along each axis, 0 where space doesn't repeat itself. Boxes are shorter than half of it, or infinite
-                   both ways, and lie within less than two periods
+    period         its length along each axis, 0 for axes that aren't periodic. Boxes must be shorter than half of it, or infinite
+                   in both directions, and lie within less than two periods
 
     The rest is as in find_pairs. Returns (m, 2) uint32 and (m, d) of the boxes' dtype: box pairs[i, 0] touches box pairs[i, 1] shifted
-    by shifts[i]. Each pair comes once; across a border the second is the one that is shifted down. Shifted bounds are rounded outwards.
+    by shifts[i]. Each pair comes once; across a border the second box is the one shifted down. Shifted bounds are rounded outwards.
     """
     a = _arrays.boxes(boxes)
     lengths = _arrays.rows(period, "period").astype(np.float64)
@@ -81,7 +81,7 @@ def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: 
 class ScenePairs:
     """The pairs of many scenes: `found[k]` are those of scene k, (m, 2) uint32, numbered within the scene.
 
-    pairs   those of all scenes, one scene's behind the other's
+    pairs   those of all scenes, scene by scene
     first   (scenes + 1,) int64: those of scene k are pairs[first[k]:first[k + 1]]
     """
 
@@ -100,9 +100,9 @@ class ScenePairs:
 
 def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = None, owner: Any = None,
                 accept: Callable[[int, int, int], bool] | None = None, threads: int = 0) -> ScenePairs:
-    """The pairs of many scenes that have nothing to do with each other, as thousands of small worlds have side by side.
+    """The pairs of many independent scenes, such as thousands of small simulations side by side.
 
-    boxes          of all scenes, one scene's behind the other's, as for find_pairs
+    boxes          of all scenes, scene by scene, as for find_pairs
     offsets        (scenes + 1,) whole numbers: scene k is boxes[offsets[k]:offsets[k + 1]]. The first is 0, the last len(boxes)
     category, mask, owner   one uint32 per box of all scenes, as for find_pairs
     accept         called last with (scene, a, b); slow, since it is Python
@@ -123,8 +123,8 @@ def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, categor
                accept: Accept | None = None, threads: int = 0) -> Iterator[np.ndarray]:
     """The pairs that find_pairs finds, as arrays of `chunk` pairs (the last has fewer), for more pairs than memory holds.
 
-    The search goes on in the background while a chunk is worked on, and waits where four are not fetched yet. Chunks come in
-    no particular order unless threads is 1: then it is the canonical one. Don't change the boxes meanwhile.
+    The search goes on in the background while you work on a chunk, and waits when four chunks haven't been fetched yet. Chunks come
+    in no particular order, unless threads is 1: then they come in the canonical order. Don't change the boxes meanwhile.
     """
     if chunk < 1:
         raise Error(f"chunk is {chunk}: it must be at least 1")
@@ -147,7 +147,7 @@ def join(points: Any, radii: Any, other: Any = None, other_radii: Any = None, *,
     points, other        (n, d) of float32 or float64
     radii, other_radii   one number for all, or one for each
 
-    For all points within r of each other the radii are r / 2. Distances are compared by their squares in double.
+    To find all points within r of each other, use the radius r / 2. Distances are compared by their squares in double.
     Returns (m, 2) uint32, as find_pairs.
     """
     def spheres(given: Any, reach: Any, name: str) -> tuple[np.ndarray, np.ndarray]:

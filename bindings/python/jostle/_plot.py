@@ -10,8 +10,8 @@ from . import _arrays
 
 
 def plot(boxes: Any, pairs: Any = None, *, ax: Any = None, axes: tuple[int, int] = (0, 1)) -> Any:
-    """Draws boxes, and lines between the centres of pairs, with matplotlib; of 3D boxes the view along the axis that isn't in
-    `axes`. Boxes in a pair are darker. Returns matplotlib's Axes."""
+    """Draws boxes, and lines between the centres of pairs, with matplotlib. 3D boxes are drawn as seen along the axis that isn't
+    in `axes`. Boxes in a pair are darker. Returns matplotlib's Axes."""
     from matplotlib import pyplot
     from matplotlib.collections import LineCollection, PatchCollection
     from matplotlib.patches import Rectangle

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Questions about boxes, and what is asked for with them."""
+"""Queries about boxes."""
 from __future__ import annotations
 
 from typing import Any, Callable, Sequence
@@ -13,16 +13,16 @@ ALL = 2**64 - 1
 
 
 class Questions:
-    """Many questions of one kind: made by rays, sweeps, overlapping, spheres, frustums and nearest.
+    """Many queries of one kind, made by rays, sweeps, overlapping, spheres, frustums or nearest.
 
-    Where they are asked their numbers are rounded to the dtype of the boxes. One row, or one number, stands for all.
+    Their numbers are rounded to the dtype of the boxes when they are used. One row, or one number, applies to all queries.
     """
 
     def __init__(self, kind: int, columns: Sequence[Any], planes: Sequence[Any] = (), count: int = 1) -> None:
         self._kind, self._columns, self._planes, self._count = kind, columns, planes, count
 
     def _numbers(self, dim: int, dtype: np.dtype) -> np.ndarray:
-        """One row for each question."""
+        """One row for each query."""
         if self._planes:
             return np.empty((0, 0), dtype)
         parts = []
@@ -63,17 +63,17 @@ def sweeps(boxes: Any, motions: Any, max_fraction: Any = 1.0) -> Questions:
 
 
 def overlapping(boxes: Any) -> Questions:
-    """What touches each of these boxes."""
+    """Finds what touches each of these boxes."""
     return Questions(3, (boxes,))
 
 
 def spheres(centers: Any, radii: Any) -> Questions:
-    """What is no further than the radius from the centre."""
+    """Finds what is no further than the radius from each centre."""
     return Questions(4, (centers, radii))
 
 
 def frustums(planes: Sequence[Any]) -> Questions:
-    """The spaces inside planes: each an array (k, d + 1) of normal and offset, inside where normal . p + offset >= 0."""
+    """Regions bounded by planes: each is an array (k, d + 1) of normals and offsets; inside is where normal . p + offset >= 0."""
     return Questions(5, (), list(planes))
 
 

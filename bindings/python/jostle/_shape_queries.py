@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Rays, moving shapes and distances against all shapes of a BoxIndex or a World."""
+"""Queries by rays, moving shapes and distances against all shapes of a BoxIndex or a World."""
 from __future__ import annotations
 
 from typing import Any, NamedTuple
@@ -14,7 +14,7 @@ from ._shapes import Shapes
 
 
 class ShapeSweeps(NamedTuple):
-    """Shapes that move by displacements (n, d) from where they are, without turning."""
+    """Shapes that move by displacements (n, d) from their poses, without rotating."""
 
     shapes: Shapes
     poses: Any

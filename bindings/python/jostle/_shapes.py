@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Shapes, and where they are."""
+"""Shapes and poses."""
 from __future__ import annotations
 
 from typing import Any, Sequence
@@ -23,7 +23,7 @@ def capsule(half_length: float, radius: float, dim: int = 3) -> Shape:
 
 
 def box(half: Any) -> Shape:
-    """|x| <= half[0] and so on: 2 or 3 numbers."""
+    """All points with |x| <= half[0] and so on: 2 or 3 numbers."""
     return _core.box(_arrays.rows(half, "half", np.float64))
 
 
@@ -43,7 +43,7 @@ def cone(half_length: float, radius: float) -> Shape:
 
 
 def ellipsoid(half: Any) -> Shape:
-    """Half as wide along each axis as `half` says: 3 numbers, or in 2D, an ellipse, 2."""
+    """An ellipsoid with semi-axes `half`: 3 numbers, or 2 numbers for an ellipse in 2D."""
     return _core.ellipsoid(_arrays.rows(half, "half", np.float64))
 
 
@@ -53,7 +53,7 @@ def half_space(normal: Any, offset: float = 0.0) -> Shape:
 
 
 def hull(points: Any) -> Shape:
-    """The convex hull of points (n, d). hull.vertices() and hull.faces() say what it has become."""
+    """The convex hull of points (n, d). hull.vertices() and hull.faces() return the result."""
     given = _arrays.rows(points, "points")
     return _core.hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given)
 

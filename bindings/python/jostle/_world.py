@@ -15,14 +15,14 @@ from ._shapes import Shapes
 
 
 class EndedPairs(NamedTuple):
-    """Pairs that touch no more."""
+    """Pairs that no longer touch."""
 
     pairs: np.ndarray  #: (m, 2) uint64, ids
     reasons: np.ndarray  #: (m,) uint8: 0 moved apart, 1 removed, 2 disabled, 3 filtered
 
 
 class World:
-    """Objects with ids, and the pairs between them: which began, persist and ended.
+    """Objects with ids, and the pairs between them: which pairs began, persist and ended.
 
         world = jostle.World(dim=3, dtype=np.float32)
         ids = world.add(boxes)            # (n,) uint64
@@ -34,12 +34,12 @@ class World:
     index, good for indexing arrays: jostle.World.index(ids).
 
     margin    every box is this much bigger on every side
-    slack     how far boxes may go to and fro before their neighbours are searched for anew; no answer depends on it
+    slack     how far boxes may move to and fro before their neighbours are searched for again; no result depends on it
     ignore_odd_boxes   takes NaN and inverted boxes: such objects touch nothing, and stats()["odd"] counts them
     accept    accept(id_a, id_b) is asked once for each pair that would begin
     threads   0 for one per core
 
-    Resting objects cost nothing. Commands may be given from several threads; update() by one at a time. A world can be pickled,
+    Resting objects cost nothing. Several threads may give commands; only one at a time may call update(). A world can be pickled,
     unless it has an `accept`.
     """
 
@@ -61,29 +61,29 @@ class World:
 
     def add(self, boxes: Any, *, category: int = 1, mask: int = 2**32 - 1, owner: int = 2**32 - 1, is_static: bool = False,
             margin: float = 0.0, enabled: bool = True) -> np.ndarray:
-        """New objects, all with this filter: their ids, (n,) uint64, good at once."""
+        """Adds objects, all with this filter, and returns their ids, (n,) uint64, which are valid at once."""
         return self._world.add(self._boxes(boxes), (category, mask, owner, int(is_static)), margin, enabled)
 
     def remove(self, ids: Any) -> None:
-        """Removes objects: all of them, or none where one isn't there."""
+        """Removes these objects, or none of them if one doesn't exist."""
         self._world.remove(_arrays.ids(ids))
 
     def move(self, ids: Any, boxes: Any, displacements: Any = None, sequence: int = 0) -> None:
-        """New boxes, and how far they move in the coming step, (n, d): they touch what lies on their way."""
+        """Sets new boxes, and how far they move in the coming step, (n, d): they also touch what lies in their path."""
         by = None if displacements is None else np.atleast_2d(_arrays.rows(displacements, "displacements", self.dtype))
         self._world.move(_arrays.ids(ids), self._boxes(boxes), by, sequence)
 
     def teleport(self, ids: Any, boxes: Any, sequence: int = 0) -> None:
-        """As move; says that the places needn't be near each other."""
+        """Like move, but says that the new place needn't be near the old one."""
         self._world.teleport(_arrays.ids(ids), self._boxes(boxes), sequence)
 
     def resize(self, ids: Any, sizes: Any, sequence: int = 0) -> None:
-        """New edge lengths, (n, d), about the same centres."""
+        """Sets new edge lengths, (n, d), about the same centres."""
         self._world.resize(_arrays.ids(ids), np.atleast_2d(_arrays.rows(sizes, "sizes", self.dtype)), sequence)
 
     def set_filter(self, ids: Any, category: Any = 1, mask: Any = 2**32 - 1, owner: Any = 2**32 - 1, is_static: Any = False,
                    sequence: int = 0) -> None:
-        """One number for all, or one for each object."""
+        """Converts one number for all objects, or one for each."""
         of = _arrays.ids(ids)
         filters = np.empty((len(of), 4), np.uint32)
         for column, (name, value) in enumerate((("category", category), ("mask", mask), ("owner", owner),
@@ -92,7 +92,7 @@ class World:
         self._world.set_filter(of, filters, sequence)
 
     def set_margin(self, ids: Any, margins: Any, sequence: int = 0) -> None:
-        """Each object's own margin, on top of the world's."""
+        """Sets each object's own margin, in addition to the world's."""
         of = _arrays.ids(ids)
         self._world.set_margin(of, np.ascontiguousarray(np.broadcast_to(np.asarray(margins, np.float64), of.shape)), sequence)
 
@@ -102,12 +102,12 @@ class World:
         self._world.set_enabled(of, np.ascontiguousarray(np.broadcast_to(np.asarray(enabled, np.uint8), of.shape)), sequence)
 
     def set_user_data(self, ids: Any, data: Any) -> None:
-        """64 bits of your own for each object; they hold at once."""
+        """Sets 64 bits of your own for each object; they take effect at once."""
         of = _arrays.ids(ids)
         self._world.set_user_data(of, np.ascontiguousarray(np.broadcast_to(np.asarray(data, np.uint64), of.shape)))
 
     def report_again(self, ids: Any) -> None:
-        """In the next update the pairs of these objects, or these pairs (m, 2), begin again if they still touch."""
+        """Makes the pairs of these objects, or these pairs (m, 2), begin again in the next update if they still touch."""
         of = _arrays.ids(ids)
         if of.ndim == 2:
             self._world.report_again(np.ascontiguousarray(of[:, 0]), np.ascontiguousarray(of[:, 1]))
@@ -115,15 +115,15 @@ class World:
             self._world.report_again(of, None)
 
     def update(self, ids: Any = None, boxes: Any = None) -> None:
-        """Applies what was queued and finds out what that did to the pairs; with ids and boxes, moves those first."""
+        """Applies queued commands and finds the pairs that began, persist and ended. With ids and boxes, moves those first."""
         if ids is None:
             self._world.update()
         else:
             self._world.update_moves(_arrays.ids(ids), self._boxes(boxes))
 
     def apply(self) -> None:
-        """Shows what was queued ahead of the next update: questions, touching(), pairs() and all that can be asked about
-        objects see it. The lists of the last update stay, and what the next one gives is the same as without this call."""
+        """Makes queued commands visible before the next update: to queries, touching(), pairs() and everything that tells about
+        objects. The lists of the last update stay, and the next update gives the same result as without this call."""
         self._world.apply()
 
     # --- Pairs, as of the last update ---
@@ -137,19 +137,19 @@ class World:
         return EndedPairs(*self._world.ended())
 
     def persisted(self) -> np.ndarray:
-        """Pairs that touched before and still do, and of which one object changed: (m, 2) uint32, by index."""
+        """Pairs that touched before and still do, and of which at least one object changed: (m, 2) uint32, by index."""
         return self._world.persisted()
 
     def began_slots(self) -> np.ndarray:
-        """With pair_slots: the number of each pair of began(), small and its own as long as it touches, (m,) uint32."""
+        """With pair_slots: the slot of each pair of began(), a small number that the pair keeps while it touches, (m,) uint32."""
         return self._world.began_slots()
 
     def ended_slots(self) -> np.ndarray:
-        """With pair_slots: the number that each pair of ended() had."""
+        """With pair_slots: the slot that each pair of ended() had."""
         return self._world.ended_slots()
 
     def changed_slots(self) -> np.ndarray:
-        """With pair_slots: the number of each pair of changed_pairs()."""
+        """With pair_slots: the slot of each pair of changed_pairs()."""
         return self._world.changed_slots()
 
     def pair_slots_end(self) -> int:
@@ -157,15 +157,15 @@ class World:
         return self._world.pair_slots_end()
 
     def changed_pairs(self) -> np.ndarray:
-        """Began and persisted as one list, by index: what contacts() wants."""
+        """The pairs that began and those that persisted as one list, by index, as contacts() takes it."""
         return self._world.changed_pairs()
 
     def pairs(self) -> np.ndarray:
-        """All pairs that touch, by index: (m, 2) uint32. As costly as finding them anew."""
+        """All pairs that touch, by index: (m, 2) uint32. Costs as much as a full search."""
         return self._world.pairs()
 
     def touching(self, ids: Any) -> Answers:
-        """Who each of these objects touches, ascending by index."""
+        """The objects that each of these objects touches, ascending by index."""
         first, found = self._world.touching(_arrays.ids(ids))
         return Answers(first, found, None, np.zeros(len(first) - 1, bool))
 
@@ -173,25 +173,25 @@ class World:
 
     def first(self, questions: Questions, *, asker: Asker | None = None, exclude: int | None = None,
               accept: AcceptAnswer | None = None) -> Hits:
-        """What each ray or sweep meets first."""
+        """What each ray or sweep hits first."""
         return Hits(*self._world.first(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept)))
 
     def all(self, questions: Any, max_results: int | None = None, *, asker: Asker | None = None, exclude: int | None = None,
             accept: AcceptAnswer | None = None) -> Answers:
-        """Everything that answers, of each question."""
+        """All results of each query."""
         first, ids, at, more = self._world.all(question(questions)._packed(self.dim, self.dtype),
                                                asking(asker, exclude, accept), ALL if max_results is None else max_results)
         return Answers(first, ids, at, more.astype(bool))
 
     def any(self, questions: Any, *, asker: Asker | None = None, exclude: int | None = None,
             accept: AcceptAnswer | None = None) -> np.ndarray:
-        """Whether anything answers: (n,) bool."""
+        """Whether each query has any result: (n,) bool."""
         return self._world.any(question(questions)._packed(self.dim, self.dtype),
                                asking(asker, exclude, accept)).astype(bool)
 
     def count(self, questions: Any, *, asker: Asker | None = None, exclude: int | None = None,
               accept: AcceptAnswer | None = None) -> np.ndarray:
-        """How many answer: (n,) uint64."""
+        """How many results each query has: (n,) uint64."""
         return self._world.count(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept))
 
     def join(self, boxes: Any, *, asker: Asker | None = None, exclude: int | None = None,
@@ -203,15 +203,15 @@ class World:
 
     def first_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, *, asker: Asker | None = None,
                    exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """The shape that each ray, or each shape that moves, meets first: a structured array of id (0 where there is
-        none), fraction (infinite there), normal, point, from the object's position, part, moving_part."""
+        """The shape that each ray, or each moving shape, hits first: a structured array of id (0 where there is
+        none), fraction (infinite there), normal, point (relative to the object's position), part, moving_part."""
         return _shape_queries.first_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
                                          asking(asker, exclude, accept))
 
     def all_hits(self, casts: Questions | ShapeSweeps, shapes: Shapes, poses: Any, max_results: int | None = None, *,
                  asker: Asker | None = None,
                  exclude: int | None = None, accept: AcceptAnswer | None = None) -> ShapeHits:
-        """All shapes that each of them meets, nearest first."""
+        """All shapes that each of them hits, nearest first."""
         return _shape_queries.all_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
                                        ALL if max_results is None else max_results,
                                        asking(asker, exclude, accept))
@@ -219,8 +219,8 @@ class World:
     def nearest_shapes(self, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any, max_distances: Any = np.inf, *,
                        asker: Asker | None = None,
                        exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
-        """The shape nearest to each of `near`, which needn't be in here: a structured array of id, distance (infinite where
-        none is within max_distances), normal, point_a, point_b; a is the one of `near`."""
+        """The shape nearest to each of `near`, which needn't be in the world: a structured array of id, distance (infinite where
+        none is within max_distances), normal, point_a, point_b; a is the shape of `near`."""
         return _shape_queries.nearest_shapes(self._world, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
                                              asking(asker, exclude, accept))
 
@@ -237,7 +237,7 @@ class World:
         return self._world.index_end()
 
     def contains(self, ids: Any) -> np.ndarray:
-        """Which of these ids name an object: (n,) bool."""
+        """Which of these ids exist: (n,) bool."""
         return self._world.contains(_arrays.ids(ids)).astype(bool)
 
     def ids(self, indices: Any = None) -> np.ndarray:
@@ -248,15 +248,15 @@ class World:
         return self._world.ids(_arrays.packed(indices, "indices", np.uint32))
 
     def boxes(self, ids: Any) -> np.ndarray:
-        """As they were given: (n, 2, d)."""
+        """The boxes as they were given: (n, 2, d)."""
         return self._world.boxes(_arrays.ids(ids))
 
     def bounds_of_all(self) -> np.ndarray | None:
-        """The least box around all bounds, (2, d), but those of disabled objects; None where there are none."""
+        """The smallest box around all bounds, (2, d), except those of disabled objects; None if there are none."""
         return self._world.bounds_of_all()
 
     def bounds(self, ids: Any) -> np.ndarray:
-        """As they are compared, margins and displacements included: (n, 2, d)."""
+        """The bounds that are compared, with margins and displacements: (n, 2, d)."""
         return self._world.bounds(_arrays.ids(ids))
 
     def filters(self, ids: Any) -> np.ndarray:
@@ -268,37 +268,37 @@ class World:
         return self._world.enabled(_arrays.ids(ids)).astype(bool)
 
     def user_data(self, ids: Any) -> np.ndarray:
-        """(n,) uint64: your own, also of objects that the last update removed."""
+        """Your own 64 bits for each object, (n,) uint64; also for objects that the last update removed."""
         return self._world.user_data(_arrays.ids(ids))
 
     def margins(self, ids: Any) -> np.ndarray:
-        """The world's and the object's own together: (n,) float64."""
+        """The sum of the world's margin and each object's own: (n,) float64."""
         return self._world.margins(_arrays.ids(ids))
 
     # --- Snapshots ---
 
     def save(self) -> bytes:
-        """What the world is, as of the last update; the same bytes on every machine."""
+        """The world's state after the last update, as bytes that are the same on every machine."""
         return self._world.save()
 
     def restore(self, snapshot: bytes) -> None:
-        """Becomes the world that was saved."""
+        """Makes this world the one that was saved."""
         self._world.restore(bytes(snapshot))
 
     def save_base(self) -> bytes:
-        """save(), which from now on is the base: what differs from it is recorded, until the next save_base(), restore() or clear()."""
+        """Like save(), and makes this state the base: differences are recorded until the next save_base(), restore() or clear()."""
         return self._world.save_base()
 
     def save_changes(self) -> bytes:
-        """How the world differs from its base. Costs what differs; what rests costs nothing."""
+        """How the world differs from its base, as bytes. The cost depends on what differs; resting objects cost nothing."""
         return self._world.save_changes()
 
     def restore_changes(self, changes: bytes) -> None:
-        """Becomes the world whose changes these are, as restore() would; it keeps its base, which must be theirs."""
+        """Makes this world the one whose changes these are, like restore(). It keeps its base, which must be that of the changes."""
         self._world.restore_changes(bytes(changes))
 
     def clear(self) -> None:
-        """Becomes a world without objects. Ids from before name others then, or nothing."""
+        """Removes all objects. Ids from before then name other objects, or none."""
         self._world.clear()
 
     def fork(self) -> World:
@@ -328,7 +328,7 @@ class World:
         return self._world.stats()
 
     def explain(self) -> str:
-        """What the world looks like, in words."""
+        """Explains the numbers of stats() in words."""
         return self._world.explain()
 
     def __repr__(self) -> str:
