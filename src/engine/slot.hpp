@@ -112,9 +112,9 @@ struct alignas(128) Slot
     Counts counts;
     std::exception_ptr error;
 
-    /// Forgets what the last search left here, but for the memory.
+    /// Forgets what the last search left here, and keeps the memory.
     void start_search() noexcept;
-    /// Has as much memory as `other`: next time the work may be shared out the other way round.
+    /// Reserves as much memory as `other` has, because next time the work may be divided the other way round.
     void match(const Slot& other);
     [[nodiscard]] std::uint64_t bytes() const noexcept;
 

@@ -10,7 +10,7 @@ void check_filter(const Filter& filter, std::size_t size);
 void check_filter(const SceneFilter& filter, std::size_t size);
 void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t size_b);
 
-/// The definition of the filters, but for `accept`. Between two sets `b` belongs to the second.
+/// The definition of the filters, without `accept`. Between two sets `b` belongs to the second.
 bool passes(const Filter& filter, std::size_t a, std::size_t b) noexcept;
 bool passes(const SceneFilter& filter, std::size_t a, std::size_t b) noexcept; // positions among all boxes
 bool passes(const CrossFilter& filter, std::size_t a, std::size_t b) noexcept;

@@ -59,7 +59,7 @@ class Arena
             memory_->deallocate(block, block_size, block_alignment);
     }
 
-    /// What was taken so far is nobody's any more.
+    /// Takes back all memory that was handed out so far.
     void begin() noexcept
     {
         for (Piece& piece : pieces_)
@@ -72,7 +72,7 @@ class Arena
         for (Piece& piece : pieces_)
             piece.is_kept = piece.is_taken;
     }
-    /// What was taken since keep() is nobody's any more.
+    /// Takes back all memory that was handed out since keep().
     void begin_again() noexcept
     {
         next_ = 0;

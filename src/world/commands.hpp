@@ -77,7 +77,7 @@ void reserve_more(Vector& vector, std::size_t count)
         vector.reserve(std::max(wanted, vector.capacity() + vector.capacity() / 2));
 }
 
-/// What one thread queued. Its mutex is the thread's own but for the moment in which an update takes all.
+/// What one thread queued. Only that thread locks its mutex, until an update locks all queues for a moment.
 template <int Dim, class T>
 struct alignas(128) Queue
 {

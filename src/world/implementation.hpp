@@ -80,7 +80,7 @@ class ChangedSlots
     std::pmr::vector<std::uint32_t> list_;
 };
 
-/// What stats say of a world, but for what the last update did.
+/// The statistics of a world, except those of the last update.
 template <int Dim, class T>
 [[nodiscard]] WorldStats describe(const State<Dim, T>& state, const Lists& lists);
 

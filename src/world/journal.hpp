@@ -56,7 +56,7 @@ class Journal
         refused_.clear();
     }
 
-    /// What an update is about to change: objects, ascending, and who comes to rest.
+    /// What an update is about to change: objects, ascending, and those that come to rest.
     void note(const State<Dim, T>& state, const std::optional<Applied<Dim, T>>& applied,
               std::span<const Index> changed, std::span<const std::uint32_t> settling)
     {

@@ -46,7 +46,7 @@ class NeighbourLists
         rested_at_.grow(objects);
     }
 
-    /// Who is searched for where.
+    /// Which entries are searched for in their lists, and which in the index.
     struct Division
     {
         std::span<const index::Lookup<Dim>> lookups; // entries for which a list of neighbours will do

@@ -25,7 +25,7 @@ class PairSlots
     }
 
     [[nodiscard]] std::uint32_t of(Key key) const noexcept;
-    /// More than any slot that was ever in use.
+    /// Greater than every slot that was ever in use.
     [[nodiscard]] std::uint32_t end() const noexcept { return static_cast<std::uint32_t>(keys_.size()); }
     /// By slot; `no_key` where there is no pair.
     [[nodiscard]] std::span<const Key> keys() const noexcept { return keys_; }
@@ -41,21 +41,21 @@ class PairSlots
     /// For all these pairs, which ascend. There are none yet.
     void assign(const PairBuffer& pairs);
 
-    // Once somebody wants to know what was given and taken back since:
+    // For journals: records which slots were given and taken back since begin_notes().
 
     struct Note
     {
         std::uint32_t slot;
         Key key; // that it had; no_key if none, or if there was no such slot
     };
-    /// Room for the notes of so many slots or as many as there is room for, then that they are taken.
+    /// First makes room for the notes of so many slots, or of all that exist; then notes are taken.
     void make_room_for_notes(std::size_t slots);
     void begin_notes() noexcept;
     /// In the order in which they were taken, each slot once.
     [[nodiscard]] std::span<const Note> notes() const noexcept { return noted_; }
     [[nodiscard]] std::uint32_t end_then() const noexcept { return end_then_; }
-    /// These slots, all that are noted and others, get these keys; then so many slots are left. No key is
-    /// there twice, nor had by another slot. make_room(keys.size(), end) came before.
+    /// Gives these keys to these slots, which include all noted ones; then so many slots remain. No key may
+    /// occur twice, or belong to another slot. Call make_room(keys.size(), end) before.
     void go_back(std::span<const Note> keys, std::uint32_t end) noexcept;
 
   private:

@@ -38,7 +38,7 @@ class Parked
     }
     /// Whose box it is; `nobody` if the object has left.
     [[nodiscard]] Index index(std::size_t place) const noexcept { return indices_[front_ + place]; }
-    /// Calls body(index) for each, those first whose turn comes first, until it returns false.
+    /// Calls body(index) for each, in the order in which they come to rest, until it returns false.
     template <class Body>
     void each(const Body& body) const
     {

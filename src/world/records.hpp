@@ -75,7 +75,7 @@ class Past
         }
         return state_.objects[index].has(flag::has_reach) ? &state_.objects.reach(index) : nullptr;
     }
-    /// Of an object that there was, but for its user data, which no update changes.
+    /// For an object that existed; without its user data, which no update changes.
     [[nodiscard]] Record<Dim, T> record(Index index) noexcept
     {
         const auto object = state_.objects[index];

@@ -27,9 +27,9 @@ class Writer
 
     Writer(State<Dim, T>& state, Changes<Dim, T>& changes, Arena& arena);
 
-    /// Commands come, of so many queues; if of one only, it has this number. They may be about the same
-    /// objects as those of other queues, also of those that came before. Objects that are written to now are
-    /// noted, with what they were, if `noted` isn't null.
+    /// Announces commands of so many queues; if there is only one, it has this number. They may be about the
+    /// same objects as commands of other queues, also of earlier ones. If `noted` isn't null, it gets the
+    /// objects that are written to from now on, with their old state.
     void begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Noted>* noted);
     /// Whose commands come now: numbered from 1.
     void set_queue(std::uint32_t queue) noexcept { queue_ = queue; }
@@ -76,7 +76,7 @@ void settle_contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim,
                      const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue,
                      Arena& arena);
 
-/// What commands have made of the objects since the last update, and who goes on with it.
+/// What commands have changed since the last update, and the writer that continues it.
 template <int Dim, class T>
 struct Applied
 {

@@ -43,10 +43,10 @@ inline bool is_zero(const Vec3& v)
     return v.x == 0 && v.y == 0 && v.z == 0;
 }
 
-/// Takes the pairs of a list through a kernel, `batch` at a time, but for those that aren't `wanted`.
-/// put_rest(rows, pair, k) writes what this kernel wants beside rotations and distance into lane k;
-/// answer(rows, pair, k, i) goes on from what it has found for the i-th pair of the block; general(i) takes
-/// those that kernels can't.
+/// Passes the `wanted` pairs of a list through a kernel, `batch` at a time. put_rest(rows, pair, k) writes
+/// what this kernel needs beside rotations and distance into lane k; answer(rows, pair, k, i) processes the
+/// kernel's result for the i-th pair of the block; general(i) handles
+/// the pairs that kernels can't.
 template <class T, class Rows, class Wanted, class Put, class Answer, class General>
 void through_kernel(const PairSet<T>& set, std::span<const std::uint16_t> list, void (*kernel)(Rows&),
                     const Wanted& wanted, const Put& put_rest, const Answer& answer, const General& general)

@@ -85,8 +85,8 @@ struct PairSet
     StridedView<Pose<3, T>> poses_b;
     std::span<const Pair> pairs;
 
-    /// Reads a pair and puts it in order as `arrange` would, but for two of one type in one place. Which way
-    /// round it comes is hard to predict: no branches.
+    /// Reads a pair and puts it in order as `arrange` would, except for two shapes of one type in one place.
+    /// The order in which it comes is hard to predict, so there are no branches.
     [[nodiscard]] ArrangedPair<T> take(std::uint16_t i) const
     {
         const Pair& pair = pairs[i];

@@ -52,8 +52,8 @@ HWY_ATTR inline RealAxis best_box_axis(const RealMat& a, const Real3& half_a, co
         const Real reach = hb[j] + ha[0] * ac[0][j] + ha[1] * ac[1][j] + ha[2] * ac[2][j];
         take_axis(best, zero, abs(tb[j]) - reach, 3 + j, tb[j], axis_b[j]);
     }
-    // Where faces are parallel, cross products of edges say the same as a face does, but for rounding, which
-    // would choose among them at random. So edges must be better by more than rounding.
+    // If faces are parallel, cross products of edges give the same separation as a face, and rounding would
+    // choose among them at random. So edges must be better by more than rounding.
     const Real by = Real(1e-10) * (ha[0] + ha[1] + ha[2] + hb[0] + hb[1] + hb[2]);
     for (int i = 0; i < 3; ++i) {
         const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
