@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -73,17 +74,20 @@ class Journal
         const auto is_new = [&](const auto& old) { return place_of_[old.index] == 0; };
         if (fresh.empty() && std::none_of(old_reaches.begin(), old_reaches.end(), is_new)) return;
         Past<Dim, T> past(state, applied);
-        for (const std::uint32_t index : fresh)
-            note(Index{index}, state.was_there(index) ? past.record(Index{index}) : Record<Dim, T>());
-        // Those whose bounds stay what they were aren't changed, though these may come about in another way.
+        // First those whose bounds stay what they were, though these come about in another way: they aren't
+        // changed, but may be among those that come to rest.
         for (const auto& old : old_reaches) {
-            if (place_of_[old.index] != 0 || !state.was_there(raw(old.index))) continue;
+            if (!is_new(old) || !state.was_there(raw(old.index))) continue;
+            if (state.objects[old.index].has(flag::reach_kept)) continue; // it is changed, and `past` has it
             Record<Dim, T> record = past.record(old.index);
             record.reach = old.had_reach ? old.reach : Reach<Dim, T>();
             record.state &= ~flag::has_reach;
             if (old.had_reach) record.state |= flag::has_reach;
             note(old.index, record);
         }
+        for (const std::uint32_t index : fresh)
+            if (place_of_[Index{index}] == 0)
+                note(Index{index}, state.was_there(index) ? past.record(Index{index}) : Record<Dim, T>());
     }
     void note(Index index, const Record<Dim, T>& record)
     {
@@ -97,6 +101,14 @@ class Journal
             refused_.try_emplace(key, false);
         for (const Key key : removed)
             refused_.try_emplace(key, true);
+    }
+    /// Pairs about which an update has changed its mind are forgotten where they are again as in the base.
+    void forget_refused(std::span<const Key> keys, const std::pmr::unordered_set<Key>& refused) noexcept
+    {
+        for (const Key key : keys)
+            if (const auto at = refused_.find(key);
+                at != refused_.end() && at->second == (refused.find(key) != refused.end()))
+                refused_.erase(at);
     }
 
     [[nodiscard]] std::span<const Target> objects() const noexcept { return objects_; }

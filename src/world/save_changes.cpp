@@ -337,7 +337,8 @@ template <int Dim, class T>
 void Return<Dim, T>::make_room()
 {
     const auto end = static_cast<std::uint32_t>(end_);
-    state_.make_room(end);
+    // Objects that are only queued may have user data: their indices lie beyond the end.
+    state_.make_room(work_.targets.empty() ? end : std::max(end, raw(work_.targets.back().index) + 1));
     state_.ids.make_room(end);
     me_.neighbour_lists.make_room(state_.objects.capacity());
     state_.active.reserve(work_.active.size());
@@ -433,8 +434,11 @@ void Return<Dim, T>::commit() noexcept
         state_.objects[each.index].set(flag::parked);
     }
     state_.parked.keep_staged(work_.parked.size());
-    for (const auto& [key, is_refused] : work_.refused)
+    for (const auto& [key, is_refused] : work_.refused) {
         if (!is_refused) state_.refused.erase(key); // the others are there
+        const Key one[] = {key};
+        journal_.forget_refused(one, state_.refused);
+    }
     if (me_.pair_slots) me_.pair_slots->go_back(work_.slots, static_cast<std::uint32_t>(slots_end_));
 
     // Caches, and the lists of the last update.
@@ -510,9 +514,9 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
                   "; that of this world's is " + std::to_string(journal.base));
 
     // From here on whoever made them knew both checksums. Still nothing is believed that could do harm.
-    me.take_back();
     world::Return<Dim, T> back(me, in);
     back.read();
+    me.take_back(); // what apply() has shown
     back.make_room();
     back.commit();
     me.stats = world::describe(me.state, me.lists[me.shown]);

@@ -173,6 +173,10 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     world::commit_objects(state, neighbour_lists, std::span<const world::Index>(changes.objects()));
     changes.keep();
     refusals.keep();
+    if (journal) {
+        journal->forget_refused(refusals.added(), state.refused);
+        journal->forget_refused(refusals.removed(), state.refused);
+    }
     world::commit_rest(state, neighbour_lists, entries, rest);
     queues.forget();
     next.all_active = rest.settling.empty() && rest.parking == 0;
@@ -256,10 +260,18 @@ void World<Dim, T>::Implementation::recall_pairs()
         changed.push_back(each.index);
     const world::Entries<Dim, T> entries = world::enter(state, std::span<const world::Index>(changed), arena);
     world::Lists& last = lists[shown];
-    const std::span<const Pair> pairs =
-        world::find<Dim, T>(state, entries, finder, neighbour_lists, nullptr, last.persisted, arena).touching;
-    last.others.assign(pairs.begin(), pairs.end());
-    last.persisted.clear();
+    {
+        // The search uses its memory, and nothing stays there, also where something fails.
+        struct Cleared
+        {
+            PairBuffer& pairs;
+            ~Cleared() { pairs.clear(); }
+        } const cleared{last.persisted};
+        const std::span<const Pair> pairs =
+            world::find<Dim, T>(state, entries, finder, neighbour_lists, nullptr, cleared.pairs, arena)
+                .touching;
+        last.others.assign(pairs.begin(), pairs.end());
+    }
     neighbour_lists.count_update(); // lists made here are older than whatever the next update wakes up
     stats = world::describe(state, last);
     stats.bytes_reserved = bytes();

@@ -66,7 +66,7 @@ void go_back_and_forth(std::uint64_t seed, bool callback, jostle::WorldOptions o
     }
 
     std::vector<Moment<Dim, T>> moments;
-    for (int round = 0; round < 12; ++round) {
+    for (std::uint32_t round = 0; round < 12; ++round) {
         for (int update = 0; update < 8; ++update) {
             const std::uint32_t commands = update % 4 < 2 ? churn.random.below(30) : 0;
             for (std::uint32_t k = commands; k > 0; --k)
@@ -397,6 +397,96 @@ TEST(Changes, WhoeverKnowsTheChecksumDoesNoHarmEither)
     (void)fresh.save_base();
     fresh.restore_changes(good);
     EXPECT_EQ(sample.world->save(), fresh.save()) << "none of it has left a trace";
+}
+
+// Their indices lie beyond all that the world has room for.
+TEST(Changes, ForgetWhatIsQueuedWithUserData)
+{
+    jostle::World3f world;
+    const ObjectId first = world.add(cube(0, 0));
+    world.update();
+    const Bytes base = world.save_base();
+    Bytes changes;
+    world.save_changes(changes);
+    for (int i = 0; i < 3000; ++i)
+        world.set_user_data(world.add(cube(0, 0), {.user_data = 1}), 2);
+    Bytes meanwhile;
+    world.save_changes(meanwhile);
+    world.restore_changes(changes);
+    EXPECT_EQ(world.save(), base);
+    world.update();
+    EXPECT_EQ(world.size(), 1u);
+    EXPECT_TRUE(world.contains(first));
+    EXPECT_EQ(world.user_data(world.add(cube(0, 0))), 0u);
+}
+
+// Another box with the same bounds, in the very update in which the object comes to rest.
+TEST(Changes, KnowTheBoxOfWhoComesToRest)
+{
+    jostle::World2f world;
+    const ObjectId id = world.add({{0, 0}, {1, 1}});
+    world.update();
+    world.move(id, {{0, 0}, {1, 1}}, {1, 0});
+    for (int update = 0; update < 3; ++update)
+        world.update();
+    const Bytes base = world.save_base();
+    Bytes then, now;
+    world.save_changes(then);
+    world.move(id, {{0, 0}, {2, 1}});
+    world.update();
+    ASSERT_EQ(world.stats().settled, 1u);
+    world.save_changes(now);
+    jostle::World2f other;
+    other.restore(base);
+    (void)other.save_base();
+    other.restore_changes(now);
+    EXPECT_EQ(other.box(id).hi[0], 2);
+    EXPECT_EQ(other.save(), world.save());
+    world.restore_changes(then);
+    EXPECT_EQ(world.box(id).hi[0], 1);
+    EXPECT_EQ(world.save(), base);
+}
+
+// A walker meets everybody, and `accept` is against each: nothing of it stays.
+TEST(Changes, RefusedPairsThatArePastTakeNoMemory)
+{
+    jostle::WorldOptions options;
+    options.accept = [](ObjectId, ObjectId) { return false; };
+    jostle::World3f world(options);
+    for (int i = 0; i < 300; ++i)
+        (void)world.add(cube(static_cast<float>(3 * i), 0));
+    const ObjectId walker = world.add(cube(0, 9));
+    for (int update = 0; update < 4; ++update)
+        world.update();
+    (void)world.save_base();
+    std::uint64_t early = 0;
+    for (int i = 0; i < 300; ++i) {
+        world.move(walker, cube(static_cast<float>(3 * i), 0));
+        world.update();
+        ASSERT_EQ(world.stats().refused, 1u);
+        if (i == 30) early = world.stats().bytes_reserved;
+    }
+    EXPECT_LE(world.stats().bytes_reserved, early + 256);
+}
+
+// What apply() shows is still shown after changes that are refused.
+TEST(Changes, ThatAreRefusedLeaveWhatApplyShows)
+{
+    jostle::World3f world;
+    (void)world.add(cube(0, 0));
+    world.update();
+    (void)world.save_base();
+    Bytes changes;
+    world.save_changes(changes);
+    (void)world.add(cube(0, 0));
+    world.apply();
+    EXPECT_EQ(world.size(), 2u);
+    changes.back() ^= std::byte{1};
+    EXPECT_THROW(world.restore_changes(changes), Error);
+    changes.back() ^= std::byte{1};
+    EXPECT_EQ(world.size(), 2u);
+    world.restore_changes(changes);
+    EXPECT_EQ(world.size(), 1u);
 }
 
 } // namespace

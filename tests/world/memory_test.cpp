@@ -188,8 +188,9 @@ TEST(Memory, FailedChangesChangeNothing)
         }();
         for (jostle::World3f* each : {churn.world.get(), &whole}) {
             each->move(first, {{1, 1, 1}, {5, 5, 5}});
-            const std::vector<std::byte> before = each->save();
-            starve([&] { each->update(); }, [&](std::uint64_t) { ASSERT_EQ(each->save(), before); });
+            const Lists before(*each);
+            starve([&] { each->update(); },
+                   [&](std::uint64_t k) { ASSERT_TRUE(Lists(*each) == before) << k; });
         }
         EXPECT_TRUE(Lists(*churn.world) == Lists(whole));
         churn.world->restore_changes(changes[to]);
