@@ -230,6 +230,50 @@ TEST(Memory, SteadyRollbackAllocatesNothing)
     EXPECT_EQ(global_new::calls - calls, 0u);
 }
 
+// A base without pairs, changes with many: the update that follows needs memory for them. Each time in a new
+// world, since one that failed has some of it already.
+TEST(Memory, AFailedUpdateAfterChangesLeavesNoPairs)
+{
+    const auto box = [](int x) {
+        return jostle::Aabb3f{{static_cast<float>(x), 0, 0}, {static_cast<float>(x) + 3, 1, 1}};
+    };
+    jostle::World3f world;
+    std::vector<ObjectId> ids;
+    for (int i = 0; i < 1000; ++i)
+        ids.push_back(world.add(box(9 * i)));
+    world.update();
+    const std::vector<std::byte> base = world.save_base();
+    for (int i = 0; i < 1000; ++i)
+        world.move(ids[static_cast<std::size_t>(i)], box(i));
+    world.update();
+    std::vector<std::byte> changes;
+    world.save_changes(changes);
+    world.update();
+    bool failed = true;
+    for (std::uint64_t k = 0; failed && k < 1000; ++k) {
+        jostle::World3f copy({.executor = &jostle::serial_executor()});
+        copy.restore(base);
+        (void)copy.save_base();
+        copy.restore_changes(changes);
+        const Lists before(copy);
+        failed = false;
+        global_new::fail_at = global_new::calls + k;
+        try {
+            copy.update();
+        } catch (const std::bad_alloc&) {
+            failed = true;
+        }
+        global_new::fail_at = global_new::never;
+        if (failed) {
+            ASSERT_TRUE(Lists(copy) == before) << k;
+        } else {
+            EXPECT_GT(k, 5u);
+            EXPECT_TRUE(Lists(copy) == Lists(world));
+        }
+    }
+    EXPECT_FALSE(failed);
+}
+
 TEST(Memory, ASmallWorldTakesLittle)
 {
     const std::vector<jostle::Aabb3f> boxes(8, {{0, 0, 0}, {1, 1, 1}});
