@@ -7,13 +7,19 @@ packages_run=("${packages_library[@]}" libcli11-dev nlohmann-json3-dev libfast-f
               zlib1g-dev) # which libassimp-dev links with but doesn't bring
 packages_test=("${packages_run[@]}" libgtest-dev librapidcheck-dev clang-19 libclang-rt-19-dev clang-format-19
                pkg-config assimp-testmodels python3 gnuplot-nox)
-packages_c=(rustc golang-go luajit abigail-tools) # languages that call the C interface, and what compares binaries
-packages_python=(pybind11-dev python3-dev python3-numpy python3-build python3-venv python3-pytest mypy python3-matplotlib)
+packages_c=(rustc golang-go luajit abigail-tools valgrind) # languages that call the C interface; what compares binaries; what checks memory
+packages_python=(pybind11-dev python3-dev python3-numpy python3-build python3-venv python3-pytest mypy python3-matplotlib valgrind)
 packages_bullet=(libbullet-dev) # what there are adapters for
 packages_fcl=(libfcl-dev)
+packages_mpi=(libopenmpi-dev openmpi-bin libtrilinos-zoltan-dev)
 packages_package=(lintian pybind11-dev python3-dev python3-numpy file)
 packages_platforms=(g++-mingw-w64-x86-64-posix wine wine64 g++-aarch64-linux-gnu g++-s390x-linux-gnu qemu-user googletest
                     emscripten) # of 840 MB
+packages_docs=(mkdocs mkdocs-material doxygen python3-numpy libbullet-dev libfcl-dev libopenmpi-dev) # the latter for blocks of code
+packages_web=(emscripten libhwy-dev cmake ninja-build python3) # the npm package
+command -v node >/dev/null || packages_web+=(nodejs)
+command -v npm >/dev/null || packages_web+=(npm)
+packages_browser=("${packages_web[@]}" chromium) # of 410 MB
 
 say() { printf '%s\n' "$*" >&2; }
 fail() {
@@ -86,7 +92,7 @@ build() {
     local preset=$1 dir=build/$1 key
     shift
     # What CMake found, or didn't, stays so until it is asked again.
-    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD$(ls -d /usr/include/bullet /usr/include/fcl 2>/dev/null | tr '\n' ' ')$(command -v wine qemu-aarch64 qemu-s390x em++ rustc go luajit abidiff mypy pytest-3 | tr '\n' ' ')
+    key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD$(ls -d /usr/include/bullet /usr/include/fcl /usr/include/trilinos 2>/dev/null | tr '\n' ' ')$(command -v wine qemu-aarch64 qemu-s390x em++ chromium npm tsc rustc go luajit abidiff valgrind mypy pytest-3 mkdocs doxygen mpiexec | tr '\n' ' ')
     if [ ! -f "$dir/build.ninja" ] || [ "$(cat "$dir/configured" 2>/dev/null)" != "$key" ]; then
         if grep -qs '^CMAKE_HOME_DIRECTORY' "$dir/CMakeCache.txt" &&
             ! grep -q "^CMAKE_HOME_DIRECTORY:INTERNAL=$PWD\$" "$dir/CMakeCache.txt"; then

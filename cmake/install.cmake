@@ -50,6 +50,16 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/jostleConfigVersion
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/jostleConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/jostleConfigVersion.cmake
   DESTINATION ${package_dir} COMPONENT development)
 
+# A component of its own: whoever has the library needs neither MPI nor Zoltan.
+if(TARGET jostle_mpi)
+  install(TARGETS jostle_mpi EXPORT jostleMpiTargets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)
+  install(FILES distributed/include/jostle/mpi.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/jostle COMPONENT development)
+  install(EXPORT jostleMpiTargets NAMESPACE jostle:: DESTINATION ${package_dir} COMPONENT development)
+  install(FILES distributed/zoltan.cmake DESTINATION ${package_dir} COMPONENT development)
+endif()
+
 file(RELATIVE_PATH jostle_pc_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
 configure_file(cmake/jostle.pc.in ${CMAKE_CURRENT_BINARY_DIR}/jostle.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/jostle.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)

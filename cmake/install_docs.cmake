@@ -1,7 +1,7 @@
 # Run while installing, with SOURCE, TO (the folder of documents) and INCLUDE (that of headers), both with DESTDIR: the pages,
 # and what they link to. A link to something that isn't installed becomes plain text, one to a header leads to where that is.
 file(MAKE_DIRECTORY ${TO})
-foreach(part README.md CHANGELOG.md ARCHITECTURE.md CONTRIBUTING.md LICENSE docs/guide docs/images docs/decisions docs/mutants.md examples tests/c/reach.txt)
+foreach(part README.md CHANGELOG.md ARCHITECTURE.md CONTRIBUTING.md SECURITY.md LICENSE docs/start docs/migrate docs/guide docs/images docs/decisions docs/fuzzing.md docs/mutants.md examples tests/c/reach.txt)
   get_filename_component(folder ${part} DIRECTORY)
   file(COPY ${SOURCE}/${part} DESTINATION ${TO}/${folder} PATTERN CMakeLists.txt EXCLUDE PATTERN __pycache__ EXCLUDE)
 endforeach()

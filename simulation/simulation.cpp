@@ -121,6 +121,27 @@ jostle::Vec3f Simulation::velocity(std::uint32_t body) const noexcept
     return {v.x, v.y, v.z};
 }
 
+jostle::Vec3f Simulation::angular_velocity(std::uint32_t body) const noexcept
+{
+    const Vec3 v = implementation_->world.bodies[body].angular;
+    return {v.x, v.y, v.z};
+}
+
+std::span<const jostle::Shape3> Simulation::shapes() const noexcept
+{
+    return implementation_->world.shapes;
+}
+
+std::span<const jostle::Pose3f> Simulation::poses() const noexcept
+{
+    return implementation_->world.poses;
+}
+
+const jostle::ContactBuffer<3, float>* Simulation::contact_list() const noexcept
+{
+    return implementation_->contacts;
+}
+
 std::uint64_t Simulation::hash() const
 {
     // FNV-1a: Fowler, Noll, Vo; over 32 bits at a time.

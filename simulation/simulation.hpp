@@ -8,8 +8,10 @@
 #include <string_view>
 
 #include "jostle/box.hpp"
+#include "jostle/contact.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
+#include "jostle/shapes.hpp"
 
 /// Bodies that fall, collide and come to rest: the whole pipeline of the library in one place, to show how
 /// its parts go together and to measure them at work. Not a physics engine: no joints, no sleeping, no
@@ -69,6 +71,13 @@ class Simulation
     /// Of the body: position and velocity.
     [[nodiscard]] jostle::Vec3f position(std::uint32_t body) const noexcept;
     [[nodiscard]] jostle::Vec3f velocity(std::uint32_t body) const noexcept;
+    /// In radians a second, about each axis of the world.
+    [[nodiscard]] jostle::Vec3f angular_velocity(std::uint32_t body) const noexcept;
+    /// Of the bodies and, after them, of floor and walls. They stay where they are for the simulation's life.
+    [[nodiscard]] std::span<const jostle::Shape3> shapes() const noexcept;
+    [[nodiscard]] std::span<const jostle::Pose3f> poses() const noexcept;
+    /// Where they touch, or may before the step ends: valid until the next step, null before the first.
+    [[nodiscard]] const jostle::ContactBuffer<3, float>* contact_list() const noexcept;
     /// The deepest contact of the last step, in metres.
     [[nodiscard]] double deepest() const noexcept;
     /// Of the poses and velocities of all bodies, bit by bit.

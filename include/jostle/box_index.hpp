@@ -141,9 +141,9 @@ class JOSTLE_API BoxIndex
     // never did. The visitors in query.hpp say what one may do. What it throws ends the call. Nothing is
     // allocated, except the first time that hundreds of objects are about equally near.
     // Lines and the nearest hand objects over ascending by (at, id); the nearest, at most `count` of them.
-    // The search goes no further than the last object handed over, so who stops early, or lowers the bound,
-    // saves the rest. Regions hand objects over in an order of the index's own, which costs no sorting: it
-    // depends on nothing but the calls that were made, and changes when objects do.
+    // The search goes no further than the last object handed over, so a visitor that stops early, or lowers
+    // the bound, saves the rest. Regions hand objects over in an order of the index's own, which costs no
+    // sorting: it depends on nothing but the calls that were made, and changes when objects do.
 
     bool visit(const Ray<Dim, T>& ray, HitVisitor<T> visitor, const QueryFilter& filter = {}) const;
     bool visit(const Sweep<Dim, T>& sweep, HitVisitor<T> visitor, const QueryFilter& filter = {}) const;

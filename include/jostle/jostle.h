@@ -955,6 +955,10 @@ JOSTLE_C_API jostle_status jostle_world_restore(jostle_world* world, const void*
 /// Another world like this one, with the same accept and context.
 JOSTLE_C_API jostle_status jostle_world_fork(const jostle_world* world, jostle_world** out,
                                              jostle_error* error);
+/// Becomes a view of another world of the same space, to be asked while that one is updated. Commands and
+/// updates of a view fail, until jostle_world_clear() or jostle_world_restore() makes it a world again.
+JOSTLE_C_API jostle_status jostle_world_follow(jostle_world* world, const jostle_world* other,
+                                               jostle_error* error);
 
 JOSTLE_C_API jostle_status jostle_world_stats_read(const jostle_world* world, jostle_world_stats* stats,
                                                    jostle_error* error);

@@ -465,10 +465,26 @@ class JOSTLE_API World
     /// afterwards, byte for byte; both worlds must have the same base, which this one keeps. Costs what
     /// differs between the base, that world and this one, and the free indices of the base, 1 ns each; the
     /// next update searches for the pairs of all active objects. Changes that are cut short, altered or of
-    /// another base are an `Error` that says so; like every failure, it leaves the world as it was.
+    /// another base are an `Error` that says so; like every failure, it leaves the world as it was. (Without
+    /// memory it may be as before apply(), whose commands stay queued.)
     void restore_changes(std::span<const std::byte> changes);
     /// Returns another world that is like this one, without a base.
     [[nodiscard]] World fork() const;
+    /// Becomes a view of `other`, to be asked while `other` is updated: every question, box(), bounds(),
+    /// filter(), pairs(), touching() and draw() answers as that of `other` does now, with the same ids,
+    /// whatever becomes of `other`. What was in this world is forgotten, and ids of its own mean nothing here
+    /// any more. To be called while `other` is neither updated nor restored; several views may follow at a
+    /// time.
+    ///
+    /// The first time it costs 0.2 us an object. Called again, it costs what has changed since the last call
+    /// (0.05 to 0.2 us an object, about what the updates took), 2 ns for each active object, and 50 ns for
+    /// each pair that `accept` refuses; if more than a quarter of all objects has changed, or after 64
+    /// updates, all objects are looked at, which is 50 ns each at most. A view takes as much memory as a
+    /// world; a world that is followed keeps 4 bytes for each change since, others pay nothing.
+    /// A view has no lists of began and ended pairs, no user data, no slots of pairs; commands, update() and
+    /// save() are an `Error` until clear() or restore() makes it a world again. Without memory, a view that
+    /// has followed before is empty afterwards, else the world is as it was.
+    void follow(const World& other);
     /// Becomes a world without objects, as it was when it was made, but for a margin that came with a
     /// snapshot: nothing is queued, no list has a pair, and ids are handed out from the first one on. So ids
     /// from before name other objects, or nothing. No command may be given during the call.

@@ -16,11 +16,10 @@ class InUse
     InUse(std::atomic<bool>& in_use, const char* name) : in_use_(in_use)
     {
         if (in_use_.exchange(true, std::memory_order_acquire))
-            throw Error(
-                ErrorCode::invalid_argument,
-                std::string("this ") + name +
-                    " is in the middle of another call, by another thread or the one whose callback this "
-                    "is; it takes one at a time");
+            throw Error(ErrorCode::invalid_argument,
+                        std::string("this ") + name +
+                            " is in use by another call, from another thread or from the call that runs this "
+                            "callback; it allows one call at a time");
     }
     InUse(const InUse&) = delete;
     InUse& operator=(const InUse&) = delete;

@@ -41,8 +41,8 @@ Count exclusive_sum_of_parts(Count* counts, std::size_t parts, std::size_t kinds
 /// differ, and may have more. Bits that aren't set in it cost nothing.
 ///
 /// `spare` has room for as many values. Returns where the result is: in `values` or in `spare`.
-/// `together` is the number of passes whose digits are counted in one reading. More help if the values are in
-/// the cache; each takes counters on the stack.
+/// `together` is the number of passes that are counted before the first value moves, two in each reading.
+/// More help if the values are in the cache; each takes counters on the stack.
 template <int digit_bits, int together = 1, class Value, class Key, class Number, class Count>
 Value* radix_sort(Value* values, Value* spare, Count count, const Key& key, Number differing,
                   int digit = digit_bits)
@@ -56,15 +56,26 @@ Value* radix_sort(Value* values, Value* spare, Count count, const Key& key, Numb
             differing &= static_cast<Number>(~(mask << shift[passes]));
             std::fill_n(next[passes], mask + 1, Count{0});
         }
-        for (Count k = 0; k < count; ++k) {
-            const Number number = key(values[k]);
-            for (int pass = 0; pass < passes; ++pass)
-                ++next[pass][(number >> shift[pass]) & mask];
+        int pass = 0;
+        for (; pass + 1 < passes; pass += 2) { // two digits in one reading
+            Count* const first = next[pass];
+            Count* const second = next[pass + 1];
+            const int from = shift[pass], after = shift[pass + 1];
+            for (Count k = 0; k < count; ++k) {
+                const Number number = key(values[k]);
+                ++first[(number >> from) & mask];
+                ++second[(number >> after) & mask];
+            }
         }
-        for (int pass = 0; pass < passes; ++pass) {
-            exclusive_sum(next[pass], static_cast<std::size_t>(mask) + 1);
+        if (pass < passes)
             for (Count k = 0; k < count; ++k)
-                spare[next[pass][(key(values[k]) >> shift[pass]) & mask]++] = values[k];
+                ++next[pass][(key(values[k]) >> shift[pass]) & mask];
+        for (pass = 0; pass < passes; ++pass) {
+            Count* const place = next[pass];
+            const int from = shift[pass];
+            exclusive_sum(place, static_cast<std::size_t>(mask) + 1);
+            for (Count k = 0; k < count; ++k)
+                spare[place[(key(values[k]) >> from) & mask]++] = values[k];
             std::swap(values, spare);
         }
     }

@@ -145,6 +145,16 @@ jostle_status jostle_world_fork(const jostle_world* world, jostle_world** out, j
         hand_out(out, std::make_unique<WorldContent>(content));
     });
 }
+jostle_status jostle_world_follow(jostle_world* world, const jostle_world* other, jostle_error* error)
+{
+    return guarded(error, [&] {
+        WorldContent& content = open(world);
+        const WorldContent& of = open(other);
+        if (content.space != of.space) refuse("the two worlds are of different spaces");
+        content.on([&](auto& typed) { typed.follow(std::get<std::decay_t<decltype(typed)>>(of.world)); });
+        content.changed();
+    });
+}
 
 // --- Seeing inside ---
 

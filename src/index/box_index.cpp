@@ -103,7 +103,7 @@ struct BoxIndex<Dim, T>::Implementation
                         [&](Wanted wanted) { return answers().all(question, wanted, max_results, out); });
     }
 
-    /// Throws unless the ids belong to the boxes, none twice, and are all known or all unknown.
+    /// Throws if an id occurs twice, is missing (`wanted_here`), or is there already (not `wanted_here`).
     void check_ids(std::span<const std::uint32_t> ids, bool wanted_here) const
     {
         for (std::size_t i = 0; i < ids.size(); ++i) {

@@ -282,7 +282,7 @@ QueueCounts count_queues(const Queues<Dim, T>& queues, std::size_t moves)
 }
 
 template <int Dim, class T>
-void apply_queued(const State<Dim, T>& state, const Queues<Dim, T>& queues, Writer<Dim, T>& writer)
+void apply_queued(const State<Dim, T>& state, Queues<Dim, T>& queues, Writer<Dim, T>& writer)
 {
     for (Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
         const auto& additions = queue->taken_additions;
@@ -381,8 +381,8 @@ void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim
 } // namespace
 
 template <int Dim, class T>
-void apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, T>& moves,
-           Applied<Dim, T>& applied, Arena& arena)
+void apply(State<Dim, T>& state, Queues<Dim, T>& queues, const Moves<Dim, T>& moves, Applied<Dim, T>& applied,
+           Arena& arena)
 {
     state.make_room(state.ids.end());
     const QueueCounts counts = count_queues(queues, moves.ids.size());
@@ -405,7 +405,7 @@ void apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, 
 }
 
 template <int Dim, class T>
-void apply_ahead(State<Dim, T>& state, const Queues<Dim, T>& queues, Applied<Dim, T>& applied,
+void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& applied,
                  std::pmr::vector<Noted>& noted, Arena& arena)
 {
     state.make_room(state.ids.end());
@@ -425,10 +425,9 @@ void apply_ahead(State<Dim, T>& state, const Queues<Dim, T>& queues, Applied<Dim
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class Writer<Dim, T>;                                                                           \
-    template void apply(State<Dim, T>&, const Queues<Dim, T>&, const Moves<Dim, T>&, Applied<Dim, T>&,       \
-                        Arena&);                                                                             \
-    template void apply_ahead(State<Dim, T>&, const Queues<Dim, T>&, Applied<Dim, T>&,                       \
-                              std::pmr::vector<Noted>&, Arena&);
+    template void apply(State<Dim, T>&, Queues<Dim, T>&, const Moves<Dim, T>&, Applied<Dim, T>&, Arena&);    \
+    template void apply_ahead(State<Dim, T>&, Queues<Dim, T>&, Applied<Dim, T>&, std::pmr::vector<Noted>&,   \
+                              Arena&);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

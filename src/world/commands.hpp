@@ -89,7 +89,7 @@ struct alignas(128) Queue
     const std::uint32_t number; // from 1 up
 
     std::atomic<std::thread::id> owner{};
-    std::mutex mutex; // guards the two that follow
+    mutable std::mutex mutex; // guards the two that follow
     std::pmr::vector<Addition<Dim, T>> additions;
     std::pmr::vector<Command<Dim, T>> commands;
 
@@ -193,20 +193,24 @@ class Queues
     /// Whether anything was taken that is still to be applied.
     [[nodiscard]] bool any_to_apply() const noexcept
     {
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
+        for (const Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
             if (queue->applied_additions != queue->taken_additions.size() ||
                 queue->applied_commands != queue->taken_commands.size())
                 return true;
         return false;
     }
 
-    [[nodiscard]] Queue<Dim, T>* first() const noexcept { return first_.load(std::memory_order_acquire); }
+    [[nodiscard]] Queue<Dim, T>* first() noexcept { return first_.load(std::memory_order_acquire); }
+    [[nodiscard]] const Queue<Dim, T>* first() const noexcept
+    {
+        return first_.load(std::memory_order_acquire);
+    }
 
     [[nodiscard]] std::uint64_t bytes() const
     {
         const std::lock_guard registration(mutex_);
         std::uint64_t sum = 0;
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+        for (const Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
             const std::lock_guard lock(queue->mutex);
             sum +=
                 sizeof *queue +

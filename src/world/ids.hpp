@@ -158,6 +158,12 @@ class IdTable
     {
         at(index).store(generation, std::memory_order_release);
     }
+    /// Every index is less from now on; there is room for them.
+    void set_end(std::uint32_t end) noexcept
+    {
+        const std::lock_guard lock(mutex_);
+        end_.store(end, std::memory_order_release);
+    }
     /// Free is the first `kept` of what was, then `fresh`; no id without an object is good any more.
     template <class IsAlive>
     void go_back(std::span<const Free> free, std::uint32_t end_then, std::size_t kept,

@@ -9,6 +9,7 @@
 #include "base/in_use.hpp"
 #include "jostle/world.hpp"
 #include "world/arena.hpp"
+#include "world/change_log.hpp"
 #include "world/changes.hpp"
 #include "world/commands.hpp"
 #include "world/journal.hpp"
@@ -44,8 +45,8 @@ class Reader
         if (readers.load(std::memory_order_relaxed) != 0)
             throw Error(
                 ErrorCode::invalid_argument,
-                "this World is in the middle of a question or of draw(), whose callback this is or "
-                "which another thread has called; queue commands there, and update the world afterwards");
+                "this World is answering a question or draw(), which runs this callback or was called by "
+                "another thread; queue commands there, and update the world afterwards");
     }
 
   private:
@@ -106,6 +107,8 @@ class ActiveIndex
     BoxIndex<Dim, T>* of(const State<Dim, T>& state);
     /// These may lie elsewhere: after an update or apply(), or because it is taken back.
     void note(std::span<const Index> changed, std::span<const std::uint32_t> settling) noexcept;
+    /// All may lie elsewhere.
+    void forget() noexcept;
 
   private:
     void follow(const State<Dim, T>& state);
@@ -121,6 +124,21 @@ class ActiveIndex
     std::pmr::vector<Aabb<Dim, T>> boxes_;
 };
 
+/// How far a view has followed, and memory to work in.
+template <int Dim, class T>
+struct Following
+{
+    explicit Following(std::pmr::memory_resource* memory)
+        : touched(memory), changed(memory), gone(memory), come(memory), come_boxes(memory)
+    {
+    }
+    ChangeLog::Position position;
+    std::pmr::vector<std::uint32_t> touched;    // objects that may have changed
+    std::pmr::vector<Index> changed;            // those that have
+    std::pmr::vector<std::uint32_t> gone, come; // from and to the index of what rests
+    std::pmr::vector<Aabb<Dim, T>> come_boxes;
+};
+
 } // namespace world
 
 /// docs/guide/world.md tells how it works.
@@ -130,6 +148,10 @@ struct World<Dim, T>::Implementation
     explicit Implementation(const WorldOptions& options);
 
     void queue(const world::Command<Dim, T>& command);
+    /// Throws if this is a view of another world.
+    void check_own() const;
+    /// What questions see of these may be different: after an update or apply(), or because it is taken back.
+    void note(std::span<const world::Index> changed, std::span<const std::uint32_t> settling) noexcept;
     /// In update.cpp: an update, stage by stage; and what can be done ahead of one, for questions.
     void update(const world::Moves<Dim, T>& moves);
     void apply_ahead();
@@ -161,6 +183,8 @@ struct World<Dim, T>::Implementation
     WorldStats stats;
     std::optional<world::Journal<Dim, T>> journal; // in a world that has a base
     bool recall_is_due = false;
+    world::ChangeLog change_log;                     // for views of this world
+    std::optional<world::Following<Dim, T>> follows; // in a view
 
     mutable world::ChangedPairs changed_pairs;
     mutable world::ChangedSlots changed_slots;

@@ -35,7 +35,7 @@ class Journal
     };
 
     explicit Journal(std::pmr::memory_resource* memory)
-        : free(memory), objects_(memory), place_of_(memory), refused_(memory), work(memory)
+        : free(memory), work(memory), objects_(memory), place_of_(memory), refused_(memory)
     {
     }
 
@@ -43,6 +43,44 @@ class Journal
     std::uint64_t base = 0; // its checksum
     std::uint32_t end = 0;  // of the ids
     std::pmr::vector<IdTable::Free> free;
+
+    /// Working memory, of one call at a time.
+    struct Work
+    {
+        explicit Work(std::pmr::memory_resource* memory)
+            : fresh(memory),
+              indices(memory),
+              free(memory),
+              active(memory),
+              parked(memory),
+              keys(memory),
+              read(memory),
+              targets(memory),
+              is_free(memory),
+              refused(memory),
+              slots(memory),
+              slot_keys(memory),
+              come(memory),
+              gone(memory),
+              moved(memory),
+              changed(memory),
+              come_boxes(memory),
+              moved_boxes(memory)
+        {
+        }
+        std::pmr::vector<std::uint32_t> fresh, indices;
+        std::pmr::vector<IdTable::Free> free;
+        std::pmr::vector<typename State<Dim, T>::Active> active, parked;
+        std::pmr::vector<Key> keys;
+        std::pmr::vector<Target> read, targets;
+        std::pmr::vector<bool> is_free;
+        std::pmr::vector<std::pair<Key, bool>> refused;
+        std::pmr::vector<PairSlots::Note> slots;
+        std::pmr::vector<Key> slot_keys;
+        std::pmr::vector<std::uint32_t> come, gone, moved;
+        std::pmr::vector<Index> changed;
+        std::pmr::vector<Aabb<Dim, T>> come_boxes, moved_boxes;
+    } work;
 
     /// A new base; nothing differs from it.
     void begin(std::uint64_t checksum, std::uint32_t ids_end, std::span<const IdTable::Free> ids_free)
@@ -125,45 +163,6 @@ class Journal
     std::pmr::vector<Target> objects_;
     Table<Index, std::uint32_t> place_of_; // one more than where it is among them; 0: nowhere
     std::pmr::unordered_map<Key, bool> refused_;
-
-  public:
-    /// Working memory, of one call at a time.
-    struct Work
-    {
-        explicit Work(std::pmr::memory_resource* memory)
-            : fresh(memory),
-              indices(memory),
-              free(memory),
-              active(memory),
-              parked(memory),
-              keys(memory),
-              read(memory),
-              targets(memory),
-              is_free(memory),
-              refused(memory),
-              slots(memory),
-              slot_keys(memory),
-              come(memory),
-              gone(memory),
-              moved(memory),
-              changed(memory),
-              come_boxes(memory),
-              moved_boxes(memory)
-        {
-        }
-        std::pmr::vector<std::uint32_t> fresh, indices;
-        std::pmr::vector<IdTable::Free> free;
-        std::pmr::vector<typename State<Dim, T>::Active> active, parked;
-        std::pmr::vector<Key> keys;
-        std::pmr::vector<Target> read, targets;
-        std::pmr::vector<bool> is_free;
-        std::pmr::vector<std::pair<Key, bool>> refused;
-        std::pmr::vector<PairSlots::Note> slots;
-        std::pmr::vector<Key> slot_keys;
-        std::pmr::vector<std::uint32_t> come, gone, moved;
-        std::pmr::vector<Index> changed;
-        std::pmr::vector<Aabb<Dim, T>> come_boxes, moved_boxes;
-    } work;
 };
 
 } // namespace world

@@ -45,6 +45,13 @@ void ActiveIndex<Dim, T>::note(std::span<const Index> changed,
     }
 }
 
+template <int Dim, class T>
+void ActiveIndex<Dim, T>::forget() noexcept
+{
+    is_fresh_.store(false, std::memory_order_relaxed);
+    knows_moved_ = false;
+}
+
 /// Whether questions find an object in the index of what is active.
 template <int Dim, class T>
 bool is_shown_active(const State<Dim, T>& state, Index index) noexcept
@@ -105,13 +112,13 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
     const bool followed = BoxIndexAccess::follow<Dim, T>(index_, where);
     const std::size_t count = state.active_count();
     if (followed && state.shown == nullptr && index_.size() == count) return;
-    std::pmr::vector<std::uint32_t> indices(state.options.memory);
-    std::pmr::vector<Box> boxes(state.options.memory);
+    come_.clear();
+    boxes_.clear();
     const auto collect = [&](bool all) {
         const auto collect_one = [&](Index index) {
             if (!is_shown_active(state, index) || (!all && index_.contains(raw(index)))) return;
-            indices.push_back(raw(index));
-            boxes.push_back(state.shown_box(index));
+            come_.push_back(raw(index));
+            boxes_.push_back(state.shown_box(index));
         };
         state.each_active(collect_one);
         if (state.shown == nullptr) return;
@@ -120,14 +127,14 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
     };
     if (followed && count <= index_.size() + index_.size() / 3) {
         collect(false);
-        BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(indices),
-                               BoxView<Dim, T>(std::span<const Box>(boxes)));
+        BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(come_),
+                               BoxView<Dim, T>(std::span<const Box>(boxes_)));
     } else {
-        indices.reserve(count);
-        boxes.reserve(count);
+        come_.reserve(count);
+        boxes_.reserve(count);
         collect(true);
-        BoxIndexAccess::rebuild(index_, std::span<const std::uint32_t>(indices),
-                                BoxView<Dim, T>(std::span<const Box>(boxes)));
+        BoxIndexAccess::rebuild(index_, std::span<const std::uint32_t>(come_),
+                                BoxView<Dim, T>(std::span<const Box>(boxes_)));
     }
 }
 

@@ -114,7 +114,7 @@ void put_record(State<Dim, T>& state, Index index, const Record<Dim, T>& record)
     object.set_state(record.state | (record.is_shut() ? flag::shut : 0u));
     if (record.generation == 0) return;
     object.numbers() = record.numbers;
-    object.now() = record.box;
+    object.now() = object.before() = record.box; // from both, neighbour lists guess where it is going
     state.classes[index] = state.classes.of(object.filter());
     if (record.has(flag::has_reach)) state.objects.reach(index) = record.reach;
 }

@@ -444,7 +444,7 @@ void Return<Dim, T>::commit() noexcept
     // Caches, and the lists of the last update.
     me_.neighbour_lists.invalidate_all();
     me_.neighbour_lists.count_update();
-    me_.active_index.note(work_.changed, {});
+    me_.note(work_.changed, {});
     me_.masked_indexes.note(work_.indices, {});
     Lists& lists = me_.lists[me_.shown];
     lists.persisted.clear();
@@ -468,6 +468,7 @@ std::vector<std::byte> World<Dim, T>::save_base()
 {
     Implementation& me = *implementation_;
     const InUse call(me.in_use, "World");
+    me.check_own();
     const world::IdTable::Picture ids = world::picture_ids(me.state);
     std::vector<std::byte> bytes = world::save<Dim, T>(me, ids);
     if (me.pair_slots) me.pair_slots->make_room_for_notes(0);

@@ -179,6 +179,7 @@ IdTable::Picture picture_ids(const State<Dim, T>& state)
 template <int Dim, Coordinate T>
 std::vector<std::byte> World<Dim, T>::save() const
 {
+    implementation_->check_own();
     return world::save<Dim, T>(*implementation_, world::picture_ids(implementation_->state));
 }
 

@@ -118,7 +118,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     recall_if_due();
     if (applied) {
         arena.begin_again();
-        active_index.note(applied->changes.objects(), {});
+        note(applied->changes.objects(), {});
         state.shown = nullptr;
     } else {
         arena.begin();
@@ -181,8 +181,11 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     queues.forget();
     next.all_active = rest.settling.empty() && rest.parking == 0;
     shown = 1 - shown;
+    change_log.count_update();
+    for (const auto& old : changes.old_reaches()) // their boxes may be others, though their bounds aren't
+        change_log.note(std::span(&old.index, 1), state.alive);
     if (changed != 0 || !rest.settling.empty()) {
-        active_index.note(changes.objects(), rest.settling);
+        note(changes.objects(), rest.settling);
         masked_indexes.note(entries.waking, rest.settling);
     }
     changed_pairs.forget();
@@ -233,7 +236,7 @@ void World<Dim, T>::Implementation::apply_ahead()
         auto& indices = arena.list<world::Index>("indices of these");
         for (const world::Noted& each : noted)
             indices.push_back(each.index);
-        active_index.note(indices, {});
+        note(indices, {});
     } catch (...) {
         take_back();
         throw;
@@ -242,9 +245,18 @@ void World<Dim, T>::Implementation::apply_ahead()
 }
 
 template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::note(std::span<const world::Index> changed,
+                                         std::span<const std::uint32_t> settling) noexcept
+{
+    active_index.note(changed, settling);
+    change_log.note(changed, state.alive);
+    change_log.note(settling, state.alive);
+}
+
+template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::take_back() noexcept
 {
-    if (state.shown != nullptr) active_index.note(*state.shown, {});
+    if (state.shown != nullptr) note(*state.shown, {});
     state.shown = nullptr;
     applied.reset();
     queues.forget_applied();
@@ -289,6 +301,8 @@ void World<Dim, T>::Implementation::recall_if_due()
     template WorldStats world::describe(const State<Dim, T>&, const Lists&);                                 \
     template void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>&);                        \
     template void World<Dim, T>::Implementation::apply_ahead();                                              \
+    template void World<Dim, T>::Implementation::note(std::span<const world::Index>,                         \
+                                                      std::span<const std::uint32_t>) noexcept;              \
     template void World<Dim, T>::Implementation::take_back() noexcept;                                       \
     template void World<Dim, T>::Implementation::recall_pairs();                                             \
     template void World<Dim, T>::Implementation::recall_if_due();

@@ -29,6 +29,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       finder({options.executor, &memory, options.instruction_set}),
       arena(&memory),
       lists{world::Lists(&memory), world::Lists(&memory)},
+      change_log(&memory),
       changed_pairs(&memory),
       changed_slots(&memory),
       active_index({options.executor, &memory, options.instruction_set}),
@@ -127,6 +128,7 @@ void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Optio
     if (!implementation_->state.options.ignore_odd_boxes) validate_boxes_of(boxes, "to be added ");
     world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
                                Error::no_index);
+    implementation_->check_own();
     implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
         world::reserve_more(queue.additions, ids.size());
         implementation_->state.ids.take(ids);
@@ -139,8 +141,18 @@ void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Optio
 }
 
 template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::check_own() const
+{
+    if (follows)
+        throw Error(ErrorCode::invalid_argument,
+                    "this World is a view that follows another one: it only answers questions; change the "
+                    "other one, or make this one a world again by clear() or restore()");
+}
+
+template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::queue(const world::Command<Dim, T>& command)
 {
+    check_own();
     state.ids.check(command.id);
     queues.with_own_queue([&](world::Queue<Dim, T>& queue) { queue.commands.push_back(command); });
 }
@@ -154,6 +166,7 @@ void World<Dim, T>::remove(ObjectId id)
 template <int Dim, Coordinate T>
 void World<Dim, T>::remove(std::span<const ObjectId> ids)
 {
+    implementation_->check_own();
     for (const ObjectId id : ids)
         implementation_->state.ids.check(id);
     implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
@@ -174,6 +187,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::move(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t sequence)
 {
     world::check_sizes(ids.size(), boxes.size());
+    implementation_->check_own();
     for (std::size_t i = 0; i < ids.size(); ++i) {
         implementation_->state.ids.check(ids[i]);
         world::check_box(implementation_->state, boxes[i], ids[i]);
@@ -193,6 +207,7 @@ void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement
         moved.lo[d] = box.lo[d] + displacement[d];
         moved.hi[d] = box.hi[d] + displacement[d];
     }
+    implementation_->check_own();
     implementation_->state.ids.check(id);
     world::check_box(implementation_->state, box, id);
     for (int d = 0; d < Dim && !implementation_->state.options.ignore_odd_boxes; ++d)
@@ -267,6 +282,7 @@ void World<Dim, T>::report_again(ObjectId id)
 template <int Dim, Coordinate T>
 void World<Dim, T>::report_again(ObjectId a, ObjectId b)
 {
+    implementation_->check_own();
     implementation_->state.ids.check(b);
     implementation_->queue({a, b});
 }
@@ -284,6 +300,7 @@ void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
 {
     const InUse call(implementation_->in_use, "World");
     world::Reader::check_none(implementation_->readers);
+    implementation_->check_own();
     world::check_sizes(ids.size(), boxes.size());
     if (!implementation_->applied) return implementation_->update({ids, boxes});
     move(ids, boxes); // nothing fails in the midst of what may have to be undone
@@ -295,6 +312,7 @@ void World<Dim, T>::apply()
 {
     const InUse call(implementation_->in_use, "World");
     world::Reader::check_none(implementation_->readers);
+    implementation_->check_own();
     implementation_->apply_ahead();
 }
 
@@ -376,6 +394,7 @@ std::uint32_t World<Dim, T>::pair_slots_end() const noexcept
 template <int Dim, Coordinate T>
 void World<Dim, T>::set_user_data(ObjectId id, std::uint64_t data)
 {
+    implementation_->check_own();
     implementation_->state.ids.check(id);
     implementation_->user_data.set(id.index, data);
 }
@@ -383,6 +402,7 @@ void World<Dim, T>::set_user_data(ObjectId id, std::uint64_t data)
 template <int Dim, Coordinate T>
 std::uint64_t World<Dim, T>::user_data(ObjectId id) const
 {
+    implementation_->check_own();
     if (implementation_->state.ids.is_good(id)) return implementation_->user_data.of(id.index);
     if (const std::uint64_t* data = implementation_->user_data.of_removed(id)) return *data;
     implementation_->state.ids.throw_stale(id);
@@ -482,9 +502,11 @@ std::string World<Dim, T>::explain() const
     const auto percent = [](std::uint64_t part, std::uint64_t of) {
         return of == 0 ? 0.0 : 100 * static_cast<double>(part) / static_cast<double>(of);
     };
+    if (implementation_->follows) text << "A view of another world. ";
     text << s.objects << " objects: " << s.resting << " at rest, " << s.active << " active, " << s.disabled
          << " disabled" << (s.odd != 0 ? ", " + std::to_string(s.odd) + " with odd boxes" : "") << "; "
          << s.bytes_reserved / 1024 << " KiB.\n";
+    if (implementation_->follows) return text.str();
     text << "The last update took " << s.us_total << " us: " << s.us_apply << " applying " << s.commands
          << " commands, " << s.us_active << " among active objects, " << s.us_resting
          << " between active and resting ones, " << s.us_events << " comparing them with those before, "

@@ -89,12 +89,12 @@ struct Applied
 
 /// The stage `apply` of an update: what was taken from the queues, and `moves`, are applied to the objects.
 template <int Dim, class T>
-void apply(State<Dim, T>& state, const Queues<Dim, T>& queues, const Moves<Dim, T>& moves,
-           Applied<Dim, T>& applied, Arena& arena);
+void apply(State<Dim, T>& state, Queues<Dim, T>& queues, const Moves<Dim, T>& moves, Applied<Dim, T>& applied,
+           Arena& arena);
 /// A part of it, ahead of the update: what was taken, for questions. `noted` becomes the objects that this
 /// call has written to.
 template <int Dim, class T>
-void apply_ahead(State<Dim, T>& state, const Queues<Dim, T>& queues, Applied<Dim, T>& applied,
+void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& applied,
                  std::pmr::vector<Noted>& noted, Arena& arena);
 
 /// Throws unless the box is one, or the world takes odd boxes.

@@ -210,6 +210,25 @@ TEST_F(CWorld, ListsAreThoseOfTheLastUpdateWhateverEndsThem)
     OK(jostle_world_teleport(world, ids.data(), &stays, 0, &error));
     update();
     EXPECT_EQ(began(), 3u);
+    // A view of it has no lists, and doesn't follow what is of another space.
+    jostle_world* view;
+    std::uint64_t count = 0;
+    OK(jostle_world_new(JOSTLE_2D, NULL, &view, &error));
+    EXPECT_NE(jostle_world_follow(view, world, &error), JOSTLE_OK);
+    EXPECT_NE(std::string(error.message).find("different spaces"), std::string::npos);
+    OK(jostle_world_free(view, &error));
+    OK(jostle_world_fork(world, &view, &error));
+    OK(jostle_world_follow(view, world, &error));
+    OK(jostle_world_size(world, &size, &error));
+    OK(jostle_world_size(view, &count, &error));
+    EXPECT_EQ(count, size);
+    const jostle_id_pair* none;
+    OK(jostle_world_began(view, &none, &count, &error));
+    EXPECT_EQ(count, 0u);
+    EXPECT_NE(jostle_world_update(view, &error), JOSTLE_OK);
+    OK(jostle_world_clear(view, &error));
+    OK(jostle_world_update(view, &error));
+    OK(jostle_world_free(view, &error));
     OK(jostle_world_clear(world, &error));
     EXPECT_EQ(began() + ended() + persisted() + changed(), 0u);
     EXPECT_NE(jostle_world_save_changes(world, results, &error), JOSTLE_OK);

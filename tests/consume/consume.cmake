@@ -1,4 +1,4 @@
-# cmake -D source= -D scratch= -D how=find_package|pkg_config|subdirectory|tool [-D install=BUILD_FOLDER] [-D flags=]
+# cmake -D source= -D scratch= -D how=find_package|pkg_config|subdirectory|tool [-D install=BUILD_FOLDER] [-D flags=] [-D with_mpi=ON]
 #   -P consume.cmake
 #
 # Installs Jostle from its build folder and builds and runs the project beside this file with it, or runs the
@@ -50,7 +50,7 @@ endif()
 
 set(arguments -D CMAKE_BUILD_TYPE=None -D CMAKE_CXX_FLAGS=${flags})
 if(how STREQUAL "find_package")
-  list(APPEND arguments -D CMAKE_PREFIX_PATH=${prefix})
+  list(APPEND arguments -D CMAKE_PREFIX_PATH=${prefix} -D WITH_MPI=${with_mpi})
 else()
   list(APPEND arguments -D JOSTLE_SOURCE=${source})
 endif()

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
-// What the reader of a page has at hand where a snippet begins. See compile_snippets.py.
+// What the reader of a page has at hand where a snippet begins. See blocks.py.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <map>
 #include <span>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -23,6 +25,15 @@ extern std::vector<jostle::Shape3> shapes;
 extern std::vector<jostle::Pose3f> poses;
 extern jostle::ContactFinder3f finder;
 extern jostle::ContactBuffer<3, float> now, last;
+extern jostle::PairBuffer pairs;
+struct Impulse
+{
+    float x = 0, y = 0, z = 0;
+    Impulse& operator+=(const Impulse& other);
+};
+extern Impulse impulse, opposite;
+extern std::uint32_t objects;
+extern jostle::Responses<Impulse> responses;
 
 void match(const jostle::ContactBuffer<3, float>& now, const jostle::ContactBuffer<3, float>& last);
 void open_door();

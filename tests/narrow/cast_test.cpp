@@ -13,14 +13,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-template <int Dim, class T>
-Pose<Dim, T> random_pose(Random& random, double spread)
-{
-    if constexpr (Dim == 3)
-        return random.pose<T>(spread);
-    else
-        return random.pose2<T>(spread);
-}
 template <int Dim>
 double size_of(const Vec<Dim, double>& v)
 {

@@ -348,10 +348,7 @@ void points_are_the_deepest_of_contacts(bool balls)
     for (int i = 0; i < 500; ++i) {
         shapes.push_back(balls ? Shape<Dim>::sphere(random.chance(0.1) ? 0 : random.uniform(0.1, 1))
                                : zoo.any(random));
-        if constexpr (Dim == 3)
-            poses.push_back(random.pose<T>(random.chance(0.1) ? 0 : 2));
-        else
-            poses.push_back(random.pose2<T>(random.chance(0.1) ? 0 : 2));
+        poses.push_back(random_pose<Dim, T>(random, random.chance(0.1) ? 0 : 2));
     }
     if (!balls)
         for (int i = 0; i < 300; ++i) // some blocks have nothing but balls

@@ -287,6 +287,9 @@ void check_solid(Random& random, Kinds& kinds)
         // Where a face has enough area to have a normal of its own nothing is above it.
         const double area = length(normal);
         if (area < 0.05 * scaled.size * scaled.size || scaled.size < 0.01) continue;
+        // Its corners go round counterclockwise, seen from where its normal points.
+        const Vec3 stated = narrow::ShapeAccess::data_of(hull).polytope.normal(static_cast<std::uint32_t>(f));
+        ASSERT_GT(dot(normal, stated), 0.9 * area);
         for (const std::uint32_t v : loop)
             ASSERT_LE(scaled.outside(normal * (1 / area)), scaled.slack) << v;
         double top = -HUGE_VAL;

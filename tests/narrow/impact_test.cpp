@@ -260,10 +260,7 @@ void compare_with_twin(int rounds, std::uint64_t seed)
         Motion<Dim, double> motion[2];
         const double wild = round % 4 == 0 ? 200 : 3;
         for (auto& one : motion) {
-            if constexpr (Dim == 3)
-                one.pose = random.pose<double>(4);
-            else
-                one.pose = random.pose2<double>(4);
+            one.pose = random_pose<Dim, double>(random, 4);
             for (double& x : one.linear)
                 x = random.uniform(-4, 4);
             if (turns(&one == motion ? a : b) && random.chance(0.7))
@@ -417,10 +414,7 @@ void compare_own_shape(std::uint64_t seed)
     for (int round = 0; round < 400; ++round) {
         const auto& other = zoo.any(random);
         Motion<Dim, double> still{}, moving{};
-        if constexpr (Dim == 3)
-            moving.pose = random.pose<double>(4);
-        else
-            moving.pose = random.pose2<double>(4);
+        moving.pose = random_pose<Dim, double>(random, 4);
         for (std::size_t d = 0; d < moving.linear.size(); ++d)
             moving.linear[d] = -2 * moving.pose.position[d] + random.uniform(-1, 1);
         for (double& w : moving.angular)

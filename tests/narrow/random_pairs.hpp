@@ -79,6 +79,15 @@ class Random
     std::mt19937_64 engine_;
 };
 
+template <int Dim, class T>
+jostle::Pose<Dim, T> random_pose(Random& random, double spread)
+{
+    if constexpr (Dim == 3)
+        return random.pose<T>(spread);
+    else
+        return random.pose2<T>(spread);
+}
+
 /// One of everything there is, with whatever it points to.
 template <int Dim>
 struct Zoo

@@ -15,14 +15,6 @@ using namespace jostle;
 namespace {
 
 template <int Dim, class T>
-Pose<Dim, T> random_pose(Random& random, double spread)
-{
-    if constexpr (Dim == 3)
-        return random.pose<T>(spread);
-    else
-        return random.pose2<T>(spread);
-}
-template <int Dim, class T>
 Vec<Dim, T> random_vector(Random& random, double spread)
 {
     Vec<Dim, T> v;

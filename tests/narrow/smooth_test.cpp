@@ -159,6 +159,58 @@ TEST(SmoothShapes, AreAsFarOrDeepAsTheBestDirectionSays)
     EXPECT_LT(inexact, deep / 20) << "worst " << worst;
 }
 
+// The search for the depth begins with a tetrahedron; here its corners come in either order.
+TEST(SmoothShapes, AreExactlyAsDeepFromWhicheverTetrahedron)
+{
+    const auto about = [](std::size_t axis, double angle, const Vec3d& at) {
+        Pose3d pose{at, {}};
+        pose.rotation[axis] = std::sin(angle / 2);
+        pose.rotation[3] = std::cos(angle / 2);
+        return pose;
+    };
+    struct
+    {
+        Shape3 a, b;
+        Pose3d pose_b;
+    } const pairs[] = {
+        {Shape3::ellipsoid({0.83, 0.51, 0.38}), Shape3::cylinder(0.29, 0.72),
+         about(2, 1.14, {-0.18, -0.22, 0})},
+        {Shape3::cylinder(0.75, 1), Shape3::ellipsoid({0.5, 0.4, 0.76}), about(0, -1.53, {0.2, -0.22, 0.02})},
+        {Shape3::cone(0.92, 0.98), Shape3::ellipsoid({0.67, 0.52, 0.67}), about(1, -2.36, {0.01, -0.15, 0})},
+        {Shape3::cone(0.94, 0.52), Shape3::cone(0.88, 0.9), about(1, 2.69, {-0.01, 0.13, -0.01})},
+        {Shape3::cylinder(0.38, 0.49), Shape3::cylinder(0.68, 0.46), about(0, 0.59, {-0.04, -0.29, 0})}};
+    for (const auto& [a, b, pose_b] : pairs) {
+        const auto found = distance(a, Pose3d{}, b, pose_b, INFINITY);
+        ASSERT_TRUE(found);
+        EXPECT_NEAR(found->distance, signed_distance(a, Pose3d{}, b, pose_b, narrow::load(found->normal)),
+                    1e-5);
+    }
+}
+
+// Lines that lie across a triangle: the corners of what is clipped may lie deeper than the two overlap.
+TEST(SmoothShapes, WithoutBreadthHaveNoPointDeeperThanTheyAre)
+{
+    Random random(62);
+    int deep = 0;
+    for (int round = 0; round < 5000; ++round) {
+        std::vector<Vec3d> corners(3);
+        for (Vec3d& corner : corners)
+            for (double& x : corner)
+                x = random.uniform(-1, 1);
+        const Mesh3 mesh(corners, std::vector<Mesh3::Element>{{0, 1, 2}});
+        const double half = random.uniform(0.1, 1);
+        const Shape3 line = round % 2 == 0 ? Shape3::cylinder(half, 0) : Shape3::cone(half, 0);
+        const Pose3d pose{{random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)},
+                          random.rotation<double>()};
+        const auto found = distance(Shape3(mesh), Pose3d{}, line, pose, INFINITY);
+        ASSERT_TRUE(found);
+        for (const auto& contact : contacts(Shape3(mesh), Pose3d{}, line, pose))
+            for (std::uint32_t i = 0; i < contact.count; ++i, ++deep)
+                ASSERT_LE(contact.point[i].depth, -found->distance + 1e-6) << round;
+    }
+    EXPECT_GT(deep, 300);
+}
+
 TEST(SmoothShapes, HaveBoxesAsTightAsTheirReach)
 {
     Random random(62);

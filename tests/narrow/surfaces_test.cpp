@@ -84,6 +84,52 @@ TEST(AMesh, MeetsAPointExactlyAtTheMargin)
                 EXPECT_EQ(touching(Shape3(mesh), Pose3d{}, Shape3(), over), beyond == 0) << height;
                 EXPECT_EQ(touching(Shape2(chain), Pose2d{}, Shape2(), over2), beyond == 0) << height;
             }
+    const Mesh<3> triangle(std::vector<Vec3d>{{-1, 0, -1}, {1, 0, -1}, {0, 0, 2}},
+                           std::vector<Mesh<3>::Element>{{0, 1, 2}});
+    const Mesh<2> segment(std::vector<Point>{{-1, 0}, {1, 0}}, std::vector<Mesh<2>::Element>{{0, 1}});
+    EXPECT_TRUE(touching(Shape3(triangle), Pose3d{}, Shape3(), Pose3d{}));
+    EXPECT_TRUE(touching(Shape2(segment), Pose2d{}, Shape2(), Pose2d{}));
+}
+
+/// Half a contact's depth from its point, along the normal, is the mesh's surface: a point of the triangle
+/// that the contact names, but for what the sides of a capsule may be tilted.
+TEST(AMesh, IsTouchedByBallsAndCapsulesWhereItsTrianglesAre)
+{
+    Random random(78);
+    int points = 0;
+    for (int round = 0; round < 60; ++round) {
+        std::vector<Vec3d> vertices;
+        for (int i = 0; i < 16; ++i)
+            vertices.push_back({0.7 * (i / 4) - 1, random.uniform(-0.2, 0.2), 0.7 * (i % 4) - 1});
+        std::vector<Mesh<3>::Element> triangles;
+        for (const std::uint32_t i : {0u, 1u, 2u, 4u, 5u, 6u, 8u, 9u, 10u}) {
+            triangles.push_back({i, i + 1, i + 4});
+            triangles.push_back({i + 1, i + 5, i + 4});
+        }
+        const Mesh<3> mesh(vertices, triangles);
+        for (int k = 0; k < 100; ++k) {
+            const double radius = random.uniform(0.1, 1);
+            const Shape3 body =
+                k % 3 == 0 ? Shape3::sphere(radius) : Shape3::capsule(random.uniform(0.1, 1), radius);
+            const Pose3d pose = random.pose<double>(1);
+            for (const auto& contact : contacts(body, pose, Shape3(mesh), Pose3d{})) {
+                const auto& corners = triangles[contact.part_b];
+                const Mesh<3> triangle(
+                    std::vector<Vec3d>{vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]},
+                    std::vector<Mesh<3>::Element>{{0, 1, 2}});
+                for (std::uint32_t i = 0; i < contact.count; ++i, ++points) {
+                    Pose3d at;
+                    for (std::size_t d = 0; d < 3; ++d)
+                        at.position[d] = pose.position[d] + contact.point[i].from_a[d] -
+                                         contact.normal[d] * contact.point[i].depth / 2;
+                    ASSERT_LE(distance(Shape3(triangle), Pose3d{}, Shape3(), at, INFINITY)->distance,
+                              k % 3 == 0 ? 1e-6 : 0.02)
+                        << k;
+                }
+            }
+        }
+    }
+    EXPECT_GT(points, 5000);
 }
 
 /// A mesh has two sides and no inside: a body is pushed out as it would be if the triangles ran the other

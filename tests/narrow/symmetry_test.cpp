@@ -12,15 +12,6 @@ using namespace jostle;
 namespace {
 
 template <int Dim, class T>
-Pose<Dim, T> random_pose(Random& random, double spread)
-{
-    if constexpr (Dim == 3)
-        return random.pose<T>(spread);
-    else
-        return random.pose2<T>(spread);
-}
-
-template <int Dim, class T>
 void expect_mirrored(const Contact<Dim, T>& x, const Contact<Dim, T>& y)
 {
     ASSERT_EQ(x.part_a, y.part_b);

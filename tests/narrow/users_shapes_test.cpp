@@ -138,7 +138,7 @@ TEST(Custom, AFinderInUseRefusesAnotherCall)
                         finder.touching(shapes, poses, pairs, touch);
                 } catch (const Error& error) {
                     refused +=
-                        std::string(error.what()).find("this ContactFinder is in the middle of another") == 0;
+                        std::string(error.what()).find("this ContactFinder is in use by another call") == 0;
                 }
         }
     } again;

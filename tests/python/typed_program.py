@@ -15,6 +15,9 @@ def use(boxes: np.ndarray) -> int:
     reasons: np.ndarray = world.ended().reasons
     other: jostle.World = world.fork()
     hits: jostle.Hits = jostle.BoxIndex(boxes).first(jostle.rays([[0, 0, 0]], [1, 0, 0]))
+    close: jostle.ClosePairs = jostle.BoxIndex(boxes).closest_pairs(3, max_distance=2)
+    stopped: bool = world.visit(jostle.nearest_to_boxes(boxes, 5), lambda ids, at: at[-1] < 3)
+    world.visit("everything")  # type: ignore[call-arg]
     shapes: jostle.Shapes = jostle.Shapes.same(jostle.sphere(1.0), 5)
     try:
         jostle.contacts(shapes, jostle.poses(boxes[:, 0]), pairs)
@@ -24,4 +27,4 @@ def use(boxes: np.ndarray) -> int:
     jostle.find_pairs(boxes, accept=lambda a, b: a < b)
     jostle.find_pairs(boxes, ordered=True)  # type: ignore[call-arg]
     world.save().frobnicate()  # type: ignore[attr-defined]
-    return len(other) + len(hits.ids) + len(reasons)
+    return len(other) + len(hits.ids) + len(reasons) + len(close.at) + stopped

@@ -37,10 +37,11 @@ ALLOWED = {
     "tool": ["scenes", "simulation", "bench", "jostle"],
     "examples": ["jostle"],
     "adapters": ["scenes", "jostle"],
+    "distributed": ["scenes", "jostle"],
 }
 # Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first.
 FOLDERS = {"narrow": ["shapes", "kernels", "convex", "parts", "interface"]}
-OUTSIDE = ("scenes", "simulation", "bench", "recorder", "tool", "examples", "adapters")
+OUTSIDE = ("scenes", "simulation", "bench", "recorder", "tool", "examples", "adapters", "distributed")
 INCLUDE = re.compile(r'^\s*#\s*(?:include|define\s+HWY_TARGET_INCLUDE)\s*[<"]([^">]+)[">]', re.MULTILINE)
 
 
@@ -170,7 +171,8 @@ def picture(arrows):
     rows = {}
     for room in sorted(nodes, key=lambda room: (list(ALLOWED).index(room) if room in ALLOWED else 99, room)):
         rows.setdefault(height(room), []).append(room)
-    width, step_x, step_y, box = 860, 116, 84, (96, 30)
+    step_x, step_y, box = 116, 84, (96, 30)
+    width = step_x * max(map(len, rows.values()), default=0) + 40 # rows are moved by 18 to either side
     top = max(rows, default=0)
     at = {}
     for row, here in rows.items():

@@ -10,7 +10,8 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 PROJECT = HERE.parent.parent
-PARTS = ("src", "include", "adapters", "scenes", "simulation", "bench", "recorder", "tool", "examples", "docs/images", "tests/rooms")
+PARTS = ("src", "include", "adapters", "scenes", "simulation", "bench", "recorder", "tool", "distributed", "examples", "docs/images",
+         "tests/rooms")
 
 
 def check(change):

@@ -92,8 +92,7 @@ TEST(World, NoUpdateOrRestoreInsideTheCallback)
     ASSERT_EQ(errors.size(), 2u);
     for (const Error& error : errors) {
         EXPECT_EQ(error.code(), ErrorCode::invalid_argument);
-        EXPECT_NE(std::string(error.what()).find("this World is in the middle of another call"),
-                  std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("this World is in use by another call"), std::string::npos);
     }
     EXPECT_EQ(world.began().size(), 1u);
     world.restore(world.save());
@@ -139,8 +138,7 @@ TEST(World, NoUpdateOrRestoreInsideAQuestionOrADrawing)
     EXPECT_EQ(errors.size(), drawn_from + 3 * 3) << "two boxes and a line";
     for (const Error& error : errors) {
         EXPECT_EQ(error.code(), ErrorCode::invalid_argument);
-        EXPECT_NE(std::string(error.what()).find("in the middle of a question or of draw()"),
-                  std::string::npos);
+        EXPECT_NE(std::string(error.what()).find("is answering a question or draw()"), std::string::npos);
     }
     auto throwing = [](std::uint32_t, ObjectId) -> bool { throw std::runtime_error("no"); };
     filter.accept = throwing;

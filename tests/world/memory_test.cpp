@@ -102,6 +102,70 @@ TEST(Memory, AFailedUpdateOfWhatIsKeptWithObjectsAndPairs)
     EXPECT_EQ(world.user_data(loners[99]), 7u);
 }
 
+// Both the view and the world that it follows, while others move in turn, with pairs that `accept` refuses.
+TEST(Memory, SteadyFollowingAllocatesNothing)
+{
+    jostle::WorldOptions options;
+    options.executor = &jostle::serial_executor();
+    options.accept = [](ObjectId a, ObjectId) { return a.index % 2 == 0; };
+    jostle::World3f world(options), view(options);
+    std::vector<jostle::Aabb3f> boxes;
+    for (int i = 0; i < 2000; ++i) {
+        const float x = static_cast<float>(i % 50) * 1.5f, y = static_cast<float>(i / 50) * 0.9f;
+        boxes.push_back({{x, y, 0}, {x + 1, y + 1, 1}});
+    }
+    std::vector<ObjectId> ids(boxes.size());
+    world.add(boxes, ids);
+    std::uint64_t calls = 0;
+    for (std::size_t frame = 0; frame < 1200; ++frame) {
+        if (frame == 800) calls = global_new::calls;
+        const std::size_t first = frame / 2 % 20 * 100; // there and back
+        const float by = frame % 2 == 0 ? 0.1f : -0.1f;
+        for (std::size_t i = first; i < first + 100; ++i) {
+            boxes[i].lo[0] += by;
+            boxes[i].hi[0] += by;
+        }
+        world.update(std::span(ids).subspan(first, 100),
+                     std::span<const jostle::Aabb3f>(boxes).subspan(first, 100));
+        view.follow(world);
+    }
+    EXPECT_EQ(global_new::calls - calls, 0u);
+    EXPECT_EQ(view.size(), 2000u);
+    EXPECT_GT(world.stats().refused, 100u);
+    EXPECT_EQ(view.stats().refused, world.stats().refused);
+}
+
+// A new one is a world as before; one that has followed before is empty.
+TEST(Memory, AFailedFollowIsTriedAgain)
+{
+    Churn<3, float> churn(6, 9, true);
+    for (int update = 0; update < 8; ++update) {
+        for (int k = update == 0 ? 700 : 30; k > 0; --k)
+            churn.operate(400);
+        ASSERT_TRUE(churn.update(false));
+    }
+    jostle::World3f view;
+    const ObjectId own = view.add({{0, 0, 0}, {1, 1, 1}});
+    view.update();
+    std::uint64_t failed = starve([&] { view.follow(*churn.world); },
+                                  [&](std::uint64_t k) { ASSERT_TRUE(view.contains(own)) << k; });
+    for (int round = 0; round < 4; ++round) {
+        for (int k = round % 2 == 0 ? 500 : 20; k > 0; --k)
+            churn.operate(600);
+        ASSERT_TRUE(churn.update(false));
+        failed += starve([&] { view.follow(*churn.world); },
+                         [&](std::uint64_t k) {
+                             ASSERT_EQ(view.size(), 0u) << k;
+                             ASSERT_FALSE(view.bounds()) << k;
+                             ASSERT_TRUE(view.pairs().empty()) << k;
+                         });
+        ASSERT_EQ(view.size(), churn.world->size());
+        ASSERT_EQ(view.pairs().to_vector(), churn.world->pairs().to_vector()) << round;
+        ASSERT_EQ(view.bounds()->lo, churn.world->bounds()->lo);
+    }
+    EXPECT_GT(failed, 20u);
+}
+
 TEST(Memory, AFailedCommandQueuesNothing)
 {
     jostle::World3f world;

@@ -19,7 +19,7 @@ class Questions
     Questions(const Churn<Dim, T>& churn, std::uint64_t seed) : Questions(churn, *churn.world, seed) {}
     /// To another world that should say the same.
     Questions(const Churn<Dim, T>& churn, jostle::World<Dim, T>& world, std::uint64_t seed)
-        : world_(world), random_(seed)
+        : world_(world), to_fork_(*churn.world), random_(seed)
     {
         for (const auto& [index, thing] : churn.twin.things)
             if (thing.is_there()) there_.push_back({thing.id, thing.bounds(), thing.filter});
@@ -242,8 +242,8 @@ class Questions
         std::sort(expected.begin(), expected.end(), in_order);
         std::sort(found.begin(), zeros, in_order);
         good &= found == expected;
-        // With its fork each object meets its like; a fork is what the last update left, apply() or not.
-        const jostle::World<Dim, T> like = world_.fork();
+        // With a fork each object meets its like; a fork is what the last update left, apply() or not.
+        const jostle::World<Dim, T> like = to_fork_.fork();
         std::size_t likes = 0, expected_likes = 0;
         for (const There& there : there_)
             expected_likes += like.contains(there.id) && like.enabled(there.id) &&
@@ -322,6 +322,7 @@ class Questions
     }
 
     jostle::World<Dim, T>& world_;
+    const jostle::World<Dim, T>& to_fork_; // a view can't be forked
     Random random_;
     double extent_;
     std::vector<There> there_;

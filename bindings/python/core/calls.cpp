@@ -26,9 +26,10 @@ void raise(const jostle_error& error)
     raise_error(name, error.message, index);
 }
 
-Results new_results()
+Results new_results(const jostle_allocator* allocator)
 {
-    return make<Results>([](auto** out, auto* error) { return jostle_results_new(nullptr, out, error); });
+    const jostle_options options = options_of(nullptr, allocator);
+    return make<Results>([&](auto** out, auto* error) { return jostle_results_new(&options, out, error); });
 }
 
 Executor executor_of(std::uint32_t threads)

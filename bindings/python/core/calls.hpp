@@ -94,7 +94,7 @@ Owner make(F&& f)
     return Owner(out);
 }
 
-[[nodiscard]] Results new_results();
+[[nodiscard]] Results new_results(const jostle_allocator* allocator = nullptr);
 
 /// The executor for that many threads; null, which means the default, for 0.
 [[nodiscard]] Executor executor_of(std::uint32_t threads);

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/interrupts.hpp"
 #include "core/module.hpp"
 #include "core/questions.hpp"
 #include "core/shape_queries.hpp"
@@ -10,8 +11,8 @@ namespace jostle_python {
 
 namespace {
 
-constexpr Asked<jostle_index> of_index{jostle_index_first, jostle_index_all, jostle_index_any,
-                                       jostle_index_count};
+constexpr Asked<jostle_index> of_index{jostle_index_first, jostle_index_all,   jostle_index_any,
+                                       jostle_index_count, jostle_index_visit, jostle_index_closest_pairs};
 constexpr AskedShapes<jostle_index> shapes_of_index{jostle_index_first_hits, jostle_index_all_hits,
                                                     jostle_index_nearest_shapes};
 class BoxIndex
@@ -20,7 +21,7 @@ class BoxIndex
     BoxIndex(jostle_space space, std::uint32_t threads) : space(space)
     {
         const Executor executor = executor_of(threads);
-        const jostle_options options = options_of(executor);
+        const jostle_options options = options_of(executor, memory.allocator());
         handle = make<IndexHandle>(
             [&](auto** out, auto* error) { return jostle_index_new(space, &options, out, error); });
     }
@@ -30,7 +31,7 @@ class BoxIndex
         const Boxes given = boxes_of(boxes, "boxes", space);
         if (ids) want_length(*ids, given.view.count, "ids");
         const std::uint32_t* const first = ids ? ids->data() : nullptr;
-        call([&](jostle_error* error) { return f(handle.get(), first, &given.view, error); });
+        memory.call([&](jostle_error* error) { return f(handle.get(), first, &given.view, error); });
     }
     py::dict stats() const
     {
@@ -43,8 +44,14 @@ class BoxIndex
     }
 
     jostle_space space;
+    Interruptible memory;
     IndexHandle handle;
 };
+
+const jostle_index* handle_of(const BoxIndex* index)
+{
+    return index == nullptr ? nullptr : index->handle.get();
+}
 
 } // namespace
 
@@ -110,8 +117,8 @@ void define_index(py::module_& m)
         .def("join",
              [](BoxIndex& self, const Array& boxes) {
                  const Boxes given = boxes_of(boxes, "boxes", self.space);
-                 const Results results = new_results();
-                 call([&](jostle_error* error) {
+                 const Results results = new_results(self.memory.allocator());
+                 self.memory.call([&](jostle_error* error) {
                      return jostle_index_join(self.handle.get(), &given.view, results.get(), error);
                  });
                  return copy_pairs(results);
@@ -147,8 +154,28 @@ void define_index(py::module_& m)
              })
         .def("any", [](const BoxIndex& self, const Questions& questions,
                        AskFilter& filter) { return of_index.ask_any(self.handle.get(), questions, filter); })
-        .def("count", [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
-            return of_index.ask_count(self.handle.get(), questions, filter);
+        .def("count",
+             [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
+                 return of_index.ask_count(self.handle.get(), questions, filter);
+             })
+        .def("visit",
+             [](const BoxIndex& self, const Questions& questions, AskFilter& filter, py::object visit,
+                std::uint64_t chunk) {
+                 return of_index.ask_visit(self.handle.get(), questions, filter, std::move(visit), chunk);
+             })
+        .def("visit_pairs",
+             [](const BoxIndex& self, const BoxIndex* other, py::object visit, std::uint64_t chunk) {
+                 Pending pending;
+                 Visitor visitor(std::move(visit), chunk, 2, true, pending);
+                 return visitor.run([&](void* context, auto* finished, auto* error) {
+                     return jostle_index_pairs(self.handle.get(), handle_of(other), Visitor::take_pair,
+                                               context, finished, error);
+                 });
+             })
+        .def("visit_closest_pairs", [](const BoxIndex& self, const BoxIndex* other, double max_distance,
+                                       py::object visit, std::uint64_t chunk) {
+            return of_index.ask_closest_pairs(self.handle.get(), handle_of(other), max_distance,
+                                              std::move(visit), chunk, true);
         });
 }
 

@@ -3,12 +3,11 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
 #include <exception>
-#include <mutex>
 #include <new>
 #include <thread>
+#include <utility>
 
 #include "core/calls.hpp"
 
@@ -16,72 +15,76 @@
 
 namespace jostle_python {
 
-/// Memory of a call that may take long. Once the call is cancelled, there is none left: that ends it.
-class Cancellable
+/// Memory for calls that may take long. The thread that makes such a call looks for signals now and then,
+/// while it allocates. If a signal's handler raises, there is no memory left, and that ends the call; the
+/// library leaves everything as it was. The call stays on its thread: to a world it matters which thread a
+/// command comes from.
+class Interruptible
 {
   public:
-    Cancellable()
+    Interruptible()
     {
         allocator_.struct_size = sizeof allocator_;
         allocator_.context = this;
         allocator_.allocate = [](void* context, std::uint64_t size, std::uint64_t alignment) -> void* {
-            if (static_cast<Cancellable*>(context)->cancelled.load(std::memory_order_relaxed)) return nullptr;
+            if (!static_cast<Interruptible*>(context)->may_go_on()) return nullptr;
             return ::operator new(size, std::align_val_t(alignment), std::nothrow);
         };
         allocator_.deallocate = [](void*, void* memory, std::uint64_t, std::uint64_t alignment) {
             ::operator delete(memory, std::align_val_t(alignment));
         };
     }
+    Interruptible(const Interruptible&) = delete;
     [[nodiscard]] const jostle_allocator* allocator() const noexcept { return &allocator_; }
-    std::atomic<bool> cancelled{false};
+
+    /// As call(), of a function that works in this memory. Where several threads call at a time, the signals
+    /// interrupt the first one's call.
+    template <class F>
+    void call(F&& f, Pending* pending = nullptr)
+    {
+        std::thread::id nobody;
+        if (!caller_.compare_exchange_strong(nobody, std::this_thread::get_id()))
+            return jostle_python::call(f, pending);
+        next_look_ = Clock::now() + pause;
+        std::exception_ptr failed;
+        try {
+            jostle_python::call(f, pending);
+        } catch (...) {
+            failed = std::current_exception();
+        }
+        if (interrupt_ != nullptr) failed = std::exchange(interrupt_, nullptr);
+        ended_ = false;
+        caller_ = std::thread::id();
+        if (failed != nullptr) std::rethrow_exception(failed);
+    }
 
   private:
-    jostle_allocator allocator_{};
-};
+    using Clock = std::chrono::steady_clock;
+    static constexpr std::chrono::milliseconds pause{50};
 
-/// As call(), on another thread, while this one looks whether Ctrl-C was pressed: that cancels it.
-template <class F>
-void call_interruptibly(Cancellable& memory, F&& f, Pending* pending = nullptr)
-{
-    jostle_error error;
-    jostle_status status = JOSTLE_OK;
-    std::exception_ptr interrupt;
+    bool may_go_on() noexcept
     {
-        const py::gil_scoped_release without_python;
-        std::mutex mutex;
-        std::condition_variable ended;
-        bool done = false;
-        std::thread worker([&] {
-            status = f(&error);
-            const std::lock_guard lock(mutex);
-            done = true;
-            ended.notify_one();
-        });
-        std::unique_lock lock(mutex);
-        while (!ended.wait_for(lock, std::chrono::milliseconds(50), [&] { return done; })) {
-            if (interrupt != nullptr) continue;
-            lock.unlock();
-            {
-                const py::gil_scoped_acquire with_python;
-                if (PyErr_CheckSignals() != 0) {
-                    try {
-                        throw py::error_already_set();
-                    } catch (...) {
-                        interrupt = std::current_exception();
-                    }
-                    memory.cancelled = true;
+        if (std::this_thread::get_id() == caller_.load(std::memory_order_relaxed) &&
+            Clock::now() >= next_look_) {
+            const py::gil_scoped_acquire with_python;
+            if (PyErr_CheckSignals() != 0) {
+                try {
+                    throw py::error_already_set();
+                } catch (...) {
+                    interrupt_ = std::current_exception();
                 }
+                ended_ = true;
             }
-            lock.lock();
+            next_look_ = Clock::now() + pause;
         }
-        lock.unlock();
-        worker.join();
+        return !ended_;
     }
-    if (interrupt != nullptr) std::rethrow_exception(interrupt);
-    if (status == JOSTLE_CALLBACK_FAILED && pending != nullptr) pending->rethrow();
-    if (status != JOSTLE_OK) raise(error);
-}
-/// Calls of fewer objects are over before anybody could press a key.
-constexpr py::ssize_t many = 20000;
+
+    jostle_allocator allocator_{};
+    std::atomic<std::thread::id> caller_{}; // none: no such call now
+    Clock::time_point next_look_;           // the caller's, as is what follows
+    std::exception_ptr interrupt_;
+    std::atomic<bool> ended_{false};
+};
 
 } // namespace jostle_python

@@ -15,7 +15,7 @@ py::array find(const py::array& boxes, const std::optional<py::array>& other, Pa
     std::optional<Boxes> b;
     if (other) b = boxes_of(*other, "other", a.space);
     const Executor executor = executor_of(threads);
-    Cancellable memory;
+    Interruptible memory;
     const jostle_options options = options_of(executor, memory.allocator());
     jostle_filter wish = filter.filter;
     if (accept != nullptr) {
@@ -29,10 +29,7 @@ py::array find(const py::array& boxes, const std::optional<py::array>& other, Pa
         return jostle_finder_find(finder.get(), a.space, &a.view, b ? &b->view : nullptr, &wish,
                                   sorted ? JOSTLE_SORTED : JOSTLE_CANONICAL, &pairs, error);
     };
-    if (boxes.shape(0) + (other ? other->shape(0) : 0) < many)
-        call(search, &filter.pending);
-    else
-        call_interruptibly(memory, search, &filter.pending);
+    memory.call(search, &filter.pending);
     return copy_pairs(pairs);
 }
 
@@ -46,7 +43,7 @@ py::tuple find_periodic(const py::array& boxes, const Packed<double>& period, Pa
     const auto dim = static_cast<std::uint64_t>(dim_of(given.space));
     want_length(period, dim, "period");
     const Executor executor = executor_of(threads);
-    Cancellable memory;
+    Interruptible memory;
     const jostle_options options = options_of(executor, memory.allocator());
     const ImagesHandle images = make<ImagesHandle>(
         [&](auto** out, auto* error) { return jostle_images_new(given.space, &options, out, error); });
@@ -68,10 +65,7 @@ py::tuple find_periodic(const py::array& boxes, const Packed<double>& period, Pa
         return jostle_finder_find(finder.get(), given.space, &view.boxes, nullptr, &wish,
                                   sorted ? JOSTLE_SORTED : JOSTLE_CANONICAL, &found, error);
     };
-    if (boxes.shape(0) < many)
-        call(search, &filter.pending);
-    else
-        call_interruptibly(memory, search, &filter.pending);
+    memory.call(search, &filter.pending);
     py::array pairs = copy_pairs(found);
     py::array shifts(number_of(given.space), {pairs.shape(0), static_cast<py::ssize_t>(dim)});
     auto* const objects = static_cast<std::uint32_t*>(pairs.mutable_data());
@@ -95,7 +89,7 @@ py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offse
     if (count == 0)
         refuse("offsets is empty: it must have one number for each scene's first box, and the end");
     const Executor executor = executor_of(threads);
-    Cancellable memory;
+    Interruptible memory;
     const jostle_options options = options_of(executor, memory.allocator());
     struct Asked
     {
@@ -122,10 +116,7 @@ py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offse
         return jostle_finder_find_scenes(finder.get(), all.space, &all.view, places, count - 1, &filter,
                                          &pairs, error);
     };
-    if (boxes.shape(0) < many)
-        call(search, &asked.pending);
-    else
-        call_interruptibly(memory, search, &asked.pending);
+    memory.call(search, &asked.pending);
     Packed<std::int64_t> first(static_cast<py::ssize_t>(count));
     std::int64_t* const out = first.mutable_data();
     out[0] = 0;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -9,6 +11,7 @@
 #include <vector>
 
 #include "core/arrays.hpp"
+#include "core/visits.hpp"
 
 // Rays, regions and the like, put to an index or a world.
 
@@ -30,49 +33,55 @@ struct Questions
             }
             data = frusta.data();
             count = frusta.size();
+            size = sizeof frusta[0];
             return;
         }
-        const int widths[] = {0, 2 * dim + 1, 3 * dim + 1, 2 * dim, dim + 1, 0, dim + 1};
+        const int widths[] = {0, 2 * dim + 1, 3 * dim + 1, 2 * dim, dim + 1, 0, dim + 1, 2 * dim + 1};
         count = static_cast<std::uint64_t>(numbers.ndim() == 2 ? numbers.shape(0) : 0);
-        if (kind < JOSTLE_RAY || kind > JOSTLE_NEAREST) refuse("there is no such kind of question");
+        if (kind < JOSTLE_RAY || kind > JOSTLE_NEAREST_TO_BOX) refuse("there is no such kind of question");
         want_rows(numbers, space, widths[kind], count, "questions");
         data = numbers.data();
-        if (kind != JOSTLE_NEAREST) return;
-        switch (space) { // point and greatest distance, as rows
-        case JOSTLE_2F:
-            fill<jostle_nearest_2f, float, 2>(near_count);
-            return;
-        case JOSTLE_3F:
-            fill<jostle_nearest_3f, float, 3>(near_count);
-            return;
-        case JOSTLE_2D:
-            fill<jostle_nearest_2d, double, 2>(near_count);
-            return;
-        default:
-            fill<jostle_nearest_3d, double, 3>(near_count);
-            return;
-        }
+        size = static_cast<std::uint64_t>(widths[kind] * numbers.itemsize());
+        if (kind != JOSTLE_NEAREST && kind != JOSTLE_NEAREST_TO_BOX) return;
+        const bool to_box = kind == JOSTLE_NEAREST_TO_BOX;
+        using Fill = void (Questions::*)(std::uint32_t);
+        const Fill fills[][2] = {
+            {&Questions::fill<float, jostle_nearest_2f>, &Questions::fill<float, jostle_nearest_to_box_2f>},
+            {&Questions::fill<float, jostle_nearest_3f>, &Questions::fill<float, jostle_nearest_to_box_3f>},
+            {&Questions::fill<double, jostle_nearest_2d>, &Questions::fill<double, jostle_nearest_to_box_2d>},
+            {&Questions::fill<double, jostle_nearest_3d>,
+             &Questions::fill<double, jostle_nearest_to_box_3d>}};
+        (this->*fills[space - JOSTLE_2F][to_box ? 1 : 0])(near_count);
     }
     Questions(const Questions&) = delete;
 
+    /// Those from the one of this number on.
+    [[nodiscard]] const void* from(std::uint64_t first) const
+    {
+        return static_cast<const char*>(data) + first * size;
+    }
+
     jostle_question kind;
     const void* data = nullptr;
-    std::uint64_t count = 0;
+    std::uint64_t count = 0, size = 0; // how many, and of how many bytes each
 
   private:
-    template <class Nearest, class T, int Dim>
+    /// From rows of a point or box, which a Nearest begins with, and the greatest distance.
+    template <class T, class Nearest>
     void fill(std::uint32_t near_count)
     {
         nearest.resize(count * sizeof(Nearest));
-        const T* row = static_cast<const T*>(data);
-        for (std::uint64_t i = 0; i < count; ++i, row += Dim + 1) {
+        const std::size_t place = size - sizeof(T);
+        for (std::uint64_t i = 0; i < count; ++i) {
+            const char* const row = static_cast<const char*>(from(i));
             Nearest one{};
-            std::copy_n(row, Dim, one.point);
+            std::memcpy(static_cast<void*>(&one), row, place);
             one.count = near_count;
-            one.max_distance = row[Dim];
+            std::memcpy(&one.max_distance, row + place, sizeof(T));
             std::memcpy(nearest.data() + i * sizeof one, &one, sizeof one);
         }
         data = nearest.data();
+        size = sizeof(Nearest);
     }
     py::array kept;
     std::vector<py::array> kept_planes;
@@ -103,12 +112,14 @@ struct AskFilter
         filter.context = this;
         filter.accept = [](void* context, std::uint32_t question, std::uint64_t id) {
             auto* const self = static_cast<AskFilter*>(context);
-            return self->pending.call([&] { return self->accept(question, id).cast<bool>(); });
+            return self->pending.call(
+                [&] { return self->accept(self->first_question + question, id).cast<bool>(); });
         };
     }
     AskFilter(const AskFilter&) = delete;
 
     jostle_query_filter filter{};
+    std::uint64_t first_question = 0; // of those that are being asked
     Pending pending;
 
   private:
@@ -117,6 +128,32 @@ struct AskFilter
     std::vector<std::optional<py::array>> kept;
     py::object accept;
 };
+
+/// Calls ask(first, count, error) about `count` questions, a few at a time, and looks for Ctrl-C in between.
+template <class F>
+void ask_in_parts(std::uint64_t count, AskFilter& filter, F&& ask)
+{
+    using Clock = std::chrono::steady_clock;
+    std::uint64_t first = 0, part = 256;
+    do {
+        const std::uint64_t now = std::min(part, count - first);
+        const Clock::time_point begin = Clock::now();
+        filter.first_question = first;
+        call(
+            [&](jostle_error* error) {
+                const jostle_status status = ask(first, now, error);
+                if (status == JOSTLE_OK || first == 0 || error->index == UINT64_MAX) return status;
+                // A mistake, found before anything was searched for: its number counts from the first one.
+                return ask(std::uint64_t{0}, count, error);
+            },
+            &filter.pending);
+        first += now;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        const auto took = Clock::now() - begin;
+        if (took < std::chrono::milliseconds(25)) part *= 2;
+        if (took > std::chrono::milliseconds(100)) part = std::max<std::uint64_t>(part / 2, 1);
+    } while (first < count);
+}
 
 /// The functions of an index or a world.
 template <class Handle>
@@ -131,15 +168,18 @@ struct Asked
     jostle_status (*count)(const Handle*, jostle_question, const void*, std::uint64_t,
                            const jostle_query_filter*, std::uint64_t*, jostle_error*);
 
+    jostle_status (*visit)(const Handle*, jostle_question, const void*, const jostle_query_filter*,
+                           jostle_visit_answer_function, void*, std::int32_t*, jostle_error*);
+    jostle_status (*closest_pairs)(const Handle*, const Handle*, double, jostle_visit_close_pair_function,
+                                   void*, std::int32_t*, jostle_error*);
+
     py::tuple ask_first(const Handle* handle, const Questions& questions, AskFilter& filter) const
     {
         std::vector<jostle_hit> hits(questions.count);
-        call(
-            [&](jostle_error* error) {
-                return first(handle, questions.kind, questions.data, questions.count, &filter.filter,
-                             hits.data(), error);
-            },
-            &filter.pending);
+        ask_in_parts(questions.count, filter, [&](auto from, auto number, auto* error) {
+            return first(handle, questions.kind, questions.from(from), number, &filter.filter,
+                         hits.data() + from, error);
+        });
         Packed<std::uint64_t> ids(static_cast<py::ssize_t>(hits.size()));
         Packed<double> at(static_cast<py::ssize_t>(hits.size()));
         for (std::size_t i = 0; i < hits.size(); ++i) {
@@ -151,43 +191,81 @@ struct Asked
     py::tuple ask_all(const Handle* handle, const Questions& questions, AskFilter& filter,
                       std::uint64_t max_results) const
     {
-        const Results results = new_results();
-        call(
-            [&](jostle_error* error) {
-                return all(handle, questions.kind, questions.data, questions.count, &filter.filter,
-                           max_results, results.get(), error);
-            },
-            &filter.pending);
-        jostle_lists lists;
-        call([&](jostle_error* error) { return jostle_results_lists(results.get(), &lists, error); });
-        return py::make_tuple(
-            copy_array(lists.first, lists.questions + 1), copy_array(lists.ids, lists.count),
-            lists.at == nullptr ? py::object(py::none()) : copy_array(lists.at, lists.count),
-            copy_array(lists.more, lists.questions));
+        std::vector<Results> parts;
+        ask_in_parts(questions.count, filter, [&](auto from, auto number, auto* error) {
+            jostle_results* results = nullptr;
+            const jostle_status status = jostle_results_new(nullptr, &results, error);
+            if (status != JOSTLE_OK) return status;
+            parts.emplace_back(results);
+            return all(handle, questions.kind, questions.from(from), number, &filter.filter, max_results,
+                       results, error);
+        });
+        std::vector<jostle_lists> lists(parts.size());
+        std::uint64_t count = 0;
+        bool has_at = true;
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+            call([&](jostle_error* error) { return jostle_results_lists(parts[i].get(), &lists[i], error); });
+            count += lists[i].count;
+            has_at = has_at && lists[i].at != nullptr;
+        }
+        Packed<std::uint64_t> begins(static_cast<py::ssize_t>(questions.count + 1));
+        Packed<std::uint64_t> ids(static_cast<py::ssize_t>(count));
+        Packed<double> at(static_cast<py::ssize_t>(has_at ? count : 0));
+        Packed<std::uint8_t> more(static_cast<py::ssize_t>(questions.count));
+        std::uint64_t question = 0, answer = 0;
+        for (const jostle_lists& one : lists) {
+            for (std::uint64_t i = 0; i < one.questions; ++i)
+                begins.mutable_data()[question + i] = answer + one.first[i];
+            std::copy_n(one.more, one.questions, more.mutable_data() + question);
+            std::copy_n(one.ids, one.count, ids.mutable_data() + answer);
+            if (has_at) std::copy_n(one.at, one.count, at.mutable_data() + answer);
+            question += one.questions;
+            answer += one.count;
+        }
+        begins.mutable_data()[question] = answer;
+        return py::make_tuple(begins, ids, has_at ? py::object(at) : py::object(py::none()), more);
     }
     py::array ask_any(const Handle* handle, const Questions& questions, AskFilter& filter) const
     {
         Packed<std::uint8_t> answers(static_cast<py::ssize_t>(questions.count));
         std::uint8_t* const out = answers.mutable_data();
-        call(
-            [&](jostle_error* error) {
-                return any(handle, questions.kind, questions.data, questions.count, &filter.filter, out,
-                           error);
-            },
-            &filter.pending);
+        ask_in_parts(questions.count, filter, [&](auto from, auto number, auto* error) {
+            return any(handle, questions.kind, questions.from(from), number, &filter.filter, out + from,
+                       error);
+        });
         return answers;
     }
     py::array ask_count(const Handle* handle, const Questions& questions, AskFilter& filter) const
     {
         Packed<std::uint64_t> answers(static_cast<py::ssize_t>(questions.count));
         std::uint64_t* const out = answers.mutable_data();
-        call(
-            [&](jostle_error* error) {
-                return count(handle, questions.kind, questions.data, questions.count, &filter.filter, out,
-                             error);
-            },
-            &filter.pending);
+        ask_in_parts(questions.count, filter, [&](auto from, auto number, auto* error) {
+            return count(handle, questions.kind, questions.from(from), number, &filter.filter, out + from,
+                         error);
+        });
         return answers;
+    }
+    /// Whether the function never said stop.
+    bool ask_visit(const Handle* handle, const Questions& questions, AskFilter& filter, py::object function,
+                   std::uint64_t chunk) const
+    {
+        if (questions.count != 1)
+            refuse("there are " + std::to_string(questions.count) + " questions: visit takes one");
+        Visitor visitor(std::move(function), chunk, 1, false, filter.pending);
+        return visitor.run([&](void* context, auto* finished, auto* error) {
+            return visit(handle, questions.kind, questions.data, &filter.filter, Visitor::take_answer,
+                         context, finished, error);
+        });
+    }
+    /// The same. Ids are `narrow` where they fit into 32 bits.
+    bool ask_closest_pairs(const Handle* handle, const Handle* other, double max_distance,
+                           py::object function, std::uint64_t chunk, bool narrow) const
+    {
+        Pending pending;
+        Visitor visitor(std::move(function), chunk, 2, narrow, pending);
+        return visitor.run([&](void* context, auto* finished, auto* error) {
+            return closest_pairs(handle, other, max_distance, Visitor::take_pair, context, finished, error);
+        });
     }
 };
 } // namespace jostle_python

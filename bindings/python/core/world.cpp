@@ -12,8 +12,8 @@ namespace jostle_python {
 
 namespace {
 
-constexpr Asked<jostle_world> of_world{jostle_world_first, jostle_world_all, jostle_world_any,
-                                       jostle_world_count};
+constexpr Asked<jostle_world> of_world{jostle_world_first, jostle_world_all,   jostle_world_any,
+                                       jostle_world_count, jostle_world_visit, jostle_world_closest_pairs};
 constexpr AskedShapes<jostle_world> shapes_of_world{jostle_world_first_hits, jostle_world_all_hits,
                                                     jostle_world_nearest_shapes};
 
@@ -49,6 +49,18 @@ void define_world(py::module_& m)
         .def("began_slots", [](const World& self) { return self.listed_slots(jostle_world_began_slots); })
         .def("ended_slots", [](const World& self) { return self.listed_slots(jostle_world_ended_slots); })
         .def("changed_slots", [](const World& self) { return self.listed_slots(jostle_world_changed_slots); })
+        .def("pair_slots",
+             [](const World& self, const U32& given) {
+                 const Pairs pairs(given);
+                 U32 slots(static_cast<py::ssize_t>(pairs.block.count));
+                 std::uint32_t* const out = slots.mutable_data();
+                 call([&](jostle_error* error) {
+                     return jostle_world_pair_slots(self.handle.get(),
+                                                    static_cast<const jostle_pair*>(pairs.block.items),
+                                                    pairs.block.count, out, error);
+                 });
+                 return slots;
+             })
         .def("pair_slots_end",
              [](const World& self) {
                  std::uint32_t end = 0;
@@ -71,12 +83,14 @@ void define_world(py::module_& m)
              })
         .def("update",
              [](World& self) {
-                 call([&](jostle_error* error) { return jostle_world_update(self.handle.get(), error); },
-                      self.pending.get());
+                 self.memory->call(
+                     [&](jostle_error* error) { return jostle_world_update(self.handle.get(), error); },
+                     self.pending.get());
              })
         .def("apply",
              [](World& self) {
-                 call([&](jostle_error* error) { return jostle_world_apply(self.handle.get(), error); });
+                 self.memory->call(
+                     [&](jostle_error* error) { return jostle_world_apply(self.handle.get(), error); });
              })
         .def("update_moves",
              [](World& self, const U64& ids, const Array& boxes) {
@@ -114,7 +128,7 @@ void define_world(py::module_& m)
         .def("pairs",
              [](const World& self) {
                  const Results results = new_results();
-                 call([&](jostle_error* error) {
+                 self.memory->call([&](jostle_error* error) {
                      return jostle_world_pairs(self.handle.get(), results.get(), error);
                  });
                  return copy_pairs(results);
@@ -154,11 +168,32 @@ void define_world(py::module_& m)
              [](const World& self, const Questions& questions, AskFilter& filter) {
                  return of_world.ask_count(self.handle.get(), questions, filter);
              })
+        .def("visit",
+             [](const World& self, const Questions& questions, AskFilter& filter, py::object visit,
+                std::uint64_t chunk) {
+                 return of_world.ask_visit(self.handle.get(), questions, filter, std::move(visit), chunk);
+             })
+        .def("visit_pairs",
+             [](const World& self, py::object visit, std::uint64_t chunk) {
+                 Pending pending;
+                 Visitor visitor(std::move(visit), chunk, 2, false, pending);
+                 return visitor.run([&](void* context, auto* finished, auto* error) {
+                     return jostle_world_visit_pairs(self.handle.get(), Visitor::take_touching_pair, context,
+                                                     finished, error);
+                 });
+             })
+        .def("visit_closest_pairs",
+             [](const World& self, const World* other, double max_distance, py::object visit,
+                std::uint64_t chunk) {
+                 return of_world.ask_closest_pairs(self.handle.get(),
+                                                   other == nullptr ? nullptr : other->handle.get(),
+                                                   max_distance, std::move(visit), chunk, false);
+             })
         .def("join",
              [](World& self, const Array& boxes, AskFilter& filter) {
                  const Boxes given = boxes_of(boxes, "boxes", self.space);
-                 const Results results = new_results();
-                 call(
+                 const Results results = new_results(self.memory->allocator());
+                 self.memory->call(
                      [&](jostle_error* error) {
                          return jostle_world_join(self.handle.get(), &given.view, &filter.filter,
                                                   results.get(), error);
@@ -177,12 +212,19 @@ void define_world(py::module_& m)
              [](World& self, const py::bytes& changes) {
                  restore(jostle_world_restore_changes, self.handle.get(), changes);
              })
+        .def("follow",
+             [](World& self, const World& other) {
+                 call([&](jostle_error* error) {
+                     return jostle_world_follow(self.handle.get(), other.handle.get(), error);
+                 });
+             })
         .def("fork",
              [](const World& self) {
                  auto fork = std::make_unique<World>(self.space, 0, py::none(), 1, false, false, 0);
                  fork->handle = make<WorldHandle>([&](auto** out, auto* error) {
                      return jostle_world_fork(self.handle.get(), out, error);
                  });
+                 fork->memory = self.memory;
                  fork->accept = self.accept;
                  fork->pending = self.pending;
                  fork->asked = self.asked;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/arrays.hpp"
+#include "core/interrupts.hpp"
 
 namespace jostle_python {
 
@@ -15,10 +16,13 @@ class World
   public:
     World(jostle_space given, double margin, py::object function, std::uint32_t threads, bool pair_slots,
           bool ignore_odd_boxes, double slack)
-        : space(given), accept(std::move(function)), pending(std::make_unique<Pending>())
+        : space(given),
+          accept(std::move(function)),
+          pending(std::make_shared<Pending>()),
+          memory(std::make_shared<Interruptible>())
     {
         const Executor executor = executor_of(threads);
-        const jostle_options common = options_of(executor);
+        const jostle_options common = options_of(executor, memory->allocator());
         jostle_world_options options{};
         options.struct_size = sizeof options;
         options.common = &common;
@@ -45,7 +49,8 @@ class World
         const Boxes given = boxes_of(boxes, "boxes", space);
         want_length(ids, given.view.count, "ids");
         const std::uint64_t* const first = ids.data();
-        call([&](jostle_error* error) { return f(handle.get(), first, &given.view, error); }, pending.get());
+        memory->call([&](jostle_error* error) { return f(handle.get(), first, &given.view, error); },
+                     pending.get());
     }
     template <class F>
     void with_ids(const Ids& ids, F&& f) const
@@ -123,7 +128,8 @@ class World
         py::object accept;
         Pending* pending;
     };
-    std::shared_ptr<Asks> asked; // a fork asks the same
+    std::shared_ptr<Asks> asked;           // a fork asks the same
+    std::shared_ptr<Interruptible> memory; // a fork's is the same
     WorldHandle handle;
 };
 

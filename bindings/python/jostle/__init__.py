@@ -22,21 +22,21 @@ from ._contacts import (ContactFinder, bounds, contacts, distances, impacts, ray
 from ._core import instruction_sets, version
 from ._errors import Error, NoSuchObjectError, StaleIdError
 from ._index import BoxIndex
-from ._lists import Answers, Hits, ShapeHits
+from ._lists import Answers, ClosePairs, Hits, ShapeHits
 from ._pairs import ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join
 from ._plot import plot
-from ._questions import Questions, frustums, nearest, overlapping, rays, spheres, sweeps
+from ._questions import Questions, frustums, nearest, nearest_to_boxes, overlapping, rays, spheres, sweeps
 from ._shape_queries import ShapeSweeps
 from ._shapes import (Shape, Shapes, box, capsule, compound, cone, cylinder, ellipsoid, half_space, height_field, hull, mesh,
                       poses, rounded_box, rounded_hull, sphere)
 from ._world import EndedPairs, World
 
 __version__ = version()
-__all__ = ["Answers", "BoxIndex", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError",
+__all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError",
            "Questions", "ScenePairs", "Shape", "ShapeHits", "ShapeSweeps",
            "Shapes", "StaleIdError", "World", "bounds", "box", "capsule",
            "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
            "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",
-           "instruction_sets", "iter_pairs", "join", "mesh", "nearest", "overlapping", "plot", "poses",
+           "instruction_sets", "iter_pairs", "join", "mesh", "nearest", "nearest_to_boxes", "overlapping", "plot", "poses",
            "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "sphere", "spheres",
            "sum_by_object", "sweeps", "touching", "version"]

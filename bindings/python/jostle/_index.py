@@ -8,10 +8,11 @@ import numpy as np
 
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
-from ._lists import Answers, Hits, ShapeHits
+from ._lists import Answers, ClosePairs, Hits, ShapeHits
 from ._questions import ALL, AcceptAnswer, Asker, Questions, asking, question
 from ._shape_queries import ShapeSweeps
 from ._shapes import Shapes
+from ._visits import Visit, all_pairs, first_pairs
 
 
 class BoxIndex:
@@ -110,6 +111,43 @@ class BoxIndex:
         """How many results each query has: (n,) uint64."""
         return self._index.count(question(questions)._packed(self.dim, self.dtype),
                                  asking(asker, exclude, accept, category, mask, owner))
+
+    def visit(self, questions: Any, visit: Visit, *, chunk: int = 64, category: Any = None, mask: Any = None, owner: Any = None,
+              asker: Asker | None = None, exclude: int | None = None, accept: AcceptAnswer | None = None) -> bool:
+        """Calls visit(ids, at) with the answers to one query as they are found, `chunk` of them at a time. Rays, sweeps and nearest
+        come ascending by (at, id), as in all(); regions in the index's own order, with at 0. visit returns None or True to go on, False
+        to stop, or (not for regions) a number that no later `at` may exceed. The search goes no further than the chunk that it is
+        in. Returns whether it was never stopped. visit may make queries; it must not change the index."""
+        return self._index.visit(question(questions)._packed(self.dim, self.dtype),
+                                 asking(asker, exclude, accept, category, mask, owner), visit, chunk)
+
+    # Pairs of objects: of two of this index's, each pair once, ids ascending; or of one of this index's and one of another's.
+
+    def pairs(self, other: BoxIndex | None = None) -> np.ndarray:
+        """All pairs whose boxes touch: (m, 2) uint32, ids, in the index's own order, which depends on the calls that were made.
+        For many objects that move, find_pairs costs less."""
+        return all_pairs(lambda visit, chunk: self.visit_pairs(visit, other, chunk=chunk))
+
+    def closest_pairs(self, count: int = 1, other: BoxIndex | None = None, *, max_distance: float = np.inf) -> ClosePairs:
+        """The `count` pairs whose boxes are closest to each other, no further apart than max_distance. Those that touch come first, in
+        the index's own order, the others ascending by (at, ids)."""
+        return first_pairs(count, np.uint32, lambda visit, chunk: self.visit_closest_pairs(
+            visit, other, max_distance=max_distance, chunk=chunk))
+
+    def visit_pairs(self, visit: Visit, other: BoxIndex | None = None, *, chunk: int = 4096) -> bool:
+        """Calls visit(pairs, at) with what pairs() returns, `chunk` of them at a time, in memory for that many: at is 0. visit returns
+        None or True to go on, False to stop. Returns whether it was never stopped."""
+        return self._index.visit_pairs(self._other(other), visit, chunk)
+
+    def visit_closest_pairs(self, visit: Visit, other: BoxIndex | None = None, *, max_distance: float = np.inf,
+                            chunk: int = 64) -> bool:
+        """Calls visit(pairs, at) with pairs in the order of closest_pairs(), `chunk` of them at a time. Besides None, True and False, as
+        for visit(), it may return a squared distance that no later pair may exceed: the least that it has found between the
+        shapes of a pair ends the search for the closest shapes. visit must not change the indexes."""
+        return self._index.visit_closest_pairs(self._other(other), max_distance, visit, chunk)
+
+    def _other(self, other: BoxIndex | None) -> _core.BoxIndex | None:
+        return None if other is None else other._index
 
     # Against shapes: `shapes` and `poses` have a row for every id, and each shape lies in its box.
 

@@ -14,6 +14,13 @@ class Hits(NamedTuple):
     at: np.ndarray  #: float64: the least fraction at which the box is touched
 
 
+class ClosePairs(NamedTuple):
+    """Pairs of boxes, the closest first."""
+
+    pairs: np.ndarray  #: (m, 2): of indexes uint32, of worlds uint64, ids
+    at: np.ndarray  #: (m,) float64: squared distances
+
+
 class Lists:
     """One list for each query, all in one array: lists[i] is what was found for query i.
 

@@ -13,7 +13,7 @@ ALL = 2**64 - 1
 
 
 class Questions:
-    """Many queries of one kind, made by rays, sweeps, overlapping, spheres, frustums or nearest.
+    """Many queries of one kind, made by rays, sweeps, overlapping, spheres, frustums, nearest or nearest_to_boxes.
 
     Their numbers are rounded to the dtype of the boxes when they are used. One row, or one number, applies to all queries.
     """
@@ -49,7 +49,7 @@ class Questions:
         return _core.Questions(self._kind, self._numbers(dim, dtype), _arrays.SPACES[dim, dtype], planes, self._count)
 
     def _widths(self, dim: int) -> tuple[int, ...]:
-        return {1: (dim, dim, 1), 2: (2 * dim, dim, 1), 3: (2 * dim,), 4: (dim, 1), 6: (dim, 1)}[self._kind]
+        return {1: (dim, dim, 1), 2: (2 * dim, dim, 1), 3: (2 * dim,), 4: (dim, 1), 6: (dim, 1), 7: (2 * dim, 1)}[self._kind]
 
 
 def rays(origins: Any, directions: Any, max_fraction: Any = np.inf) -> Questions:
@@ -80,6 +80,11 @@ def frustums(planes: Sequence[Any]) -> Questions:
 def nearest(points: Any, count: int = 1, max_distance: Any = np.inf) -> Questions:
     """The `count` boxes that are nearest to each point."""
     return Questions(6, (points, max_distance), count=count)
+
+
+def nearest_to_boxes(boxes: Any, count: int = 1, max_distance: Any = np.inf) -> Questions:
+    """The `count` boxes that are nearest to each of these boxes; one that touches it is at distance 0."""
+    return Questions(7, (boxes, max_distance), count=count)
 
 
 Asker = Sequence[int]

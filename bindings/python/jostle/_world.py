@@ -8,10 +8,11 @@ import numpy as np
 
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
-from ._lists import Answers, Hits, ShapeHits
+from ._lists import Answers, ClosePairs, Hits, ShapeHits
 from ._questions import ALL, AcceptAnswer, Asker, Questions, asking, question
 from ._shape_queries import ShapeSweeps
 from ._shapes import Shapes
+from ._visits import Visit, first_pairs
 
 
 class EndedPairs(NamedTuple):
@@ -152,6 +153,10 @@ class World:
         """With pair_slots: the slot of each pair of changed_pairs()."""
         return self._world.changed_slots()
 
+    def pair_slots(self, pairs: Any) -> np.ndarray:
+        """With pair_slots: the slots of these pairs, (m, 2), by index; 2**32 - 1 for a pair that doesn't touch: (m,) uint32."""
+        return self._world.pair_slots(_arrays.pairs(pairs))
+
     def pair_slots_end(self) -> int:
         """Every slot is less than this."""
         return self._world.pair_slots_end()
@@ -163,6 +168,24 @@ class World:
     def pairs(self) -> np.ndarray:
         """All pairs that touch, by index: (m, 2) uint32. Costs as much as a full search."""
         return self._world.pairs()
+
+    def visit_pairs(self, visit: Visit, *, chunk: int = 4096) -> bool:
+        """Calls visit(pairs, at) with all pairs that touch, `chunk` of them at a time, in memory for that many, ascending by index:
+        (n, 2) uint64, ids; at is 0. visit returns None or True to go on, False to stop. Returns whether it was never stopped.
+        visit may give commands and read the world; it must not update or restore it."""
+        return self._world.visit_pairs(visit, chunk)
+
+    def closest_pairs(self, count: int = 1, other: World | None = None, *, max_distance: float = np.inf) -> ClosePairs:
+        """The `count` pairs of objects whose bounds are closest to each other, no further apart than max_distance: of this world's
+        objects whose filters let them pair, or of one of this world's and one of another's, whatever their filters. Those that
+        touch come first, the others ascending by (at, indices). Disabled objects don't count."""
+        return first_pairs(count, np.uint64, lambda visit, chunk: self.visit_closest_pairs(
+            visit, other, max_distance=max_distance, chunk=chunk))
+
+    def visit_closest_pairs(self, visit: Visit, other: World | None = None, *, max_distance: float = np.inf,
+                            chunk: int = 64) -> bool:
+        """Calls visit(pairs, at) with pairs in the order of closest_pairs(), `chunk` of them at a time: see BoxIndex."""
+        return self._world.visit_closest_pairs(None if other is None else other._world, max_distance, visit, chunk)
 
     def touching(self, ids: Any) -> Answers:
         """The objects that each of these objects touches, ascending by index."""
@@ -193,6 +216,12 @@ class World:
               accept: AcceptAnswer | None = None) -> np.ndarray:
         """How many results each query has: (n,) uint64."""
         return self._world.count(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept))
+
+    def visit(self, questions: Any, visit: Visit, *, chunk: int = 64, asker: Asker | None = None, exclude: int | None = None,
+              accept: AcceptAnswer | None = None) -> bool:
+        """Calls visit(ids, at) with the answers to one query as they are found, `chunk` of them at a time: see BoxIndex.visit.
+        visit may give commands and read the world; it must not update or restore it."""
+        return self._world.visit(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept), visit, chunk)
 
     def join(self, boxes: Any, *, asker: Asker | None = None, exclude: int | None = None,
              accept: AcceptAnswer | None = None) -> np.ndarray:
@@ -309,6 +338,12 @@ class World:
         return other
 
     __copy__ = fork
+
+    def follow(self, other: World) -> None:
+        """Makes this world a view of another one with the same dim and dtype: it answers queries as the other one does now, also while the
+        other one is updated in another thread. Call it again to catch up; that costs what has changed. A view takes no commands
+        until clear() or restore() makes it a world again."""
+        self._world.follow(other._world)
 
     def __getstate__(self) -> tuple[int, str, int, bytes, tuple[bool, bool, float]]:
         if self._world.accept is not None:

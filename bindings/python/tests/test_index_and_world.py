@@ -2,6 +2,7 @@
 """BoxIndex and World: every function, against NumPy."""
 import copy
 import pickle
+import signal
 import threading
 
 import numpy as np
@@ -192,6 +193,31 @@ def test_a_world_goes_back_by_what_changed():
         assert raised.value.status == "bad_snapshot" and world.save() == whole
 
 
+def test_a_view_follows_a_world():
+    boxes = some_boxes(1000, 3, np.float32)
+    _, world, ids = both(boxes)
+    view = jostle.World(dim=3, dtype=np.float32, threads=1)
+    view.follow(world)
+    before = view.pairs()
+    assert len(view) == 1000 and (before == world.pairs()).all() and (view.boxes(ids) == boxes).all()
+    world.remove(ids[:500])
+    world.update()
+    assert len(view) == 1000 and (view.pairs() == before).all()
+    view.follow(world)
+    assert len(view) == 500 and (view.pairs() == world.pairs()).all()
+    for refused in (view.update, view.save, lambda: view.remove(ids[500:])):
+        with pytest.raises(jostle.Error, match="is a view"):
+            refused()
+    with pytest.raises(jostle.Error, match="different spaces"):
+        jostle.World(dim=2, dtype=np.float32).follow(world)
+    with pytest.raises(jostle.Error, match="itself"):
+        world.follow(world)
+    view.clear()
+    view.add(boxes[:3])
+    view.update()
+    assert len(view) == 3
+
+
 def test_a_world_tells_again_and_is_cleared():
     boxes = some_boxes(200, 2, np.float64)
     _, world, ids = both(boxes)
@@ -342,3 +368,206 @@ def test_mistakes_name_the_object():
     with pytest.raises(IndexError):
         world.all(boxes)[5]
     assert len(world.pairs()) == len(by_definition(boxes))
+
+
+def square_distances(a, b):
+    """Of all boxes of a and all of b, in their own numbers."""
+    gaps = np.maximum(0, np.maximum(b[None, :, 0] - a[:, None, 1], a[:, None, 0] - b[None, :, 1]))
+    sums = np.zeros(gaps.shape[:2], a.dtype)
+    for d in range(a.shape[2]):
+        sums += gaps[:, :, d] * gaps[:, :, d]
+    return sums.astype(np.float64)
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_nearest_to_boxes(dim, dtype):
+    boxes, asked = some_boxes(300, dim, dtype), some_boxes(20, dim, dtype, 9)
+    index, world, ids = both(boxes)
+    squares = square_distances(asked, boxes)
+    near = index.all(jostle.nearest_to_boxes(asked, 5, 0.4))
+    for i in range(20):
+        order = np.lexsort((np.arange(300), squares[i]))[:5]
+        order = order[squares[i][order] <= dtype(0.4) * dtype(0.4)]
+        assert np.array_equal(near[i], order)
+        assert np.array_equal(near.at[int(near.first[i]):int(near.first[i + 1])], squares[i][order])
+    assert np.array_equal(world.all(jostle.nearest_to_boxes(asked, 5, 0.4)).ids, ids[near.ids])
+    with pytest.raises(jostle.Error, match="nearest 1"):
+        index.all(jostle.nearest_to_boxes(np.stack([boxes[0], boxes[0, ::-1] + np.array([[1], [0]], dtype)])))
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_visits(dim, dtype):
+    boxes = some_boxes(400, dim, dtype)
+    index, world, ids = both(boxes)
+    middle = np.full((1, dim), 0.5)
+    for q in (jostle.rays(middle - 1, np.ones(dim)), jostle.sweeps(boxes[:1], np.ones(dim), 9), jostle.nearest(middle, 50),
+              jostle.nearest_to_boxes(boxes[5], 50)):
+        every = index.all(q)
+        assert len(every.ids) > 4
+        for chunk in (1, 7, 1000):
+            got, at, sizes = [], [], []
+
+            def take(ids, where):
+                assert ids.dtype == np.uint64 and ids.shape == where.shape
+                got.extend(ids), at.extend(where), sizes.append(len(ids))
+
+            assert index.visit(q, take, chunk=chunk) is True
+            assert np.array_equal(got, every.ids) and np.array_equal(at, every.at)
+            assert set(sizes[:-1]) <= {chunk} and 0 < sizes[-1] <= chunk
+            got.clear(), at.clear()
+            assert world.visit(q, take, chunk=chunk) and np.array_equal(got, ids[every.ids])
+        # Stopped, and with a bound that gets lower.
+        seen = []
+        assert index.visit(q, lambda ids, at: bool(seen.append(ids[0]) or len(seen) < 3), chunk=1) is False
+        assert np.array_equal(seen, every.ids[:3])
+        assert index.visit(q, lambda ids, at: np.bool_(False), chunk=10**6) is False
+        seen.clear()
+        bound = every.at[3]
+        assert index.visit(q, lambda ids, at: seen.extend(ids) or np.float64(bound), chunk=1) is True
+        assert np.array_equal(seen, every.ids[every.at <= bound])
+        seen.clear()
+        assert index.visit(q, lambda ids, at: seen.extend(ids), exclude=int(every.ids[0])) and every.ids[0] not in seen
+    region = boxes[7:8]
+    seen = []
+    assert index.visit(region, lambda ids, at: seen.extend(ids) or (at == 0).all(), chunk=3)
+    assert np.array_equal(np.sort(seen), index.all(region).ids)
+    everywhere = jostle.spheres(middle, 100)
+    for on in (index, world):
+        for call, error in ((lambda: on.visit(region, lambda ids, at: 0.5), "order"),
+                            (lambda: on.visit(everywhere, lambda ids, at: 0.5, chunk=9), "order"),
+                            (lambda: on.visit(jostle.nearest(middle, 9), lambda ids, at: float("nan")), "NaN"),
+                            (lambda: on.visit(jostle.nearest(middle, 9), lambda ids, at: float("nan"), chunk=2), "NaN"),
+                            (lambda: on.visit(boxes[:2], lambda ids, at: None), "2 questions"),
+                            (lambda: on.visit(boxes[:0], lambda ids, at: None), "0 questions"),
+                            (lambda: on.visit(region, lambda ids, at: None, chunk=0), "chunk"),
+                            (lambda: on.visit_closest_pairs(lambda pairs, at: float("nan")), "NaN"),
+                            (lambda: on.visit_pairs(lambda pairs, at: 1.5), "order"),
+                            (lambda: on.closest_pairs(0), "count"),
+                            (lambda: on.closest_pairs(max_distance=float("nan")), "max_distance|distance")):
+            with pytest.raises(jostle.Error, match=error):
+                call()
+        for chunk in (1, 10**6):  # raised along the way, and for what is left at the end
+            with pytest.raises(ZeroDivisionError):
+                on.visit(everywhere, lambda ids, at: 1 / 0, chunk=chunk)
+            with pytest.raises(ZeroDivisionError):
+                on.visit_closest_pairs(lambda pairs, at: 1 / 0, chunk=chunk)
+            with pytest.raises(ValueError, match="more"):
+                on.visit_pairs(lambda pairs, at: "more", chunk=chunk)
+            with pytest.raises(TypeError):
+                on.visit(everywhere, "no function", chunk=chunk)
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
+def test_pairs_and_closest_pairs(dim, dtype):
+    boxes, others = some_boxes(150, dim, dtype), some_boxes(100, dim, dtype, 5)
+    others = np.concatenate([others, others + dtype(3)])
+    index, world, ids = both(boxes)
+    other_index, other_world, other_ids = both(others)
+    ascending = lambda pairs: pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    assert index.pairs().dtype == np.uint32 and np.array_equal(ascending(index.pairs()), by_definition(boxes))
+    assert np.array_equal(ascending(index.pairs(other_index)), by_definition(boxes, others))
+    parts = []
+    assert world.visit_pairs(lambda pairs, at: parts.append(pairs), chunk=10)
+    assert {len(part) for part in parts[:-1]} <= {10} and np.array_equal(world.index(np.concatenate(parts)), world.pairs())
+    assert np.array_equal(np.concatenate(parts), ids[world.pairs()])
+    assert not world.visit_pairs(lambda pairs, at: False) and not index.visit_pairs(lambda pairs, at: False)
+    assert jostle.BoxIndex(dim=dim, dtype=dtype).pairs().shape == (0, 2)
+    assert jostle.BoxIndex(boxes[:1]).closest_pairs().pairs.shape == (0, 2)
+
+    for index_b, world_b, ids_b, of in ((None, None, ids, boxes), (other_index, other_world, other_ids, others)):
+        squares = square_distances(boxes, of)
+        a, b = np.nonzero(np.ones_like(squares))
+        if index_b is None:
+            a, b = a[a < b], b[a < b]
+        at = squares[a, b]
+        order = np.lexsort((b, a, at))
+        expected, at = np.stack([a, b], 1)[order], at[order]
+        touching = int((at == 0).sum())
+        found = index.closest_pairs(touching + 50, index_b)
+        assert isinstance(found, jostle.ClosePairs) and found.pairs.dtype == np.uint32
+        assert np.array_equal(ascending(found.pairs[:touching]), ascending(expected[:touching]))
+        assert np.array_equal(found.pairs[touching:], expected[touching:touching + 50])
+        assert np.array_equal(found.at, at[:touching + 50])
+        in_worlds = world.closest_pairs(touching + 50, world_b)
+        assert np.array_equal(in_worlds.at, found.at) and in_worlds.pairs.dtype == np.uint64
+        assert np.array_equal(in_worlds.pairs[touching:], np.stack([ids[found.pairs[touching:, 0]],
+                                                                    ids_b[found.pairs[touching:, 1]]], 1))
+        # All within a distance, and a bound that a visitor lowers.
+        limit = float(np.sqrt(at[touching + 20]))
+        within = index.closest_pairs(10**9, index_b, max_distance=limit)
+        assert len(within.pairs) == (at <= np.float64(dtype(limit) * dtype(limit))).sum()
+        seen = []
+        bound = at[touching + 5]
+        assert index.visit_closest_pairs(lambda pairs, at: seen.extend(at) or bound, index_b, chunk=1)
+        assert np.array_equal(seen, at[at <= bound])
+        assert not index.visit_closest_pairs(lambda pairs, at: False, index_b)
+    world.set_filter(ids, mask=0)
+    world.update()
+    assert len(world.closest_pairs().at) == 0 and len(world.closest_pairs(1, other_world).at) == 1
+    with pytest.raises(jostle.Error):
+        index.closest_pairs(1, jostle.BoxIndex(dim=5 - dim, dtype=dtype))
+
+
+def test_slots_of_pairs():
+    boxes = some_boxes(200, 3, np.float64)
+    world = jostle.World(pair_slots=True)
+    ids = world.add(boxes)
+    world.update()
+    pairs = world.changed_pairs()
+    assert len(pairs) > 3 and np.array_equal(world.pair_slots(pairs), world.changed_slots())
+    apart = set(zip(*np.nonzero(~touch(boxes, boxes)))) - {(i, i) for i in range(200)}
+    assert world.pair_slots([min(apart)]).tolist() == [2**32 - 1] and len(world.pair_slots([])) == 0
+    with pytest.raises(jostle.Error, match="shape"):
+        world.pair_slots([1, 2, 3])
+
+
+def test_questions_asked_in_parts():
+    boxes = some_boxes(60, 2, np.float64)
+    index, world, ids = both(boxes)
+    many = np.concatenate([some_boxes(10_000, 2, np.float64, seed) for seed in (1, 2, 3)])
+    hits = touch(many, boxes)
+    for on, names in ((index, np.arange(60)), (world, ids)):
+        assert np.array_equal(on.count(many), hits.sum(1)) and np.array_equal(on.any(many), hits.any(1))
+        answers = on.all(many, 2)
+        assert len(answers) == 30_000 and np.array_equal(answers.more, hits.sum(1) > 2)
+        assert all(np.array_equal(answers[i], names[np.flatnonzero(hits[i])[:2]]) for i in range(0, 30_000, 331))
+        lines = on.first(jostle.rays(many[:, 0], many[:, 1] - many[:, 0]))
+        assert np.array_equal(lines.ids[20_000:], on.first(jostle.rays(many[20_000:, 0], (many[:, 1] - many[:, 0])[20_000:])).ids)
+        near = on.all(jostle.nearest(many[:, 0], 2))
+        assert near.at.shape == (60_000,) and np.array_equal(near[29_000], on.all(jostle.nearest(many[29_000:29_001, 0], 2))[0])
+        told = set()
+        on.any(many, accept=lambda question, id: told.add((question, id)))
+        assert told == {(q, names[i]) for q, i in zip(*np.nonzero(hits))}  # questions count from the first of all
+    many[25_000] = many[25_000, ::-1] + 1
+    many[25_000, 1] -= 5
+    for call in (index.any, index.count, index.all):
+        with pytest.raises(jostle.Error, match="25000") as raised:
+            call(many)
+        assert raised.value.index == 25_000
+
+
+def test_an_update_that_a_signal_ends_leaves_the_world_as_it_was():
+    boxes = np.zeros((100_000, 2, 3))
+    boxes[:, 1] = 1  # all of them touch: 5 billion pairs
+    world = jostle.World(3)
+    first = world.add(boxes[:2])
+    world.update()
+    ids = world.add(boxes)
+
+    def handler(number, frame):
+        raise TimeoutError("enough")
+
+    before = signal.signal(signal.SIGALRM, handler)
+    try:
+        for update in (world.update, lambda: world.update(first, boxes[:2] + 0.5)):
+            signal.setitimer(signal.ITIMER_REAL, 0.2)
+            with pytest.raises(TimeoutError, match="enough"):
+                update()
+            assert len(world) == 2 and np.array_equal(world.ids(), first) and np.array_equal(world.pairs(), [[0, 1]])
+            assert np.array_equal(world.boxes(first), boxes[:2])
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    world.remove(ids[2:])  # what was queued still is
+    world.update()
+    assert len(world) == 4 and len(world.began()) == 5 and np.array_equal(world.boxes(first), boxes[:2])

@@ -311,7 +311,15 @@ print("begun", flush=True)
 """
 
 
-@pytest.mark.parametrize("call", ["jostle.find_pairs(boxes)", "for part in jostle.iter_pairs(boxes): pass"])
+@pytest.mark.parametrize("call", [
+    "jostle.find_pairs(boxes)",
+    "for part in jostle.iter_pairs(boxes): pass",
+    "world = jostle.World(3); world.add(boxes); world.update()",
+    "world = jostle.World(3); world.update(world.add(boxes), boxes)",
+    "jostle.BoxIndex(boxes).join(boxes)",
+    "jostle.BoxIndex(boxes).count(boxes, accept=None, exclude=0)",
+    "jostle.BoxIndex(boxes).pairs()",
+])
 def test_ctrl_c_ends_a_long_call(call):
     child = subprocess.Popen([sys.executable, "-c", LONG.format(call=call)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                              text=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))

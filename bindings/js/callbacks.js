@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+// What the module imports from JavaScript (an emscripten library): the functions that src/core.js puts into Module.callbacks.
+mergeInto(LibraryManager.library, {
+  jostle_js_accept_pair: function (number, a, b) {
+    return Module["callbacks"].acceptPair(number, a, b);
+  },
+  jostle_js_accept_scene_pair: function (number, scene, a, b) {
+    return Module["callbacks"].acceptScenePair(number, scene, a, b);
+  },
+  jostle_js_take_pairs: function (number, pairs, count) {
+    return Module["callbacks"].takePairs(number, pairs, count);
+  },
+  jostle_js_accept_answer: function (number, question, id) {
+    return Module["callbacks"].acceptAnswer(number, question, id);
+  },
+  jostle_js_accept_objects: function (number, a, b) {
+    return Module["callbacks"].acceptObjects(number, a, b);
+  },
+});

@@ -1,0 +1,646 @@
+// SPDX-License-Identifier: MIT
+/**
+ * Jostle: which of a million moving objects touch, exactly, this frame.
+ *
+ *     import { load } from "jostle";
+ *     const jostle = await load();
+ *     const boxes = new Float32Array([0, 0, 2, 2,  1, 1, 3, 3,  5, 5, 6, 6]);   // lower bounds, then upper ones
+ *     jostle.findPairs(boxes, { dim: 2 });                                      // Uint32Array [0, 1]
+ *
+ * Boxes  are one flat array: for each box `dim` lower bounds, then `dim` upper ones. A Float32Array or a
+ *        Float64Array says which numbers they are. Boxes are closed, so that touching counts.
+ * Order  is the same on every machine and any number of threads.
+ * Memory An array that lies in the module's memory (see `array`) is read in place, every other is copied into it.
+ *        What a call returns belongs to the caller, unless its comment says that it is a view. Objects with
+ *        `dispose()` hold memory of the module: dispose of them, or leave it to the garbage collector.
+ * Errors Every mistake is a `JostleError` that names the object, and leaves everything as it was.
+ */
+
+/** What was wrong with the data that a call was given. */
+export class JostleError extends Error {
+  /** The lowest object at fault; undefined where no single object is. */
+  readonly index: number | undefined;
+  /** "nan_coordinate", "inverted_box", "size_mismatch", "invalid_argument", "stale_id", "bad_snapshot", "out_of_memory", ... */
+  readonly status: string;
+  /** What was given there: the box's numbers for a bad box; undefined where no single value is at fault. */
+  readonly value: number | number[] | undefined;
+  constructor(message: string, status?: string, index?: number, value?: number | number[]);
+}
+
+export interface LoadOptions {
+  /**
+   * "pairs": a module a fifth the size, with what JostlePairs has. Where there are to be threads it is the whole one.
+   */
+  only?: "pairs";
+  /**
+   * The module, where it doesn't lie beside the package's own files: its bytes, its address, a response, or a compiled module.
+   * It must be the one that the other options ask for: jostle.wasm, jostle-pairs.wasm or jostle-threads.wasm.
+   */
+  wasm?: URL | string | ArrayBuffer | Uint8Array | WebAssembly.Module | Response | PromiseLike<Response>;
+  /** 1 by default. More need a page that is cross-origin isolated (`support.threads` says); 0 for one per core. */
+  threads?: number;
+  /** The most memory that the module may take, in bytes. By default 2 GB. */
+  maxMemory?: number;
+}
+
+/** What this browser, or node, has. */
+export const support: {
+  /** SIMD instructions, and exceptions: what every module needs. */
+  readonly simd: boolean;
+  /** Shared memory: more than one thread. */
+  readonly threads: boolean;
+};
+
+/** Loads the module. Modules are independent: each has memory and threads of its own. */
+export function load(options: LoadOptions & { only: "pairs" }): Promise<JostlePairs>;
+export function load(options?: LoadOptions & { only?: undefined }): Promise<Jostle>;
+
+export type Dimension = 2 | 3;
+export type NumberType = "float32" | "float64";
+export type FloatArray = Float32Array | Float64Array;
+/** Numbers to read: an array of the caller's own, or one in the module's memory. */
+export type Floats = FloatArray | MemoryArray<FloatArray>;
+/** One uint32 for each object. */
+export type Integers = Uint32Array | MemoryArray<Uint32Array>;
+/** Ids of a world's objects. */
+export type Ids = BigUint64Array;
+
+/** What gives its memory back: `using finder = new jostle.PairFinder()` does so, too, where there is Symbol.dispose. */
+export interface Disposable {
+  /** Gives all memory back. Any later use is a JostleError; disposing again does nothing. */
+  dispose(): void;
+  readonly disposed: boolean;
+}
+
+/**
+ * An array in the module's own memory, for input that is written in place, frame after frame.
+ *
+ *     const boxes = jostle.array("float32", 6 * 500_000);
+ *     boxes.view[0] = 1;                          // take `view` anew after every call of Jostle
+ *     finder.find(boxes, { dim: 3 });             // no copy
+ */
+export interface MemoryArray<A extends ArrayBufferView = FloatArray> extends Disposable {
+  /** The numbers. When memory grows, earlier views have no elements any more: ask for `view` anew, it costs nothing. */
+  readonly view: A;
+  readonly length: number;
+}
+
+/** Which pairs are wanted; what isn't given filters nothing. */
+export interface Filter {
+  /** Bit sets, one per box: a pair counts if each box's category has a bit in common with the other's mask. */
+  category?: Integers;
+  mask?: Integers;
+  /** Boxes of one owner don't pair; 2**32 - 1 means no owner. */
+  owner?: Integers;
+  /** The same for the second set. */
+  categoryB?: Integers;
+  maskB?: Integers;
+  ownerB?: Integers;
+  /** Asked last, for each pair that the rest lets through. With several threads the search runs on one if this is given. */
+  accept?: (a: number, b: number) => boolean;
+}
+
+export interface FindOptions extends Filter {
+  /** 2 or 3. */
+  dim: Dimension;
+  /** Pairs ascending by (a, b). Else they come by their place in space, which is the fastest. */
+  sort?: boolean;
+  /**
+   * What finds them. "grid" is the library's own engine. "chapter" is the hierarchical hash grid that it grew out of, "uniform"
+   * the same with one cell size (`cellSize`, by default the longest edge of all), "brute" tests every box against every other.
+   * The other engines are for comparison: within one set, and without filters; their order is their own.
+   */
+  engine?: Engine;
+  /** The edge of the cells of "uniform". */
+  cellSize?: number;
+}
+export type Engine = "grid" | "chapter" | "uniform" | "brute";
+
+/** What a search did. Times are in milliseconds. */
+export interface FindStats {
+  objects: number;
+  pairs: number;
+  /** Copies of boxes that were stored in bricks. */
+  records: number;
+  /** Pairs of records whose bounds were compared. */
+  candidates: number;
+  /** Candidates that only the user's numbers could decide. */
+  ties: number;
+  bricks: number;
+  nestedGrids: number;
+  bytesReserved: number;
+  msTotal: number;
+  /** Stages: choosing the grid, sorting boxes into bricks, finding pairs in bricks, putting the result in order. */
+  msTune: number;
+  msScatter: number;
+  msSweep: number;
+  msFinish: number;
+}
+
+/** The broad phase, frame after frame. It keeps its working memory, so that a steady frame allocates nothing. */
+export interface PairFinder extends Disposable {
+  /**
+   * All pairs among `boxes`, or of one of `boxes` and one of `other`: a0, b0, a1, b1, ...
+   * The result is a view of the module's memory, valid until the next call of anything of Jostle's: `slice()` it to keep it.
+   */
+  find(boxes: Floats, options: FindOptions): Uint32Array;
+  find(boxes: Floats, other: Floats, options: FindOptions): Uint32Array;
+  /** The pairs of the last search, as a view that is valid now. */
+  readonly pairs: Uint32Array;
+  /** The order-independent fingerprint of the last search's pairs, as `jostle bench` prints it: 16 hexadecimal digits. */
+  readonly checksum: string;
+  readonly stats: FindStats;
+  /**
+   * Hands the pairs over as they are found, so that any number of them fits: `pairs` is a view for the duration of the call.
+   * Return false to stop. Returns whether it went to the end. On one thread, in the order of `find`.
+   */
+  stream(boxes: Floats, options: FindOptions, sink: (pairs: Uint32Array) => boolean | void): boolean;
+  stream(boxes: Floats, other: Floats, options: FindOptions, sink: (pairs: Uint32Array) => boolean | void): boolean;
+  /** Gives working memory back; it is taken again when it is needed. */
+  releaseMemory(): void;
+}
+
+/** The pairs of many scenes: those of scene k are `scenePairs.of(k)`, numbered within the scene. */
+export interface ScenePairs {
+  readonly pairs: Uint32Array;
+  /** Those of scene k are numbers first[k] to first[k + 1] - 1 of `pairs`, each two numbers. */
+  readonly first: Float64Array;
+  readonly length: number;
+  of(scene: number): Uint32Array;
+}
+
+/** The grid of bricks that the engine chooses for boxes, and what it stores in it. See docs/guide/engine.md. */
+export interface Bricks {
+  /** How many bricks there are along each of the user's axes. */
+  readonly cells: number[];
+  /** Where the first brick begins, and how long a brick is, along each of the user's axes. Border bricks reach on to infinity. */
+  readonly origin: number[];
+  readonly edge: number[];
+  /** The axis along which bricks are swept. */
+  readonly sweepAxis: number;
+  /** The brick with records number k has the place at[dim * k], ... in the grid, counted along the user's axes. */
+  readonly at: Uint32Array;
+  /** Its records are numbers first[k] to first[k + 1] - 1. */
+  readonly first: Uint32Array;
+  /** Of each record, in the order in which they were stored: the box that it is of. */
+  readonly objects: Uint32Array;
+  /** Of each record, one bit per axis of the user's: the box began in a lower brick there. */
+  readonly copies: Uint8Array;
+  /** Of each record, for each of the user's axes: lower and upper bound in quanta, 0 to 16384 from the brick's start. */
+  readonly bounds: Uint16Array;
+  /** How many quanta a brick's edge has. */
+  readonly quanta: number;
+}
+
+export interface SceneInfo {
+  readonly name: string;
+  readonly summary: string;
+  /** What the scene's world is sized for; 0 where it has no such aim. */
+  readonly pairsPerObject: number;
+  /** Made to break or slow an engine down. */
+  readonly hostile: boolean;
+}
+
+export interface SceneOptions {
+  dim?: Dimension;
+  type?: NumberType;
+}
+
+/** Seeded boxes that move: the same bits as those of `jostle bench NAME -n N --seed S`. */
+export interface Scene extends Disposable {
+  readonly info: SceneInfo;
+  readonly length: number;
+  readonly dim: Dimension;
+  /** The boxes of the present frame, in the module's memory: read in place by every search. */
+  readonly boxes: MemoryArray<FloatArray>;
+  readonly frame: number;
+  /** On to the next frame. */
+  step(): void;
+}
+
+export interface SimulationInfo {
+  readonly name: string;
+  readonly summary: string;
+}
+
+export interface SimulationOptions {
+  scene?: string;
+  bodies?: number;
+  seed?: number | bigint;
+}
+
+/** Falling bodies through the whole library: what `jostle simulate` runs. Metres, seconds, 60 frames a second. */
+export interface Simulation extends Disposable {
+  step(): void;
+  readonly frame: number;
+  readonly bodies: number;
+  /** Pairs of boxes of the last step, and points of contact that pushed or rubbed. */
+  readonly pairs: number;
+  readonly contactPoints: number;
+  readonly energy: number;
+  readonly deepest: number;
+  /** Of poses and velocities, bit by bit, as `jostle simulate` prints it: 16 hexadecimal digits. */
+  readonly hash: string;
+  /** Milliseconds of the last step's stages. */
+  readonly times: { boxes: number; pairs: number; contacts: number; responses: number; motion: number };
+  /** The bodies' boxes: 6 numbers each. A view, valid until the next call of anything of Jostle's. */
+  readonly boxes: Float32Array;
+  /** Position x, y, z and rotation as a quaternion x, y, z, w: 7 numbers a body. A view, as `boxes`. */
+  readonly poses: Float32Array;
+  /** Linear and angular velocity: 6 numbers a body. A copy. */
+  readonly velocities: Float32Array;
+  /** What each body is. Floor and walls are no bodies. */
+  readonly shapes: SimulationShape[];
+  /** Of each body, which of `shapes` it is. */
+  readonly shapeOf: Uint8Array;
+  /** Of each body: the radius of a sphere, half the edge of a cube, the distance of an octahedron's corners from its centre. */
+  readonly sizes: Float32Array;
+  /** The contacts of the last step; objects from `bodies` on are floor and walls. */
+  contacts(): Contacts;
+}
+export type SimulationShape = "sphere" | "cube" | "octahedron";
+
+// --- Questions -------------------------------------------------------------------------------------------
+
+/**
+ * Many questions of one kind, in the numbers of the index's or world's boxes. One after another in each array:
+ *
+ * rays         origin, direction, greatest fraction: 2 dim + 1 numbers; see `rays()`
+ * sweeps       a box, its motion, the greatest fraction: 3 dim + 1 numbers
+ * boxes        what touches each of these boxes: 2 dim numbers
+ * spheres      centre and radius: dim + 1 numbers
+ * frustums     for each an array of planes: normal and offset, dim + 1 numbers; inside is where normal . p + offset >= 0
+ * nearest      points: dim numbers; the `count` boxes nearest to each, no further than maxDistance
+ * nearestToBoxes  the same for boxes: 2 dim numbers
+ */
+export type Questions =
+  | { rays: Floats }
+  | { sweeps: Floats }
+  | { boxes: Floats }
+  | { spheres: Floats }
+  | { frustums: FloatArray[] }
+  | { nearest: Floats; count?: number; maxDistance?: number }
+  | { nearestToBoxes: Floats; count?: number; maxDistance?: number };
+
+/** Which objects a question is about. `Id` is number for an index, bigint for a world. */
+export interface QueryFilter<Id> {
+  /** The asker, as an object of a filter. */
+  asker?: { category?: number; mask?: number; owner?: number };
+  /** An object that doesn't count. */
+  exclude?: Id;
+  accept?: (question: number, id: Id) => boolean;
+}
+export interface IndexQueryFilter extends QueryFilter<number> {
+  /** One uint32 by id. They count where `asker` is given. */
+  category?: Integers;
+  mask?: Integers;
+  owner?: Integers;
+}
+
+/** One answer for each question. */
+export interface Hits<IdArray> {
+  /** Of an index Float64Array, -1 where there is none; of a world BigUint64Array, 0n where there is none. */
+  readonly ids: IdArray;
+  /** The least fraction at which the box is touched. */
+  readonly at: Float64Array;
+}
+
+/** A list of answers for each question. */
+export interface Answers<IdArray> {
+  readonly length: number;
+  /** Those to question i are numbers first[i] to first[i + 1] - 1 of `ids`, `at`. */
+  readonly first: Float64Array;
+  readonly ids: IdArray;
+  /** Fractions of rays and sweeps, squared distances of the nearest; else undefined. */
+  readonly at: Float64Array | undefined;
+  /** 1 where there are more answers than maxResults. */
+  readonly more: Uint8Array;
+  /** The ids of one question's answers: a view of `ids`. */
+  of(question: number): IdArray;
+}
+
+/** What an index and a world answer alike. */
+export interface Questionable<Id, IdArray, F> {
+  /** The first object along each ray or sweep. */
+  first(questions: Questions, filter?: F): Hits<IdArray extends Uint32Array ? Float64Array : IdArray>;
+  /** All answers, or no more than maxResults to each: rays, sweeps, nearest ascending by (at, id), others by id. */
+  all(questions: Questions, options?: F & { maxResults?: number }): Answers<IdArray>;
+  /** Whether there is any: 1 or 0. Not for the nearest. */
+  any(questions: Questions, filter?: F): Uint8Array;
+  /** How many there are. Not for the nearest. */
+  count(questions: Questions, filter?: F): Float64Array;
+}
+
+export interface IndexOptions {
+  dim: Dimension;
+  type?: NumberType;
+}
+
+/** Boxes that stay, and questions about them. An id is a number of the caller's own; by default the position. */
+export interface BoxIndex extends Disposable, Questionable<number, Uint32Array, IndexQueryFilter> {
+  readonly dim: Dimension;
+  readonly type: NumberType;
+  readonly size: number;
+  /** Forgets everything and takes these boxes. */
+  build(boxes: Floats, ids?: Integers): void;
+  insert(boxes: Floats, ids: Integers): void;
+  move(boxes: Floats, ids: Integers): void;
+  erase(ids: Integers): void;
+  clear(): void;
+  contains(ids: Integers): Uint8Array;
+  boxes(ids: Integers): FloatArray;
+  /** All pairs of one of `boxes` and an object that it touches, ascending: position in `boxes`, id. */
+  join(boxes: Floats): Uint32Array;
+  readonly stats: { objects: number; pages: number; leaves: number; nodes: number; depth: number; bytes: number; sorts: number; splits: number };
+  releaseMemory(): void;
+}
+
+// --- World -----------------------------------------------------------------------------------------------
+
+export interface WorldOptions {
+  dim: Dimension;
+  type?: NumberType;
+  /** Every box is this much bigger on every side. */
+  margin?: number;
+  /** How far boxes may go before their neighbours are searched for anew; no result depends on it. */
+  slack?: number;
+  /** Takes NaN and inverted boxes: such objects touch nothing, and `stats.odd` counts them. */
+  ignoreOddBoxes?: boolean;
+  /** Gives each pair that touches a small number of its own. */
+  pairSlots?: boolean;
+  /** Asked once for each pair that would begin. */
+  accept?: (a: bigint, b: bigint) => boolean;
+}
+
+export interface ObjectFilter {
+  /** By default 1. */
+  category?: number;
+  /** By default all bits. */
+  mask?: number;
+  /** By default nobody. */
+  owner?: number;
+  isStatic?: boolean;
+}
+
+export interface AddOptions extends ObjectFilter {
+  margin?: number;
+  /** By default true. A disabled object keeps its id and box, and touches nothing. */
+  enabled?: boolean;
+}
+
+export interface EndedPairs {
+  /** a0, b0, a1, b1, ... as ids. */
+  readonly pairs: BigUint64Array;
+  /** Why: see `endReasons`. */
+  readonly reasons: Uint8Array;
+}
+/** endReasons[reason]: "moved_apart", "removed", "disabled", "filtered". */
+export const endReasons: readonly string[];
+
+/** What the last update did. Times are in microseconds. */
+export interface WorldStats {
+  objects: number; resting: number; active: number; disabled: number; refused: number;
+  commands: number; dropped: number; changed: number; woken: number; settled: number; candidates: number;
+  falsePositives: number; listed: number; began: number; persisted: number; ended: number; bytesReserved: number;
+  usTotal: number; usApply: number; usActive: number; usResting: number; usEvents: number; usIndex: number;
+  padded: number; odd: number;
+}
+
+/**
+ * Objects that live, move and rest, and the pairs between them. Commands take effect in the next update.
+ * An id is a 64-bit number: its low 32 bits are a small index, good for arrays (`jostle.indexOf(ids)`). Objects at rest cost nothing.
+ */
+export interface World extends Disposable, Questionable<bigint, BigUint64Array, QueryFilter<bigint>> {
+  readonly dim: Dimension;
+  readonly type: NumberType;
+  readonly size: number;
+  /** Every index is less than this. */
+  readonly indexEnd: number;
+
+  /** As many new objects as boxes; their ids are good at once. */
+  add(boxes: Floats, options?: AddOptions): BigUint64Array;
+  /** Removes these objects, or none of them if one doesn't exist. */
+  remove(ids: Ids): void;
+  /** New boxes; with displacements, `dim` numbers each, they touch what lies on their way in the coming step. */
+  move(ids: Ids, boxes: Floats, options?: { displacements?: Floats; sequence?: number }): void;
+  teleport(ids: Ids, boxes: Floats, options?: { sequence?: number }): void;
+  /** New edge lengths, `dim` numbers each, about the same centres. */
+  resize(ids: Ids, sizes: Floats, options?: { sequence?: number }): void;
+  setFilter(ids: Ids, filter: ObjectFilter, options?: { sequence?: number }): void;
+  setMargin(ids: Ids, margin: number | Float64Array, options?: { sequence?: number }): void;
+  setEnabled(ids: Ids, enabled: boolean | Uint8Array, options?: { sequence?: number }): void;
+  /** 64 bits of the caller's own for each object, at once. */
+  setUserData(ids: Ids, data: BigUint64Array): void;
+  userData(ids: Ids): BigUint64Array;
+  /** In the next update the pairs of these objects, or the pairs of ids[i] and others[i], begin again if they still touch. */
+  reportAgain(ids: Ids, others?: Ids): void;
+
+  /** Applies what was queued and finds out what that did to the pairs; with ids and boxes, moves those first. */
+  update(): void;
+  update(ids: Ids, boxes: Floats): void;
+  /** Shows what was queued to questions, ahead of the next update. */
+  apply(): void;
+
+  /** Pairs that touch now and didn't before: ids a0, b0, a1, b1, ... ascending by index. A view, valid until the next update. */
+  began(): BigUint64Array;
+  /** Pairs that touched before and don't now, and why. */
+  ended(): EndedPairs;
+  /** Pairs that touched before and still do, and of which one object changed: by index. */
+  persisted(): Uint32Array;
+  /** Began and persisted as one list, by index: what ContactFinder.find wants. */
+  changedPairs(): Uint32Array;
+  /** With pairSlots: the slot of each pair of began(), ended(), changedPairs(). */
+  beganSlots(): Uint32Array;
+  endedSlots(): Uint32Array;
+  changedSlots(): Uint32Array;
+  readonly pairSlotsEnd: number;
+  /** All pairs that touch, by index. Costs as much as finding them anew. */
+  pairs(): Uint32Array;
+  /** Who each of these objects touches, ascending by index. */
+  touching(ids: Ids): Answers<BigUint64Array>;
+  /** All pairs of one of `boxes` and an object that it touches: position in `boxes`, the object's index. */
+  join(boxes: Floats, filter?: QueryFilter<bigint>): Uint32Array;
+
+  contains(ids: Ids): Uint8Array;
+  /** The ids of these indices, 0n where there is none; without indices those of all objects. */
+  ids(indices?: Integers): BigUint64Array;
+  /** As they were given, and as they are compared. */
+  boxes(ids: Ids): FloatArray;
+  bounds(ids: Ids): FloatArray;
+  /** The least box around all bounds; undefined if there are none. */
+  boundsOfAll(): FloatArray | undefined;
+  filters(ids: Ids): Required<ObjectFilter>[];
+  enabled(ids: Ids): Uint8Array;
+  margins(ids: Ids): Float64Array;
+
+  /** The world as bytes, the same on every machine. */
+  save(): Uint8Array;
+  restore(snapshot: Uint8Array): void;
+  /** Differences to a base: see docs/guide/world.md. */
+  saveBase(): Uint8Array;
+  saveChanges(): Uint8Array;
+  restoreChanges(changes: Uint8Array): void;
+  clear(): void;
+  fork(): World;
+
+  readonly stats: WorldStats;
+  /** The numbers of `stats` in words. */
+  explain(): string;
+}
+
+// --- Shapes, contacts ------------------------------------------------------------------------------------
+
+/** One collision shape; it doesn't change. */
+export interface Shape extends Disposable {
+  readonly dim: Dimension;
+  readonly type: string;
+}
+
+/** One shape for each object. */
+export interface Shapes extends Disposable {
+  readonly dim: Dimension;
+  readonly length: number;
+  add(shape: Shape, count?: number): void;
+  addSpheres(radii: Float64Array): void;
+  addCapsules(halfLengths: Float64Array, radii: Float64Array): void;
+  /** Half the edges: `dim` numbers each. */
+  addBoxes(halves: Float64Array): void;
+  set(object: number, shape: Shape): void;
+  clear(): void;
+}
+
+/**
+ * Contacts, number by number; all are copies. Contact i is of the pair pairs[2i], pairs[2i + 1], and has the points
+ * first[i] to first[i + 1] - 1. A normal points from a to b; points are relative to the position of a, and of b.
+ */
+export interface Contacts {
+  readonly length: number;
+  readonly pairs: Uint32Array;
+  /** The part of a compound, or the triangle of a mesh: two for each contact. */
+  readonly parts: Uint32Array;
+  readonly normals: FloatArray;
+  readonly first: Uint32Array;
+  readonly fromA: FloatArray;
+  readonly fromB: FloatArray;
+  readonly depths: FloatArray;
+  readonly features: Uint32Array;
+}
+
+/** One row for each pair; infinite where it is more than what was asked for. */
+export interface Distances {
+  readonly distances: FloatArray;
+  readonly normals: FloatArray;
+  readonly pointsA: FloatArray;
+  readonly pointsB: FloatArray;
+}
+export interface Impacts {
+  /** Infinite where there is none. */
+  readonly times: FloatArray;
+  readonly normals: FloatArray;
+  readonly fromA: FloatArray;
+  readonly fromB: FloatArray;
+}
+/** One for each pair: infinite fractions where there is no hit. */
+export interface CastHits {
+  readonly fractions: FloatArray;
+  readonly normals: FloatArray;
+  readonly points: FloatArray;
+  readonly parts: Uint32Array;
+  readonly movingParts: Uint32Array;
+}
+
+/** Objects with a shape and a pose: position and quaternion x, y, z, w (7 numbers); in 2D position, cosine, sine (4 numbers). */
+export interface Objects {
+  shapes: Shapes;
+  poses: Floats;
+}
+
+/**
+ * From pairs to contacts, frame after frame. Pairs are among the objects `a`, or of one of `a` and one of `b`.
+ * What it returns is in the order of the pairs.
+ */
+export interface ContactFinder extends Disposable {
+  readonly dim: Dimension;
+  readonly type: NumberType;
+  /** All contacts of shapes that touch or have a gap of up to `margin`. */
+  find(a: Objects, pairs: Integers, options?: { b?: Objects; margin?: number }): Contacts;
+  /** Whether the shapes of each pair touch: 1 or 0. */
+  touching(a: Objects, pairs: Integers, options?: { b?: Objects }): Uint8Array;
+  distances(a: Objects, pairs: Integers, options?: { b?: Objects; maxDistance?: number }): Distances;
+  /** When moving shapes first touch: in place of poses motions, which have linear and angular velocity as well (13 or 7 numbers). */
+  impacts(a: Objects, pairs: Integers, options?: { b?: Objects; tolerance?: number }): Impacts;
+  /** Where ray pairs[2i] first meets object pairs[2i + 1]. */
+  rayCasts(rays: Floats, objects: Objects, pairs: Integers): CastHits;
+  /** Where object pairs[2i] of `moving`, moved by its displacement, first touches object pairs[2i + 1]. */
+  shapeCasts(moving: Objects, displacements: Floats, objects: Objects, pairs: Integers): CastHits;
+}
+
+// --- The module ------------------------------------------------------------------------------------------
+
+/** What a module has that was loaded with `only: "pairs"`. */
+export interface JostlePairs extends Disposable {
+  readonly version: string;
+  /** How many threads searches run on. */
+  readonly threads: number;
+  readonly instructionSet: "wasm_simd" | "scalar";
+  /** Its memory, in bytes, as it is now: it grows and never shrinks. */
+  readonly memoryBytes: number;
+
+  /** An array in the module's memory, of so many numbers, all 0. */
+  array(type: "float32", length: number): MemoryArray<Float32Array>;
+  array(type: "float64", length: number): MemoryArray<Float64Array>;
+  array(type: "uint32", length: number): MemoryArray<Uint32Array>;
+
+  /** All pairs among `boxes`, or of one of `boxes` and one of `other`: a0, b0, a1, b1, ... */
+  findPairs(boxes: Floats, options: FindOptions): Uint32Array;
+  findPairs(boxes: Floats, other: Floats, options: FindOptions): Uint32Array;
+  /** The pairs in space that repeats itself: `period` is its length along each axis, 0 where it doesn't. */
+  findPeriodicPairs(boxes: Floats, period: ArrayLike<number>, options: FindOptions): { pairs: Uint32Array; shifts: FloatArray };
+  /** The pairs of many independent scenes: scene k is the boxes from offsets[k] up to offsets[k + 1]. */
+  findScenes(boxes: Floats, offsets: ArrayLike<number>, options: FindOptions): ScenePairs;
+  /** Throws the error that every search throws for these boxes, or does nothing. */
+  validate(boxes: Floats, options: { dim: Dimension }): void;
+  /** The order-independent fingerprint of pairs, as `jostle bench` prints it: 16 hexadecimal digits. */
+  checksum(pairs: Integers): string;
+  /** The engine's outermost grid for these boxes. (Up to 128 boxes are searched without: every box against every other.) */
+  bricks(boxes: Floats, options: { dim: Dimension }): Bricks;
+
+  readonly scenes: readonly SceneInfo[];
+  scene(name: string, length: number, seed?: number | bigint, options?: SceneOptions): Scene;
+  readonly PairFinder: new () => PairFinder;
+}
+
+export interface Jostle extends JostlePairs {
+  readonly simulations: readonly SimulationInfo[];
+  simulation(options?: SimulationOptions): Simulation;
+
+  readonly BoxIndex: new (options: IndexOptions) => BoxIndex;
+  readonly World: new (options: WorldOptions) => World;
+  readonly ContactFinder: new (options: { dim: Dimension; type?: NumberType }) => ContactFinder;
+  readonly Shapes: new (options?: { dim?: Dimension; shapes?: Shape[] }) => Shapes;
+
+  sphere(radius: number, dim?: Dimension): Shape;
+  capsule(halfLength: number, radius: number, dim?: Dimension): Shape;
+  /** Half the edges: 2 or 3 numbers. */
+  box(half: ArrayLike<number>): Shape;
+  roundedBox(half: ArrayLike<number>, radius: number): Shape;
+  cylinder(halfLength: number, radius: number): Shape;
+  cone(halfLength: number, radius: number): Shape;
+  ellipsoid(half: ArrayLike<number>): Shape;
+  halfSpace(normal: ArrayLike<number>, offset?: number): Shape;
+  hull(points: FloatArray, dim: Dimension): Shape;
+  roundedHull(points: FloatArray, radius: number, dim: Dimension): Shape;
+  mesh(vertices: FloatArray, elements: Uint32Array, dim: Dimension): Shape;
+  heightField(heights: Float64Array, columns: number, options?: { spacingX?: number; spacingZ?: number; thickness?: number }): Shape;
+  compound(shapes: Shape[], poses: Float64Array): Shape;
+  /** The tightest box around each object, rounded outwards, with `margin` added. */
+  bounds(objects: Objects, options?: { margin?: number }): FloatArray;
+
+  /** The small indices in ids. */
+  indexOf(ids: Ids): Uint32Array;
+}
+
+/** Packs rays: origins and directions, `dim` numbers each, and how far they go, one number for all or one for each. */
+export function rays(origins: FloatArray, directions: FloatArray, options: { dim: Dimension; maxFraction?: number | ArrayLike<number> }): { rays: FloatArray };
+/** Packs poses: positions, and in 3D quaternions x, y, z, w, in 2D angles. Without rotations none turns. */
+export function poses(positions: FloatArray, options: { dim: Dimension; rotations?: ArrayLike<number> }): FloatArray;

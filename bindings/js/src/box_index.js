@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: MIT
+import { Owned, space_of } from "./core.js";
+import { refuse } from "./error.js";
+import { Asked } from "./questions.js";
+import * as C from "./structs.js";
+
+const FUNCTIONS = { first: "jostle_index_first", all: "jostle_index_all", any: "jostle_index_any", count: "jostle_index_count" };
+const NONE = 2n ** 64n - 1n;
+
+function narrow_one(ids) {
+  return Float64Array.from(ids, (id) => (id === NONE ? -1 : Number(id)));
+}
+function narrow(ids) {
+  return Uint32Array.from(ids, Number);
+}
+
+/** Boxes that stay, and questions about them: see jostle.d.ts. */
+export class BoxIndex extends Owned {
+  #asked;
+
+  constructor(core, { dim, type = "float32" } = {}) {
+    const space = space_of(dim, type);
+    super(core, "_jostle_index_free", core.within(() => core.make("jostle_index_new", space, core.options())));
+    this.dim = dim;
+    this.type = type;
+    this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: narrow, id: Number, one: narrow_one });
+  }
+
+  #put(name, boxes, ids) {
+    const core = this.core;
+    core.within(() => {
+      const rows = core.rows(boxes, "boxes", 2 * this.dim, this.type);
+      const of = ids === undefined ? { pointer: 0, length: rows.count } : core.integers(ids, "ids");
+      if (of.length !== rows.count) refuse(`there are ${of.length} ids and ${rows.count} boxes`, "size_mismatch");
+      core.with_values([rows], this.dim, () => core.call(name, this.pointer, of.pointer, core.boxes(rows, this.dim)));
+    });
+  }
+  build(boxes, ids) {
+    this.#put("jostle_index_build", boxes, ids);
+  }
+  insert(boxes, ids) {
+    this.#put("jostle_index_insert", boxes, ids);
+  }
+  move(boxes, ids) {
+    this.#put("jostle_index_move", boxes, ids);
+  }
+  erase(ids) {
+    this.core.within(() => {
+      const of = this.core.integers(ids, "ids");
+      this.core.call("jostle_index_erase", this.pointer, of.pointer, BigInt(of.length));
+    });
+  }
+  clear() {
+    this.core.call("jostle_index_clear", this.pointer);
+  }
+  releaseMemory() {
+    this.core.call("jostle_index_release_memory", this.pointer);
+  }
+  get size() {
+    return this.core.within(() => {
+      const out = this.core.scratch.take(8);
+      this.core.call("jostle_index_size", this.pointer, out);
+      return this.core.u64(out);
+    });
+  }
+  contains(ids) {
+    const core = this.core;
+    return core.within(() => {
+      const of = core.integers(ids, "ids"), out = core.scratch.take(of.length);
+      core.call("jostle_index_contains", this.pointer, of.pointer, BigInt(of.length), out);
+      return core.bytes.slice(out, out + of.length);
+    });
+  }
+  boxes(ids) {
+    const core = this.core;
+    return core.within(() => {
+      const of = core.integers(ids, "ids");
+      const numbers = 2 * this.dim * of.length;
+      const out = core.scratch.take(numbers * (this.type === "float64" ? 8 : 4));
+      core.call("jostle_index_boxes", this.pointer, of.pointer, BigInt(of.length), out);
+      return core.view(this.type, out, numbers).slice();
+    });
+  }
+  join(boxes) {
+    const core = this.core;
+    return core.with_results((results) => {
+      const rows = core.rows(boxes, "boxes", 2 * this.dim, this.type);
+      core.with_values([rows], this.dim, () => core.call("jostle_index_join", this.pointer, core.boxes(rows, this.dim), results));
+      return core.pairs_of_results(results);
+    });
+  }
+  get stats() {
+    const core = this.core;
+    return core.within(() => {
+      const stats = core.struct(C.jostle_index_stats);
+      core.call("jostle_index_stats_read", this.pointer, stats);
+      return core.read_stats(C.jostle_index_stats, stats);
+    });
+  }
+
+  first(questions, options) {
+    return this.#asked.first(questions, options);
+  }
+  all(questions, options) {
+    return this.#asked.all(questions, options);
+  }
+  any(questions, options) {
+    return this.#asked.any(questions, options);
+  }
+  count(questions, options) {
+    return this.#asked.count(questions, options);
+  }
+}

@@ -1,0 +1,507 @@
+// SPDX-License-Identifier: MIT
+// The way into the module: its memory, its functions, their arguments and errors. Everything else is built on this.
+
+import { JostleError, refuse } from "./error.js";
+import * as C from "./structs.js";
+
+const NONE = 2n ** 64n - 1n;
+const FLOATS = { float32: Float32Array, float64: Float64Array };
+const ARRAYS = { ...FLOATS, uint32: Uint32Array };
+const decoder = new TextDecoder();
+const encoder = new TextEncoder();
+
+/** Frees what objects hold that were left to the garbage collector. */
+const abandoned = new FinalizationRegistry(({ core, free, pointer, after }) => {
+  core.free(free, pointer);
+  after?.();
+});
+
+/** An object of the module's, and how to free it; `after` is called when that is done, and must not hold the object. */
+export class Owned {
+  #pointer;
+  #free;
+  #after;
+
+  constructor(core, free, pointer, after) {
+    this.core = core;
+    this.#pointer = pointer;
+    this.#free = free;
+    this.#after = after;
+    abandoned.register(this, { core, free, pointer, after }, this);
+  }
+
+  get pointer() {
+    if (this.#pointer === 0) refuse(`this ${this.constructor.name} was disposed of`, "bad_handle");
+    if (this.core.closed) refuse("the module that this belongs to was disposed of", "bad_handle");
+    return this.#pointer;
+  }
+
+  get disposed() {
+    return this.#pointer === 0 || this.core.closed;
+  }
+
+  dispose() {
+    if (this.#pointer === 0) return;
+    const pointer = this.#pointer;
+    this.#pointer = 0;
+    abandoned.unregister(this);
+    this.core.free(this.#free, pointer);
+    this.#after?.();
+  }
+}
+if (Symbol.dispose) Object.defineProperty(Owned.prototype, Symbol.dispose, { value: Owned.prototype.dispose });
+
+/** An array in the module's memory: see jostle.d.ts. `owner` is kept, where the memory is another object's. */
+export class MemoryArray {
+  #owned;
+  #owner;
+  #where;
+
+  constructor(core, type, length, owner, where) {
+    this.core = core;
+    this.type = type;
+    this.length = length;
+    this.#owner = owner;
+    this.#where = where;
+    if (owner === undefined) {
+      const bytes = length * ARRAYS[type].BYTES_PER_ELEMENT;
+      const pointer = core.allocate(bytes);
+      core.bytes.fill(0, pointer, pointer + bytes);
+      this.#owned = new Owned(core, "_free", pointer);
+    }
+  }
+
+  get pointer() {
+    return this.#owner === undefined ? this.#owned.pointer : this.#where(this.#owner);
+  }
+
+  get view() {
+    return this.core.view(this.type, this.pointer, this.length);
+  }
+
+  get disposed() {
+    return (this.#owned ?? this.#owner).disposed;
+  }
+
+  dispose() {
+    this.#owned?.dispose(); // another's memory is freed with its owner
+  }
+}
+if (Symbol.dispose) Object.defineProperty(MemoryArray.prototype, Symbol.dispose, { value: MemoryArray.prototype.dispose });
+
+/** Memory for the arguments of a call: taken in order, given back all at once, kept for the next call. */
+class Scratch {
+  #blocks = []; // of { pointer, size }
+  #block = 0;
+  #used = 0;
+
+  constructor(core) {
+    this.core = core;
+  }
+
+  take(size) {
+    const bytes = Math.ceil(size / 16) * 16;
+    while (this.#block < this.#blocks.length) {
+      const block = this.#blocks[this.#block];
+      if (this.#used + bytes <= block.size) {
+        this.#used += bytes;
+        return block.pointer + this.#used - bytes;
+      }
+      ++this.#block;
+      this.#used = 0;
+    }
+    const room = Math.max(bytes, 65536);
+    this.#blocks.push({ pointer: this.core.allocate(room), size: room });
+    this.#used = bytes;
+    return this.#blocks.at(-1).pointer;
+  }
+
+  mark() {
+    return { block: this.#block, used: this.#used };
+  }
+
+  release({ block, used }) {
+    this.#block = block;
+    this.#used = used;
+    if (block !== 0 || used !== 0 || this.#blocks.length < 2) return;
+    // One block for what several were needed for: the next such call finds it there.
+    const size = this.#blocks.reduce((sum, each) => sum + each.size, 0);
+    for (const each of this.#blocks) this.core.module._free(each.pointer);
+    this.#blocks = [];
+    const pointer = this.core.module._malloc(size);
+    if (pointer !== 0) this.#blocks.push({ pointer: pointer >>> 0, size });
+  }
+}
+
+export class Core {
+  #buffer = null;
+  #error;
+  #functions = new Map();
+  #next_function = 1;
+  #spare_results = [];
+  #thrown; // by a callback: { error }
+
+  constructor(module, memory, threads) {
+    this.module = module;
+    this.memory = memory;
+    this.closed = false;
+    this.scratch = new Scratch(this);
+    this.#refresh();
+    this.#error = this.allocate(C.jostle_error.sizeof);
+    this.threads = threads;
+    module.callbacks = this.#callbacks();
+    this.serial = this.make("jostle_executor_serial");
+    this.executor = threads === 1 ? this.serial : this.make("jostle_executor_threads", threads);
+  }
+
+  /** Ends the threads. Nothing of the module's can be used afterwards. */
+  close() {
+    if (this.closed) return;
+    this.closed = true;
+    this.module.PThread?.terminateAllThreads();
+    this.module = this.memory = undefined;
+  }
+
+  // --- Memory ---
+
+  #refresh() {
+    this.#buffer = this.memory.buffer;
+    this.bytes_ = new Uint8Array(this.#buffer);
+    this.data_ = new DataView(this.#buffer);
+  }
+  /** All of memory, as it is now: when it grows, views of before have no elements any more. */
+  get bytes() {
+    if (this.#buffer !== this.memory.buffer) this.#refresh();
+    return this.bytes_;
+  }
+  get data() {
+    if (this.#buffer !== this.memory.buffer) this.#refresh();
+    return this.data_;
+  }
+  view(type, pointer, length) {
+    return new ARRAYS[type](this.memory.buffer, pointer, length);
+  }
+  /** 64-bit numbers as a new array. */
+  wide(pointer, length) {
+    return new BigUint64Array(this.memory.buffer, pointer, length).slice();
+  }
+  u32(pointer) {
+    return this.data.getUint32(pointer, true);
+  }
+  u64(pointer) {
+    return Number(this.data.getBigUint64(pointer, true));
+  }
+  f64(pointer) {
+    return this.data.getFloat64(pointer, true);
+  }
+  text(pointer, size) {
+    return decoder.decode(this.bytes.slice(pointer, pointer + size)); // a shared array can't be decoded
+  }
+  string(pointer) {
+    return this.text(pointer, this.bytes.indexOf(0, pointer) - pointer);
+  }
+
+  allocate(size) {
+    const pointer = size < 2 ** 31 ? this.module._malloc(Math.max(size, 1)) >>> 0 : 0;
+    if (pointer === 0) refuse(`out of memory: ${size} bytes more were refused`, "out_of_memory");
+    return pointer;
+  }
+  free(name, pointer) {
+    if (this.closed) return;
+    if (name === "_free" || name.startsWith("_jostle_js_")) this.module[name](pointer);
+    else this.module[name](pointer, 0);
+  }
+
+  // --- Calls ---
+
+  /** Runs a call with scratch memory of its own. */
+  within(inside) {
+    if (this.closed) refuse("the module that this belongs to was disposed of", "bad_handle");
+    const mark = this.scratch.mark();
+    try {
+      return inside();
+    } finally {
+      this.scratch.release(mark);
+    }
+  }
+
+  /** Calls a function that returns a status; its last parameter is the error. Throws what went wrong. */
+  call(name, ...parameters) {
+    const called = this.module["_" + name];
+    if (called === undefined) refuse("this module has pairs alone: load it without `only`");
+    const status = called(...parameters, this.#error);
+    if (status !== 0) this.#fail(status);
+  }
+
+  /** The new object that a function hands out. */
+  make(name, ...parameters) {
+    return this.within(() => {
+      const out = this.scratch.take(8);
+      this.call(name, ...parameters, out);
+      return this.u32(out);
+    });
+  }
+
+  #fail(status) {
+    if (this.#thrown) {
+      const { error } = this.#thrown;
+      this.#thrown = undefined;
+      throw error;
+    }
+    const index = this.data.getBigUint64(this.#error + C.jostle_error.index, true);
+    throw new JostleError(this.string(this.#error + C.jostle_error.message), C.jostle_status[status] ?? `status ${status}`,
+      index === NONE ? undefined : Number(index));
+  }
+
+  // --- Callbacks ---
+
+  #callbacks() {
+    const guarded = (inside) => {
+      try {
+        return inside();
+      } catch (error) {
+        this.#thrown ??= { error };
+        return -1;
+      }
+    };
+    const of = (number) => this.#functions.get(number);
+    return {
+      acceptPair: (number, a, b) => guarded(() => (of(number)(a >>> 0, b >>> 0) ? 1 : 0)),
+      acceptScenePair: (number, scene, a, b) => guarded(() => (of(number)(scene >>> 0, a >>> 0, b >>> 0) ? 1 : 0)),
+      takePairs: (number, pairs, count) =>
+        guarded(() => (of(number)(this.view("uint32", pairs >>> 0, 2 * count)) === false ? 0 : 1)),
+      acceptAnswer: (number, question, id) => guarded(() => (of(number)(question >>> 0, BigInt.asUintN(64, id)) ? 1 : 0)),
+      acceptObjects: (number, a, b) => guarded(() => (of(number)(BigInt.asUintN(64, a), BigInt.asUintN(64, b)) ? 1 : 0)),
+    };
+  }
+  /** A number by which the module calls a function, until it is forgotten. */
+  remember(given) {
+    if (typeof given !== "function") refuse(`${given} is no function`);
+    const number = this.#next_function++;
+    this.#functions.set(number, given);
+    return number;
+  }
+  forget(number) {
+    this.#functions.delete(number);
+  }
+
+  // --- Arguments ---
+
+  /** Copies an array into scratch memory, or finds it in the module's. */
+  place(given, what, types) {
+    if (given instanceof MemoryArray) {
+      if (given.core !== this) refuse(`${what} lies in the memory of another module`);
+      if (!types.includes(given.type)) refuse(`${what} has numbers of type ${given.type}: it must be ${types.join(" or ")}`);
+      return { pointer: given.pointer, length: given.length, type: given.type };
+    }
+    const type = types.find((each) => given instanceof ARRAYS[each]);
+    if (type === undefined)
+      refuse(`${what} is ${describe(given)}: it must be ${types.map((each) => ARRAYS[each].name).join(" or ")}`);
+    if (given.length === 0) refuse_detached(given, what);
+    if (given.buffer === this.memory.buffer) return { pointer: given.byteOffset, length: given.length, type };
+    const pointer = this.scratch.take(given.byteLength);
+    this.view(type, pointer, given.length).set(given);
+    return { pointer, length: given.length, type };
+  }
+  /** Rows of `width` numbers each. */
+  rows(given, what, width, type) {
+    const placed = this.place(given, what, type === undefined ? ["float32", "float64"] : [type]);
+    if (placed.length % width !== 0)
+      refuse(`${what} has ${placed.length} numbers: it must be a multiple of ${width}`, "size_mismatch");
+    return { ...placed, count: placed.length / width };
+  }
+  integers(given, what) {
+    return this.place(given, what, ["uint32"]);
+  }
+  ids(given, what = "ids") {
+    if (!(given instanceof BigUint64Array)) refuse(`${what} is ${describe(given)}: it must be a BigUint64Array`);
+    if (given.length === 0) refuse_detached(given, what);
+    const pointer = this.scratch.take(given.byteLength);
+    new BigUint64Array(this.memory.buffer, pointer, given.length).set(given);
+    return { pointer, count: given.length };
+  }
+  /** Doubles from any list of numbers. */
+  doubles(given, what, length) {
+    const numbers = Float64Array.from(given ?? refuse(`${what} is missing`));
+    if (length !== undefined && numbers.length !== length)
+      refuse(`${what} has ${numbers.length} numbers: it must have ${length}`, "size_mismatch");
+    return { pointer: this.place(numbers, what, ["float64"]).pointer, count: numbers.length };
+  }
+  utf8(text) {
+    const bytes = encoder.encode(String(text));
+    const pointer = this.scratch.take(bytes.length);
+    this.bytes.set(bytes, pointer);
+    return { pointer, size: bytes.length };
+  }
+  /** A struct of zeros, with its size where it begins with that. */
+  struct(layout) {
+    const pointer = this.scratch.take(layout.sizeof);
+    this.bytes.fill(0, pointer, pointer + layout.sizeof);
+    if (layout.struct_size !== undefined) this.data.setBigUint64(pointer, BigInt(layout.sizeof), true);
+    return pointer;
+  }
+  options(executor = this.executor) {
+    const options = this.struct(C.jostle_options);
+    this.data.setUint32(options + C.jostle_options.executor, executor, true);
+    return options;
+  }
+  set_values(at, values, size = 4) {
+    const data = this.data;
+    data.setUint32(at + C.jostle_values.data, values.pointer, true);
+    data.setBigUint64(at + C.jostle_values.count, BigInt(values.count ?? values.length), true);
+    data.setBigInt64(at + C.jostle_values.stride, BigInt(values.stride ?? size), true);
+  }
+  /** A jostle_values for rows of `width` numbers. */
+  values(rows, width) {
+    const at = this.struct(C.jostle_values);
+    this.set_values(at, { ...rows, stride: width * size_of(rows.type) });
+    return at;
+  }
+  /** A jostle_boxes for packed boxes. */
+  boxes(rows, dim) {
+    const at = this.struct(C.jostle_boxes);
+    const size = size_of(rows.type);
+    for (let d = 0; d < dim; ++d) {
+      this.data.setUint32(at + C.jostle_boxes.lo + 4 * d, rows.pointer + d * size, true);
+      this.data.setUint32(at + C.jostle_boxes.hi + 4 * d, rows.pointer + (dim + d) * size, true);
+    }
+    this.data.setBigUint64(at + C.jostle_boxes.count, BigInt(rows.count), true);
+    this.data.setBigInt64(at + C.jostle_boxes.stride, BigInt(2 * dim * size), true);
+    return at;
+  }
+  /** A jostle_blocks of one block of pairs. */
+  pairs(given, what = "pairs") {
+    const placed = this.integers(given, what);
+    if (placed.length % 2 !== 0) refuse(`${what} has ${placed.length} numbers: it must be an even number`, "size_mismatch");
+    const block = this.struct(C.jostle_block);
+    this.data.setUint32(block + C.jostle_block.items, placed.pointer, true);
+    this.data.setBigUint64(block + C.jostle_block.count, BigInt(placed.length / 2), true);
+    const blocks = this.struct(C.jostle_blocks);
+    this.data.setUint32(blocks + C.jostle_blocks.blocks, block, true);
+    for (const [member, value] of [["block_count", 1n], ["count", BigInt(placed.length / 2)], ["item_size", 8n]])
+      this.data.setBigUint64(blocks + C.jostle_blocks[member], value, true);
+    return { blocks, count: placed.length / 2 };
+  }
+
+  /** Names the numbers of the box that an error is about. */
+  with_values(sets, dim, inside) {
+    try {
+      return inside();
+    } catch (error) {
+      if (!(error instanceof JostleError) || (error.status !== "nan_coordinate" && error.status !== "inverted_box")) throw error;
+      for (const rows of sets) {
+        if (error.index >= rows.count) continue;
+        const box = Array.from(this.view(rows.type, rows.pointer + error.index * 2 * dim * size_of(rows.type), 2 * dim));
+        if (box.every((bound, i) => i >= dim || bound <= box[dim + i])) continue; // it is the other set's
+        error.value = box;
+        break;
+      }
+      throw error;
+    }
+  }
+
+  // --- Results ---
+
+  /** A results handle for the duration of a call. */
+  with_results(inside) {
+    return this.within(() => {
+      const results = this.#spare_results.pop() ?? this.make("jostle_results_new", 0);
+      try {
+        return inside(results);
+      } finally {
+        this.#spare_results.push(results);
+      }
+    });
+  }
+  /** All pairs of blocks as one new array. */
+  copy_pairs(blocks) {
+    const count = this.u64(blocks + C.jostle_blocks.count);
+    const all = new Uint32Array(2 * count);
+    const table = this.u32(blocks + C.jostle_blocks.blocks);
+    let at = 0;
+    for (let b = 0; b < this.u64(blocks + C.jostle_blocks.block_count); ++b) {
+      const block = table + b * C.jostle_block.sizeof;
+      const numbers = 2 * this.u64(block + C.jostle_block.count);
+      all.set(this.view("uint32", this.u32(block + C.jostle_block.items), numbers), at);
+      at += numbers;
+    }
+    return all;
+  }
+  pairs_of_results(results) {
+    const blocks = this.scratch.take(C.jostle_blocks.sizeof);
+    this.call("jostle_results_blocks", results, blocks);
+    return this.copy_pairs(blocks);
+  }
+  bytes_of_results(results) {
+    const out = this.scratch.take(16);
+    this.call("jostle_results_bytes", results, out, out + 8);
+    const pointer = this.u32(out);
+    return this.bytes.slice(pointer, pointer + this.u64(out + 8));
+  }
+  /** The lists of a result, ids as 64-bit numbers. */
+  lists_of_results(results) {
+    const lists = this.scratch.take(C.jostle_lists.sizeof);
+    this.call("jostle_results_lists", results, lists);
+    const questions = this.u64(lists + C.jostle_lists.questions), count = this.u64(lists + C.jostle_lists.count);
+    const wide = (member, length) => new BigUint64Array(this.memory.buffer, this.u32(lists + C.jostle_lists[member]), length);
+    const at = this.u32(lists + C.jostle_lists.at), more = this.u32(lists + C.jostle_lists.more);
+    return {
+      first: Float64Array.from(wide("first", questions + 1), Number),
+      ids: count === 0 ? new BigUint64Array(0) : wide("ids", count).slice(),
+      at: at === 0 ? undefined : this.view("float64", at, count).slice(),
+      more: more === 0 ? new Uint8Array(questions) : this.bytes.slice(more, more + questions),
+    };
+  }
+  /** Reads the members of a struct of numbers, under JavaScript's names: those that begin with ms_ or us_ are doubles. */
+  read_stats(layout, pointer) {
+    const stats = {};
+    for (const [member, offset] of Object.entries(layout)) {
+      if (member === "sizeof" || member === "struct_size") continue;
+      const name = member.replace(/_(\w)/g, (_, letter) => letter.toUpperCase());
+      stats[name] = /^[mu]s_/.test(member) ? this.f64(pointer + offset) : this.u64(pointer + offset);
+    }
+    return stats;
+  }
+}
+
+export function size_of(type) {
+  return type === "float64" ? 8 : 4;
+}
+
+/** jostle_space */
+export function space_of(dim, type) {
+  if (dim !== 2 && dim !== 3) refuse(`dim is ${describe(dim)}: it must be 2 or 3`);
+  if (!(type in FLOATS)) refuse(`type is ${describe(type)}: it must be "float32" or "float64"`);
+  return (dim === 3 ? 2 : 1) + (type === "float64" ? 2 : 0);
+}
+export function new_floats(type, length) {
+  return new FLOATS[type](length);
+}
+
+export function type_of(given) {
+  if (given instanceof MemoryArray) return given.type;
+  return given instanceof Float64Array ? "float64" : "float32";
+}
+
+/** What a wrong argument is, in a few words. */
+export function describe(given) {
+  if (given === null || given === undefined || typeof given === "number" || typeof given === "boolean" || typeof given === "bigint")
+    return String(given);
+  if (typeof given === "string") return JSON.stringify(given.slice(0, 40));
+  return `a ${given.constructor?.name ?? typeof given}`;
+}
+
+/** A count or a number of the caller's that must be whole. */
+export function whole(given, what, least = 0, most = 2 ** 32 - 1) {
+  if (!Number.isInteger(given) || given < least || given > most)
+    refuse(`${what} is ${describe(given)}: it must be a whole number from ${least} to ${most}`);
+  return given;
+}
+
+function refuse_detached(given, what) {
+  try {
+    new Uint8Array(given.buffer);
+  } catch {
+    refuse(`${what} is a view of memory that has grown since, and is empty now: take the view anew`);
+  }
+}

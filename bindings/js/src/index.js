@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: MIT
+export { JostleError } from "./error.js";
+export { load, support } from "./load.js";
+export { rays } from "./questions.js";
+export { poses } from "./shapes.js";
+export { endReasons } from "./world.js";

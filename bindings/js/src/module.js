@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: MIT
+import { BoxIndex } from "./box_index.js";
+import { ContactFinder } from "./contacts.js";
+import { MemoryArray, describe, whole } from "./core.js";
+import { refuse } from "./error.js";
+import { PairFinder, bricks, checksum, find_periodic_pairs, validate } from "./pairs.js";
+import { Scene, Simulation, scene_list, simulation_list } from "./scenes.js";
+import { Shapes, bounds, shape_makers } from "./shapes.js";
+import { World } from "./world.js";
+
+/** A loaded module: everything of Jostle's that needs its memory. See jostle.d.ts. */
+export class Module {
+  #core;
+  #spare = []; // finders of findPairs
+
+  constructor(core) {
+    this.#core = core;
+    this.threads = core.threads;
+    [this.version, this.instructionSet] = core.within(() => {
+      const out = core.scratch.take(16);
+      core.call("jostle_version", out, out + 4, out + 8);
+      const version = [0, 4, 8].map((at) => core.u32(out + at)).join(".");
+      core.call("jostle_instruction_sets", out, out + 8);
+      core.call("jostle_instruction_set_name", core.u32(core.u32(out)), out);
+      return [version, core.string(core.u32(out))];
+    });
+    this.scenes = scene_list(core);
+    this.PairFinder = bound(core, PairFinder);
+    if (core.module._jostle_js_simulation_info === undefined) return; // it has pairs alone
+    this.simulations = simulation_list(core);
+    this.BoxIndex = bound(core, BoxIndex);
+    this.World = bound(core, World);
+    this.ContactFinder = bound(core, ContactFinder);
+    this.Shapes = bound(core, Shapes);
+    Object.assign(this, shape_makers(core));
+  }
+
+  get memoryBytes() {
+    return this.#core.memory.buffer.byteLength;
+  }
+  get disposed() {
+    return this.#core.closed;
+  }
+  dispose() {
+    this.#core.close();
+  }
+
+  array(type, length) {
+    if (type !== "float32" && type !== "float64" && type !== "uint32")
+      refuse(`type is ${describe(type)}: it must be "float32", "float64" or "uint32"`);
+    return new MemoryArray(this.#core, type, whole(length, "length"));
+  }
+
+  /** A finder for the duration of a call: callbacks may search, too. */
+  #with_finder(inside) {
+    const finder = this.#spare.pop() ?? new PairFinder(this.#core);
+    try {
+      return inside(finder);
+    } finally {
+      this.#spare.push(finder);
+    }
+  }
+  findPairs(...given) {
+    return this.#with_finder((finder) => finder.find(...given).slice());
+  }
+  findPeriodicPairs(boxes, period, options) {
+    const serial = options?.accept !== undefined && this.threads > 1;
+    if (serial) refuse("findPeriodicPairs with accept needs a module of one thread");
+    return this.#with_finder((finder) => find_periodic_pairs(this.#core, finder.pointer, boxes, period, options ?? {}));
+  }
+  findScenes(boxes, offsets, options) {
+    return this.#with_finder((finder) => finder.scenes(boxes, offsets, options ?? {}));
+  }
+  validate(boxes, options) {
+    validate(this.#core, boxes, options ?? {});
+  }
+  checksum(pairs) {
+    return checksum(this.#core, pairs);
+  }
+  bricks(boxes, options) {
+    return bricks(this.#core, boxes, options ?? {});
+  }
+
+  scene(name, length, seed, options) {
+    return new Scene(this.#core, name, length, seed, options);
+  }
+  simulation(options) {
+    return new Simulation(this.#core, options);
+  }
+  bounds(objects, options) {
+    return bounds(this.#core, objects, options);
+  }
+  indexOf(ids) {
+    if (!(ids instanceof BigUint64Array)) refuse(`ids is ${describe(ids)}: it must be a BigUint64Array`);
+    const halves = new Uint32Array(ids.buffer, ids.byteOffset, 2 * ids.length);
+    const indices = new Uint32Array(ids.length);
+    for (let i = 0; i < indices.length; ++i) indices[i] = halves[2 * i];
+    return indices;
+  }
+}
+if (Symbol.dispose) Object.defineProperty(Module.prototype, Symbol.dispose, { value: Module.prototype.dispose });
+
+/** A class whose objects are of this module. */
+function bound(core, Class) {
+  const Bound = class extends Class {
+    constructor(options) {
+      super(core, options);
+    }
+  };
+  Object.defineProperty(Bound, "name", { value: Class.name });
+  return Bound;
+}

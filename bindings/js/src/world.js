@@ -1,0 +1,428 @@
+// SPDX-License-Identifier: MIT
+import { Owned, describe, size_of, space_of, whole } from "./core.js";
+import { refuse } from "./error.js";
+import { Asked, query_filter } from "./questions.js";
+import * as C from "./structs.js";
+
+const FUNCTIONS = { first: "jostle_world_first", all: "jostle_world_all", any: "jostle_world_any", count: "jostle_world_count" };
+const same = (ids) => ids;
+
+export const endReasons = Object.freeze(Object.values(C.jostle_end_reason));
+
+/** Objects that live, move and rest, and the pairs between them: see jostle.d.ts. */
+export class World extends Owned {
+  #asked;
+  #accept; // { number, worlds }: shared with the worlds that were forked from this one
+
+  constructor(core, options = {}, forked = undefined) {
+    const { dim, type = "float32" } = options;
+    const space = space_of(dim, type);
+    let { pointer, accept } = forked ?? {};
+    if (forked === undefined) {
+      accept = options.accept === undefined ? undefined : { number: core.remember(options.accept), worlds: 0 };
+      try {
+        pointer = make_world(core, space, options, accept);
+      } catch (error) {
+        if (accept !== undefined) core.forget(accept.number);
+        throw error;
+      }
+    }
+    if (accept !== undefined) ++accept.worlds;
+    super(core, "_jostle_world_free", pointer, accept && (() => --accept.worlds === 0 && core.forget(accept.number)));
+    this.dim = dim;
+    this.type = type;
+    this.#accept = accept;
+    this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: same, id: same, one: same });
+  }
+
+  // --- Commands ---
+
+  #rows(given, what, width) {
+    return this.core.rows(given, what, width, this.type);
+  }
+  /** Ids, and as many rows. */
+  #with(ids, given, what, width) {
+    const of = this.core.ids(ids), rows = this.#rows(given, what, width);
+    if (of.count !== rows.count) refuse(`there are ${of.count} ids and ${rows.count} ${what}`, "size_mismatch");
+    return [of, rows];
+  }
+
+  add(boxes, options = {}) {
+    const core = this.core;
+    return core.within(() => {
+      const rows = this.#rows(boxes, "boxes", 2 * this.dim);
+      const made = core.struct(C.jostle_object_options), filter = core.scratch.take(C.jostle_object_filter.sizeof);
+      write_filter(core, filter, options);
+      core.data.setUint32(made + C.jostle_object_options.filter, filter, true);
+      core.data.setFloat64(made + C.jostle_object_options.margin, number(options.margin ?? 0, "margin"), true);
+      core.data.setInt32(made + C.jostle_object_options.disabled, options.enabled === false ? 1 : 0, true);
+      const ids = core.scratch.take(8 * rows.count);
+      core.with_values([rows], this.dim, () => core.call("jostle_world_add", this.pointer, core.boxes(rows, this.dim), made, ids));
+      return core.wide(ids, rows.count);
+    });
+  }
+  remove(ids) {
+    this.core.within(() => {
+      const of = this.core.ids(ids);
+      this.core.call("jostle_world_remove", this.pointer, of.pointer, BigInt(of.count));
+    });
+  }
+  move(ids, boxes, { displacements, sequence } = {}) {
+    const core = this.core;
+    core.within(() => {
+      const [of, rows] = this.#with(ids, boxes, "boxes", 2 * this.dim);
+      const by = displacements === undefined ? { pointer: 0, count: of.count } : this.#rows(displacements, "displacements", this.dim);
+      if (by.count !== of.count) refuse(`there are ${of.count} ids and ${by.count} displacements`, "size_mismatch");
+      core.with_values([rows], this.dim, () =>
+        core.call("jostle_world_move", this.pointer, of.pointer, core.boxes(rows, this.dim), by.pointer, order(sequence)));
+    });
+  }
+  teleport(ids, boxes, { sequence } = {}) {
+    const core = this.core;
+    core.within(() => {
+      const [of, rows] = this.#with(ids, boxes, "boxes", 2 * this.dim);
+      core.with_values([rows], this.dim, () =>
+        core.call("jostle_world_teleport", this.pointer, of.pointer, core.boxes(rows, this.dim), order(sequence)));
+    });
+  }
+  resize(ids, sizes, { sequence } = {}) {
+    this.core.within(() => {
+      const [of, rows] = this.#with(ids, sizes, "sizes", this.dim);
+      this.core.call("jostle_world_resize", this.pointer, of.pointer, BigInt(of.count), rows.pointer, order(sequence));
+    });
+  }
+  setFilter(ids, filter, { sequence } = {}) {
+    const core = this.core;
+    core.within(() => {
+      const of = core.ids(ids), size = C.jostle_object_filter.sizeof, filters = core.scratch.take(size * of.count);
+      if (filter === null || typeof filter !== "object") refuse(`filter is ${describe(filter)}: it must be an object`);
+      for (let i = 0; i < of.count; ++i) write_filter(core, filters + i * size, filter);
+      core.call("jostle_world_set_filter", this.pointer, of.pointer, BigInt(of.count), filters, order(sequence));
+    });
+  }
+  /** One value for all objects, or an array with one for each. */
+  #each(ids, given, Array, what) {
+    const of = this.core.ids(ids);
+    const values = given instanceof Array ? given : new Array(of.count).fill(given);
+    if (values.length !== of.count) refuse(`there are ${of.count} ids and ${values.length} ${what}`, "size_mismatch");
+    const pointer = this.core.scratch.take(values.byteLength);
+    this.core.bytes.set(new Uint8Array(values.buffer, values.byteOffset, values.byteLength), pointer);
+    return [of, pointer];
+  }
+  setMargin(ids, margin, { sequence } = {}) {
+    this.core.within(() => {
+      if (!(margin instanceof Float64Array)) number(margin, "margin");
+      const [of, margins] = this.#each(ids, margin, Float64Array, "margins");
+      this.core.call("jostle_world_set_margin", this.pointer, of.pointer, BigInt(of.count), margins, order(sequence));
+    });
+  }
+  setEnabled(ids, enabled, { sequence } = {}) {
+    this.core.within(() => {
+      const given = enabled instanceof Uint8Array ? enabled : enabled ? 1 : 0;
+      const [of, each] = this.#each(ids, given, Uint8Array, "values");
+      this.core.call("jostle_world_set_enabled", this.pointer, of.pointer, BigInt(of.count), each, order(sequence));
+    });
+  }
+  setUserData(ids, data) {
+    this.core.within(() => {
+      const of = this.core.ids(ids), values = this.core.ids(data, "data");
+      if (of.count !== values.count) refuse(`there are ${of.count} ids and ${values.count} values`, "size_mismatch");
+      this.core.call("jostle_world_set_user_data", this.pointer, of.pointer, BigInt(of.count), values.pointer);
+    });
+  }
+  userData(ids) {
+    return this.core.within(() => {
+      const of = this.core.ids(ids), out = this.core.scratch.take(8 * of.count);
+      this.core.call("jostle_world_user_data", this.pointer, of.pointer, BigInt(of.count), out);
+      return this.core.wide(out, of.count);
+    });
+  }
+  reportAgain(ids, others) {
+    this.core.within(() => {
+      const of = this.core.ids(ids), with_ = others === undefined ? { pointer: 0, count: of.count } : this.core.ids(others, "others");
+      if (of.count !== with_.count) refuse(`there are ${of.count} ids and ${with_.count} others`, "size_mismatch");
+      this.core.call("jostle_world_report_again", this.pointer, of.pointer, with_.pointer, BigInt(of.count));
+    });
+  }
+
+  update(ids, boxes) {
+    const core = this.core;
+    if (ids === undefined) {
+      core.call("jostle_world_update", this.pointer);
+      return;
+    }
+    core.within(() => {
+      const [of, rows] = this.#with(ids, boxes, "boxes", 2 * this.dim);
+      core.with_values([rows], this.dim, () =>
+        core.call("jostle_world_update_moves", this.pointer, of.pointer, core.boxes(rows, this.dim)));
+    });
+  }
+  apply() {
+    this.core.call("jostle_world_apply", this.pointer);
+  }
+
+  // --- Pairs ---
+
+  /** The array that a function tells: its address and length. */
+  #list(name) {
+    const core = this.core;
+    return core.within(() => {
+      const out = core.scratch.take(16);
+      core.call(name, this.pointer, out, out + 8);
+      return [core.u32(out), core.u64(out + 8)];
+    });
+  }
+  began() {
+    const [pointer, count] = this.#list("jostle_world_began");
+    return new BigUint64Array(this.core.memory.buffer, pointer, 2 * count);
+  }
+  ended() {
+    const [pointer, count] = this.#list("jostle_world_ended");
+    const pairs = new BigUint64Array(2 * count), reasons = new Uint8Array(count);
+    const rows = new BigUint64Array(this.core.memory.buffer, pointer, 3 * count); // a, b, reason
+    for (let i = 0; i < count; ++i) {
+      pairs[2 * i] = rows[3 * i];
+      pairs[2 * i + 1] = rows[3 * i + 1];
+      reasons[i] = Number(rows[3 * i + 2] & 0xffffffffn);
+    }
+    return { pairs, reasons };
+  }
+  #blocks(name) {
+    const core = this.core;
+    return core.within(() => {
+      const blocks = core.scratch.take(C.jostle_blocks.sizeof);
+      core.call(name, this.pointer, blocks);
+      return core.copy_pairs(blocks);
+    });
+  }
+  persisted() {
+    return this.#blocks("jostle_world_persisted");
+  }
+  changedPairs() {
+    return this.#blocks("jostle_world_changed_pairs");
+  }
+  #slots(name) {
+    const [pointer, count] = this.#list(name);
+    return this.core.view("uint32", pointer, count).slice();
+  }
+  beganSlots() {
+    return this.#slots("jostle_world_began_slots");
+  }
+  endedSlots() {
+    return this.#slots("jostle_world_ended_slots");
+  }
+  changedSlots() {
+    return this.#slots("jostle_world_changed_slots");
+  }
+  get pairSlotsEnd() {
+    return this.#number("jostle_world_pair_slots_end", "u32");
+  }
+  pairs() {
+    const core = this.core;
+    return core.with_results((results) => {
+      core.call("jostle_world_pairs", this.pointer, results);
+      return core.pairs_of_results(results);
+    });
+  }
+  touching(ids) {
+    const core = this.core;
+    return core.with_results((results) => {
+      const of = core.ids(ids);
+      core.call("jostle_world_touching", this.pointer, of.pointer, BigInt(of.count), results);
+      return this.#asked.answers([core.lists_of_results(results)]);
+    });
+  }
+  join(boxes, options = {}) {
+    const core = this.core;
+    const accept = options.accept && core.remember((question, id) => options.accept(question, id));
+    try {
+      return core.with_results((results) => {
+        const rows = this.#rows(boxes, "boxes", 2 * this.dim);
+        if (accept !== undefined && core.threads > 1) refuse("join with accept needs a module of one thread");
+        core.with_values([rows], this.dim, () => core.call("jostle_world_join", this.pointer, core.boxes(rows, this.dim),
+          query_filter(core, options, accept), results));
+        return core.pairs_of_results(results);
+      });
+    } finally {
+      if (accept !== undefined) core.forget(accept);
+    }
+  }
+
+  first(questions, options) {
+    return this.#asked.first(questions, options);
+  }
+  all(questions, options) {
+    return this.#asked.all(questions, options);
+  }
+  any(questions, options) {
+    return this.#asked.any(questions, options);
+  }
+  count(questions, options) {
+    return this.#asked.count(questions, options);
+  }
+
+  // --- Objects ---
+
+  #number(name, kind) {
+    return this.core.within(() => {
+      const out = this.core.scratch.take(8);
+      this.core.call(name, this.pointer, out);
+      return this.core[kind](out);
+    });
+  }
+  get size() {
+    return this.#number("jostle_world_size", "u64");
+  }
+  get indexEnd() {
+    return this.#number("jostle_world_index_end", "u32");
+  }
+  /** What a function tells of each object: `size` bytes. */
+  #of(name, ids, size) {
+    const of = this.core.ids(ids), out = this.core.scratch.take(size * of.count);
+    this.core.call(name, this.pointer, of.pointer, BigInt(of.count), out);
+    return [out, of.count];
+  }
+  contains(ids) {
+    return this.core.within(() => {
+      const [out, count] = this.#of("jostle_world_contains", ids, 1);
+      return this.core.bytes.slice(out, out + count);
+    });
+  }
+  enabled(ids) {
+    return this.core.within(() => {
+      const [out, count] = this.#of("jostle_world_enabled", ids, 1);
+      return this.core.bytes.slice(out, out + count);
+    });
+  }
+  ids(indices) {
+    const core = this.core;
+    const given = indices ?? Uint32Array.from({ length: this.indexEnd }, (_, i) => i);
+    const found = core.within(() => {
+      const of = core.integers(given, "indices"), out = core.scratch.take(8 * of.length);
+      core.call("jostle_world_ids", this.pointer, of.pointer, BigInt(of.length), out);
+      return core.wide(out, of.length);
+    });
+    return indices === undefined ? found.filter((id) => id !== 0n) : found;
+  }
+  #boxes(name, ids) {
+    return this.core.within(() => {
+      const [out, count] = this.#of(name, ids, 2 * this.dim * size_of(this.type));
+      return this.core.view(this.type, out, 2 * this.dim * count).slice();
+    });
+  }
+  boxes(ids) {
+    return this.#boxes("jostle_world_boxes", ids);
+  }
+  bounds(ids) {
+    return this.#boxes("jostle_world_bounds", ids);
+  }
+  boundsOfAll() {
+    const core = this.core;
+    return core.within(() => {
+      const any = core.scratch.take(4), box = core.scratch.take(2 * this.dim * size_of(this.type));
+      core.call("jostle_world_bounds_of_all", this.pointer, any, box);
+      return core.u32(any) === 0 ? undefined : core.view(this.type, box, 2 * this.dim).slice();
+    });
+  }
+  filters(ids) {
+    const { core } = this, at = C.jostle_object_filter;
+    return core.within(() => {
+      const [out, count] = this.#of("jostle_world_filters", ids, at.sizeof);
+      return Array.from({ length: count }, (_, i) => {
+        const filter = out + i * at.sizeof;
+        return { category: core.u32(filter + at.category), mask: core.u32(filter + at.mask), owner: core.u32(filter + at.owner),
+          isStatic: core.u32(filter + at.is_static) !== 0 };
+      });
+    });
+  }
+  margins(ids) {
+    return this.core.within(() => {
+      const [out, count] = this.#of("jostle_world_margins", ids, 8);
+      return this.core.view("float64", out, count).slice();
+    });
+  }
+
+  // --- Snapshots ---
+
+  #save(name) {
+    const core = this.core;
+    return core.with_results((results) => {
+      core.call(name, this.pointer, results);
+      return core.bytes_of_results(results);
+    });
+  }
+  #restore(name, snapshot) {
+    const core = this.core;
+    if (!(snapshot instanceof Uint8Array)) refuse(`the snapshot is ${describe(snapshot)}: it must be a Uint8Array`);
+    core.within(() => {
+      const pointer = core.scratch.take(snapshot.length);
+      core.bytes.set(snapshot, pointer);
+      core.call(name, this.pointer, pointer, BigInt(snapshot.length));
+    });
+  }
+  save() {
+    return this.#save("jostle_world_save");
+  }
+  restore(snapshot) {
+    this.#restore("jostle_world_restore", snapshot);
+  }
+  saveBase() {
+    return this.#save("jostle_world_save_base");
+  }
+  saveChanges() {
+    return this.#save("jostle_world_save_changes");
+  }
+  restoreChanges(changes) {
+    this.#restore("jostle_world_restore_changes", changes);
+  }
+  clear() {
+    this.core.call("jostle_world_clear", this.pointer);
+  }
+  fork() {
+    const pointer = this.core.make("jostle_world_fork", this.pointer);
+    return new World(this.core, { dim: this.dim, type: this.type }, { pointer, accept: this.#accept });
+  }
+
+  get stats() {
+    const core = this.core;
+    return core.within(() => {
+      const stats = core.struct(C.jostle_world_stats);
+      core.call("jostle_world_stats_read", this.pointer, stats);
+      return core.read_stats(C.jostle_world_stats, stats);
+    });
+  }
+  explain() {
+    return new TextDecoder().decode(this.#save("jostle_world_explain"));
+  }
+}
+
+function make_world(core, space, options, accept) {
+  return core.within(() => {
+    const made = core.struct(C.jostle_world_options), common = core.options();
+    const { data } = core, at = C.jostle_world_options;
+    data.setUint32(made + at.common, common, true);
+    data.setFloat64(made + at.margin, number(options.margin ?? 0, "margin"), true);
+    data.setFloat64(made + at.slack, number(options.slack ?? 0, "slack"), true);
+    data.setInt32(made + at.pair_slots, options.pairSlots ? 1 : 0, true);
+    data.setInt32(made + at.ignore_odd_boxes, options.ignoreOddBoxes ? 1 : 0, true);
+    if (accept !== undefined) {
+      data.setUint32(made + at.accept, core.module._jostle_js_accept_objects_pointer(), true);
+      data.setUint32(made + at.context, accept.number, true);
+    }
+    return core.make("jostle_world_new", space, made);
+  });
+}
+
+function number(given, what) {
+  if (typeof given !== "number") refuse(`${what} is ${describe(given)}: it must be a number`);
+  return given;
+}
+function order(sequence = 0) {
+  return whole(sequence, "sequence");
+}
+function write_filter(core, at, { category = 1, mask = 0xffffffff, owner = 0xffffffff, isStatic = false }) {
+  core.data.setUint32(at + C.jostle_object_filter.category, whole(category, "category"), true);
+  core.data.setUint32(at + C.jostle_object_filter.mask, whole(mask, "mask"), true);
+  core.data.setUint32(at + C.jostle_object_filter.owner, whole(owner, "owner"), true);
+  core.data.setInt32(at + C.jostle_object_filter.is_static, isStatic ? 1 : 0, true);
+}

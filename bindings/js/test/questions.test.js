@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: MIT
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import { rays } from "jostle";
+import { modules, overlaps, random, random_boxes } from "./help.js";
+
+/** Where a ray enters a box: the definition, in doubles. */
+function enters(ray, box, dim) {
+  let from = 0, to = ray[2 * dim];
+  for (let d = 0; d < dim; ++d) {
+    const [o, way] = [ray[d], ray[dim + d]];
+    if (way === 0) {
+      if (o < box[d] || o > box[dim + d]) return undefined;
+      continue;
+    }
+    const [near, far] = [(box[d] - o) / way, (box[dim + d] - o) / way].sort((x, y) => x - y);
+    from = Math.max(from, near);
+    to = Math.min(to, far);
+  }
+  return from <= to ? from : undefined;
+}
+function squared_distance(point, box, dim) {
+  let sum = 0;
+  for (let d = 0; d < dim; ++d) sum += Math.max(box[d] - point[d], 0, point[d] - box[dim + d]) ** 2;
+  return sum;
+}
+
+for (const [kind, loaded] of Object.entries(modules)) {
+  test(`an index and a world answer as the definition does: ${kind}`, async () => {
+    const jostle = await loaded();
+    for (const dim of [2, 3]) {
+      const count = 300, asked = 40;
+      const boxes = random_boxes(count, dim, 21, { Array: Float64Array });
+      const box = (i) => boxes.subarray(2 * dim * i, 2 * dim * (i + 1));
+      const index = new jostle.BoxIndex({ dim, type: "float64" });
+      index.build(boxes);
+      const world = new jostle.World({ dim, type: "float64" });
+      const ids = world.add(boxes);
+      world.update();
+
+      const regions = random_boxes(asked, dim, 22, { Array: Float64Array, world: 12 });
+      const expected = (i) => [...Array(count).keys()].filter((j) => overlaps(regions, i, boxes, j, dim));
+      const all = index.all({ boxes: regions }), of_world = world.all({ boxes: regions });
+      const counts = index.count({ boxes: regions }), any = world.any({ boxes: regions });
+      assert.equal(all.length, asked);
+      assert.equal(all.at, undefined);
+      for (let i = 0; i < asked; ++i) {
+        assert.deepEqual([...all.of(i)], expected(i));
+        assert.deepEqual([...jostle.indexOf(of_world.of(i))], expected(i));
+        assert.equal(counts[i], expected(i).length);
+        assert.equal(any[i], expected(i).length > 0 ? 1 : 0);
+      }
+      const few = index.all({ boxes: regions }, { maxResults: 2 });
+      for (let i = 0; i < asked; ++i) {
+        assert.deepEqual([...few.of(i)], expected(i).slice(0, 2));
+        assert.equal(few.more[i], expected(i).length > 2 ? 1 : 0);
+      }
+      const joined = index.join(regions), flat = [];
+      for (let i = 0; i < asked; ++i) for (const j of expected(i)) flat.push(i, j);
+      assert.deepEqual([...joined], flat);
+      assert.deepEqual([...world.join(regions)], flat);
+
+      const next = random(23);
+      const from = Float64Array.from({ length: dim * asked }, () => next() * 30 - 10);
+      const along = Float64Array.from({ length: dim * asked }, () => next() - 0.5);
+      const lines = rays(from, along, { dim, maxFraction: 60 });
+      const hits = index.first(lines), hits_of_world = world.first(lines);
+      const every = index.all(lines);
+      for (let i = 0; i < asked; ++i) {
+        const ray = lines.rays.subarray((2 * dim + 1) * i);
+        const met = [...Array(count).keys()].map((j) => [enters(ray, box(j), dim), j]).filter(([at]) => at !== undefined);
+        met.sort((x, y) => x[0] - y[0] || x[1] - y[1]);
+        assert.equal(every.of(i).length, met.length);
+        if (met.length === 0) {
+          assert.equal(hits.ids[i], -1);
+          assert.equal(hits_of_world.ids[i], 0n);
+          continue;
+        }
+        assert.ok(Math.abs(hits.at[i] - met[0][0]) < 1e-9);
+        assert.ok(met.some(([at, j]) => j === hits.ids[i] && Math.abs(at - met[0][0]) < 1e-9));
+        assert.equal(hits_of_world.ids[i], ids[hits.ids[i]]);
+      }
+
+      const near = index.all({ nearest: from, count: 5, maxDistance: 6 });
+      const near_boxes = world.all({ nearestToBoxes: regions, count: 3 });
+      for (let i = 0; i < asked; ++i) {
+        const point = from.subarray(dim * i);
+        const far = [...Array(count).keys()].map((j) => squared_distance(point, box(j), dim)).filter((at) => at <= 36).sort((x, y) => x - y);
+        const found = near.at.subarray(near.first[i], near.first[i + 1]);
+        assert.equal(found.length, Math.min(5, far.length));
+        found.forEach((at, k) => assert.ok(Math.abs(at - far[k]) < 1e-9));
+        assert.equal(near_boxes.of(i).length, 3);
+      }
+
+      const balls = new Float64Array(asked * (dim + 1)), planes = [];
+      for (let i = 0; i < asked; ++i) {
+        balls.set(from.subarray(dim * i, dim * i + dim), (dim + 1) * i);
+        balls[(dim + 1) * i + dim] = 4;
+        const normal = [...Array(dim)].map((_, d) => (d === 0 ? 1 : 0));
+        planes.push(Float64Array.of(...normal, -from[dim * i])); // x >= the point's
+      }
+      const in_balls = index.count({ spheres: balls }), ahead = index.count({ frustums: planes });
+      for (let i = 0; i < asked; ++i) {
+        const point = from.subarray(dim * i);
+        assert.equal(in_balls[i], [...Array(count).keys()].filter((j) => squared_distance(point, box(j), dim) <= 16).length);
+        assert.equal(ahead[i], [...Array(count).keys()].filter((j) => box(j)[dim] >= point[0]).length);
+      }
+      for (const each of [index, world]) each.dispose();
+    }
+  });
+
+  test(`whom a question is about: ${kind}`, async () => {
+    const jostle = await loaded();
+    const boxes = new Float32Array([0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 5, 5, 6, 6]);
+    const index = new jostle.BoxIndex({ dim: 2 });
+    index.build(boxes, Uint32Array.of(10, 20, 30, 40));
+    const regions = new Float32Array([0, 0, 9, 9, 0, 0, 1, 1]);
+    const lists = (options) => {
+      const answers = index.all({ boxes: regions }, options);
+      return [...Array(answers.length).keys()].map((i) => [...answers.of(i)]);
+    };
+    assert.deepEqual(lists({}), [[10, 20, 30, 40], [10, 20, 30]]);
+    assert.deepEqual(lists({ exclude: 20 }), [[10, 30, 40], [10, 30]]);
+    const calls = [];
+    assert.deepEqual(lists({ accept: (question, id) => (calls.push(`${question} ${id}`), id !== 10) }), [[20, 30, 40], [20, 30]]);
+    assert.deepEqual(calls.sort(), ["0 10", "0 20", "0 30", "0 40", "1 10", "1 20", "1 30"]);
+    const category = new Uint32Array(41).fill(1), mask = new Uint32Array(41).fill(1);
+    category[30] = 2;
+    assert.deepEqual(lists({ asker: { category: 1, mask: 1 }, category, mask }), [[10, 20, 40], [10, 20]]);
+    assert.throws(() => lists({ accept: () => { throw new TypeError("mine"); } }), { name: "TypeError", message: "mine" });
+    assert.deepEqual([...index.contains(Uint32Array.of(10, 11))], [1, 0]);
+    index.move(new Float32Array([7, 7, 8, 8]), Uint32Array.of(10));
+    assert.deepEqual([...index.boxes(Uint32Array.of(10))], [7, 7, 8, 8]);
+    index.erase(Uint32Array.of(40));
+    index.insert(new Float32Array([0, 0, 0, 0]), Uint32Array.of(1));
+    assert.deepEqual(lists({}), [[1, 10, 20, 30], [1, 20, 30]]);
+    assert.equal(index.size, 4);
+    assert.equal(index.stats.objects, 4);
+    index.clear();
+    assert.equal(index.size, 0);
+    index.dispose();
+
+    const world = new jostle.World({ dim: 2 });
+    const ids = world.add(boxes);
+    world.update();
+    const found = world.all({ boxes: regions }, { exclude: ids[0], accept: (question, id) => id !== ids[1] });
+    assert.deepEqual([...found.of(0)], [ids[2], ids[3]]);
+    world.dispose();
+  });
+}

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// Compiled, not run: a program that uses the types as their comments say.
+import { endReasons, JostleError, load, poses, rays, support } from "jostle";
+import type { Answers, Bricks, Contacts, FindOptions, Jostle, MemoryArray, PairFinder, World } from "jostle";
+
+async function game(): Promise<void> {
+  const jostle: Jostle = await load({ threads: support.threads ? 0 : 1, wasm: new URL("jostle.wasm", "https://example.org/") });
+  const boxes: MemoryArray<Float32Array> = jostle.array("float32", 6 * 1000);
+  const finder: PairFinder = new jostle.PairFinder();
+  const options: FindOptions = { dim: 3, sort: true, owner: new Uint32Array(1000), accept: (a, b) => a + b > 3 };
+  const pairs: Uint32Array = finder.find(boxes, options);
+  finder.find(boxes, new Float64Array(12), { dim: 3, engine: "chapter" });
+  const went_on: boolean = finder.stream(boxes, { dim: 3 }, (some) => some.length < 10);
+  const ms: number = finder.stats.msSweep + finder.stats.msTotal;
+
+  const world: World = new jostle.World({ dim: 3, margin: 0.1, accept: (a, b) => a < b });
+  const ids: BigUint64Array = world.add(boxes, { category: 2, enabled: true });
+  world.move(ids, boxes, { displacements: new Float32Array(3000) });
+  world.update();
+  const began: BigUint64Array = world.began();
+  const reason: string = endReasons[world.ended().reasons[0]];
+  const hits = world.first(rays(new Float32Array(3), new Float32Array(3), { dim: 3 }), { exclude: ids[0] });
+  const id: bigint = hits.ids[0];
+
+  const index = new jostle.BoxIndex({ dim: 3, type: "float64" });
+  const near: Answers<Uint32Array> = index.all({ nearest: new Float64Array(3), count: 8 }, { maxResults: Infinity });
+  const none: boolean = index.first({ rays: new Float64Array(7) }).ids[0] === -1;
+
+  const shapes = new jostle.Shapes({ shapes: [jostle.sphere(1), jostle.box([1, 2, 3])] });
+  const contacts: Contacts = new jostle.ContactFinder({ dim: 3 }).find({ shapes, poses: poses(new Float32Array(6), { dim: 3 }) }, pairs);
+  const bricks: Bricks = jostle.bricks(boxes, { dim: 3 });
+  const scene = jostle.scene("uniform", 1000, 7n);
+  scene.step();
+  console.log(went_on, ms, began, reason, id, near.of(0), none, contacts.first, bricks.cells, jostle.simulation({ bodies: 3 }).poses);
+
+  try {
+    jostle.findPairs(new Float32Array(5), { dim: 2 });
+  } catch (error) {
+    if (error instanceof JostleError) console.log(error.index, error.status, error.value);
+  }
+  jostle.dispose();
+}
+
+async function mistakes(jostle: Jostle): Promise<void> {
+  const few = await load({ only: "pairs" });
+  few.findPairs(new Float32Array(4), { dim: 2 });
+  // @ts-expect-error: it has pairs alone
+  new few.World({ dim: 2 });
+  // @ts-expect-error: boxes are typed arrays
+  jostle.findPairs([0, 0, 1, 1], { dim: 2 });
+  // @ts-expect-error: dim is missing
+  jostle.findPairs(new Float32Array(4), {});
+  // @ts-expect-error: there is no fourth dimension
+  jostle.findPairs(new Float32Array(4), { dim: 4 });
+  // @ts-expect-error: ids are 64-bit numbers
+  new jostle.World({ dim: 2 }).remove([1, 2]);
+  // @ts-expect-error: a question of no kind
+  new jostle.BoxIndex({ dim: 2 }).any({ circles: new Float32Array(3) });
+  // @ts-expect-error: not an engine
+  jostle.findPairs(new Float32Array(4), { dim: 2, engine: "octree" });
+}
+void game;
+void mistakes;

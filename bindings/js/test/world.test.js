@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: MIT
+import assert from "node:assert/strict";
+import test from "node:test";
+
+import { endReasons } from "jostle";
+import { modules, random, random_boxes, slow_pairs } from "./help.js";
+
+const pairs_of = (numbers) => {
+  const pairs = [];
+  for (let i = 0; i < numbers.length; i += 2) pairs.push(`${Number(numbers[i] & 0xffffffffn)} ${Number(numbers[i + 1] & 0xffffffffn)}`);
+  return pairs;
+};
+const wide = (numbers) => BigUint64Array.from(numbers, BigInt);
+
+for (const [kind, loaded] of Object.entries(modules)) {
+  test(`events are what changes from one frame's pairs to the next: ${kind}`, async () => {
+    const jostle = await loaded();
+    for (const [dim, type, Array] of [[2, "float32", Float32Array], [3, "float64", Float64Array]]) {
+      const count = 120, next = random(dim);
+      const world = new jostle.World({ dim, type });
+      let boxes = random_boxes(count, dim, 4, { Array });
+      const ids = world.add(boxes);
+      let before = new Set();
+      for (let frame = 0; frame < 10; ++frame) {
+        if (frame > 0) {
+          const moved = [];
+          for (let i = 0; i < count; ++i) if (next() < 0.3) moved.push(i);
+          for (const i of moved)
+            for (let d = 0; d < dim; ++d) {
+              const by = next() - 0.5;
+              boxes[2 * dim * i + d] += by;
+              boxes[2 * dim * i + dim + d] += by;
+            }
+          boxes = Array.from(boxes, (bound) => (bound === 0 ? 0 : bound));
+          const part = new Array(2 * dim * moved.length);
+          moved.forEach((i, k) => part.set(boxes.subarray(2 * dim * i, 2 * dim * (i + 1)), 2 * dim * k));
+          const of = BigUint64Array.from(moved, (i) => ids[i]);
+          if (frame % 2 === 0) world.update(of, part);
+          else {
+            world.move(of, part);
+            world.update();
+          }
+        } else world.update();
+        const now = new Set(pairs_of(wide(slow_pairs(boxes, dim))));
+        const began = pairs_of(world.began()), ended = world.ended();
+        assert.deepEqual(new Set(began), new Set([...now].filter((pair) => !before.has(pair))));
+        assert.deepEqual(new Set(pairs_of(ended.pairs)), new Set([...before].filter((pair) => !now.has(pair))));
+        assert.ok([...ended.reasons].every((reason) => endReasons[reason] === "moved_apart"));
+        assert.deepEqual(new Set(pairs_of(wide(world.pairs()))), now);
+        assert.ok(pairs_of(wide(world.persisted())).every((pair) => before.has(pair) && now.has(pair)));
+        assert.equal(world.changedPairs().length, world.persisted().length + 2 * began.length);
+        before = now;
+      }
+      world.dispose();
+    }
+  });
+
+  test(`a world of one object each: ${kind}`, async () => {
+    const jostle = await loaded();
+    const world = new jostle.World({ dim: 2, margin: 0.25, pairSlots: true });
+    const [a, b, c] = world.add(new Float32Array([0, 0, 1, 1, 1.4, 0, 2, 1, 8, 8, 9, 9]), { category: 2, mask: 6 });
+    const of = (...ids) => BigUint64Array.from(ids);
+    world.update();
+    assert.deepEqual([...world.began()], [a, b]); // 0.4 apart, and each a quarter wider
+    assert.equal(world.beganSlots().length, 1);
+    assert.equal(world.size, 3);
+    assert.equal(world.indexEnd, 3);
+    assert.deepEqual([...world.ids()], [a, b, c]);
+    assert.deepEqual([...jostle.indexOf(of(a, b, c))], [0, 1, 2]);
+    assert.deepEqual([...world.boxes(of(b))], [...new Float32Array([1.4, 0, 2, 1])]);
+    assert.deepEqual([...world.bounds(of(c))], [7.75, 7.75, 9.25, 9.25]);
+    assert.deepEqual([...world.boundsOfAll()], [-0.25, -0.25, 9.25, 9.25]);
+    assert.deepEqual(world.filters(of(a)), [{ category: 2, mask: 6, owner: 0xffffffff, isStatic: false }]);
+    assert.deepEqual([...world.margins(of(a))], [0.25]);
+    assert.deepEqual([...world.touching(of(a, c)).of(0)], [b]);
+    world.setUserData(of(a, b), of(7n, 2n ** 64n - 1n));
+    assert.deepEqual([...world.userData(of(b, a))], [2n ** 64n - 1n, 7n]);
+
+    world.setEnabled(of(b), false);
+    world.update();
+    assert.deepEqual(world.ended(), { pairs: of(a, b), reasons: Uint8Array.of(endReasons.indexOf("disabled")) });
+    assert.deepEqual([...world.enabled(of(a, b))], [1, 0]);
+    world.setEnabled(of(b), true);
+    world.setFilter(of(b), { category: 8 });
+    world.update();
+    assert.equal(world.began().length, 0);
+    world.setFilter(of(b), { category: 4, mask: 2 });
+    world.update();
+    assert.deepEqual([...world.began()], [a, b]);
+    world.reportAgain(of(a));
+    world.update();
+    assert.deepEqual([...world.began()], [a, b]);
+    world.resize(of(b), new Float32Array([0.1, 0.1]));
+    world.setMargin(of(a), new Float64Array([0.125]));
+    world.update();
+    assert.equal(endReasons[world.ended().reasons[0]], "moved_apart");
+    world.move(of(c), new Float32Array([8, 0, 9, 1]), { displacements: new Float32Array([-7, 0]) });
+    world.update();
+    assert.equal(world.began().length, 4); // it passes both
+    world.teleport(of(c), new Float32Array([8, 8, 9, 9]));
+    world.remove(of(a));
+    world.update();
+    assert.equal(world.size, 2);
+    assert.deepEqual([...world.contains(of(a, b))], [0, 1]);
+    assert.match(world.explain(), /\w/);
+    assert.deepEqual([world.stats.objects, world.stats.ended], [2, 2]);
+    world.dispose();
+  });
+}
+
+test("snapshots, differences, forks", async () => {
+  const jostle = await modules.simd();
+  const world = new jostle.World({ dim: 3 });
+  const ids = world.add(random_boxes(200, 3, 8));
+  world.update();
+  const saved = world.save();
+  const other = new jostle.World({ dim: 3 });
+  other.restore(saved);
+  assert.deepEqual(other.save(), saved);
+  assert.deepEqual(other.pairs(), world.pairs());
+  const fork = world.fork();
+  world.saveBase();
+  world.move(ids.subarray(0, 50), random_boxes(50, 3, 9));
+  world.update();
+  assert.notDeepEqual(world.pairs(), other.pairs());
+  const changes = world.saveChanges();
+  const after = world.pairs();
+  world.clear();
+  world.restore(saved);
+  world.saveBase();
+  world.restoreChanges(changes);
+  assert.deepEqual(world.pairs(), after);
+  assert.deepEqual(fork.pairs(), other.pairs());
+  for (const each of [world, other, fork]) each.dispose();
+});
+
+test("accept decides, forks ask it as well, and what it throws comes out of the call", async () => {
+  for (const loaded of Object.values(modules)) {
+    const jostle = await loaded();
+    const asked = [];
+    const world = new jostle.World({ dim: 2, accept: (a, b) => (asked.push([a, b]), b !== 2n) });
+    const boxes = new Float32Array([0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1]);
+    const fork = world.fork();
+    world.dispose(); // the fork still asks
+    const ids = fork.add(boxes);
+    const two = (pair) => pair.map((id) => Number(id & 0xffffffffn));
+    fork.update();
+    assert.deepEqual(asked.map(two), [[0, 1], [0, 2], [1, 2]]);
+    fork.dispose();
+    const failing = new jostle.World({ dim: 2, accept: () => { throw new RangeError("mine"); } });
+    failing.add(boxes);
+    assert.throws(() => failing.update(), (error) => error instanceof RangeError && error.message === "mine");
+    failing.dispose();
+    assert.equal(ids.length, 3);
+  }
+});

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+// MPI's C++ bindings were removed from the standard in 2012; some mpi.h still bring them.
+#ifndef OMPI_SKIP_MPICXX
+#define OMPI_SKIP_MPICXX
+#endif
+#ifndef MPICH_SKIP_MPICXX
+#define MPICH_SKIP_MPICXX
+#endif
+#include <mpi.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <memory_resource>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "jostle/box.hpp"
+#include "jostle/error.hpp"
+#include "jostle/executor.hpp"
+#include "jostle/version.hpp"
+#include "jostle/world.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+
+/// One scene over many machines, or many processes of one: target `jostle::mpi`, docs/guide/distributed.md.
+namespace mpi {
+
+enum class FailureCause : std::uint8_t
+{
+    data,     ///< a rank was given bad data: code() and index() say more
+    memory,   ///< a rank has no memory left
+    callback, ///< something else was thrown, such as by the user's `pack`
+};
+
+/// What every rank throws where one of them failed: the failure of the lowest such rank, in the same words on
+/// all of them, "rank 2: object 17: lo.y is NaN; ...".
+class JOSTLE_API Failure : public Error
+{
+  public:
+    Failure(int rank, FailureCause cause, ErrorCode code, const std::string& message, std::uint64_t index);
+    ~Failure() override;
+    [[nodiscard]] int rank() const noexcept { return rank_; }
+    [[nodiscard]] FailureCause cause() const noexcept { return cause_; }
+
+  private:
+    int rank_;
+    FailureCause cause_;
+};
+
+/// Two touching objects of the scene, a < b, and the bounds that were compared: margins and displacements
+/// included.
+template <int Dim, Coordinate T>
+struct Pair
+{
+    std::uint64_t a, b;
+    Aabb<Dim, T> bounds_a, bounds_b;
+    int rank_of_b; ///< whose b is; a is this rank's
+};
+
+struct EndedPair
+{
+    std::uint64_t a, b; ///< a < b
+    EndReason reason;
+    friend constexpr bool operator==(const EndedPair&, const EndedPair&) = default;
+};
+
+/// An object that has come to this rank from another one.
+struct Arrival
+{
+    std::uint64_t id;
+    std::span<const std::byte> payload; ///< what `pack` wrote there
+};
+
+/// When space is divided among the ranks anew.
+enum class Rebalance : std::uint8_t
+{
+    automatic,  ///< when imbalance has cost more time than dividing anew did the last time
+    on_request, ///< in the first update with objects, and after request_rebalance()
+};
+
+struct WorldOptions
+{
+    /// Null means default_executor(). Ranks may have different ones. It must outlive the world.
+    Executor* executor = nullptr;
+    /// Where memory comes from, but for MPI's own and Zoltan's. Used from several threads at a time.
+    std::pmr::memory_resource* memory = std::pmr::get_default_resource();
+    /// As jostle::WorldOptions::margin. The same on all ranks.
+    double margin = 0;
+    /// The same on all ranks.
+    Rebalance rebalance = Rebalance::automatic;
+    /// Objects go to the rank that searches their place, whenever space is divided anew. Otherwise an object
+    /// stays with the rank that added it; nothing else depends on it. The same on all ranks.
+    bool migrate = true;
+    /// Appends to `payload` what the user keeps with the object, which is about to go to another rank. It may
+    /// be called for an update that then fails, and the object stays.
+    std::function<void(std::uint64_t id, std::vector<std::byte>& payload)> pack = {};
+};
+
+/// Tells what the last update of this rank did. Counts depend on boxes, ranks and, with automatic
+/// rebalancing, on time; times are wall-clock microseconds.
+struct WorldStats
+{
+    std::uint64_t objects = 0; ///< this rank's
+    std::uint64_t members = 0; ///< objects that touch the region that this rank searches
+    std::uint64_t ghosts = 0;  ///< of these: other ranks'
+    std::uint64_t began = 0, persisted = 0, ended = 0; ///< pairs delivered to this rank
+
+    std::uint64_t messages = 0;       ///< sent to other ranks
+    std::uint64_t bytes = 0;          ///< in them
+    std::uint64_t bytes_of_boxes = 0; ///< of these: what has changed, for those who search
+    std::uint64_t bytes_of_pairs = 0; ///< of these: pairs that another rank found than the one that gets them
+    std::uint64_t departed = 0, arrived = 0;
+    std::uint64_t partitions = 0; ///< how often space was divided since the world was made
+
+    double us_total = 0;
+    double us_stage = 0;     ///< commands, and who is told of them
+    double us_partition = 0; ///< dividing space
+    double us_search = 0;    ///< the update of this rank's part of the scene
+    double us_pairs = 0;     ///< which pair is reported by whom, and sorting them
+    double us_wait = 0;      ///< for messages and for other ranks
+};
+
+/// World over the ranks of a communicator: objects that live, move and rest, and the pairs between them.
+///
+/// Each object has an id of the user's choice, which no other object of the scene has, and belongs to one
+/// rank: at first to the one that adds it. Space is divided into one region for each rank, by Zoltan. A
+/// rank finds the pairs in its region, among all objects that touch it, whoever's they are; each pair is
+/// told once, to the rank whose object has the lower id.
+///
+/// Exact     the lists of all ranks, merged, are those of one jostle::World whose indices ascend as the ids
+///           do: for any number of ranks and threads, wherever objects are, however often space is divided
+///           anew.
+/// Cost      an update costs what changed: an object that moved is sent to those other ranks whose regions
+///           it touches. Objects at rest cost nothing. There are two exchanges with neighbours and two
+///           reductions of some numbers in each update.
+/// Giants    objects that touch many regions are kept by all of those ranks, and sent when they move.
+/// Threads   MPI is called by the thread that calls; give MPI_THREAD_FUNNELED or more to MPI_Init_thread. One
+///           call at a time.
+/// Collective calls are those of which the comment says so: every rank makes them, in the same order.
+/// Errors    commands throw nothing: one that is wrong, or finds no memory, has no effect, and the next
+///           update() tells the first of these on every rank. What fails on one rank in a collective call
+///           is a Failure on all, which leaves the world as it was; commands that were good stay queued.
+///           MPI's own errors, and ranks that are lost, end the job.
+template <int Dim, Coordinate T>
+class JOSTLE_API World
+{
+  public:
+    using Box = Aabb<Dim, T>;
+    using Boxes = BoxView<Dim, T>;
+    using Options = ObjectOptions<T>;
+    using Vector = Vec<Dim, T>;
+
+    /// Collective. Throws a Failure if versions, numbers or options differ between ranks.
+    explicit World(MPI_Comm comm, const WorldOptions& options = {});
+    World(World&&) noexcept;
+    World& operator=(World&&) noexcept;
+    /// Collective, as MPI_Comm_free is. After MPI_Finalize it frees memory alone.
+    ~World();
+
+    // --- Commands about this rank's objects: queued until the next update. Of those that set the same
+    // property of an object the last one counts ---
+
+    /// An id that was removed can be added again after the next update. Of the options, user_data isn't kept.
+    void add(std::uint64_t id, const Box& box, const Options& options = {}) noexcept;
+    void add(std::span<const std::uint64_t> ids, const Boxes& boxes, const Options& options = {}) noexcept;
+    void remove(std::uint64_t id) noexcept;
+    void move(std::uint64_t id, const Box& box) noexcept;
+    void move(std::span<const std::uint64_t> ids, const Boxes& boxes) noexcept;
+    /// As jostle::World::move: until its next move() the object touches everything on its way.
+    void move(std::uint64_t id, const Box& box, const Vector& displacement) noexcept;
+    void set_filter(std::uint64_t id, const ObjectFilter& filter) noexcept;
+    void set_margin(std::uint64_t id, T margin) noexcept;
+    void set_enabled(std::uint64_t id, bool enabled) noexcept;
+    /// At least one rank has to ask for space to be divided anew in the next update.
+    void request_rebalance() noexcept;
+
+    // --- Update ---
+
+    /// Collective. Applies what was queued on all ranks and finds out what that did to the pairs.
+    void update();
+
+    // --- The pairs of this rank, as of the last update. All lists ascend by (a, b), valid until the next ---
+
+    [[nodiscard]] std::span<const Pair<Dim, T>> began() const noexcept;
+    [[nodiscard]] std::span<const EndedPair> ended() const noexcept;
+    /// Pairs that touched before and still do, and of which at least one object changed.
+    [[nodiscard]] std::span<const Pair<Dim, T>> persisted() const noexcept;
+    /// began() and persisted() as one list. The first call after an update merges them.
+    [[nodiscard]] std::span<const Pair<Dim, T>> changed_pairs() const;
+    /// The objects that the last update brought here and took away, ascending by id. What it told about their
+    /// pairs it told to the rank that has them now.
+    [[nodiscard]] std::span<const Arrival> arrived() const noexcept;
+    [[nodiscard]] std::span<const std::uint64_t> departed() const noexcept;
+
+    // --- This rank's objects, as of the last update ---
+
+    [[nodiscard]] std::size_t size() const noexcept;
+    /// Refills `out` with their ids, ascending.
+    void ids(std::vector<std::uint64_t>& out) const;
+    /// Whether commands about it may be given here: this sees what is queued.
+    [[nodiscard]] bool contains(std::uint64_t id) const noexcept;
+    /// As it was given, and as it is compared. `Error` for an object that isn't this rank's.
+    [[nodiscard]] Box box(std::uint64_t id) const;
+    [[nodiscard]] Box bounds(std::uint64_t id) const;
+    [[nodiscard]] ObjectFilter filter(std::uint64_t id) const;
+    [[nodiscard]] bool enabled(std::uint64_t id) const;
+
+    // --- Snapshots, of the world as of the last update ---
+
+    /// Collective. Returns this rank's part of a snapshot: its objects, without what is queued and what
+    /// `pack` would write. All parts together are the snapshot. The same bytes on every machine.
+    [[nodiscard]] std::vector<std::byte> save() const;
+    /// Collective. Becomes the world that was saved, with its margin: whatever number of ranks saved it,
+    /// each of its parts is given to some rank, none to two; a rank may be given several or none. Objects
+    /// belong to the rank that was given their part, and migrate in the next update. What was queued is
+    /// forgotten; the lists are empty, and the next update tells what differs from the saved state. Parts
+    /// that are cut short, altered, missing, given twice or of different snapshots are a Failure that says
+    /// so.
+    void restore(std::span<const std::vector<std::byte>> parts);
+
+    [[nodiscard]] const WorldStats& stats() const noexcept;
+
+    struct Implementation;
+
+  private:
+    bool sizes_agree(std::size_t ids, std::size_t boxes) noexcept;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+extern template class World<2, float>;
+extern template class World<2, double>;
+extern template class World<3, float>;
+extern template class World<3, double>;
+
+using World2f = World<2, float>;
+using World2d = World<2, double>;
+using World3f = World<3, float>;
+using World3d = World<3, double>;
+
+/// Collective. Returns the touching pairs among the boxes of all ranks, those of which this rank gave the box
+/// with the lower id, ascending by (a, b). ids[i] is that of boxes[i]; no other box of any rank has it.
+/// Errors   as World::update().
+template <int Dim, Coordinate T>
+[[nodiscard]] JOSTLE_API std::vector<Pair<Dim, T>> find_pairs(MPI_Comm comm, const BoxView<Dim, T>& boxes,
+                                                              std::span<const std::uint64_t> ids,
+                                                              const WorldOptions& options = {});
+template <BoxContainer Boxes>
+[[nodiscard]] auto find_pairs(MPI_Comm comm, const Boxes& boxes, std::span<const std::uint64_t> ids,
+                              const WorldOptions& options = {})
+{
+    return find_pairs(comm, box_view(boxes), ids, options);
+}
+
+} // namespace mpi
+JOSTLE_NAMESPACE_END

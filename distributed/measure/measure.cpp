@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: MIT
+// What `jostle distribute` starts with mpiexec; rows of JSON on the first rank's stdout.
+//   jostle_distribute run SCENE N THREADS FRAMES SEED     over all ranks, beside an all-gather of its boxes
+//   jostle_distribute predict SCENE N SEED RANKS...       counted: what each of so many ranks would do
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "jostle/mpi.hpp"
+#include "partition.hpp"
+#include "scenes/scenes.hpp"
+
+namespace {
+
+using jostle::Aabb3f;
+using jostle_scenes::Scene;
+using Clock = std::chrono::steady_clock;
+
+/// Frames that aren't counted, as in `jostle bench`: the answer is that of the first one that is.
+constexpr int warm_up = 3;
+
+int rank_of_this()
+{
+    int rank = 0;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    return rank;
+}
+int rank_count()
+{
+    int ranks = 1;
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+    return ranks;
+}
+double greatest(double number)
+{
+    MPI_Allreduce(MPI_IN_PLACE, &number, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+    return number;
+}
+std::uint64_t sum(std::uint64_t number)
+{
+    MPI_Allreduce(MPI_IN_PLACE, &number, 1, MPI_UINT64_T, MPI_SUM, MPI_COMM_WORLD);
+    return number;
+}
+double median(std::vector<double> values)
+{
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+/// Of pairs of a 32-bit world: the same as other systems have.
+template <class Pairs>
+std::uint64_t checksum(const Pairs& pairs)
+{
+    std::vector<jostle::Pair> narrow;
+    for (const auto& pair : pairs)
+        narrow.push_back({static_cast<std::uint32_t>(pair.a), static_cast<std::uint32_t>(pair.b)});
+    return jostle::pair_checksum(narrow);
+}
+
+struct Timed
+{
+    std::vector<double> ms;
+    std::uint64_t pairs = 0, checksum = 0, bytes = 0;
+};
+
+void print_row(const std::string& system, const std::string& scene, std::uint64_t n, std::uint32_t threads,
+               std::uint64_t seed, const Timed& timed, const std::string& more)
+{
+    if (rank_of_this() != 0) return;
+    std::printf(
+        "{\"system\":\"%s\",\"scene\":\"%s\",\"n\":%llu,\"ranks\":%d,\"threads\":%u,\"median_ms\":%.3f,"
+        "\"min_ms\":%.3f,\"max_ms\":%.3f,\"pairs\":%llu,\"checksum\":\"%016llx\",\"bytes\":%llu,%s"
+        "\"dim\":3,\"type\":\"float\",\"seed\":%llu,\"frames\":%zu}\n",
+        system.c_str(), scene.c_str(), static_cast<unsigned long long>(n), rank_count(), threads,
+        median(timed.ms), *std::min_element(timed.ms.begin(), timed.ms.end()),
+        *std::max_element(timed.ms.begin(), timed.ms.end()), static_cast<unsigned long long>(timed.pairs),
+        static_cast<unsigned long long>(timed.checksum), static_cast<unsigned long long>(timed.bytes),
+        more.c_str(), static_cast<unsigned long long>(seed), timed.ms.size());
+    std::fflush(stdout);
+}
+
+template <class Call>
+double timed_ms(const Call& call)
+{
+    MPI_Barrier(MPI_COMM_WORLD);
+    const Clock::time_point before = Clock::now();
+    call();
+    return greatest(std::chrono::duration<double, std::milli>(Clock::now() - before).count());
+}
+
+void run(const std::string& name, std::uint64_t n, std::uint32_t threads, int frames, std::uint64_t seed)
+{
+    const auto executor = jostle::make_thread_executor(threads);
+    const jostle::mpi::WorldOptions options{.executor = executor.get()};
+    const std::uint64_t rank = static_cast<std::uint64_t>(rank_of_this()),
+                        ranks = static_cast<std::uint64_t>(rank_count());
+    Timed ours;
+    std::string more;
+    {
+        Scene<3, float> scene(name, n, seed);
+        jostle::mpi::World3f world(MPI_COMM_WORLD, options);
+        for (std::uint64_t i = rank * n / ranks; i < (rank + 1) * n / ranks; ++i)
+            world.add(i, scene.boxes()[i]);
+        world.update();
+        std::vector<std::uint64_t> ids;
+        std::vector<Aabb3f> boxes;
+        std::vector<std::vector<double>> stages(5);
+        std::vector<double> bytes;
+        for (int frame = 0; frame < warm_up + frames; ++frame) {
+            if (frame > 0) scene.step();
+            world.ids(ids);
+            boxes.clear();
+            for (const std::uint64_t id : ids)
+                boxes.push_back(scene.boxes()[id]);
+            const double ms = timed_ms([&] {
+                world.move(ids, boxes);
+                world.update();
+            });
+            if (frame == warm_up) {
+                const auto pairs = jostle::mpi::find_pairs(MPI_COMM_WORLD, boxes, ids, options);
+                ours.pairs = sum(pairs.size());
+                ours.checksum = sum(checksum(pairs));
+            }
+            if (frame < warm_up) continue;
+            ours.ms.push_back(ms);
+            const jostle::mpi::WorldStats& stats = world.stats();
+            const double us[] = {stats.us_stage, stats.us_partition, stats.us_search, stats.us_pairs,
+                                 stats.us_wait};
+            for (std::size_t k = 0; k < stages.size(); ++k)
+                stages[k].push_back(greatest(us[k]) / 1000);
+            bytes.push_back(static_cast<double>(sum(stats.bytes)));
+        }
+        const jostle::mpi::WorldStats& stats = world.stats();
+        const auto total = static_cast<double>(sum(stats.members));
+        const std::uint64_t ghosts = sum(stats.ghosts), messages = sum(stats.messages),
+                            of_boxes = sum(stats.bytes_of_boxes), of_pairs = sum(stats.bytes_of_pairs);
+        ours.bytes = static_cast<std::uint64_t>(median(bytes));
+        char text[1000];
+        const auto whole = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
+        std::snprintf(text, sizeof text,
+                      "\"ghosts\":%llu,\"messages\":%llu,\"bytes_of_boxes\":%llu,\"bytes_of_pairs\":%llu,"
+                      "\"imbalance\":%.3f,\"partitions\":%llu,\"stages\":{\"stage\":%.3f,\"partition\":%.3f,"
+                      "\"search\":%.3f,\"pairs\":%.3f,\"wait\":%.3f},",
+                      whole(ghosts), whole(messages), whole(of_boxes), whole(of_pairs),
+                      greatest(static_cast<double>(stats.members)) * static_cast<double>(ranks) / total,
+                      whole(stats.partitions), median(stages[0]), median(stages[1]), median(stages[2]),
+                      median(stages[3]), median(stages[4]));
+        more = text;
+    }
+    print_row("jostle-mpi", name, n, threads, seed, ours, more);
+
+    // What needs no thought: everybody gets all boxes and searches a share of them.
+    Timed gather;
+    Scene<3, float> scene(name, n, seed);
+    jostle::PairFinder finder({.executor = executor.get()});
+    std::vector<Aabb3f> all(n);
+    std::vector<int> counts, starts;
+    for (std::uint64_t other = 0; other < ranks; ++other) {
+        starts.push_back(static_cast<int>(other * n / ranks * sizeof(Aabb3f)));
+        counts.push_back(static_cast<int>((other + 1) * n / ranks * sizeof(Aabb3f)) - starts.back());
+    }
+    const std::uint64_t first = rank * n / ranks, last = (rank + 1) * n / ranks;
+    for (int frame = 0; frame < warm_up + frames; ++frame) {
+        if (frame > 0) scene.step();
+        std::uint64_t pairs = 0, check = 0;
+        const double ms = timed_ms([&] {
+            MPI_Allgatherv(scene.boxes().data() + first, counts[rank], MPI_BYTE, all.data(), counts.data(),
+                           starts.data(), MPI_BYTE, MPI_COMM_WORLD);
+            const jostle::BoxView<3, float> boxes(all);
+            const auto later = [first](std::uint32_t a, std::uint32_t b) { return first + a < b; };
+            jostle::CrossFilter filter;
+            filter.accept = later;
+            std::vector<jostle::Pair> found;
+            for (jostle::Pair pair : finder.find(boxes.subview(first, last - first), boxes, filter))
+                found.push_back({static_cast<std::uint32_t>(first + pair.a), pair.b});
+            pairs = found.size();
+            if (frame == warm_up) check = jostle::pair_checksum(found);
+        });
+        if (frame < warm_up) continue;
+        gather.ms.push_back(ms);
+        if (frame == warm_up) {
+            gather.pairs = sum(pairs);
+            gather.checksum = sum(check);
+        }
+    }
+    gather.bytes = n * sizeof(Aabb3f) * (ranks - 1);
+    print_row("allgather", name, n, threads, seed, gather, "");
+    if (gather.pairs != ours.pairs || gather.checksum != ours.checksum)
+        throw std::runtime_error("the two find different pairs");
+}
+
+/// What each of many ranks would search and receive if every object moved.
+struct Load
+{
+    explicit Load(std::size_t ranks) : objects(ranks), members(ranks), links(ranks * ranks) {}
+    std::vector<std::uint64_t> objects, members;
+    std::vector<bool> links; // from, to
+    std::uint64_t ghosts = 0;
+
+    void add(int home, const jostle::mpi::Ranks& touched)
+    {
+        ++objects[static_cast<std::size_t>(home)];
+        for (const int rank : touched) {
+            ++members[static_cast<std::size_t>(rank)];
+            if (rank == home) continue;
+            ++ghosts;
+            links[static_cast<std::size_t>(home) * objects.size() + static_cast<std::size_t>(rank)] = true;
+        }
+    }
+    void print(const std::string& system, const std::string& scene, std::uint64_t n, std::uint64_t seed) const
+    {
+        const std::size_t ranks = objects.size();
+        const auto total =
+            static_cast<double>(std::accumulate(members.begin(), members.end(), std::uint64_t{0}));
+        std::uint64_t most = 0, messages = 0;
+        for (std::size_t from = 0; from < ranks; ++from) {
+            const auto begin = links.begin() + static_cast<std::ptrdiff_t>(from * ranks);
+            const auto count = static_cast<std::uint64_t>(
+                std::count(begin, begin + static_cast<std::ptrdiff_t>(ranks), true));
+            most = std::max(most, count);
+            messages += count;
+        }
+        constexpr std::uint64_t notice = 35; // the kind, an id, two of flags, six bounds
+        std::printf("{\"system\":\"%s\",\"scene\":\"%s\",\"n\":%llu,\"ranks\":%zu,\"ghosts\":%llu,"
+                    "\"ghosts_per_object\":%.4f,\"bytes_of_boxes\":%llu,\"messages\":%llu,"
+                    "\"most_neighbours\":%llu,\"imbalance\":%.3f,\"seed\":%llu}\n",
+                    system.c_str(), scene.c_str(), static_cast<unsigned long long>(n), ranks,
+                    static_cast<unsigned long long>(ghosts),
+                    static_cast<double>(ghosts) / static_cast<double>(n),
+                    static_cast<unsigned long long>(notice * ghosts),
+                    static_cast<unsigned long long>(messages), static_cast<unsigned long long>(most),
+                    static_cast<double>(*std::max_element(members.begin(), members.end())) *
+                        static_cast<double>(ranks) / total,
+                    static_cast<unsigned long long>(seed));
+        std::fflush(stdout);
+    }
+};
+
+void predict(const std::string& name, std::uint64_t n, std::uint64_t seed, int ranks)
+{
+    const Scene<3, float> scene(name, n, seed);
+    jostle::mpi::WeightedPoints points(std::pmr::get_default_resource());
+    double lo = std::numeric_limits<double>::infinity(), hi = -lo;
+    for (const Aabb3f& box : scene.boxes()) {
+        const auto middle = jostle::mpi::Partition::middle(box);
+        points.points.insert(points.points.end(), middle.begin(), middle.end());
+        points.weights.push_back(1);
+        lo = std::min(lo, middle[0]);
+        hi = std::max(hi, middle[0]);
+    }
+    const jostle::mpi::Partition partition(MPI_COMM_WORLD, 3, points, ranks);
+    const auto slab = [&](double x) {
+        const double at = hi > lo ? (x - lo) / (hi - lo) * ranks : 0;
+        return static_cast<int>(std::clamp(at, 0.0, ranks - 1.0));
+    };
+    Load divided(static_cast<std::size_t>(ranks)), slabs(static_cast<std::size_t>(ranks));
+    jostle::mpi::Ranks touched;
+    for (const Aabb3f& box : scene.boxes()) {
+        partition.touched(box, touched);
+        divided.add(partition.at_middle_of(box), touched);
+        touched.clear();
+        for (int each = slab(box.lo[0]); each <= slab(box.hi[0]); ++each)
+            touched.push_back(each);
+        slabs.add(slab(jostle::mpi::Partition::middle(box)[0]), touched);
+    }
+    divided.print("jostle-mpi-counted", name, n, seed);
+    slabs.print("slabs-counted", name, n, seed);
+}
+
+} // namespace
+
+int main(int count, char** arguments)
+{
+    int provided = 0;
+    MPI_Init_thread(&count, &arguments, MPI_THREAD_FUNNELED, &provided);
+    const std::vector<std::string> words(arguments + 1, arguments + count);
+    int result = 0;
+    try {
+        const auto number = [&](std::size_t i) { return std::stoull(words.at(i)); };
+        if (words.at(0) == "run")
+            run(words.at(1), number(2), static_cast<std::uint32_t>(number(3)), static_cast<int>(number(4)),
+                number(5));
+        else
+            for (std::size_t i = 4; i < words.size(); ++i)
+                predict(words.at(1), number(2), number(3), static_cast<int>(number(i)));
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "rank %d: %s\n", rank_of_this(), error.what());
+        result = 1;
+        MPI_Abort(MPI_COMM_WORLD, 1);
+    }
+    MPI_Finalize();
+    return result;
+}

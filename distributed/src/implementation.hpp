@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "directory.hpp"
+#include "exchange.hpp"
+#include "lists.hpp"
+#include "owned.hpp"
+#include "partition.hpp"
+#include "rebalancing.hpp"
+#include "region.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace mpi {
+
+/// What a piece of a message tells; bytes that fill it up at its end are 0.
+enum class Kind : std::uint8_t
+{
+    end,
+    notice,    ///< to a region
+    added,     ///< to the directory: an id
+    removed,   ///< to the directory: an id
+    migrating, ///< to the new rank of an object
+    began,
+    persisted,
+    ended,
+};
+
+/// A communicator of our own, so that our messages meet no one else's.
+class Communicator
+{
+  public:
+    explicit Communicator(MPI_Comm from)
+    {
+        MPI_Comm_dup(from, &comm_);
+        // A rank that is lost ends the job with a message: the others couldn't go on without its objects.
+        MPI_Comm_set_errhandler(comm_, MPI_ERRORS_ARE_FATAL);
+    }
+    Communicator() = default;
+    Communicator& operator=(Communicator&& from) noexcept
+    {
+        std::swap(comm_, from.comm_);
+        return *this;
+    }
+    ~Communicator()
+    {
+        int ended = 0;
+        MPI_Finalized(&ended);
+        if (comm_ != MPI_COMM_NULL && ended == 0) MPI_Comm_free(&comm_);
+    }
+    [[nodiscard]] MPI_Comm get() const noexcept { return comm_; }
+
+  private:
+    MPI_Comm comm_ = MPI_COMM_NULL;
+};
+
+[[noreturn]] inline void throw_not_here(std::uint64_t id)
+{
+    throw Error(ErrorCode::stale_id, "object " + std::to_string(id) + " isn't this rank's", id);
+}
+
+template <int Dim, Coordinate T>
+struct World<Dim, T>::Implementation final : PairListener<Dim, T>
+{
+    using Entry = typename Owned<Dim, T>::Entry;
+
+    Implementation(MPI_Comm given_comm, const WorldOptions& given, Executor* given_executor)
+        : handle(given_comm),
+          options(given),
+          executor(given_executor),
+          margin(static_cast<T>(given.margin)),
+          rank(rank_in(handle)),
+          owned(given.memory),
+          region(rank, executor, given.memory),
+          directory(given.memory),
+          exchange(handle, given.memory),
+          lists(given.memory),
+          coming(given.memory),
+          was(given.memory),
+          is(given.memory)
+    {
+        MPI_Comm_size(handle, &ranks);
+    }
+    static int rank_in(MPI_Comm comm) noexcept
+    {
+        int found = 0;
+        MPI_Comm_rank(comm, &found);
+        return found;
+    }
+
+    Communicator comm; ///< given once all ranks have agreed; it goes last
+    MPI_Comm handle;   ///< the same
+    WorldOptions options;
+    Executor* executor;
+    T margin;
+    int rank, ranks = 1;
+    std::exception_ptr noted; ///< what was wrong with a command, the first one since the last update
+    Owned<Dim, T> owned;
+    Region<Dim, T> region;
+    Directory directory;
+    Partition partition;
+    Exchange exchange;
+    Rebalancing rebalancing;
+    Lists<Dim, T> lists, coming; ///< of the last update, and of the one under way
+    WorldStats stats;
+    Ranks was, is;                  ///< working memory of route()
+    std::vector<std::byte> payload; ///< of one object; a std::vector because the user's `pack` gets it
+
+    /// Calls command(); what it throws the next update will tell.
+    template <class Command>
+    void note(const Command& command) noexcept
+    {
+        try {
+            command();
+        } catch (...) {
+            if (!noted) noted = std::current_exception();
+        }
+    }
+    [[nodiscard]] const Entry& entry(std::uint64_t id) const
+    {
+        const Entry* const found = owned.find(id);
+        if (found == nullptr || !found->exists) throw_not_here(id);
+        return *found;
+    }
+    /// What an object will be, to be changed by a command.
+    [[nodiscard]] Object<Dim, T>& change(std::uint64_t id)
+    {
+        const Entry* const found = owned.find(id);
+        if (found == nullptr || !owned.will_exist(*found)) throw_not_here(id);
+        return owned.change(*found).next;
+    }
+
+    void began(int to, const Pair<Dim, T>& pair) override
+    {
+        if (to == rank)
+            coming.began.push_back(pair);
+        else
+            send(to, Kind::began, pair);
+    }
+    void persisted(int to, const Pair<Dim, T>& pair) override
+    {
+        if (to == rank)
+            coming.persisted.push_back(pair);
+        else
+            send(to, Kind::persisted, pair);
+    }
+    void ended(int to, const EndedPair& pair) override
+    {
+        if (to == rank) return coming.ended.push_back(pair);
+        Exchange::Bytes& bytes = begin(to, Kind::ended);
+        put(bytes, pair.a);
+        put(bytes, pair.b);
+        put(bytes, static_cast<std::uint8_t>(pair.reason));
+    }
+    Exchange::Bytes& begin(int to, Kind kind)
+    {
+        Exchange::Bytes& bytes = exchange.to(to);
+        put(bytes, static_cast<std::uint8_t>(kind));
+        return bytes;
+    }
+    void send(int to, Kind kind, const Pair<Dim, T>& pair)
+    {
+        Exchange::Bytes& bytes = begin(to, kind);
+        put(bytes, pair.a);
+        put(bytes, pair.b);
+        put(bytes, pair.bounds_a);
+        put(bytes, pair.bounds_b);
+        put(bytes, std::int32_t{pair.rank_of_b});
+    }
+
+    void update();
+    void collect(WeightedPoints& points) const;
+    void stage(const Partition& now, bool divided);
+    void route(std::uint64_t id, const State<Dim, T>& before, const State<Dim, T>& after, int home,
+               const Partition& now, bool divided);
+    void send_away(std::uint64_t id, const Object<Dim, T>& object, int home);
+    void hear(std::span<const std::byte> message);
+    void hear_pairs(std::span<const std::byte> message);
+};
+
+} // namespace mpi
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory_resource>
+#include <span>
+#include <vector>
+
+#include "object.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace mpi {
+
+/// The objects of this rank, and what is queued about them. Commands about one object are kept as what it
+/// will be, so that a failed update has nothing to put back.
+template <int Dim, Coordinate T>
+class Owned
+{
+  public:
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+    struct Entry
+    {
+        std::uint64_t id;
+        Object<Dim, T> now;
+        bool exists;           ///< false: its addition is queued, or it is on its way here
+        std::uint32_t pending; ///< where what it will be lies, or `none`
+    };
+    struct Pending
+    {
+        std::uint32_t entry; ///< where the object lies among entries()
+        Object<Dim, T> next;
+        bool exists; ///< false: it will be removed
+    };
+
+    explicit Owned(std::pmr::memory_resource* memory) : places_(memory), entries_(memory), pending_(memory) {}
+
+    [[nodiscard]] const Entry* find(std::uint64_t id) const noexcept
+    {
+        const auto at = places_.find(id);
+        return at == places_.end() ? nullptr : &entries_[at->second];
+    }
+    /// Whether it will exist.
+    [[nodiscard]] bool will_exist(const Entry& entry) const noexcept
+    {
+        return entry.pending == none ? entry.exists : pending_[entry.pending].exists;
+    }
+    /// What it will be.
+    [[nodiscard]] const Object<Dim, T>& next(const Entry& entry) const noexcept
+    {
+        return entry.pending == none ? entry.now : pending_[entry.pending].next;
+    }
+    [[nodiscard]] std::span<const Entry> entries() const noexcept { return entries_; }
+    [[nodiscard]] std::span<const Pending> pending() const noexcept { return pending_; }
+
+    /// Only for an id that has no entry, or one of an object that neither exists nor will.
+    void add(std::uint64_t id, const Object<Dim, T>& object)
+    {
+        make_room(pending_);
+        const std::uint32_t place = enter(id);
+        Entry& entry = entries_[place];
+        if (entry.pending == none) {
+            entry.pending = static_cast<std::uint32_t>(pending_.size());
+            pending_.push_back({place, object, true});
+        } else
+            pending_[entry.pending] = {place, object, true};
+    }
+    /// What the object with this entry will be, to be changed.
+    [[nodiscard]] Pending& change(const Entry& entry)
+    {
+        const auto place = static_cast<std::uint32_t>(&entry - entries_.data());
+        Entry& own = entries_[place];
+        if (own.pending == none) {
+            make_room(pending_);
+            own.pending = static_cast<std::uint32_t>(pending_.size());
+            pending_.push_back({place, own.now, true});
+        }
+        return pending_[own.pending];
+    }
+
+    // An update: objects on their way here are entered, and then it is kept or undone.
+
+    /// Not queued: an object that exists elsewhere. `Error` for one that is here.
+    void receive(std::uint64_t id, const Object<Dim, T>& object)
+    {
+        const std::size_t before = entries_.size();
+        const std::uint32_t place = enter(id);
+        if (entries_.size() == before)
+            throw Error(ErrorCode::invalid_argument, "object " + std::to_string(id) + " is on two ranks", id);
+        entries_[place].now = object;
+        ++arriving_;
+    }
+    /// What was queued is what is. Those of `departed` are gone.
+    void keep(std::span<const std::uint64_t> departed) noexcept
+    {
+        for (std::size_t i = entries_.size() - arriving_; i < entries_.size(); ++i)
+            entries_[i].exists = true;
+        arriving_ = 0;
+        for (const Pending& change : pending_) {
+            Entry& entry = entries_[change.entry];
+            entry.now = change.next;
+            entry.exists = change.exists;
+            entry.pending = none;
+        }
+        // From the last entry on, so that those that take the place of others aren't ones that go.
+        std::sort(pending_.begin(), pending_.end(),
+                  [](const Pending& a, const Pending& b) { return a.entry > b.entry; });
+        for (const Pending& change : pending_)
+            if (!change.exists) erase(entries_[change.entry].id);
+        for (const std::uint64_t id : departed)
+            erase(id);
+        pending_.clear();
+    }
+    void undo() noexcept
+    {
+        for (; arriving_ != 0; --arriving_)
+            erase(entries_.back().id);
+    }
+
+  private:
+    /// The place of the entry with this id, which is made if there is none.
+    std::uint32_t enter(std::uint64_t id)
+    {
+        make_room(entries_);
+        const auto [at, is_new] = places_.emplace(id, static_cast<std::uint32_t>(entries_.size()));
+        if (is_new) entries_.push_back({id, {}, false, none});
+        return at->second;
+    }
+    void erase(std::uint64_t id) noexcept
+    {
+        const auto at = places_.find(id);
+        const std::uint32_t place = at->second;
+        places_.erase(at);
+        if (place + 1 != entries_.size()) {
+            entries_[place] = entries_.back();
+            places_.find(entries_[place].id)->second = place;
+        }
+        entries_.pop_back();
+    }
+
+    Places places_;
+    std::pmr::vector<Entry> entries_; // those on their way here are the last
+    std::pmr::vector<Pending> pending_;
+    std::size_t arriving_ = 0;
+};
+
+} // namespace mpi
+JOSTLE_NAMESPACE_END

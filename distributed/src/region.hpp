@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <memory_resource>
+#include <optional>
+#include <vector>
+
+#include "object.hpp"
+#include "partition.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace mpi {
+
+/// What the rank of an object tells those who search it in an update: if it changed, touches their region for
+/// the first time or no longer, or has gone to another rank.
+template <int Dim, class T>
+struct Notice
+{
+    std::uint64_t id;
+    int home;     ///< whose it is after the update
+    bool is_told; ///< that it has another home than before
+    bool enters, leaves;
+    State<Dim, T> before, now;
+
+    [[nodiscard]] bool changed() const noexcept
+    {
+        return before.presence != now.presence || before.filter != now.filter ||
+               differ(before.bounds, now.bounds);
+    }
+
+    template <class Bytes>
+    void write(Bytes& bytes) const
+    {
+        const bool there_before = before.presence == Presence::enabled;
+        const bool with_home = enters || is_told;
+        const bool with_filter = enters || before.filter != now.filter;
+        const bool with_before = enters && there_before && changed();
+        put(bytes, id);
+        put(bytes, static_cast<std::uint8_t>(enters << 0 | leaves << 1 | with_home << 2 | with_filter << 3 |
+                                             with_before << 4 | there_before << 5));
+        put(bytes, static_cast<std::uint8_t>(now.presence));
+        if (with_home) put(bytes, std::int32_t{home});
+        if (with_filter) put(bytes, now.filter);
+        if (now.presence == Presence::enabled) put(bytes, now.bounds);
+        if (with_before) {
+            put(bytes, before.filter);
+            put(bytes, before.bounds);
+        }
+    }
+    /// `known(id)` is called for an object that doesn't enter; it returns its home and its state before.
+    template <class Known>
+    [[nodiscard]] static Notice read(Reader& from, const Known& known)
+    {
+        Notice notice{};
+        notice.id = from.take<std::uint64_t>();
+        const auto flags = from.take<std::uint8_t>();
+        notice.enters = (flags & 1) != 0;
+        notice.leaves = (flags & 2) != 0;
+        if (!notice.enters) std::tie(notice.home, notice.before) = known(notice.id);
+        notice.now.filter = notice.before.filter;
+        notice.now.presence = static_cast<Presence>(from.take<std::uint8_t>());
+        if ((flags & 4) != 0) notice.home = from.take<std::int32_t>();
+        if ((flags & 8) != 0) notice.now.filter = from.filter();
+        if (notice.now.presence == Presence::enabled) notice.now.bounds = from.box<Dim, T>();
+        if (notice.enters && (flags & 32) != 0) {
+            notice.before = notice.now;
+            if ((flags & 16) != 0) {
+                notice.before.filter = from.filter();
+                notice.before.bounds = from.box<Dim, T>();
+            }
+        }
+        return notice;
+    }
+};
+
+/// What the region of one rank has found out about a pair, and whose it is to know.
+template <int Dim, class T>
+class PairListener
+{
+  public:
+    virtual void began(int rank, const Pair<Dim, T>& pair) = 0;
+    virtual void persisted(int rank, const Pair<Dim, T>& pair) = 0;
+    virtual void ended(int rank, const EndedPair& pair) = 0;
+
+  protected:
+    ~PairListener() = default;
+};
+
+/// The part of the scene that one rank searches: all objects that touch its region, whoever's they are, in
+/// a jostle::World of their own. That world finds which pairs may have changed; what became of them follows
+/// from the states of their objects before the update and after it, so it doesn't matter which ranks saw
+/// them before.
+template <int Dim, Coordinate T>
+class Region
+{
+  public:
+    using Notice = mpi::Notice<Dim, T>;
+
+    Region(int rank, Executor* executor, std::pmr::memory_resource* memory)
+        : rank_(rank),
+          options_{.executor = executor, .memory = memory},
+          world_(std::in_place, options_),
+          places_(memory),
+          members_(memory),
+          touched_(memory),
+          touched_of_(memory),
+          ranks_(memory)
+    {
+    }
+
+    [[nodiscard]] std::size_t size() const noexcept { return places_.size(); }
+    [[nodiscard]] std::size_t ghosts() const noexcept { return ghosts_; }
+
+    /// Makes the local world anew where an update failed after it had changed it.
+    void recover();
+
+    // An update: hear() all notices, search(), tell(); then keep() it or undo() it.
+
+    void hear(Reader& from);
+    void search() { world_->update(); }
+    /// Tells each pair that this rank is to report. `before` says how space was divided before the update.
+    void tell(const Partition& before, const Partition& now, PairListener<Dim, T>& listener);
+    void keep() noexcept;
+    void undo() noexcept;
+
+  private:
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+    struct Member
+    {
+        std::uint64_t id;
+        ObjectId local;
+        int home;
+        State<Dim, T> state;
+    };
+    /// A member of which there was a notice.
+    struct Touched
+    {
+        std::uint32_t index;
+        int home_before;
+        bool enters, leaves;
+        State<Dim, T> before;
+    };
+    [[nodiscard]] const State<Dim, T>& before(std::uint32_t index) const noexcept
+    {
+        const std::uint32_t touched = touched_of_[index];
+        return touched == none ? members_[index].state : touched_[touched].before;
+    }
+    [[nodiscard]] int home_before(std::uint32_t index) const noexcept
+    {
+        const std::uint32_t touched = touched_of_[index];
+        return touched == none ? members_[index].home : touched_[touched].home_before;
+    }
+    [[nodiscard]] bool changed(std::uint32_t index) const noexcept
+    {
+        const State<Dim, T>&was = before(index), &is = members_[index].state;
+        return touched_of_[index] != none &&
+               (was.presence != is.presence || was.filter != is.filter || differ(was.bounds, is.bounds));
+    }
+    /// Whether this rank reports the pair, of those that know both objects: the one that has the lower id, if
+    /// it does, else the lowest.
+    [[nodiscard]] bool reports(const Partition& partition, const Aabb<Dim, T>& a, const Aabb<Dim, T>& b,
+                               int home_of_lower);
+    [[nodiscard]] Pair<Dim, T> pair(const Member& lower, const Member& higher) const noexcept
+    {
+        return {lower.id, higher.id, lower.state.bounds, higher.state.bounds, higher.home};
+    }
+
+    int rank_;
+    jostle::WorldOptions options_;
+    std::optional<jostle::World<Dim, T>> world_;
+    Places places_;                              // of members, by id
+    std::pmr::vector<Member> members_;           // by their index in the local world
+    std::pmr::vector<Touched> touched_;          // in this update
+    std::pmr::vector<std::uint32_t> touched_of_; // where each member's lies there, or `none`
+    Ranks ranks_;                                // of one question
+    std::size_t ghosts_ = 0;
+    bool heard_ = false; // something, in this update
+    bool stale_ = false; // the local world isn't what places_ and members_ say
+};
+
+extern template class Region<2, float>;
+extern template class Region<2, double>;
+extern template class Region<3, float>;
+extern template class Region<3, double>;
+
+} // namespace mpi
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: MIT
+// A collective update: what this rank's objects have to say goes to the regions that they touch, each region
+// is searched, and pairs go to the ranks that are told. Nothing that users see changes before all have
+// agreed.
+#include <chrono>
+#include <span>
+
+#include "agreement.hpp"
+#include "implementation.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace mpi {
+namespace {
+
+class Clock
+{
+  public:
+    /// Microseconds since the last call.
+    double lap() noexcept
+    {
+        const auto now = std::chrono::steady_clock::now();
+        const double us = std::chrono::duration<double, std::micro>(now - last_).count();
+        last_ = now;
+        return us;
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+} // namespace
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::update()
+{
+    Clock total, clock;
+    WorldStats next;
+    next.partitions = stats.partitions;
+    Agreement agreement(handle);
+    agreement.attempt([&] {
+        if (noted) std::rethrow_exception(std::exchange(noted, nullptr));
+        region.recover();
+    });
+    std::uint64_t objects = stats.objects;
+    for (const auto& change : owned.pending())
+        objects += std::uint64_t{change.exists} - std::uint64_t{owned.entries()[change.entry].exists};
+    next.us_stage = clock.lap();
+    const bool divides = rebalancing.agree(agreement, !partition, objects, region.ghosts());
+    next.us_wait = clock.lap();
+    Partition now;
+    if (divides) {
+        WeightedPoints points(options.memory);
+        agreement.attempt([&] { collect(points); });
+        agreement.settle();
+        agreement.attempt([&] { now = Partition(handle, Dim, points); });
+        ++next.partitions;
+        next.us_partition = clock.lap();
+    }
+    const Partition& current = divides ? now : partition;
+    try {
+        agreement.attempt([&] {
+            stage(current, divides);
+            exchange.seal();
+        });
+        exchange.start(agreement);
+        next.messages = exchange.messages_sent();
+        next.bytes = next.bytes_of_boxes = exchange.bytes_sent();
+        agreement.attempt([&] { hear(exchange.to_myself()); });
+        next.us_stage += clock.lap();
+        exchange.finish(agreement);
+        next.us_wait += clock.lap();
+        agreement.attempt([&] {
+            for (const Exchange::Message& message : exchange.received())
+                hear(message.bytes);
+        });
+        next.us_stage += clock.lap();
+        agreement.attempt([&] { region.search(); });
+        next.us_search = clock.lap();
+        exchange.clear();
+        agreement.attempt([&] {
+            region.tell(partition, current, *this);
+            exchange.seal();
+        });
+        exchange.start(agreement);
+        next.messages += exchange.messages_sent();
+        next.bytes_of_pairs = exchange.bytes_sent();
+        next.bytes += next.bytes_of_pairs;
+        next.us_pairs = clock.lap();
+        exchange.finish(agreement);
+        next.us_wait += clock.lap();
+        agreement.attempt([&] {
+            for (const Exchange::Message& message : exchange.received())
+                hear_pairs(message.bytes);
+            coming.sort();
+        });
+        next.us_pairs += clock.lap();
+        agreement.settle();
+        next.us_wait += clock.lap();
+    } catch (...) {
+        owned.undo();
+        region.undo();
+        directory.undo();
+        exchange.clear();
+        coming.clear();
+        throw;
+    }
+    owned.keep(coming.departed);
+    region.keep();
+    directory.keep();
+    exchange.clear();
+    if (divides) partition = std::move(now);
+    std::swap(lists, coming);
+    coming.clear();
+    next.objects = owned.entries().size();
+    next.members = region.size();
+    next.ghosts = region.ghosts();
+    next.began = lists.began.size();
+    next.persisted = lists.persisted.size();
+    next.ended = lists.ended.size();
+    next.arrived = lists.arrived.size();
+    next.departed = lists.departed.size();
+    next.us_total = total.lap();
+    stats = next;
+    rebalancing.learn(options.rebalance == Rebalance::automatic,
+                      stats.us_stage + stats.us_partition + stats.us_search + stats.us_pairs, divides);
+}
+
+/// The middles of this rank's objects, and what each costs to search: this rank's time, shared among them.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::collect(WeightedPoints& points) const
+{
+    const float weight = rebalancing.weight(region.size());
+    points.points.reserve(owned.entries().size() * Dim);
+    points.weights.reserve(owned.entries().size());
+    for (const Entry& each : owned.entries()) {
+        const Object<Dim, T>& object = owned.next(each);
+        if (!owned.will_exist(each) || !object.enabled) continue;
+        const auto middle = Partition::middle(object.bounds(margin));
+        points.points.insert(points.points.end(), middle.begin(), middle.begin() + Dim);
+        points.weights.push_back(weight);
+    }
+}
+
+/// Writes what this rank's objects have to say to others and to this one.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
+{
+    const auto stage_one = [&](const Entry& each) {
+        const bool will_exist = owned.will_exist(each);
+        if (each.exists != will_exist)
+            put(begin(Directory::rank_of(each.id, ranks), will_exist ? Kind::added : Kind::removed), each.id);
+        const Object<Dim, T>& object = owned.next(each);
+        State<Dim, T> before, after;
+        if (each.exists) before = each.now.state(margin);
+        if (will_exist) after = object.state(margin);
+        const int home = divided && options.migrate && will_exist ? now.at_middle_of(after.bounds) : rank;
+        route(each.id, before, after, home, now, divided);
+        if (home != rank) send_away(each.id, object, home);
+    };
+    if (divided)
+        for (const Entry& each : owned.entries())
+            stage_one(each);
+    else
+        for (const auto& change : owned.pending())
+            stage_one(owned.entries()[change.entry]);
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::route(std::uint64_t id, const State<Dim, T>& before,
+                                          const State<Dim, T>& after, int home, const Partition& now,
+                                          bool divided)
+{
+    const bool was_there = before.presence == Presence::enabled;
+    const bool is_there = after.presence == Presence::enabled;
+    was.clear();
+    is.clear();
+    if (was_there) partition.touched(before.bounds, was);
+    if (is_there) {
+        if (was_there && !divided && !differ(before.bounds, after.bounds))
+            is = was;
+        else
+            now.touched(after.bounds, is);
+    }
+    Notice<Dim, T> notice{id, home, home != rank, false, false, before, after};
+    const bool changed = notice.changed();
+    auto old_rank = was.begin(), new_rank = is.begin();
+    while (old_rank != was.end() || new_rank != is.end()) {
+        notice.enters = old_rank == was.end() || (new_rank != is.end() && *new_rank < *old_rank);
+        notice.leaves = new_rank == is.end() || (old_rank != was.end() && *old_rank < *new_rank);
+        const int to = notice.enters ? *new_rank : *old_rank;
+        if (!notice.enters) ++old_rank;
+        if (!notice.leaves) ++new_rank;
+        if (changed || notice.enters || notice.leaves || notice.is_told)
+            notice.write(begin(to, Kind::notice));
+    }
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::send_away(std::uint64_t id, const Object<Dim, T>& object, int home)
+{
+    payload.clear();
+    if (options.pack) options.pack(id, payload);
+    Exchange::Bytes& bytes = begin(home, Kind::migrating);
+    put(bytes, id);
+    object.write(bytes);
+    put(bytes, std::uint64_t{payload.size()});
+    bytes.insert(bytes.end(), payload.begin(), payload.end());
+    coming.departed.push_back(id);
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::hear(std::span<const std::byte> message)
+{
+    Reader from(message);
+    while (!from.empty())
+        switch (static_cast<Kind>(from.take<std::uint8_t>())) {
+        case Kind::notice:
+            region.hear(from);
+            break;
+        case Kind::added:
+            directory.add(from.take<std::uint64_t>());
+            break;
+        case Kind::removed:
+            directory.remove(from.take<std::uint64_t>());
+            break;
+        case Kind::migrating: {
+            const auto id = from.take<std::uint64_t>();
+            owned.receive(id, Object<Dim, T>::read(from));
+            const std::span<const std::byte> bytes =
+                from.bytes(static_cast<std::size_t>(from.take<std::uint64_t>()));
+            const auto& kept = coming.payloads.emplace_back(bytes.begin(), bytes.end());
+            coming.arrived.push_back({id, kept});
+            break;
+        }
+        default:
+            return;
+        }
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::hear_pairs(std::span<const std::byte> message)
+{
+    Reader from(message);
+    while (!from.empty()) {
+        const auto kind = static_cast<Kind>(from.take<std::uint8_t>());
+        if (kind == Kind::end) return;
+        const auto a = from.take<std::uint64_t>(), b = from.take<std::uint64_t>();
+        if (kind == Kind::ended) {
+            coming.ended.push_back({a, b, static_cast<EndReason>(from.take<std::uint8_t>())});
+            continue;
+        }
+        auto& list = kind == Kind::began ? coming.began : coming.persisted;
+        const auto bounds_a = from.box<Dim, T>(), bounds_b = from.box<Dim, T>();
+        list.push_back({a, b, bounds_a, bounds_b, from.take<std::int32_t>()});
+    }
+}
+
+template void World<2, float>::Implementation::update();
+template void World<2, double>::Implementation::update();
+template void World<3, float>::Implementation::update();
+template void World<3, double>::Implementation::update();
+
+} // namespace mpi
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// Any bytes as an NPY file. What is read is read again from the plainest file of the same boxes.
+#include <cstring>
+
+#include "read_file.hpp"
+
+JOSTLE_FUZZ_TARGET(npy)
+{
+    const std::vector<std::uint8_t> bytes = in.rest();
+    const auto read = fuzz::read_or_refuse(bytes, jostle_tool::read_npy);
+    if (!read) return;
+    std::string plain;
+    std::visit(
+        [&](const auto& boxes) {
+            using Box = typename std::decay_t<decltype(boxes)>::value_type;
+            using T = typename decltype(Box::lo)::value_type;
+            fuzz::demand(boxes.size() * sizeof(Box) < bytes.size(), "more boxes than the file has bytes for");
+            std::string header = std::string("{'descr': '<f") + (sizeof(T) == 4 ? "4" : "8") +
+                                 "', 'fortran_order': False, 'shape': (" + std::to_string(boxes.size()) +
+                                 ", " + std::to_string(sizeof(Box) / sizeof(T)) + "), }\n";
+            plain = std::string("\x93NUMPY\x01\x00", 8);
+            plain += static_cast<char>(header.size());
+            plain += '\0';
+            plain += header;
+            plain.append(reinterpret_cast<const char*>(boxes.data()), boxes.size() * sizeof(Box));
+            fuzz::count_boxes(boxes.size());
+        },
+        read->boxes);
+    const auto again = fuzz::read_or_refuse(plain, jostle_tool::read_npy);
+    fuzz::demand(again && fuzz::same_boxes(*read, *again), "a plain file of the same boxes reads as others");
+}

@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""check_site.py SITE: every link within the built site leads to a page or file of it, and every anchor to a place.
+
+Links to elsewhere may stand in the text; a page that would itself fetch something from elsewhere fails.
+"""
+import html.parser
+import pathlib
+import posixpath
+import sys
+import urllib.parse
+
+
+class Page(html.parser.HTMLParser):
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.fetched, self.anchors = set(), set(), set()
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        for name, value in attributes:
+            if name == "id" or name == "name" and tag == "a":
+                self.anchors.add(value)
+            elif name == "href" and tag == "a":
+                self.links.add(value)
+            elif name in ("href", "src") and value and dict(attributes).get("rel") != "canonical":
+                self.fetched.add(value)
+
+
+site = pathlib.Path(sys.argv[1])
+pages = {file.relative_to(site).as_posix(): Page(file.read_text()) for file in site.rglob("*.html")}
+checked, problems = 0, []
+for name, page in sorted(pages.items()):
+    for link in sorted(page.links | page.fetched):
+        address = urllib.parse.urlsplit(link)
+        if address.scheme or address.netloc:
+            if link in page.fetched and address.scheme != "data":
+                problems.append(f"{name}: fetches {link}")
+            continue
+        checked += 1
+        start = "" if link.startswith("/") or name == "404.html" else posixpath.dirname(name)
+        target = posixpath.normpath(posixpath.join(start, urllib.parse.unquote(address.path).lstrip("/"))) \
+            if address.path else name
+        if (site / target).is_dir():
+            target = posixpath.normpath(posixpath.join(target, "index.html"))
+        if not (site / target).is_file():
+            problems.append(f"{name}: {link} leads nowhere")
+        elif address.fragment and target in pages and urllib.parse.unquote(address.fragment) not in pages[target].anchors:
+            problems.append(f"{name}: {link} names no place of {target}")
+
+print(*problems, sep="\n", end="\n" if problems else "")
+print(f"{len(pages)} pages, {checked} links, {len(problems)} of them wrong")
+sys.exit(bool(problems) or len(pages) < 50)

@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# package.sh BINDINGS BUILDS SCRATCH: builds the npm package, packs it, and installs the tarball where the tests lie.
+set -euo pipefail
+bindings=$1 builds=$2 scratch=$3
+rm -rf "$scratch"
+mkdir -p "$scratch/consumer"
+"$bindings/build" "$scratch/jostle" "$builds"
+cd "$scratch"
+npm pack --silent ./jostle
+tarball=$(ls jostle-*.tgz)
+for file in jostle.d.ts LICENSE README.md package.json src/index.js dist/jostle{,-pairs,-threads}.{js,wasm} dist/jostle-threads.worker.js; do
+    tar -tzf "$tarball" "package/$file" >/dev/null # is in it
+done
+# The sizes that the guide tells, in kB.
+for module in dist/jostle{,-pairs,-threads}.wasm; do
+    kilobytes=$(($(gzip -9c "jostle/$module" | wc -c) / 1000))
+    told=$(sed -n "s/^| .$(basename $module). .* | \([0-9]*\) kB |$/\1/p" "$bindings/../../docs/guide/javascript.md")
+    ((told > 0 && kilobytes <= told + told / 20 && kilobytes >= told - told / 20)) ||
+        { echo "$module has $kilobytes kB gzipped, and the guide says ${told:-nothing}"; exit 1; }
+done
+# What threads.sed mends for bundlers.
+if grep -q 'import(' jostle/dist/jostle-threads.worker.js || grep -q 'new URL("jostle-threads.worker' jostle/dist/jostle-threads.js; then
+    echo "bindings/js/threads.sed doesn't fit emscripten's glue"
+    exit 1
+fi
+cd consumer
+echo '{ "type": "module", "private": true }' >package.json
+npm install --silent --offline --no-audit --no-fund "../$tarball"
+cp "$bindings"/test/* .

@@ -1,0 +1,459 @@
+// The page: controls, the address, and the turn of frames between engine and view.
+import * as Comlink from "comlink";
+
+import type { Engine } from "./engine.worker";
+import { type Buffers, type Frame, type Loaded, type SceneName } from "./messages";
+import { grouped, partOf, roundAt } from "./numbers";
+import { element, Figures, Race, raceEngines, showPath } from "./panel";
+import { formatState, limits, parseState, type State } from "./state";
+import { View, type Theme } from "./view";
+
+const status = (text: string): void => void (element("status").textContent = text);
+
+function message(text: string): void {
+  element("message").textContent = text;
+  element("message").hidden = text === "";
+}
+
+function words(error: unknown): string {
+  return error instanceof Error ? error.message : String(error);
+}
+
+class Page {
+  private readonly engine: Comlink.Remote<Engine>;
+  private readonly view: View | undefined;
+  private readonly figures = new Figures();
+  private state!: State;
+  private loaded!: Loaded;
+  private frame: Frame | undefined;
+  /** The name of the file that is shown in place of the scene. */
+  private file: string | undefined;
+  private spare: Buffers = { boxes: new Float32Array(0), pairs: new Uint32Array(0) };
+  /** What the engine is asked is done one after another. */
+  private turn: Promise<unknown> = Promise.resolve();
+  private stepping = false;
+  private stepped = 0;
+  private chosen: number | undefined;
+  private showsBricks = false;
+  private explained = 0;
+  private theme: Theme;
+  private readonly stillness = matchMedia("(prefers-reduced-motion: reduce)");
+
+  constructor() {
+    const worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module", name: "engine" });
+    worker.addEventListener("error", (event) => {
+      message(`The engine couldn't be started: ${event.message || "its files are missing"}. Reload the page to try again.`);
+    });
+    this.engine = Comlink.wrap<Engine>(worker);
+    this.view = this.makeView();
+    this.theme = matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
+    this.applyTheme();
+  }
+
+  private makeView(): View | undefined {
+    try {
+      const view = new View(element<HTMLCanvasElement>("canvas"));
+      view.onPick = (from, direction) => void this.pick(from, direction);
+      view.onContext = (lost) =>
+        message(lost ? "The graphics card was taken away from this page. The engine goes on; the picture comes back by itself." : "");
+      return view;
+    } catch {
+      message("This browser doesn't draw with WebGL 2. The engine runs all the same; only the picture is missing.");
+      return undefined;
+    }
+  }
+
+  async start(): Promise<void> {
+    // Whatever the address says of threads, the first module is loaded with them.
+    this.state = parseState(location.hash, []);
+    this.loaded = await this.engine.load(this.state.threads);
+    this.state = this.read();
+    if (this.stillness.matches) this.state.paused = true;
+    this.fillControls();
+    this.listen();
+    await this.open();
+    if (this.stillness.matches) status("Paused, because your system asks for less motion. Press Play to see it move.");
+    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  private read(): State {
+    return parseState(
+      location.hash,
+      this.loaded.scenes.map(({ name }) => name),
+    );
+  }
+
+  /** Runs `work` when the engine has done what it was asked before. */
+  private inTurn<Result>(work: () => Promise<Result>): Promise<Result> {
+    const result = this.turn.then(work);
+    this.turn = result.catch(() => {});
+    return result;
+  }
+
+  // --- Frames -------------------------------------------------------------------------------------------
+
+  private async open(): Promise<void> {
+    const { scene, n, seed, ratio, frame } = this.state;
+    message("");
+    status(`Making ${grouped(n)} bodies.`);
+    const last = this.frame;
+    try {
+      const opened = await this.inTurn(() => this.engine.open({ scene, n, seed, ratio, frame }));
+      this.file = undefined;
+      this.begin(opened);
+    } catch (error) {
+      message(`${grouped(n)} bodies of '${scene}' couldn't be made: ${words(error)}`);
+      if (last === undefined || last.count >= n) return;
+      // What could be made before can be made again.
+      this.state = { ...this.state, n: last.count, frame: 0 };
+      this.showControls();
+      const again = await this.inTurn(() => this.engine.open({ scene, n: last.count, seed, ratio, frame: 0 }));
+      this.begin(again);
+    }
+  }
+
+  /** The first frame of something new. */
+  private begin(frame: Frame): void {
+    this.chosen = undefined;
+    this.view?.choose([]);
+    showPath(undefined, frame);
+    element("race-result").replaceChildren();
+    this.figures.restart();
+    this.view?.lookAt(frame);
+    this.show(frame);
+    this.showControls();
+    const timeline = (frame.frames ?? 1) > 1;
+    element("timeline").hidden = !timeline;
+    if (timeline) element<HTMLInputElement>("time").max = String(frame.frames! - 1);
+    status(`${grouped(frame.count)} bodies, ${grouped(frame.pairCount)} pairs touch.`);
+  }
+
+  private show(frame: Frame): void {
+    if (this.frame) this.spare = { boxes: this.frame.boxes, pairs: this.frame.pairs };
+    this.frame = frame;
+    this.view?.show(frame);
+    this.figures.show(frame, performance.now());
+    if (frame.frames !== undefined) {
+      element<HTMLInputElement>("time").value = String(frame.frame);
+      element("time-shown").textContent = grouped(frame.frame);
+    }
+  }
+
+  private async step(): Promise<void> {
+    if (this.stepping || this.frame === undefined) return;
+    this.stepping = true;
+    const { spare } = this;
+    this.spare = { boxes: new Float32Array(0), pairs: new Uint32Array(0) };
+    try {
+      const buffers = [spare.boxes.buffer, spare.pairs.buffer];
+      this.show(await this.inTurn(() => this.engine.step(Comlink.transfer(spare, buffers))));
+    } catch (error) {
+      this.pause(true);
+      message(`The next frame couldn't be found: ${words(error)}`);
+    } finally {
+      this.stepping = false;
+    }
+  }
+
+  private tick(now: number): void {
+    requestAnimationFrame((next) => this.tick(next));
+    if (this.view) {
+      this.view.turning = !this.state.paused && !this.stillness.matches && this.chosen === undefined;
+      this.view.refresh(now);
+    }
+    const interval = 1000 / this.state.motion;
+    // Screens refresh at their own times: what is due within some milliseconds is due now.
+    const ready = !this.state.paused && !this.stepping && this.view?.isShown !== false;
+    if (ready && now - this.stepped >= interval - 4) {
+      this.stepped = Math.max(this.stepped + interval, now - interval);
+      void this.step();
+    }
+    if ((this.chosen !== undefined || this.showsBricks) && !this.state.paused && now - this.explained > 250) {
+      this.explained = now;
+      void this.explain();
+    }
+  }
+
+  // --- What somebody asks -------------------------------------------------------------------------------
+
+  private async pick(from: number[], direction: number[]): Promise<void> {
+    const box = await this.inTurn(() => this.engine.pick(from, direction));
+    this.choose(box < 0 ? undefined : box);
+  }
+
+  private choose(box: number | undefined): void {
+    this.chosen = box;
+    if (box === undefined && this.frame) {
+      this.view?.choose([]);
+      showPath(undefined, this.frame);
+    }
+    void this.explain();
+  }
+
+  /** Shows bricks, and the way of the box that was chosen. */
+  private async explain(): Promise<void> {
+    const { chosen } = this;
+    if (this.frame === undefined) return;
+    if (chosen === undefined) {
+      this.view?.showBricks(this.showsBricks ? await this.inTurn(() => this.engine.bricks()) : undefined);
+      return;
+    }
+    const { path, list } = await this.inTurn(() => this.engine.path(chosen));
+    if (chosen !== this.chosen) return; // somebody was faster
+    this.view?.choose([chosen, ...path.partners.map(({ box }) => box)]);
+    // Alone the bricks of the box are shown, unless all are.
+    this.view?.showBricks(this.showsBricks ? list : only(list, path.bricks), this.showsBricks ? path.bricks : allOf(path.bricks));
+    showPath(path, this.frame);
+    element("let-go").addEventListener("click", () => this.choose(undefined));
+  }
+
+  private async race(): Promise<void> {
+    const button = element<HTMLButtonElement>("race");
+    button.disabled = true;
+    const wasPaused = this.state.paused;
+    this.pause(true);
+    const race = new Race();
+    try {
+      for (const engine of raceEngines) {
+        button.textContent = "Running…";
+        race.add(engine, await this.inTurn(() => this.engine.race(engine)));
+      }
+    } catch (error) {
+      message(`The race was broken off: ${words(error)}`);
+    }
+    button.textContent = "Race again";
+    button.disabled = false;
+    this.pause(wasPaused);
+  }
+
+  private async openFile(file: File): Promise<void> {
+    message("");
+    try {
+      const bytes = new Uint8Array(await file.arrayBuffer());
+      const frame = await this.inTurn(() => this.engine.openFile(Comlink.transfer(bytes, [bytes.buffer]), file.name));
+      this.file = file.name;
+      this.begin(frame);
+    } catch (error) {
+      message(words(error));
+    }
+  }
+
+  // --- Controls -----------------------------------------------------------------------------------------
+
+  private fillControls(): void {
+    const option = (value: string, text: string): HTMLOptionElement => new Option(text, value);
+    const group = (label: string, scenes: SceneName[]): HTMLOptGroupElement => {
+      const made = document.createElement("optgroup");
+      made.label = label;
+      made.append(...scenes.map(({ name, summary }) => option(name, summary)));
+      return made;
+    };
+    const { scenes, threads, mostThreads, instructionSet, version } = this.loaded;
+    element("scene").replaceChildren(
+      group("Drifting boxes", scenes.filter(({ simulated }) => !simulated)),
+      group("Falling bodies", scenes.filter(({ simulated }) => simulated)),
+    );
+    const counts = [...new Set([1, 2, 4, 8, 16, mostThreads].filter((count) => count <= mostThreads))];
+    element("threads").replaceChildren(...counts.map((count) => option(String(count), String(count))));
+    element<HTMLSelectElement>("threads").value = String(threads);
+    element<HTMLSelectElement>("threads").disabled = mostThreads === 1;
+    const note = element("threads-note");
+    note.hidden = crossOriginIsolated;
+    note.textContent = "One thread: this page's server doesn't isolate it from other origins, which browsers want for more.";
+    const simd = instructionSet === "scalar" ? "without SIMD" : "with SIMD";
+    element("about").textContent = `Jostle ${version}, in WebAssembly ${simd}. The same pairs, to the last one, as the native library finds.`;
+  }
+
+  /** Has the controls and the address show the state. */
+  private showControls(): void {
+    const { scene, n, ratio, motion, paused } = this.state;
+    const select = element<HTMLSelectElement>("scene");
+    select.querySelector("[data-file]")?.remove();
+    if (this.file !== undefined) {
+      const own = new Option(this.file, "");
+      own.dataset.file = "";
+      select.prepend(own);
+      select.value = "";
+    } else {
+      select.value = scene;
+    }
+    const simulated = scene.startsWith("falling-");
+    const range = (id: string, part: number, text: string, off: boolean): void => {
+      const input = element<HTMLInputElement>(id);
+      input.value = String(Math.round(part * Number(input.max)));
+      input.disabled = off;
+      input.setAttribute("aria-valuetext", text);
+      element(`${id}-shown`).textContent = text;
+    };
+    range("n", partOf(n, ...limits.n), grouped(n), this.file !== undefined);
+    range("ratio", partOf(ratio, ...limits.ratio), ratio === 1 ? "as in the scene" : `1 : ${grouped(ratio)}`,
+      this.file !== undefined || simulated);
+    element<HTMLInputElement>("motion").value = String(motion);
+    element("motion-shown").textContent = String(motion);
+    element("pause").textContent = paused ? "Play" : "Pause";
+    history.replaceState(null, "", this.file === undefined ? formatState(this.state) : location.pathname + location.search);
+  }
+
+  private pause(paused: boolean): void {
+    if (this.state.paused === paused) return;
+    this.state.paused = paused;
+    // A link to a scene at rest shows the very frame.
+    this.state.frame = paused && this.file === undefined ? (this.frame?.frame ?? 0) : 0;
+    this.showControls();
+    if (this.frame) this.figures.write(this.frame);
+    if (paused && this.frame)
+      status(`Paused at frame ${grouped(this.frame.frame)}: ${grouped(this.frame.pairCount)} pairs touch.`);
+    void this.explain();
+  }
+
+  private async stepOnce(): Promise<void> {
+    this.pause(true);
+    await this.step();
+    this.state.frame = this.file === undefined ? (this.frame?.frame ?? 0) : 0;
+    this.showControls();
+    if (this.frame) {
+      this.figures.write(this.frame);
+      status(`Frame ${grouped(this.frame.frame)}: ${grouped(this.frame.pairCount)} pairs touch.`);
+    }
+    await this.explain();
+  }
+
+  private async change(to: Partial<State>): Promise<void> {
+    this.state = { ...this.state, frame: 0, ...to };
+    this.file = undefined;
+    this.showControls();
+    await this.open();
+  }
+
+  private async changeThreads(threads: number): Promise<void> {
+    this.state.threads = threads;
+    this.loaded = await this.inTurn(() => this.engine.load(threads));
+    await this.change({ frame: this.frame?.frame ?? 0 });
+  }
+
+  private applyTheme(): void {
+    document.documentElement.dataset.theme = this.theme;
+    element("theme").textContent = this.theme === "dark" ? "Light colours" : "Dark colours";
+    this.view?.setTheme(this.theme);
+  }
+
+  private listen(): void {
+    const on = (id: string, event: string, work: (input: HTMLInputElement) => void): void =>
+      element(id).addEventListener(event, () => work(element<HTMLInputElement>(id)));
+    const part = (input: HTMLInputElement): number => Number(input.value) / Number(input.max);
+
+    on("pause", "click", () => this.pause(!this.state.paused));
+    on("step", "click", () => void this.stepOnce());
+    on("again", "click", () => void this.change({ seed: (this.state.seed % (2 ** 32 - 1)) + 1 }));
+    on("scene", "change", ({ value }) => void this.change({ scene: value }));
+    on("n", "input", (input) => (element("n-shown").textContent = grouped(roundAt(part(input), ...limits.n))));
+    on("n", "change", (input) => void this.change({ n: roundAt(part(input), ...limits.n) }));
+    on("ratio", "input", (input) => (element("ratio-shown").textContent = `1 : ${grouped(roundAt(part(input), ...limits.ratio))}`));
+    on("ratio", "change", (input) => void this.change({ ratio: roundAt(part(input), ...limits.ratio) }));
+    on("motion", "input", ({ value }) => {
+      this.state.motion = Number(value);
+      this.showControls();
+    });
+    on("threads", "change", ({ value }) => void this.changeThreads(Number(value)));
+    on("show-bricks", "change", ({ checked }) => {
+      this.showsBricks = checked;
+      void this.explain();
+    });
+    const cut = (): void => this.view?.cutAt(Number(element<HTMLSelectElement>("cut-axis").value), part(element<HTMLInputElement>("cut")));
+    on("cut", "input", cut);
+    on("cut-axis", "change", cut);
+    on("race", "click", () => void this.race());
+    on("theme", "click", () => {
+      this.theme = this.theme === "dark" ? "light" : "dark";
+      this.applyTheme();
+    });
+    on("file", "change", (input) => {
+      const file = input.files?.[0];
+      if (file) void this.openFile(file);
+      input.value = ""; // so that the same file can be chosen again
+    });
+    on("time", "input", ({ value }) => {
+      this.pause(true);
+      void this.inTurn(() => this.engine.go(Number(value))).then((frame) => {
+        this.show(frame);
+        this.figures.write(frame);
+        return this.explain();
+      });
+    });
+    window.addEventListener("hashchange", () => {
+      const next = this.read();
+      if (formatState(next) !== formatState(this.state)) void this.change(next);
+    });
+    window.addEventListener("keydown", (event) => {
+      const { target } = event;
+      if (event.ctrlKey || event.altKey || event.metaKey) return;
+      const takesKeys = target instanceof HTMLElement && target.matches("button, input, select, textarea");
+      if (event.key === " " && !takesKeys) this.pause(!this.state.paused);
+      else if (event.key === "." && !takesKeys) void this.stepOnce();
+      else if (event.key === "Escape" && this.chosen !== undefined) this.choose(undefined);
+      else return;
+      event.preventDefault();
+    });
+    this.listenForDrops();
+  }
+
+  private listenForDrops(): void {
+    const hint = element("drop");
+    window.addEventListener("dragover", (event) => {
+      event.preventDefault();
+      hint.hidden = false;
+    });
+    window.addEventListener("dragleave", (event) => {
+      if (event.relatedTarget === null) hint.hidden = true; // it left the window
+    });
+    window.addEventListener("drop", (event) => {
+      event.preventDefault();
+      hint.hidden = true;
+      const file = event.dataTransfer?.files[0];
+      if (file) void this.openFile(file);
+    });
+  }
+
+  /** The page's numbers, for scripts; undefined until the first frame. */
+  stats(): object | undefined {
+    const { frame, state } = this;
+    if (frame === undefined) return undefined;
+    return {
+      scene: this.file ?? state.scene,
+      n: frame.count,
+      seed: state.seed,
+      ratio: state.ratio,
+      frame: frame.frame,
+      pairs: frame.pairCount,
+      checksum: frame.checksum,
+      ms: frame.ms,
+      threads: frame.threads,
+      instructionSet: this.loaded.instructionSet,
+      paused: state.paused,
+      chosen: this.chosen,
+      drawn: this.view?.drawn,
+    };
+  }
+}
+
+type List = Awaited<ReturnType<Engine["bricks"]>>;
+/** Some bricks of a list. */
+function only(list: List, bricks: readonly number[]): List {
+  return {
+    bounds: Float32Array.from(bricks.flatMap((brick) => [...list.bounds.subarray(6 * brick, 6 * brick + 6)])),
+    records: Uint32Array.from(bricks, (brick) => list.records[brick]!),
+  };
+}
+function allOf(bricks: readonly number[]): number[] {
+  return bricks.map((_, k) => k);
+}
+
+declare global {
+  interface Window {
+    jostle: { stats: () => object | undefined };
+  }
+}
+
+const page = new Page();
+window.jostle = { stats: () => page.stats() };
+page.start().catch((error: unknown) => message(`The engine couldn't be started: ${words(error)}`));

@@ -1,0 +1,95 @@
+// What the page and its worker tell each other.
+
+/** How many boxes, and pairs, stand in a row of the textures that they are drawn from; buffers hold whole rows. */
+export const boxesPerRow = 1024;
+export const pairsPerRow = 1024;
+/** No more pairs than this are drawn; all are counted. */
+export const mostPairsDrawn = 1 << 21;
+
+/** A seeded scene: the boxes of `jostle bench SCENE -n N --seed SEED`, or the bodies of `jostle simulate`. */
+export interface SceneChoice {
+  scene: string;
+  n: number;
+  seed: number;
+  /** The biggest box's edge over the smallest one's, where 1 leaves the scene's boxes as they are. */
+  ratio: number;
+  /** The frame to begin with. */
+  frame: number;
+}
+
+export interface SceneName {
+  name: string;
+  summary: string;
+  simulated: boolean;
+}
+
+export interface Loaded {
+  scenes: SceneName[];
+  threads: number;
+  mostThreads: number;
+  instructionSet: string;
+  version: string;
+}
+
+export interface StageTimes {
+  tune: number;
+  scatter: number;
+  sweep: number;
+  finish: number;
+}
+
+/** Memory that travels to the worker and back, so that a steady frame allocates none. */
+export interface Buffers {
+  boxes: Float32Array<ArrayBuffer>;
+  pairs: Uint32Array<ArrayBuffer>;
+}
+
+/** One frame: boxes, the pairs that touch, and what finding them took. */
+export interface Frame extends Buffers {
+  /** `boxes` has 6 numbers for each of these (lo, then hi), and zeros up to whole rows. */
+  count: number;
+  /** `pairs` has two numbers for each of these, and room for more, up to whole rows. */
+  drawnPairs: number;
+  pairs: Uint32Array<ArrayBuffer>;
+  pairCount: number;
+  checksum: string;
+  frame: number;
+  frames: number | undefined; // of a recording
+  ms: number;
+  stages: StageTimes;
+  records: number;
+  bricks: number;
+  candidates: number;
+  threads: number;
+  /** Added to drawn coordinates it gives the user's. */
+  origin: [number, number, number];
+}
+
+/** The bricks that have records: 6 numbers each. */
+export interface BrickList {
+  bounds: Float32Array<ArrayBuffer>;
+  records: Uint32Array<ArrayBuffer>;
+}
+
+/** How one box went through the engine. */
+export interface Path {
+  box: number;
+  /** Places in a BrickList. */
+  bricks: number[];
+  partners: Partner[];
+}
+export interface Partner {
+  box: number;
+  /** How far the boxes overlap on each axis. */
+  overlap: number[];
+  /** The brick that reports the pair: a place in a BrickList; -1 where there are so few boxes that no brick is needed. */
+  owner: number;
+}
+
+export type RaceEngine = "grid" | "chapter" | "uniform" | "brute";
+export interface RaceOutcome {
+  /** Undefined if the engine was left out, because it would have taken too long. */
+  result: { ms: number; pairs: number; checksum: string } | undefined;
+  /** About how many pairs of boxes it tests, where that is known. */
+  tests: number;
+}

@@ -1,0 +1,204 @@
+// What the page says in words, numbers and bars.
+import type { Frame, Path, RaceEngine, RaceOutcome } from "./messages";
+import { grouped, inWords, milliseconds } from "./numbers";
+
+/** The element of index.html with this id. */
+export function element<E extends HTMLElement = HTMLElement>(id: string): E {
+  const found = document.getElementById(id);
+  if (found === null) throw new Error(`index.html has no element '${id}'`);
+  return found as E;
+}
+
+function make(tag: string, className: string, ...content: (Node | string)[]): HTMLElement {
+  const made = document.createElement(tag);
+  if (className) made.className = className;
+  made.append(...content);
+  return made;
+}
+
+/** A bar with its name and value. */
+class Bar {
+  readonly root: HTMLElement;
+  private readonly value = make("span", "value");
+  private readonly fill = make("div", "fill");
+
+  constructor(name: string, tone?: string) {
+    if (tone) this.fill.style.setProperty("--tone", tone);
+    this.fill.style.transform = "scaleX(0)";
+    const track = make("div", "track", this.fill);
+    track.ariaHidden = "true";
+    this.root = make("div", "bar", make("span", "", name), this.value, track);
+  }
+  show(part: number, text: string): void {
+    this.fill.style.transform = `scaleX(${Math.min(1, Math.max(0, part)).toFixed(4)})`;
+    this.value.textContent = text;
+  }
+}
+
+const stageNames = {
+  tune: "choose a grid of bricks",
+  scatter: "sort boxes into bricks",
+  sweep: "find pairs in bricks",
+  finish: "put pairs in order",
+} as const;
+type Stage = keyof typeof stageNames;
+const stageList = Object.keys(stageNames) as Stage[];
+
+/** The figures of the last frame. Times are smoothed, so that they can be read. */
+export class Figures {
+  private readonly bars: Record<Stage, Bar>;
+  private smooth: { ms: number; stages: Record<Stage, number> } | undefined;
+  private lastWritten = -Infinity;
+
+  constructor() {
+    const bar = (stage: Stage, k: number): Bar => {
+      const made = new Bar(stageNames[stage], `var(--stage-${k + 1})`);
+      element("stages").append(made.root);
+      return made;
+    };
+    this.bars = Object.fromEntries(stageList.map((stage, k) => [stage, bar(stage, k)])) as Record<Stage, Bar>;
+  }
+
+  /** Begins anew: what was smoothed belongs to another scene. */
+  restart(): void {
+    this.smooth = undefined;
+    this.lastWritten = -Infinity;
+  }
+
+  show(frame: Frame, now: number): void {
+    const mix = (old: number, value: number): number => old + (value - old) * 0.15;
+    const { smooth } = this;
+    if (smooth === undefined) this.smooth = { ms: frame.ms, stages: { ...frame.stages } };
+    else {
+      smooth.ms = mix(smooth.ms, frame.ms);
+      for (const stage of stageList) smooth.stages[stage] = mix(smooth.stages[stage], frame.stages[stage]);
+    }
+    if (now - this.lastWritten < 100) return; // faster than that nobody reads
+    this.lastWritten = now;
+    this.write(frame);
+  }
+
+  write(frame: Frame): void {
+    const { ms, stages } = this.smooth ?? frame;
+    element("pairs").textContent = grouped(frame.pairCount);
+    element("ms").textContent = milliseconds(ms);
+    element("bodies").textContent = grouped(frame.count);
+    element("brute").textContent = inWords((frame.count * (frame.count - 1)) / 2);
+    element("frame").textContent =
+      frame.frames === undefined ? grouped(frame.frame) : `${grouped(frame.frame + 1)} of ${grouped(frame.frames)}`;
+    const longest = Math.max(...stageList.map((stage) => stages[stage]), 1e-9);
+    for (const stage of stageList) this.bars[stage].show(stages[stage] / longest, `${milliseconds(stages[stage])} ms`);
+    element("work").textContent =
+      frame.bricks === 0
+        ? "So few boxes are compared at once: no bricks are needed."
+        : `${grouped(frame.records)} records of 16 bytes in ${grouped(frame.bricks)} bricks; ` +
+          `${grouped(frame.candidates)} candidates compared, of ${inWords((frame.count * (frame.count - 1)) / 2)}.`;
+  }
+}
+
+const axes = ["x", "y", "z"];
+
+/** A box's way through the engine, and why it touches what it touches. */
+export function showPath(path: Path | undefined, frame: Frame): void {
+  const root = element("chosen");
+  if (path === undefined) {
+    root.replaceChildren(
+      make(
+        "p",
+        "note",
+        "Click a box, or press Enter on the picture: its way through the engine, and why it touches what it touches.",
+      ),
+    );
+    return;
+  }
+  const { box, bricks, partners } = path;
+  const numbers = Array.from(frame.boxes.subarray(6 * box, 6 * box + 6), (value, k) => value + frame.origin[k % 3]!);
+  const corner = (from: number): string =>
+    `(${numbers
+      .slice(from, from + 3)
+      .map((value) => value.toFixed(2))
+      .join(", ")})`;
+  const close = make("button", "", "Let go") as HTMLButtonElement;
+  close.type = "button";
+  close.id = "let-go";
+  const stored =
+    bricks.length === 0
+      ? "With so few boxes no brick is needed."
+      : bricks.length === 1
+        ? `It lies in one brick: one record of 16 bytes.`
+        : `It reaches into ${bricks.length} bricks: ${bricks.length} records of 16 bytes.`;
+  const list = make("ul", "");
+  list.tabIndex = 0;
+  list.setAttribute("aria-label", "Boxes that it touches");
+  for (const partner of partners.slice(0, 200)) {
+    const least = partner.overlap.indexOf(Math.min(...partner.overlap));
+    list.append(
+      make(
+        "li",
+        "",
+        `Box ${grouped(partner.box)}: they share ${partner.overlap.map((part) => part.toFixed(2)).join(" × ")}, least along ` +
+          `${axes[least]}${partner.owner >= 0 ? `; brick ${grouped(partner.owner)} reports it` : ""}.`,
+      ),
+    );
+  }
+  root.replaceChildren(
+    make("p", "", make("strong", "", `Box ${grouped(box)}`), ` from ${corner(0)} to ${corner(3)}. ${stored}`),
+    make(
+      "p",
+      "",
+      partners.length === 0
+        ? "It touches nothing: every other box is apart from it along at least one axis."
+        : `It touches ${partners.length === 1 ? "one box" : `${grouped(partners.length)} boxes`}, ` +
+          "because they overlap along every axis. Where both lie in several bricks, the one in which the later of the two begins " +
+          "reports the pair, and no other.",
+    ),
+    ...(partners.length > 0 ? [list] : []),
+    make("p", "", close),
+  );
+}
+
+const engineNames: Record<RaceEngine, string> = {
+  grid: "Jostle",
+  chapter: "hierarchical hash grid",
+  uniform: "uniform grid",
+  brute: "brute force",
+};
+export const raceEngines = Object.keys(engineNames) as RaceEngine[];
+
+/** The race, result by result. */
+export class Race {
+  private readonly outcomes = new Map<RaceEngine, RaceOutcome>();
+
+  add(engine: RaceEngine, outcome: RaceOutcome): void {
+    this.outcomes.set(engine, outcome);
+    const longest = Math.max(...this.finished().map(({ ms }) => ms));
+    const own = this.outcomes.get("grid")?.result?.ms ?? 0;
+    const bars = [...this.outcomes].map(([name, { result, tests }]) => {
+      const bar = new Bar(engineNames[name], name === "grid" ? "var(--accent)" : "var(--glass)");
+      if (result === undefined) bar.show(1, `left out: ${inWords(tests)} tests`);
+      else {
+        const beside = name !== "grid" && own > 0 ? `, ${multiple(result.ms / own)}` : "";
+        bar.show(result.ms / longest, `${milliseconds(result.ms)} ms${beside}`);
+      }
+      return bar.root;
+    });
+    if (this.outcomes.size === raceEngines.length) bars.push(make("p", "verdict", this.verdict()));
+    element("race-result").replaceChildren(...bars);
+  }
+
+  private finished(): NonNullable<RaceOutcome["result"]>[] {
+    return [...this.outcomes.values()].flatMap(({ result }) => (result ? [result] : []));
+  }
+
+  private verdict(): string {
+    const [first, ...others] = this.finished();
+    if (first === undefined) return "Nobody finished.";
+    return others.every(({ pairs, checksum }) => pairs === first.pairs && checksum === first.checksum)
+      ? `All that ran found the same ${grouped(first.pairs)} pairs.`
+      : "They found different pairs. That is a mistake: please report it, with this page's address.";
+  }
+}
+
+function multiple(factor: number): string {
+  return `${factor >= 10 ? grouped(factor) : factor.toFixed(1)} times as long`;
+}

@@ -1,0 +1,69 @@
+// The way of a box through the engine: from input to bricks, and from bricks to pairs.
+import type { Jostle } from "jostle";
+
+import type { BrickList, Path, Partner } from "./messages";
+import type { Source } from "./sources";
+
+/**
+ * The bricks that have records, drawn about `origin`, and, where a box is given, its way. `pairs` are those of the
+ * last search.
+ */
+export function pathOf(
+  jostle: Jostle,
+  source: Source,
+  origin: readonly number[],
+  box: number | undefined,
+  pairs: Uint32Array,
+): { path: Path | undefined; list: BrickList } {
+  // Before bricks are asked for: what a search found lies in the module's memory.
+  const partners: number[] = [];
+  if (box !== undefined)
+    for (let i = 0; i < pairs.length; i += 2) {
+      if (pairs[i] === box) partners.push(pairs[i + 1]!);
+      if (pairs[i + 1] === box) partners.push(pairs[i]!);
+    }
+  partners.sort((a, b) => a - b);
+
+  const { dim } = source;
+  const bricks = jostle.bricks(source.boxes, { dim });
+  const count = bricks.first.length - 1;
+  const bounds = new Float32Array(6 * count);
+  const records = new Uint32Array(count);
+  for (let k = 0; k < count; ++k) {
+    records[k] = bricks.first[k + 1]! - bricks.first[k]!;
+    for (let axis = 0; axis < dim; ++axis) {
+      const from = bricks.origin[axis]! + bricks.at[dim * k + axis]! * bricks.edge[axis]! - origin[axis]!;
+      bounds[6 * k + axis] = from;
+      bounds[6 * k + 3 + axis] = from + bricks.edge[axis]!;
+    }
+  }
+  const list: BrickList = { bounds, records };
+  if (box === undefined) return { path: undefined, list };
+
+  // Which bricks hold each box of interest, and on which axes it began in a lower one.
+  const wanted = new Set([box, ...partners]);
+  const copies = new Map<number, Map<number, number>>();
+  for (let k = 0; k < count; ++k)
+    for (let r = bricks.first[k]!; r < bricks.first[k + 1]!; ++r) {
+      const object = bricks.objects[r]!;
+      if (!wanted.has(object)) continue;
+      let of = copies.get(object);
+      if (of === undefined) copies.set(object, (of = new Map()));
+      of.set(k, bricks.copies[r]!);
+    }
+  const mine = copies.get(box) ?? new Map<number, number>();
+  const { numbers } = source;
+  const partner = (other: number): Partner => {
+    const overlap: number[] = [];
+    for (let axis = 0; axis < dim; ++axis) {
+      const a = 2 * dim * box + axis;
+      const b = 2 * dim * other + axis;
+      overlap.push(Math.min(numbers[a + dim]!, numbers[b + dim]!) - Math.max(numbers[a]!, numbers[b]!));
+    }
+    // Of the bricks that both lie in, one has no axis on which both began earlier: it owns the pair.
+    let owner = -1;
+    for (const [k, flags] of copies.get(other) ?? []) if (mine.has(k) && (flags & mine.get(k)!) === 0) owner = k;
+    return { box: other, overlap, owner };
+  };
+  return { path: { box, bricks: [...mine.keys()], partners: partners.map(partner) }, list };
+}

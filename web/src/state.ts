@@ -1,0 +1,58 @@
+// What the address remembers: #scene=uniform&n=20000&seed=1
+
+export interface State {
+  scene: string;
+  n: number;
+  seed: number;
+  ratio: number;
+  /** 0: as many as there are. */
+  threads: number;
+  /** Frames a second. */
+  motion: number;
+  paused: boolean;
+  /** The frame that a paused scene stands at, or that a running one begins with. */
+  frame: number;
+}
+
+export const limits = { n: [1000, 500_000], ratio: [1, 1000], motion: [5, 60] } as const;
+
+export const opening: State = {
+  scene: "uniform",
+  n: 20_000,
+  seed: 1,
+  ratio: 1,
+  threads: 0,
+  motion: 60,
+  paused: false,
+  frame: 0,
+};
+
+function whole(text: string | null, fallback: number, least: number, most: number): number {
+  if (text === null || !/^\d{1,15}$/.test(text)) return fallback;
+  return Math.min(Math.max(Number(text), least), most);
+}
+
+/** What an address says; where it says nothing, or nonsense, the state is that of the opening. */
+export function parseState(hash: string, scenes: readonly string[]): State {
+  const fields = new URLSearchParams(hash.replace(/^#/, ""));
+  const scene = fields.get("scene") ?? opening.scene;
+  return {
+    scene: scenes.includes(scene) ? scene : opening.scene,
+    n: whole(fields.get("n"), opening.n, 1, limits.n[1]),
+    seed: whole(fields.get("seed"), opening.seed, 0, 2 ** 32 - 1),
+    ratio: whole(fields.get("ratio"), opening.ratio, ...limits.ratio),
+    threads: whole(fields.get("threads"), opening.threads, 0, 64),
+    motion: whole(fields.get("motion"), opening.motion, ...limits.motion),
+    paused: fields.get("paused") === "1",
+    frame: whole(fields.get("frame"), opening.frame, 0, 100_000),
+  };
+}
+
+/** The address of a state. What is as at the opening is left out, but for what a scene is made of. */
+export function formatState(state: State): string {
+  const fields = new URLSearchParams({ scene: state.scene, n: String(state.n), seed: String(state.seed) });
+  for (const name of ["ratio", "threads", "motion", "frame"] as const)
+    if (state[name] !== opening[name]) fields.set(name, String(state[name]));
+  if (state.paused) fields.set("paused", "1");
+  return "#" + fields.toString();
+}

@@ -1,0 +1,424 @@
+// Draws boxes, pairs and bricks. It knows nothing of the engine.
+import {
+  Box3,
+  BufferGeometry,
+  Color,
+  DataTexture,
+  FloatType,
+  Float32BufferAttribute,
+  GLSL3,
+  InstancedBufferAttribute,
+  InstancedBufferGeometry,
+  InstancedInterleavedBuffer,
+  InterleavedBufferAttribute,
+  LineSegments,
+  Mesh,
+  NearestFilter,
+  PerspectiveCamera,
+  RawShaderMaterial,
+  Raycaster,
+  RGFormat,
+  RGIntegerFormat,
+  Scene,
+  Sphere,
+  Vector2,
+  Vector3,
+  Vector4,
+  UnsignedIntType,
+  WebGLRenderer,
+  type IUniform,
+  type PixelFormat,
+  type TextureDataType,
+} from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+
+import { boxesPerRow, pairsPerRow, type BrickList, type Frame } from "./messages";
+import * as shaders from "./shaders";
+
+/** The three faces of each of some boxes that look at the camera: 4 corners and 2 triangles a face. See shaders.ts. */
+function faces(boxes: number): InstancedBufferGeometry {
+  const corners: number[] = [];
+  const axes: number[] = [];
+  const triangles: number[] = [];
+  for (let number = 0; number < 3 * boxes; ++number) {
+    const face = number % 3;
+    for (const [u, v] of [[0, 0], [1, 0], [1, 1], [0, 1]] as const) {
+      const corner = [0, 0, 0];
+      corner[face] = 1;
+      corner[(face + 1) % 3] = u;
+      corner[(face + 2) % 3] = v;
+      corners.push(...corner);
+      axes.push(face);
+    }
+    triangles.push(...[0, 1, 2, 0, 2, 3].map((corner) => 4 * number + corner));
+  }
+  const geometry = new InstancedBufferGeometry();
+  geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
+  geometry.setAttribute("face", new Float32BufferAttribute(axes, 1));
+  geometry.setIndex(triangles);
+  geometry.instanceCount = 0;
+  return geometry;
+}
+
+/** Has a texture with two numbers a texel show `numbers`, which fill whole rows. */
+function upload(
+  uniform: IUniform<DataTexture | null>,
+  numbers: Float32Array<ArrayBuffer> | Uint32Array<ArrayBuffer>,
+  width: number,
+  format: PixelFormat,
+  type: TextureDataType,
+): void {
+  const rows = numbers.length / (2 * width);
+  let texture = uniform.value;
+  if (texture?.image.height !== rows) {
+    texture?.dispose();
+    texture = uniform.value = new DataTexture(numbers, width, rows, format, type);
+    texture.minFilter = texture.magFilter = NearestFilter;
+    texture.generateMipmaps = false;
+  }
+  texture.image.data = numbers;
+  texture.needsUpdate = true;
+}
+
+/** The twelve edges of a box. */
+function edges(): InstancedBufferGeometry {
+  const ends: number[] = [];
+  for (let axis = 0; axis < 3; ++axis)
+    for (const [u, v] of [[0, 0], [1, 0], [0, 1], [1, 1]] as const)
+      for (const along of [0, 1]) {
+        const end = [0, 0, 0];
+        end[axis] = along;
+        end[(axis + 1) % 3] = u;
+        end[(axis + 2) % 3] = v;
+        ends.push(...end);
+      }
+  const geometry = new InstancedBufferGeometry();
+  geometry.setAttribute("position", new Float32BufferAttribute(ends, 3));
+  geometry.instanceCount = 0;
+  return geometry;
+}
+
+const palettes = {
+  dark: {
+    air: "#0b0e14",
+    glass: "#5f8dff",
+    shallow: "#ff4d3d",
+    middle: "#ff9d2e",
+    deep: "#fff0b8",
+    one: "#4dffd2",
+    partner: "#ffffff",
+    few: "#3d6b8f",
+    many: "#7df0ff",
+  },
+  light: {
+    air: "#f4f5f7",
+    glass: "#33507f",
+    shallow: "#ff7a45",
+    middle: "#f0431f",
+    deep: "#a80f3a",
+    one: "#00806a",
+    partner: "#1f2a3d",
+    few: "#9db4c9",
+    many: "#005f8f",
+  },
+} as const;
+export type Theme = keyof typeof palettes;
+
+/** Whether a graphics card draws; without one the processor does, which is slow. */
+function drawsFast(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const names = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && names ? String(gl.getParameter(names.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext(); // browsers allow few at a time
+  return !/swiftshader|llvmpipe|software|basic render/i.test(name);
+}
+
+/** Pixels of the screen that are drawn for each of CSS: fewer where drawing is slow. */
+const resolutions = [0.5, 0.75, 1, 1.5, 2];
+
+export class View {
+  /** Calls whoever wants to know which box was clicked, with the ray through the pixel. */
+  onPick: (from: number[], direction: number[]) => void = () => {};
+  onContext: (lost: boolean) => void = () => {};
+  /** Slowly goes round the scene. */
+  turning = false;
+
+  private readonly renderer: WebGLRenderer;
+  private readonly camera = new PerspectiveCamera(38, 1, 0.1, 1000);
+  private readonly controls: OrbitControls;
+  private readonly scene = new Scene();
+  private readonly uniforms: Record<string, IUniform> = {
+    boxes: { value: null },
+    boxCount: { value: 0 },
+    pairs: { value: null },
+    pairCount: { value: 0 },
+    cut: { value: new Vector4(0, 0, 0, 1) },
+    fog: { value: new Vector2(1, 2) },
+    opacity: { value: 0.1 },
+    chosen: { value: -1 },
+  };
+  private readonly bodies: Mesh<InstancedBufferGeometry>;
+  private readonly overlaps: Mesh<InstancedBufferGeometry>;
+  private readonly chosen: Mesh<InstancedBufferGeometry>;
+  private readonly bricks: LineSegments<BufferGeometry>;
+  private readonly ball = new Sphere(new Vector3(), 1);
+  private dirty = true;
+  private fence: WebGLSync | undefined;
+  private drawnAt = 0;
+  /** Whether the frame that was shown last has been drawn. */
+  isShown = true;
+  private resolution: number;
+  private slow = 0;
+
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    const fast = drawsFast();
+    this.renderer = new WebGLRenderer({ canvas, antialias: fast, powerPreference: "high-performance" });
+    this.renderer.sortObjects = false;
+    this.resolution = Math.max(1, Math.min(2, devicePixelRatio)) / (fast ? 1 : 2);
+    this.bodies = new Mesh(faces(shaders.batch), this.material(shaders.bodies, true));
+    this.overlaps = new Mesh(faces(shaders.batch), this.material(shaders.overlaps, false));
+    this.chosen = new Mesh(faces(1), this.material(shaders.chosen, true));
+    this.bricks = new LineSegments<BufferGeometry>(edges(), this.material(shaders.bricks, true));
+    // What is solid comes first, so that glass before it can be drawn over it.
+    for (const part of [this.overlaps, this.bodies, this.bricks, this.chosen]) {
+      part.frustumCulled = false;
+      this.scene.add(part);
+    }
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = true;
+    this.controls.autoRotateSpeed = 0.6;
+    this.controls.addEventListener("change", () => (this.dirty = true));
+    this.listen();
+  }
+
+  private material(shader: { vertex: string; fragment: string }, glass: boolean): RawShaderMaterial {
+    return new RawShaderMaterial({
+      glslVersion: GLSL3,
+      vertexShader: shader.vertex,
+      fragmentShader: shader.fragment,
+      uniforms: this.uniforms,
+      transparent: glass,
+      depthWrite: !glass,
+      side: 2,
+    });
+  }
+
+  private listen(): void {
+    const { canvas } = this;
+    // three.js asks for the context back, and makes all that was in it anew.
+    canvas.addEventListener("webglcontextlost", () => this.onContext(true));
+    canvas.addEventListener("webglcontextrestored", () => {
+      this.dirty = true;
+      this.onContext(false);
+    });
+    let down: PointerEvent | undefined;
+    canvas.addEventListener("pointerdown", (event) => (down = event));
+    canvas.addEventListener("pointerup", (event) => {
+      if (down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 5) {
+        const { left, top, width, height } = canvas.getBoundingClientRect();
+        this.pick(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2);
+      }
+      down = undefined;
+    });
+    canvas.addEventListener("keydown", (event) => {
+      const turns: Record<string, [number, number]> = {
+        ArrowLeft: [-1, 0],
+        ArrowRight: [1, 0],
+        ArrowUp: [0, -1],
+        ArrowDown: [0, 1],
+      };
+      const turn = turns[event.key];
+      if (event.ctrlKey || event.altKey || event.metaKey) return;
+      if (turn) this.turn(turn[0] * 0.1, turn[1] * 0.1);
+      else if (event.key === "+" || event.key === "=") this.zoom(0.9);
+      else if (event.key === "-") this.zoom(1 / 0.9);
+      else if (event.key === "Enter") this.pick(0, 0); // what lies in the middle
+      else return;
+      event.preventDefault();
+    });
+    new ResizeObserver(() => this.resize()).observe(canvas);
+  }
+
+  /** Picks through a point of the picture: -1 to 1 from left to right, and from bottom to top. */
+  private pick(x: number, y: number): void {
+    const caster = new Raycaster();
+    caster.setFromCamera(new Vector2(x, y), this.camera);
+    this.onPick(caster.ray.origin.toArray(), caster.ray.direction.toArray());
+  }
+
+  turn(around: number, up: number): void {
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    const flat = Math.hypot(offset.x, offset.z);
+    const length = offset.length();
+    const azimuth = Math.atan2(offset.x, offset.z) + around;
+    const height = Math.min(Math.max(Math.atan2(offset.y, flat) - up, -1.5), 1.5);
+    offset.set(Math.sin(azimuth) * Math.cos(height), Math.sin(height), Math.cos(azimuth) * Math.cos(height));
+    this.camera.position.copy(this.controls.target).addScaledVector(offset, length);
+    this.dirty = true;
+  }
+
+  zoom(factor: number): void {
+    this.camera.position.sub(this.controls.target).multiplyScalar(factor).add(this.controls.target);
+    this.dirty = true;
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(this.resolution);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.draw(performance.now()); // at once: a canvas of another size is empty
+  }
+
+  setTheme(theme: Theme): void {
+    for (const [name, value] of Object.entries(palettes[theme]))
+      // Colours are used as they are written.
+      this.uniforms[name] = { value: new Color().setStyle(value).convertLinearToSRGB() };
+    this.renderer.setClearColor(new Color().setStyle(palettes[theme].air), 1);
+    this.dirty = true;
+  }
+
+  /** Looks at all of a new scene. */
+  lookAt(frame: Frame): void {
+    const bounds = new Box3(); // of the boxes' middles: a few giants may reach beyond the picture
+    const numbers = frame.boxes.subarray(0, 6 * frame.count);
+    const least = new Vector3();
+    const most = new Vector3();
+    let area = 0;
+    for (let i = 0; i < numbers.length; i += 6) {
+      least.fromArray(numbers, i);
+      most.fromArray(numbers, i + 3);
+      area += Math.max(0, (most.x - least.x) * (most.y - least.y)) || 0;
+      const middle = least.add(most).multiplyScalar(0.5);
+      if (middle.toArray().every(Number.isFinite)) bounds.expandByPoint(middle);
+    }
+    if (bounds.isEmpty()) bounds.expandByPoint(new Vector3());
+    const edge = Math.sqrt(area / Math.max(frame.count, 1));
+    bounds.expandByScalar(Number.isFinite(edge) ? Math.max(edge / 2, 1e-6) : 1);
+    bounds.getBoundingSphere(this.ball);
+    const size = bounds.getSize(new Vector3());
+    // So many boxes lie one behind another; together they should veil what is behind them, not hide it.
+    const layers = area / Math.max(size.x * size.y, 1e-12);
+    this.uniforms.opacity!.value = Math.min(0.4, Math.max(0.008, 0.4 / Math.max(layers, 1e-3)));
+
+    const flat = size.z < 0.01 * Math.max(size.x, size.y);
+    const direction = flat ? new Vector3(0, 0, 1) : new Vector3(0.62, 0.42, 1).normalize();
+    const { radius, center } = this.ball;
+    const reach = Math.min(1, this.camera.aspect); // a narrow window wants more distance
+    const away = (0.92 * radius) / Math.sin((this.camera.fov / 360) * Math.PI) / reach;
+    // The scene stands above the figures, which lie over the lower part of the picture.
+    this.controls.target.copy(center).setY(center.y - 0.1 * radius);
+    this.camera.position.copy(this.controls.target).addScaledVector(direction, away);
+    this.camera.near = radius / 500;
+    this.camera.far = radius * 40;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  /** Shows a frame; its buffers belong to the view until the next one. */
+  show(frame: Frame): void {
+    const { uniforms } = this;
+    upload(uniforms.boxes!, frame.boxes, 3 * boxesPerRow, RGFormat, FloatType);
+    upload(uniforms.pairs!, frame.pairs, pairsPerRow, RGIntegerFormat, UnsignedIntType);
+    uniforms.boxCount!.value = frame.count;
+    uniforms.pairCount!.value = frame.drawnPairs;
+    this.bodies.geometry.instanceCount = Math.ceil(frame.count / shaders.batch);
+    this.overlaps.geometry.instanceCount = Math.ceil(frame.drawnPairs / shaders.batch);
+    this.dirty = true;
+    this.isShown = false;
+  }
+
+  /** Shows bricks, those in `bright` brightly; none if there is no list. */
+  showBricks(list: BrickList | undefined, bright: readonly number[] = []): void {
+    const geometry = this.bricks.geometry as InstancedBufferGeometry;
+    geometry.dispose();
+    geometry.instanceCount = list?.records.length ?? 0;
+    if (list) {
+      const bounds = new InstancedInterleavedBuffer(list.bounds, 6);
+      geometry.setAttribute("lo", new InterleavedBufferAttribute(bounds, 3, 0));
+      geometry.setAttribute("hi", new InterleavedBufferAttribute(bounds, 3, 3));
+      const most = list.records.reduce((a, b) => Math.max(a, b), 1);
+      const shares = Float32Array.from(list.records, (records) => records / most);
+      for (const brick of bright) shares[brick] = 2;
+      geometry.setAttribute("share", new InstancedBufferAttribute(shares, 1));
+    }
+    this.dirty = true;
+  }
+
+  /** Shows one box and others that touch it; none without. */
+  choose(boxes: readonly number[]): void {
+    const geometry = this.chosen.geometry;
+    geometry.dispose();
+    geometry.instanceCount = boxes.length;
+    if (boxes.length > 0) geometry.setAttribute("box", new InstancedBufferAttribute(Uint32Array.from(boxes), 1));
+    this.uniforms.chosen!.value = boxes[0] ?? -1;
+    this.dirty = true;
+  }
+
+  /** Hides what lies beyond a plane across an axis, at a part of the scene's extent; nothing at 1. */
+  cutAt(axis: number, part: number): void {
+    const cut = this.uniforms.cut!.value as Vector4;
+    const { center, radius } = this.ball;
+    if (part >= 1) cut.set(0, 0, 0, 1);
+    else {
+      cut.set(0, 0, 0, center.getComponent(axis) + (2 * part - 1) * radius * 0.62);
+      cut.setComponent(axis, 1);
+    }
+    this.dirty = true;
+  }
+
+  /** Draws if anything has changed. To be called once for each refresh of the screen. */
+  refresh(now: number): void {
+    this.controls.autoRotate = this.turning;
+    if (this.controls.update()) this.dirty = true;
+    if (this.dirty && !this.isDrawing(now)) this.draw(now);
+  }
+
+  /** Whether what was drawn last isn't on the screen yet: more would only queue up behind it. */
+  private isDrawing(now: number): boolean {
+    if (this.fence === undefined) return false;
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
+    gl.deleteSync(this.fence);
+    this.fence = undefined;
+    this.adapt(now - this.drawnAt);
+    return false;
+  }
+
+  /** Draws fewer pixels where drawing is slow. */
+  private adapt(elapsed: number): void {
+    this.slow = elapsed > 40 ? this.slow + 1 : Math.max(0, this.slow - 1);
+    const at = resolutions.findIndex((resolution) => resolution >= this.resolution);
+    if (this.slow < 8 || at === 0) return;
+    this.resolution = resolutions[at - 1]!;
+    this.slow = 0;
+    this.resize();
+  }
+
+  private draw(now: number): void {
+    this.dirty = false;
+    this.isShown = true;
+    const { radius } = this.ball;
+    const away = this.camera.position.distanceTo(this.controls.target);
+    (this.uniforms.fog!.value as Vector2).set(away - radius * 0.9, away + radius * 1.1);
+    this.renderer.render(this.scene, this.camera);
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0) ?? undefined;
+    gl.flush();
+    this.drawnAt = now;
+  }
+
+  /** What is drawn, for tests and for pictures: the numbers of boxes and pairs, and pixels for each of CSS. */
+  get drawn(): { boxes: number; pairs: number; bricks: number; chosen: number; resolution: number } {
+    return {
+      boxes: this.uniforms.boxCount!.value as number,
+      pairs: this.uniforms.pairCount!.value as number,
+      bricks: (this.bricks.geometry as InstancedBufferGeometry).instanceCount,
+      chosen: this.chosen.geometry.instanceCount,
+      resolution: this.resolution,
+    };
+  }
+}

@@ -1,0 +1,407 @@
+// The page in Chromium, on a screen's and on a phone's size: node --test web/tests
+//   JOSTLE_PAGE    the folder that web/build wrote
+//   JOSTLE_TOOL    the command jostle, whose answers the page's are compared with
+//   JOSTLE_SOURCE  the project
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import { after, before, test } from "node:test";
+
+import axe from "axe-core";
+import pixelmatch from "pixelmatch";
+import { chromium } from "playwright-core";
+import { PNG } from "pngjs";
+import { preview } from "vite";
+
+const { JOSTLE_PAGE: folder, JOSTLE_TOOL: tool, JOSTLE_SOURCE: source } = process.env;
+const web = path.join(source, "web");
+const scratch = path.join(tmpdir(), `jostle-page-${process.pid}`);
+const isolated = { "Cross-Origin-Opener-Policy": "same-origin", "Cross-Origin-Embedder-Policy": "require-corp" };
+const desktop = { viewport: { width: 1100, height: 700 } };
+const phone = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 1, hasTouch: true, isMobile: true };
+
+let browser;
+let servers;
+
+/** Serves the page; returns its address. */
+async function serve(headers) {
+  const server = await preview({
+    configFile: false,
+    root: web,
+    logLevel: "error",
+    build: { outDir: folder },
+    preview: { host: "127.0.0.1", port: 0, headers },
+  });
+  return { server, address: `http://127.0.0.1:${server.httpServer.address().port}/` };
+}
+
+before(async () => {
+  mkdirSync(scratch, { recursive: true });
+  servers = { isolated: await serve(isolated), plain: await serve({}) };
+  browser = await chromium.launch({
+    executablePath: "/usr/bin/chromium",
+    args: ["--no-sandbox", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
+  });
+});
+after(async () => {
+  await browser?.close();
+  for (const { server } of Object.values(servers ?? {})) await server.close();
+});
+
+/** Opens the page, hands it to `work`, and sees that it had no error and asked nobody else for anything. */
+async function onPage(hash, { server = "isolated", prepare, expectErrors = false, ...options } = desktop, work) {
+  const context = await browser.newContext({ reducedMotion: "no-preference", colorScheme: "dark", ...options });
+  const page = await context.newPage();
+  const wrong = [];
+  const { address } = servers[server];
+  page.on("pageerror", (error) => wrong.push(error.message));
+  page.on("console", (entry) => entry.type() === "error" && wrong.push(entry.text()));
+  page.on("request", (request) => {
+    if (!/^(data|blob):/.test(request.url()) && !request.url().startsWith(address)) wrong.push(`asked for ${request.url()}`);
+  });
+  page.on("requestfailed", (request) => wrong.push(`didn't get ${request.url()}`));
+  try {
+    await prepare?.(page);
+    await page.goto(address + hash);
+    await page.waitForFunction(() => window.jostle?.stats());
+    await work(page);
+    if (!expectErrors) assert.deepEqual(wrong, []);
+  } finally {
+    await context.close();
+  }
+}
+
+const stats = (page) => page.evaluate(() => window.jostle.stats());
+const still = (scene, n, seed, frame = 3) => `#scene=${scene}&n=${n}&seed=${seed}&frame=${frame}&paused=1`;
+const shown = (page, id) => page.locator(`#${id}`);
+
+/** What the native command finds in the third frame of a scene: that is the one that it reports. */
+function natively(scene, n, seed) {
+  const file = path.join(scratch, `${scene}.json`);
+  execFileSync(tool, ["bench", scene, "-n", String(n), "--seed", String(seed), "--frames", "1", "--json", file], {
+    stdio: ["ignore", "ignore", "inherit"],
+  });
+  const rows = JSON.parse(readFileSync(file, "utf8"));
+  const { pairs, checksum } = rows[0];
+  return { pairs, checksum };
+}
+
+test("opens on 20,000 bodies that move, and tells their numbers", async () => {
+  await onPage("", desktop, async (page) => {
+    const first = await stats(page);
+    assert.equal(first.scene, "uniform");
+    assert.equal(first.n, 20_000);
+    assert.equal(first.seed, 1);
+    assert.ok(first.pairs > 20_000 && first.ms > 0);
+    await page.waitForFunction(() => window.jostle.stats().frame >= 2);
+    const later = await stats(page);
+    assert.notEqual(later.checksum, first.checksum);
+    assert.equal(later.drawn.boxes, 20_000);
+    assert.ok(later.drawn.pairs > 20_000);
+    assert.match(await shown(page, "pairs").textContent(), /^\d\d,\d\d\d$/);
+    assert.match(await shown(page, "ms").textContent(), /^[\d.]+$/);
+    assert.match(new URL(page.url()).hash, /^#scene=uniform&n=20000&seed=1$/);
+  });
+});
+
+for (const [scene, n, seed] of [["uniform", 20_000, 1], ["powerlaw", 3000, 7], ["clustered", 5000, 4_000_000_000]])
+  test(`finds the native command's pairs: ${scene}, ${n}, on one thread and on several`, async () => {
+    const expected = natively(scene, n, seed);
+    await onPage(still(scene, n, seed), { server: "plain" }, async (page) => {
+      const { pairs, checksum, threads, frame } = await stats(page);
+      assert.deepEqual({ pairs, checksum, threads, frame }, { ...expected, threads: 1, frame: 3 });
+    });
+    await onPage(still(scene, n, seed) + "&threads=2", { server: "isolated" }, async (page) => {
+      const { pairs, checksum, threads, frame } = await stats(page);
+      assert.deepEqual({ pairs, checksum, threads, frame }, { ...expected, threads: 2, frame: 3 });
+    });
+  });
+
+test("goes on to another scene, number, size and seed; the address follows, and leads back", async () => {
+  await onPage(still("uniform", 2000, 1, 0), desktop, async (page) => {
+    const before = await stats(page);
+    await shown(page, "scene").selectOption("mixed");
+    await page.waitForFunction(() => window.jostle.stats().scene === "mixed");
+    await shown(page, "n").focus();
+    await page.keyboard.press("Home");
+    await page.waitForFunction(() => window.jostle.stats().n === 1000);
+    await shown(page, "ratio").focus();
+    await page.keyboard.press("End");
+    await page.waitForFunction(() => window.jostle.stats().ratio === 1000);
+    const ordinary = await stats(page);
+    await shown(page, "again").click();
+    await page.waitForFunction(() => window.jostle.stats().seed === 2);
+    const other = await stats(page);
+    assert.notEqual(other.checksum, ordinary.checksum);
+    assert.equal(new URL(page.url()).hash, "#scene=mixed&n=1000&seed=2&ratio=1000&paused=1");
+    await page.evaluate((hash) => (location.hash = hash), still("uniform", 2000, 1, 0));
+    await page.waitForFunction((checksum) => window.jostle.stats().checksum === checksum, before.checksum);
+  });
+});
+
+test("nonsense in the address opens what can be opened", async () => {
+  await onPage("#scene=nothing&n=many&seed=-1&motion=1e9&paused=1", desktop, async (page) => {
+    const { scene, n, seed } = await stats(page);
+    assert.deepEqual({ scene, n, seed }, { scene: "uniform", n: 20_000, seed: 1 });
+  });
+});
+
+/** Has the page read a file, from its name and bytes. */
+const choose = (page, name, bytes) =>
+  page.setInputFiles("#file", { name, mimeType: "application/octet-stream", buffer: Buffer.from(bytes) });
+
+/** What `jostle pairs` says of a file: its numbers, or its complaint. */
+function ofFile(name, bytes, ...options) {
+  const file = path.join(scratch, name);
+  if (bytes) writeFileSync(file, bytes);
+  try {
+    const said = execFileSync(tool, ["pairs", bytes ? name : bytesOf(name), ...options, "--stats"], { cwd: scratch, stdio: "pipe" });
+    const { objects, pairs, checksum } = JSON.parse(said);
+    return { n: objects, pairs, checksum };
+  } catch (error) {
+    return error.stderr.toString();
+  }
+}
+const bytesOf = (name) => path.join(source, "data", name);
+
+test("files: a recording, a table, an array and a mesh show the native command's pairs", async () => {
+  await onPage(still("uniform", 1000, 1), desktop, async (page) => {
+    const same = async (name, expected, frame) => {
+      await page.waitForFunction(
+        ([name, frame]) => window.jostle.stats().scene === name && (frame === undefined || window.jostle.stats().frame === frame),
+        [name, frame],
+      );
+      const { n, pairs, checksum } = await stats(page);
+      assert.deepEqual({ n, pairs, checksum }, expected, name);
+    };
+    await choose(page, "tumble.jrec", readFileSync(bytesOf("tumble.jrec")));
+    await same("tumble.jrec", ofFile("tumble.jrec"));
+    await shown(page, "time").evaluate((slider) => {
+      slider.value = "100";
+      slider.dispatchEvent(new Event("input"));
+    });
+    await same("tumble.jrec", ofFile("tumble.jrec", undefined, "--frame", "100"), 100);
+
+    const table = "id,lo_x,lo_y,hi_x,hi_y\na,0,0,2,1\nb,2,1,3,3\nc,9,9,9,9\n";
+    await choose(page, "boxes.csv", table);
+    await same("boxes.csv", ofFile("boxes.csv", table));
+
+    const header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2, 3), }".padEnd(117) + "\n";
+    const numbers = Float64Array.of(1e9, 0, 0, 1e9 + 1, 1, 1, 1e9 + 1, 1, 1, 1e9 + 2, 2, 2);
+    const array = Buffer.concat([
+      Buffer.from("\x93NUMPY\x01\x00", "latin1"), Buffer.of(header.length, 0), Buffer.from(header), Buffer.from(numbers.buffer),
+    ]);
+    await choose(page, "boxes.npy", array);
+    await same("boxes.npy", ofFile("boxes.npy", array));
+
+    const mesh = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 1\nf 1 2 3\nf 1 3 4\n";
+    const data = await page.evaluateHandle((text) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([text], "mesh.obj"));
+      return transfer;
+    }, mesh);
+    await page.dispatchEvent("canvas", "drop", { dataTransfer: data });
+    await same("mesh.obj", ofFile("mesh.obj", mesh));
+  });
+});
+
+test("files that can't be read get the native command's complaint, and the scene stays", async () => {
+  await onPage(still("uniform", 1000, 1), desktop, async (page) => {
+    const before = await stats(page);
+    for (const [name, bytes] of [
+      ["bad.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n3,0,2,1\n"],
+      ["bad.npy", "\x93NUMPY\x01\x00"],
+      ["bad.jrec", "this is no recording, however long it is, and it goes on and on"],
+    ]) {
+      await choose(page, name, bytes);
+      const complaint = ofFile(name, bytes).replace(/^jostle( pairs)?: /, "").trim();
+      await page.waitForFunction((name) => document.getElementById("message").textContent.includes(name), name);
+      assert.equal(await shown(page, "message").textContent(), complaint);
+      assert.deepEqual(await stats(page), before);
+    }
+    await choose(page, "bad.glb", "glTF, or so it says");
+    await page.waitForFunction(() => document.getElementById("message").textContent.startsWith("bad.glb: "));
+    assert.deepEqual(await stats(page), before);
+  });
+});
+
+test("the keyboard alone does everything", async () => {
+  await onPage(still("uniform", 2000, 1, 0), desktop, async (page) => {
+    await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement.id), "canvas");
+    const picture = async () => (await page.locator("canvas").screenshot()).toString("base64");
+    const before = await picture();
+    await page.keyboard.press("ArrowLeft");
+    await page.keyboard.press("+");
+    await page.waitForTimeout(300);
+    assert.notEqual(await picture(), before);
+    await page.keyboard.press(".");
+    await page.waitForFunction(() => window.jostle.stats().frame === 1);
+    await page.keyboard.press("Enter");
+    await page.waitForFunction(() => window.jostle.stats().chosen !== undefined);
+    await page.waitForFunction(() => window.jostle.stats().drawn.chosen >= 1 && window.jostle.stats().drawn.bricks >= 1);
+    assert.match(await shown(page, "chosen").textContent(), /^Box [\d,]+ from \(.*\) to \(.*\)\. It (lies in one|reaches into)/);
+    await page.keyboard.press("Escape");
+    await page.waitForFunction(() => window.jostle.stats().chosen === undefined);
+    await page.keyboard.press("Space");
+    await page.waitForFunction(() => !window.jostle.stats().paused && window.jostle.stats().frame > 2);
+    await page.keyboard.press("Space");
+    assert.equal((await stats(page)).paused, true);
+    const reached = new Set();
+    for (let k = 0; k < 25; ++k) {
+      await page.keyboard.press("Tab");
+      reached.add(await page.evaluate(() => document.activeElement.id));
+    }
+    const controls = await page.locator("aside :is(button, input, select):enabled").evaluateAll((all) =>
+      all.filter((one) => one.offsetParent !== null).map((one) => one.id),
+    );
+    for (const id of controls) assert.ok(reached.has(id), `Tab doesn't reach '${id}'`);
+  });
+});
+
+test("a picked box touches as many as the pairs say, and each pair has one brick that reports it", async () => {
+  await onPage(still("dense", 3000, 1, 0), desktop, async (page) => {
+    await page.locator("canvas").click();
+    await page.waitForFunction(() => window.jostle.stats().chosen !== undefined && window.jostle.stats().drawn.chosen > 0);
+    const { chosen, drawn } = await stats(page);
+    const text = await shown(page, "chosen").textContent();
+    assert.ok(text.startsWith(`Box ${chosen.toLocaleString("en-US")} from`));
+    const rows = await page.locator("#chosen li").allTextContents();
+    assert.equal(rows.length, drawn.chosen - 1);
+    for (const row of rows) assert.match(row, /they share [\d.]+ × [\d.]+ × [\d.]+, least along [xyz]; brick \d+ reports it/);
+    await shown(page, "let-go").click();
+    await page.waitForFunction(() => window.jostle.stats().drawn.chosen === 0);
+  });
+});
+
+test("bricks, cut and race", async () => {
+  await onPage(still("uniform", 3000, 1, 0), desktop, async (page) => {
+    await shown(page, "show-bricks").check();
+    await page.waitForFunction(() => window.jostle.stats().drawn.bricks > 1);
+    const whole = await page.locator("canvas").screenshot();
+    await shown(page, "cut").focus();
+    for (let k = 0; k < 5; ++k) await page.keyboard.press("PageDown");
+    await page.waitForTimeout(300);
+    assert.notEqual((await page.locator("canvas").screenshot()).toString("base64"), whole.toString("base64"));
+    await shown(page, "race").click();
+    await page.locator("#race-result .verdict").waitFor();
+    const { pairs } = await stats(page);
+    assert.equal(
+      await page.locator("#race-result .verdict").textContent(),
+      `All that ran found the same ${pairs.toLocaleString("en-US")} pairs.`,
+    );
+    assert.equal(await page.locator("#race-result .bar").count(), 4);
+  });
+});
+
+test("falling bodies fall", async () => {
+  await onPage("#scene=falling-spheres&n=1000&seed=1", desktop, async (page) => {
+    await page.waitForFunction(() => window.jostle.stats().frame > 5 && window.jostle.stats().pairs > 0);
+    assert.equal((await stats(page)).n, 1000);
+  });
+});
+
+test("phone: nothing is wider than the screen, controls are large enough for fingers, a touch picks", async () => {
+  await onPage(still("uniform", 2000, 1), phone, async (page) => {
+    assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
+    const small = await page.locator("button:visible, select:visible").evaluateAll((all) =>
+      all.filter((one) => one.getBoundingClientRect().height < 44).map((one) => one.id),
+    );
+    assert.deepEqual(small, []);
+    await page.touchscreen.tap(195, 260);
+    await page.waitForFunction(() => window.jostle.stats().chosen !== undefined);
+  });
+});
+
+test("follows the window's size", async () => {
+  await onPage(still("uniform", 1000, 1), desktop, async (page) => {
+    for (const [width, height] of [[1400, 500], [500, 900], [800, 600]]) {
+      await page.setViewportSize({ width, height });
+      await page.waitForFunction(() => {
+        const canvas = document.getElementById("canvas");
+        return canvas.width === Math.floor(canvas.clientWidth * window.jostle.stats().drawn.resolution);
+      });
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${width} x ${height}`);
+    }
+  });
+});
+
+test("less motion: rests until somebody presses Play", async () => {
+  await onPage("#scene=uniform&n=1000&seed=1", { ...desktop, reducedMotion: "reduce" }, async (page) => {
+    await page.waitForTimeout(500);
+    const { frame, paused } = await stats(page);
+    assert.deepEqual({ frame, paused }, { frame: 0, paused: true });
+    await shown(page, "pause").click();
+    await page.waitForFunction(() => window.jostle.stats().frame > 0);
+  });
+});
+
+test("a graphics card that is taken away: words, and the picture comes back", async () => {
+  await onPage(still("uniform", 1000, 1), desktop, async (page) => {
+    await page.evaluate(() => {
+      window.extension = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
+      window.extension.loseContext();
+    });
+    await page.waitForFunction(() => document.getElementById("message").textContent.includes("graphics card"));
+    await shown(page, "step").click(); // the engine goes on
+    await page.waitForFunction(() => window.jostle.stats().frame === 4);
+    await page.evaluate(() => window.extension.restoreContext());
+    await page.waitForFunction(() => document.getElementById("message").hidden);
+    await page.waitForTimeout(500);
+    const { data } = PNG.sync.read(await page.locator("canvas").screenshot());
+    const colours = new Set(new Uint32Array(data.buffer, data.byteOffset, data.length / 4));
+    assert.ok(colours.size > 1000, `the picture didn't come back: it has ${colours.size} colours`);
+  });
+});
+
+test("memory that the browser refuses: words, and the scene before", async () => {
+  const prepare = (page) =>
+    page.route(/engine\.worker.*\.js$/, async (route) => {
+      const response = await route.fetch();
+      const refuse = "WebAssembly.Memory.prototype.grow = () => { throw new RangeError('refused'); };";
+      await route.fulfill({ response, body: refuse + (await response.text()) });
+    });
+  await onPage(still("uniform", 1000, 1), { ...desktop, prepare, server: "plain" }, async (page) => {
+    const before = await stats(page);
+    await shown(page, "n").focus();
+    await page.keyboard.press("End");
+    await page.waitForFunction(() => /couldn't be made: .*memory/i.test(document.getElementById("message").textContent));
+    await page.waitForFunction((n) => window.jostle.stats().n === n, before.n);
+    await shown(page, "step").click();
+    await page.waitForFunction(() => window.jostle.stats().frame === 1);
+  });
+});
+
+for (const colorScheme of ["dark", "light"])
+  for (const [name, size] of Object.entries({ desktop, phone }))
+    test(`everybody can use it: axe-core finds nothing wrong, ${colorScheme}, ${name}`, async () => {
+      await onPage(still("uniform", 1000, 1, 0), { ...size, colorScheme }, async (page) => {
+        await page.keyboard.press("Tab");
+        await page.keyboard.press("Enter");
+        await page.waitForFunction(() => window.jostle.stats().chosen !== undefined);
+        await page.evaluate(axe.source);
+        const { violations } = await page.evaluate(() => axe.run());
+        assert.deepEqual(violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html }) => html)}`), []);
+      });
+    });
+
+// Pictures of the view alone: text is drawn in whatever fonts there are. To take them again: JOSTLE_TAKE_PICTURES=1.
+for (const colorScheme of ["dark", "light"])
+  test(`looks as it did: ${colorScheme}`, async () => {
+    const file = path.join(web, "tests", `${colorScheme}.png`);
+    await onPage(still("uniform", 1000, 1), { viewport: { width: 900, height: 480 }, colorScheme }, async (page) => {
+      await page.addStyleTag({ content: "header, .figures, .stage::after { display: none !important }" });
+      await page.waitForTimeout(500);
+      const picture = await page.locator("canvas").screenshot();
+      if (process.env.JOSTLE_TAKE_PICTURES) writeFileSync(file, picture);
+      const [is, was] = [PNG.sync.read(picture), PNG.sync.read(readFileSync(file))];
+      assert.deepEqual([is.width, is.height], [was.width, was.height]);
+      const different = pixelmatch(is.data, was.data, null, is.width, is.height, { threshold: 0.15 });
+      if (different > 0.01 * is.width * is.height) {
+        writeFileSync(path.join(scratch, `${colorScheme}.png`), picture);
+        assert.fail(`${different} pixels differ from ${file}; the picture is in ${scratch}`);
+      }
+    });
+  });
