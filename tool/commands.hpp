@@ -25,6 +25,7 @@ void add_chapter_command(CLI::App& app);
 void add_compare_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
+void add_replay_command(CLI::App& app);
 void add_distribute_command(CLI::App& app);
 
 void add_bench_world_command(CLI::App& bench);     // jostle bench world

@@ -15,6 +15,7 @@
 #include <CLI/CLI.hpp>
 
 #include "commands.hpp"
+#include "installed.hpp"
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
 #include "progress.hpp"
@@ -39,16 +40,6 @@ struct Options
     std::uint32_t frames = 10;
     std::uint32_t threads = 0;
 };
-
-/// The recording that was installed with this command; empty if there is none.
-std::filesystem::path installed_recording()
-{
-    std::error_code unknown; // where there is no /proc
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
-    if (unknown) return {};
-    const auto file = (program.parent_path() / JOSTLE_RECORDINGS_FROM_BIN / "tumble.jrec").lexically_normal();
-    return std::filesystem::exists(file, unknown) ? file : std::filesystem::path();
-}
 
 /// The times of some frames.
 class Times
@@ -215,8 +206,8 @@ void play_scene(const Options& options, jostle::PairFinder& finder)
 
 void run(const Options& options)
 {
-    const std::filesystem::path installed = installed_recording();
-    const std::filesystem::path own = installed.empty() ? JOSTLE_DATA_DIR "/tumble.jrec" : installed;
+    const std::filesystem::path beside = installed("tumble.jrec");
+    const std::filesystem::path own = beside.empty() ? JOSTLE_DATA_DIR "/tumble.jrec" : beside;
     const std::filesystem::path file = options.recording.value_or(own);
     std::unique_ptr<jostle_scenes::RecordingReader> recording;
     try {
@@ -252,7 +243,7 @@ void run(const Options& options)
     std::fflush(stdout);
     play_scene(options, finder);
 
-    const char* const command = installed.empty() ? "./run" : "jostle"; // the one calls the other
+    const char* const command = beside.empty() ? "./run" : "jostle"; // the one calls the other
     std::printf("Next:\n"
                 "  %s pairs FILE.csv -o pairs.csv    your own boxes: CSV, NPY, a mesh, a recording\n"
                 "  %s bench                          seven kinds of scenes; --help says what else\n"

@@ -70,6 +70,7 @@ int main(int argc, char** argv)
     jostle_tool::add_compare_command(app);
     jostle_tool::add_demo_command(app);
     jostle_tool::add_simulate_command(app);
+    jostle_tool::add_replay_command(app);
     jostle_tool::add_distribute_command(app);
     app.footer(R"(Examples:
   jostle pairs boxes.csv            the touching pairs of a file of boxes
@@ -78,6 +79,7 @@ int main(int argc, char** argv)
   jostle demo                       recorded moving boxes, frame by frame
   jostle compare mine.jrec          what every system takes on your own boxes
   jostle simulate                   bodies that fall, collide and come to rest
+  jostle replay mine.jrec           recorded boxes in your browser
   jostle distribute --ranks 4       one scene over several ranks of MPI
 Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fault.)");
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // jostle simulate: bodies that fall, collide and come to rest, by the library from boxes to motion.
 #include <algorithm>
+#include <chrono>
 #include <cinttypes>
 #include <cstdio>
 #include <filesystem>
@@ -13,9 +14,11 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "interrupt.hpp"
 #include "io/output_file.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
+#include "page_server.hpp"
 #include "progress.hpp"
 #include "scenes/recording.hpp"
 #include "simulation/simulation.hpp"
@@ -28,6 +31,8 @@ namespace {
 using jostle_simulation::Simulation;
 using jostle_simulation::StageTimes;
 
+constexpr std::uint32_t most_frames = 1'000'000;
+
 struct Options
 {
     std::string scene = "spheres";
@@ -35,6 +40,52 @@ struct Options
     std::uint64_t seed = 1;
     jostle::InstructionSet instruction_set = jostle::supported_instruction_sets().front();
     std::string record, json; // empty: not wanted
+    bool watch = false, frames_given = false;
+    PageOptions page;
+};
+
+/// The simulation in a browser: it begins when somebody looks, goes no faster than the bodies would fall, and
+/// ends with Ctrl-C.
+class Watched
+{
+  public:
+    Watched(const std::string& title, const PageOptions& page) : frames_(title), server_(page) {}
+
+    /// Tells the address; waits until somebody looks. False if it was interrupted.
+    [[nodiscard]] bool begin(Simulation& simulation)
+    {
+        frames_.show(0, simulation.boxes());
+        const std::string address = server_.show(frames_);
+        server_.start();
+        std::fprintf(stderr, "See it at %s\nIt begins when the page is open. Ctrl-C ends it.\n",
+                     address.c_str());
+        while (!frames_.watched())
+            if (interrupt_.wait_for(std::chrono::milliseconds(50))) return false;
+        next_ = Clock::now();
+        return true;
+    }
+    /// Shows a frame when its time has come. False if it was interrupted.
+    [[nodiscard]] bool show(std::uint64_t frame, Simulation& simulation)
+    {
+        if (interrupt_.wait_for(next_ - Clock::now())) return false;
+        next_ = std::max(next_ + std::chrono::nanoseconds(1'000'000'000 / 60), Clock::now());
+        frames_.show(frame, simulation.boxes());
+        return true;
+    }
+    /// The last frame stays to be seen until Ctrl-C.
+    void end()
+    {
+        frames_.end();
+        std::fprintf(stderr, "That was the last frame. It can be seen until Ctrl-C.\n");
+        interrupt_.wait();
+    }
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    Interrupt interrupt_;
+    LiveFrames frames_;
+    PageServer server_;
+    Clock::time_point next_;
 };
 
 /// Milliseconds of all frames.
@@ -89,6 +140,12 @@ void run(const Options& options)
     if (!options.json.empty()) json.emplace(options.json);
     const bool table = options.json != "-";
 
+    const std::string command = "jostle simulate --scene " + options.scene + " -n " +
+                                std::to_string(options.bodies) + " --seed " + std::to_string(options.seed);
+    std::optional<Watched> watched;
+    if (options.watch) watched.emplace(command, options.page);
+    const bool endless = options.watch && !options.frames_given;
+    const std::uint32_t most = endless ? most_frames : options.frames;
     const Threads threads(options.threads);
     jostle_simulation::Options given;
     given.scene = options.scene;
@@ -102,9 +159,7 @@ void run(const Options& options)
         try {
             if (!recording)
                 recording = std::make_unique<jostle_scenes::RecordingWriter<3, float>>(
-                    options.record, options.bodies, 60,
-                    "jostle simulate --scene " + options.scene + " -n " + std::to_string(options.bodies) +
-                        " --seed " + std::to_string(options.seed));
+                    options.record, options.bodies, 60, command);
             recording->add_frame(simulation.boxes());
         } catch (const std::runtime_error& error) {
             throw UsageError(std::string("--record: ") + error.what());
@@ -116,22 +171,29 @@ void run(const Options& options)
     const double energy_first = simulation.energy();
     const auto of_first = [&](double energy) { return energy_first == 0 ? 0 : energy / energy_first; };
     if (table) {
-        std::printf("%s: %u bodies, %u frames of 1/60 s, on %u %s, %s\n\n", options.scene.c_str(),
-                    options.bodies, options.frames, threads.count(),
-                    threads.count() == 1 ? "thread" : "threads", jostle::name(options.instruction_set));
+        const std::string frames = endless ? "frames" : std::to_string(options.frames) + " frames";
+        std::printf("%s: %u bodies, %s of 1/60 s, on %u %s, %s\n\n", options.scene.c_str(), options.bodies,
+                    frames.c_str(), threads.count(), threads.count() == 1 ? "thread" : "threads",
+                    jostle::name(options.instruction_set));
         print_head();
+        std::fflush(stdout);
     }
     Times all;
+    std::uint32_t frames = 0; // that were simulated
+    bool interrupted = watched && !watched->begin(simulation);
     {
-        Progress progress("simulating", options.frames);
-        const std::uint32_t row_every = std::max(1u, (options.frames + 9) / 10);
-        for (std::uint32_t frame = 1; frame <= options.frames; ++frame, progress.step()) {
+        Progress progress("simulating", endless ? 0 : options.frames);
+        const std::uint32_t row_every = endless ? 60 : std::max(1u, (options.frames + 9) / 10);
+        while (!interrupted && frames < most) {
             simulation.step();
+            ++frames;
             all.add(simulation.times());
             if (recorded) record();
-            if (table && (frame % row_every == 0 || frame == options.frames))
-                print_row(std::to_string(frame), simulation, of_first(simulation.energy()),
+            if (table && (frames % row_every == 0 || frames == most))
+                print_row(std::to_string(frames), simulation, of_first(simulation.energy()),
                           simulation.times());
+            interrupted = watched && !watched->show(frames, simulation);
+            progress.step();
         }
     }
     const double energy_last = simulation.energy();
@@ -152,6 +214,7 @@ void run(const Options& options)
         std::printf(
             "\nA frame takes %.3f ms (median); real time leaves it 16.7. The last frame's hash is %s.\n",
             median(all.total), hash.c_str());
+        std::fflush(stdout);
     }
     if (json) {
         nlohmann::ordered_json ms;
@@ -159,7 +222,7 @@ void run(const Options& options)
             ms[StageTimes::names[k]] = rounded(typical.ms[k]);
         ms["frame"] = rounded(median(all.total));
         const nlohmann::ordered_json line = {{"hash", hash},
-                                             {"frames", options.frames},
+                                             {"frames", frames},
                                              {"bodies", options.bodies},
                                              {"pairs", simulation.pairs()},
                                              {"contacts", simulation.contacts()},
@@ -169,6 +232,7 @@ void run(const Options& options)
         json->write(line.dump() + "\n");
         json->commit();
     }
+    if (watched && !interrupted) watched->end();
 }
 
 std::string help()
@@ -185,7 +249,8 @@ Examples:
   jostle simulate                                    10,000 spheres for five seconds
   jostle simulate --scene mixed -n 2000 --frames 600
   jostle simulate --scene boxes --record boxes.jrec  then: jostle demo --recording boxes.jrec
-  jostle simulate -n 100000 --threads 1 --isa scalar --json -)";
+  jostle simulate -n 100000 --threads 1 --isa scalar --json -
+  jostle simulate --scene mixed --watch              in your browser, until Ctrl-C)";
 }
 
 } // namespace
@@ -213,7 +278,8 @@ void add_simulate_command(CLI::App& app)
         ->type_name("NAME");
     add_number_option(*command, "-n", options->bodies, 1u, 10'000'000u, "How many bodies (10000)")
         ->type_name("N");
-    add_number_option(*command, "--frames", options->frames, 1u, 1'000'000u, "How many frames (300)")
+    add_number_option(*command, "--frames", options->frames, 1u, most_frames, "How many frames (300)")
+        ->each([options](const std::string&) { options->frames_given = true; })
         ->type_name("F");
     add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
                       "Other bodies of the same kind (1)")
@@ -242,7 +308,16 @@ void add_simulate_command(CLI::App& app)
         ->add_option("--json", options->json,
                      "Write the result as a line of JSON; - is stdout, then without the table")
         ->type_name("FILE");
-    command->callback([options] { run(*options); });
+    command->add_flag(
+        "--watch", options->watch,
+        "Show it in your browser, at the pace of real time; without --frames until Ctrl-C, which ends it "
+        "after a whole frame");
+    add_page_options(*command, options->page);
+    command->callback([options] {
+        if (!options->watch && (options->page.port != 0 || !options->page.page.empty()))
+            throw UsageError("--port and --page are for --watch; add that, or leave them out");
+        run(*options);
+    });
 }
 
 } // namespace jostle_tool

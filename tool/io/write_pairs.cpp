@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "write_pairs.hpp"
 
-#include <bit>
 #include <charconv>
 #include <cstring>
 
 #include <nlohmann/json.hpp>
 
+#include "npy_header.hpp"
 #include "output_file.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
@@ -41,21 +41,6 @@ bool is_uint32(std::string_view text, std::uint32_t& number)
     if (text.size() > 1 && text.front() == '0') return false;
     const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
     return result.ec == std::errc() && result.ptr == text.data() + text.size();
-}
-
-std::string npy_header(std::uint64_t pairs)
-{
-    const char* byte_order = std::endian::native == std::endian::little ? "<" : ">";
-    std::string text = std::string("{'descr': '") + byte_order + "u4', 'fortran_order': False, 'shape': (" +
-                       std::to_string(pairs) + ", 2), }";
-    const std::size_t before = 10; // magic, version, length
-    while ((before + text.size() + 1) % 64 != 0)
-        text += ' ';
-    text += '\n';
-    std::string header("\x93NUMPY\x01\x00", 8);
-    header += static_cast<char>(text.size() & 0xff);
-    header += static_cast<char>(text.size() >> 8);
-    return header + text;
 }
 
 } // namespace
@@ -99,7 +84,7 @@ void write_pairs(const std::string& path, PairFormat format, std::span<const std
     Progress progress("writing " + path, pairs);
     OutputFile file(path);
     if (format == PairFormat::csv) file.write("a,b\n");
-    if (format == PairFormat::npy) file.write(npy_header(pairs));
+    if (format == PairFormat::npy) file.write(npy_header("u4", "(" + std::to_string(pairs) + ", 2)"));
 
     const auto append_name = [&](std::string& text, std::uint32_t position) {
         if (ids.empty())

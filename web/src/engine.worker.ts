@@ -6,7 +6,7 @@ import { boxesPerRow, mostPairsDrawn, pairsPerRow } from "./messages";
 import type { BrickList, Buffers, Frame, Loaded, Path, RaceEngine, RaceOutcome, SceneChoice } from "./messages";
 import { FileError, readBoxes } from "./files/boxes";
 import { pathOf } from "./path";
-import { FileSource, openScene, type Source } from "./sources";
+import { FileSource, LiveSource, openScene, type Source } from "./sources";
 
 const noBuffers: Buffers = { boxes: new Float32Array(0), pairs: new Uint32Array(0) };
 
@@ -78,6 +78,15 @@ export class Engine {
     return this.find(noBuffers);
   }
 
+  /** Shows the boxes of a program that is running, and tells what it calls them. */
+  async openLive(address: string): Promise<{ frame: Frame; title: string }> {
+    const source = await LiveSource.open(address);
+    this.close();
+    this.source = source;
+    this.origin = middle(source);
+    return { frame: this.find(noBuffers), title: source.title };
+  }
+
   step(buffers: Buffers): Frame {
     this.source?.step();
     return this.find(buffers);
@@ -116,6 +125,7 @@ export class Engine {
       checksum,
       frame: source.frame,
       frames: source.frames,
+      ended: source.ended === true,
       ms: stats.msTotal,
       stages: { tune: stats.msTune, scatter: stats.msScatter, sweep: stats.msSweep, finish: stats.msFinish },
       records: stats.records,

@@ -5,7 +5,7 @@ import type { Engine } from "./engine.worker";
 import { type Buffers, type Frame, type Loaded, type SceneName } from "./messages";
 import { grouped, partOf, roundAt } from "./numbers";
 import { element, Figures, Race, raceEngines, showPath } from "./panel";
-import { formatState, limits, parseState, type State } from "./state";
+import { besidePage, formatState, limits, parseState, type State } from "./state";
 import { View, type Theme } from "./view";
 
 const status = (text: string): void => void (element("status").textContent = text);
@@ -26,7 +26,7 @@ class Page {
   private state!: State;
   private loaded!: Loaded;
   private frame: Frame | undefined;
-  /** The name of the file that is shown in place of the scene. */
+  /** The name of what is shown in place of the scene: a file, or a program that is running. */
   private file: string | undefined;
   private spare: Buffers = { boxes: new Float32Array(0), pairs: new Uint32Array(0) };
   /** What the engine is asked is done one after another. */
@@ -92,9 +92,39 @@ class Page {
 
   // --- Frames -------------------------------------------------------------------------------------------
 
+  /** Shows what the state says. */
   private async open(): Promise<void> {
-    const { scene, n, seed, ratio, frame } = this.state;
     message("");
+    const { file, live, frame } = this.state;
+    if (file === undefined && live === undefined) return this.openScene();
+    try {
+      if (live !== undefined) {
+        const opened = await this.inTurn(() => this.engine.openLive(besidePage(live)));
+        this.file = opened.title;
+        this.begin(opened.frame);
+      } else if (file !== undefined) {
+        const name = file.split("/").pop()!;
+        status(`Reading ${name}.`);
+        const response = await fetch(besidePage(file));
+        if (!response.ok) throw new Error(`${name}: this page's server has no such file.`);
+        await this.openBytes(new Uint8Array(await response.arrayBuffer()), name);
+        if (frame > 0) this.show(await this.inTurn(() => this.engine.go(frame)));
+      }
+    } catch (error) {
+      this.state.file = this.state.live = undefined;
+      if (this.frame === undefined) await this.openScene();
+      message(words(error));
+    }
+  }
+
+  private async openBytes(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<void> {
+    const frame = await this.inTurn(() => this.engine.openFile(Comlink.transfer(bytes, [bytes.buffer]), name));
+    this.file = name;
+    this.begin(frame);
+  }
+
+  private async openScene(): Promise<void> {
+    const { scene, n, seed, ratio, frame } = this.state;
     status(`Making ${grouped(n)} bodies.`);
     const last = this.frame;
     try {
@@ -147,6 +177,10 @@ class Page {
     try {
       const buffers = [spare.boxes.buffer, spare.pairs.buffer];
       this.show(await this.inTurn(() => this.engine.step(Comlink.transfer(spare, buffers))));
+      if (this.frame.ended && !this.state.paused) {
+        this.pause(true);
+        status(`It has ended, with frame ${grouped(this.frame.frame)}.`);
+      }
     } catch (error) {
       this.pause(true);
       message(`The next frame couldn't be found: ${words(error)}`);
@@ -226,13 +260,13 @@ class Page {
     this.pause(wasPaused);
   }
 
+  /** Opens a file that was dropped or chosen. */
   private async openFile(file: File): Promise<void> {
     message("");
     try {
-      const bytes = new Uint8Array(await file.arrayBuffer());
-      const frame = await this.inTurn(() => this.engine.openFile(Comlink.transfer(bytes, [bytes.buffer]), file.name));
-      this.file = file.name;
-      this.begin(frame);
+      await this.openBytes(new Uint8Array(await file.arrayBuffer()), file.name);
+      this.state = { ...this.state, file: undefined, live: undefined };
+      this.showControls();
     } catch (error) {
       message(words(error));
     }
@@ -291,14 +325,18 @@ class Page {
     element<HTMLInputElement>("motion").value = String(motion);
     element("motion-shown").textContent = String(motion);
     element("pause").textContent = paused ? "Play" : "Pause";
-    history.replaceState(null, "", this.file === undefined ? formatState(this.state) : location.pathname + location.search);
+    history.replaceState(null, "", this.hasAddress ? formatState(this.state) : location.pathname + location.search);
+  }
+  /** Whether an address leads to what is shown: not to a file that was dropped. */
+  private get hasAddress(): boolean {
+    return this.file === undefined || this.state.file !== undefined || this.state.live !== undefined;
   }
 
   private pause(paused: boolean): void {
     if (this.state.paused === paused) return;
     this.state.paused = paused;
     // A link to a scene at rest shows the very frame.
-    this.state.frame = paused && this.file === undefined ? (this.frame?.frame ?? 0) : 0;
+    this.state.frame = paused && this.hasAddress ? (this.frame?.frame ?? 0) : 0;
     this.showControls();
     if (this.frame) this.figures.write(this.frame);
     if (paused && this.frame)
@@ -309,7 +347,7 @@ class Page {
   private async stepOnce(): Promise<void> {
     this.pause(true);
     await this.step();
-    this.state.frame = this.file === undefined ? (this.frame?.frame ?? 0) : 0;
+    this.state.frame = this.hasAddress ? (this.frame?.frame ?? 0) : 0;
     this.showControls();
     if (this.frame) {
       this.figures.write(this.frame);
@@ -319,7 +357,7 @@ class Page {
   }
 
   private async change(to: Partial<State>): Promise<void> {
-    this.state = { ...this.state, frame: 0, ...to };
+    this.state = { ...this.state, file: undefined, live: undefined, frame: 0, ...to };
     this.file = undefined;
     this.showControls();
     await this.open();
@@ -328,7 +366,8 @@ class Page {
   private async changeThreads(threads: number): Promise<void> {
     this.state.threads = threads;
     this.loaded = await this.inTurn(() => this.engine.load(threads));
-    await this.change({ frame: this.frame?.frame ?? 0 });
+    const { file, live } = this.state;
+    await this.change({ file, live, frame: this.frame?.frame ?? 0 });
   }
 
   private applyTheme(): void {

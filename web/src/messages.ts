@@ -55,6 +55,8 @@ export interface Frame extends Buffers {
   checksum: string;
   frame: number;
   frames: number | undefined; // of a recording
+  /** No frame follows: whoever sent them has ended. */
+  ended: boolean;
   ms: number;
   stages: StageTimes;
   records: number;

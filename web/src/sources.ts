@@ -1,7 +1,7 @@
 // Where boxes come from: seeded scenes, simulations, files.
 import type { Floats, Jostle, MemoryArray, Scene, Simulation } from "jostle";
 
-import type { Boxes, Numbers } from "./files/boxes";
+import { readBoxes, type Boxes, type Numbers } from "./files/boxes";
 import { sizeFactors, resize } from "./sizes";
 import type { SceneChoice } from "./messages";
 
@@ -14,6 +14,8 @@ export interface Source {
   readonly frame: number;
   /** How many frames there are; undefined if it goes on for ever. */
   readonly frames: number | undefined;
+  /** Of frames from elsewhere: there will be no more. */
+  readonly ended?: boolean;
   step(): void;
   go(frame: number): void;
   dispose(): void;
@@ -150,4 +152,62 @@ export class FileSource implements Source {
     this.frame = wanted;
   }
   dispose(): void {}
+}
+
+/** Frames that another program sends while it makes them: the newest of them, as `jostle simulate --watch` serves it. */
+export class LiveSource implements Source {
+  readonly dim;
+  readonly frames = undefined;
+  readonly title;
+  numbers: Numbers;
+  frame;
+  ended = false;
+  private next: { numbers: Numbers; frame: number } | undefined;
+  private failed: unknown;
+  private readonly leaving = new AbortController();
+
+  private constructor(private readonly address: string, first: Response, boxes: Boxes) {
+    this.dim = boxes.dim;
+    this.numbers = boxes.read(0);
+    this.frame = frameOf(first);
+    this.title = first.headers.get("Jostle-Title") ?? "live";
+    void this.ask();
+  }
+  static async open(address: string): Promise<LiveSource> {
+    const response = await fetch(address).catch(() => undefined);
+    if (response?.status !== 200) throw new Error(gone);
+    return new LiveSource(address, response, await boxesOf(response));
+  }
+  /** Asks for the frame after the present one, which waits here until it is wanted. */
+  private async ask(): Promise<void> {
+    try {
+      while (this.next === undefined && !this.ended) {
+        const response = await fetch(`${this.address}?after=${this.frame}`, { signal: this.leaving.signal });
+        if (response.status === 200) this.next = { numbers: (await boxesOf(response)).read(0), frame: frameOf(response) };
+        else if (response.status === 204) this.ended = response.headers.has("Jostle-Ended");
+        else throw new Error(gone);
+      }
+    } catch (error) {
+      this.failed = error instanceof TypeError ? new Error(gone) : error;
+    }
+  }
+  get boxes(): Floats {
+    return this.numbers;
+  }
+  step(): void {
+    if (this.next !== undefined) {
+      ({ numbers: this.numbers, frame: this.frame } = this.next);
+      this.next = undefined;
+      void this.ask();
+    } else if (this.failed !== undefined) throw this.failed;
+  }
+  go(): void {}
+  dispose(): void {
+    this.leaving.abort();
+  }
+}
+const gone = "the program that this page showed has ended.";
+const frameOf = (response: Response): number => Number(response.headers.get("Jostle-Frame"));
+async function boxesOf(response: Response): Promise<Boxes> {
+  return readBoxes(new Uint8Array(await response.arrayBuffer()), "frame.npy");
 }

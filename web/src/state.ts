@@ -1,6 +1,9 @@
-// What the address remembers: #scene=uniform&n=20000&seed=1
+// What the address remembers: #scene=uniform&n=20000&seed=1, or #file=data/mine.jrec
 
 export interface State {
+  /** A file beside the page that is shown in place of the scene, or where frames of a running simulation come from. */
+  file: string | undefined;
+  live: string | undefined;
   scene: string;
   n: number;
   seed: number;
@@ -17,6 +20,8 @@ export interface State {
 export const limits = { n: [1000, 500_000], ratio: [1, 1000], motion: [5, 60] } as const;
 
 export const opening: State = {
+  file: undefined,
+  live: undefined,
   scene: "uniform",
   n: 20_000,
   seed: 1,
@@ -37,6 +42,8 @@ export function parseState(hash: string, scenes: readonly string[]): State {
   const fields = new URLSearchParams(hash.replace(/^#/, ""));
   const scene = fields.get("scene") ?? opening.scene;
   return {
+    file: fields.get("file") || undefined,
+    live: fields.get("live") || undefined,
     scene: scenes.includes(scene) ? scene : opening.scene,
     n: whole(fields.get("n"), opening.n, 1, limits.n[1]),
     seed: whole(fields.get("seed"), opening.seed, 0, 2 ** 32 - 1),
@@ -50,9 +57,17 @@ export function parseState(hash: string, scenes: readonly string[]): State {
 
 /** The address of a state. What is as at the opening is left out, but for what a scene is made of. */
 export function formatState(state: State): string {
-  const fields = new URLSearchParams({ scene: state.scene, n: String(state.n), seed: String(state.seed) });
+  const { file, live } = state;
+  const shown = { scene: state.scene, n: String(state.n), seed: String(state.seed) };
+  const fields = new URLSearchParams(file !== undefined ? { file } : live !== undefined ? { live } : shown);
   for (const name of ["ratio", "threads", "motion", "frame"] as const)
     if (state[name] !== opening[name]) fields.set(name, String(state[name]));
   if (state.paused) fields.set("paused", "1");
   return "#" + fields.toString();
+}
+
+/** Where a file lies that the address names: beside the page, whatever it says, and nowhere else. */
+export function besidePage(path: string): string {
+  const encoded = path.split("/").map(encodeURIComponent).join("/");
+  return new URL(`./${encoded}`, document.baseURI).href;
 }

@@ -3,7 +3,8 @@
 //   JOSTLE_TOOL    the command jostle, whose answers the page's are compared with
 //   JOSTLE_SOURCE  the project
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawn } from "node:child_process";
+import { once } from "node:events";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
@@ -55,7 +56,7 @@ async function onPage(hash, { server = "isolated", prepare, expectErrors = false
   const context = await browser.newContext({ reducedMotion: "no-preference", colorScheme: "dark", ...options });
   const page = await context.newPage();
   const wrong = [];
-  const { address } = servers[server];
+  const { address } = servers[server] ?? { address: server };
   page.on("pageerror", (error) => wrong.push(error.message));
   page.on("console", (entry) => entry.type() === "error" && wrong.push(entry.text()));
   page.on("request", (request) => {
@@ -225,6 +226,70 @@ test("files that can't be read get the native command's complaint, and the scene
     await page.waitForFunction(() => document.getElementById("message").textContent.startsWith("bad.glb: "));
     assert.deepEqual(await stats(page), before);
   });
+});
+
+/** Has the command serve the page, hands on its address and what follows it, and ends the command as Ctrl-C does. */
+async function served(command, work) {
+  const program = spawn(tool, [...command, "--page", folder], { cwd: scratch });
+  const ended = once(program, "exit");
+  const address = await new Promise((found, failed) => {
+    let said = "";
+    for (const stream of [program.stdout, program.stderr])
+      stream.on("data", (text) => {
+        said += text;
+        const [, server, hash] = /(http:\/\/[^#\s]*)(#\S*)/.exec(said) ?? [];
+        if (hash) found({ server, hash });
+      });
+    program.on("exit", () => failed(new Error(said)));
+  });
+  try {
+    await work(address);
+  } finally {
+    program.kill("SIGINT");
+    assert.deepEqual(await ended, [0, null]);
+  }
+}
+
+test("jostle replay opens a recording, at the frame that the address names", async () => {
+  await served(["replay", bytesOf("tumble.jrec")], async ({ server, hash }) => {
+    for (const frame of [0, 100])
+      await onPage(`${hash}&frame=${frame}&paused=1`, { ...desktop, server }, async (page) => {
+        await page.waitForFunction((frame) => window.jostle.stats().frame === frame, frame);
+        const { scene, n, pairs, checksum } = await stats(page);
+        const expected = ofFile("tumble.jrec", undefined, "--frame", String(frame));
+        assert.deepEqual({ scene, n, pairs, checksum }, { scene: "tumble.jrec", ...expected });
+        assert.equal(await page.evaluate(() => crossOriginIsolated), true);
+        await shown(page, "step").click();
+        await page.waitForFunction((frame) => window.jostle.stats().frame === frame + 1, frame);
+        assert.equal(new URL(page.url()).hash, `#file=data%2Ftumble.jrec&frame=${frame + 1}&paused=1`);
+      });
+  });
+});
+
+test("jostle simulate --watch shows the simulation while it runs, to its last frame", async () => {
+  const simulate = ["simulate", "--scene", "mixed", "-n", "500", "--frames", "90", "--record", "watched.jrec", "--watch"];
+  await served(simulate, async ({ server, hash }) => {
+    await onPage(hash, { ...desktop, server }, async (page) => {
+      await page.waitForFunction(() => window.jostle.stats().frame === 90 && window.jostle.stats().paused);
+      const { scene, n, pairs, checksum } = await stats(page);
+      assert.equal(scene, "jostle simulate --scene mixed -n 500 --seed 1");
+      const file = path.join(scratch, "watched.jrec");
+      const expected = JSON.parse(execFileSync(tool, ["pairs", file, "--frame", "90", "--stats"]));
+      assert.deepEqual({ n, pairs, checksum }, { n: 500, pairs: expected.pairs, checksum: expected.checksum });
+    });
+  });
+});
+
+test("an address whose file or program is gone: words, and the scene", async () => {
+  for (const [hash, words] of [
+    ["#file=data/gone.jrec", "gone.jrec: this page's server has no such file."],
+    ["#file=//example.org/x.csv", "x.csv: this page's server has no such file."],
+    ["#live=live", "the program that this page showed has ended."],
+  ])
+    await onPage(`${hash}&n=1000&paused=1`, { ...desktop, expectErrors: true }, async (page) => {
+      await page.waitForFunction((words) => document.getElementById("message").textContent === words, words);
+      assert.equal((await stats(page)).scene, "uniform");
+    });
 });
 
 test("the keyboard alone does everything", async () => {
