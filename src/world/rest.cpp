@@ -10,36 +10,35 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-// So many may come to rest in any update ...
+// So many may come to rest in any update besides those that are due ...
 constexpr std::size_t least_settling = 128;
 // ... and one of so many that are parked: that bounds how long they wait, and so for how long who changes is
 // compared with them.
 constexpr std::size_t turns = 256;
 
-/// For how many updates a changed object counts as idle.
-template <class Object>
-std::uint32_t idle_of_changed(const Object& object) noexcept
-{
-    if (object.place() != Place::none) return 0;
-    return object.has(flag::is_static) ? idle_updates : idle_updates - 1;
-}
-
-/// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. At most
-/// `most` come to rest, the others are parked. None of them is in the index: what changed, and so may have
-/// been, stays active.
+/// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. None of
+/// them is in the index: what changed, and so may have been, stays active.
 template <int Dim, class T>
 void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, std::size_t most,
             Rest<Dim, T>& rest)
 {
-    const auto place = [&](Index index, std::uint32_t idle) {
-        if (idle < idle_updates)
-            rest.active.push_back({index, idle});
-        else if (rest.settling.size() < most)
+    const auto place_changed = [&](Index index) {
+        const auto object = state.objects[index];
+        if (!object.is_there()) return;
+        if (object.place() != Place::none)
+            rest.active.push_back({index, 0});
+        else if (object.has(flag::is_static) && rest.settling.size() < most)
             rest.settling.push_back(raw(index));
-        else if (parks)
-            rest.active.push_back({index, idle});
         else
-            state.parked.stage(index, state.objects[index].now());
+            rest.active.push_back({index, due});
+    };
+    const auto place_idle = [&](const typename State<Dim, T>::Active& each) {
+        if (each.idle + 1 < idle_updates)
+            rest.active.push_back({each.index, each.idle + 1});
+        else if (each.idle == due || rest.settling.size() < most)
+            rest.settling.push_back(raw(each.index));
+        else
+            state.parked.stage(each.index, state.objects[each.index].now());
     };
     const auto end = state.active.end();
     auto active = parks ? end : state.active.begin();
@@ -47,15 +46,16 @@ void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, st
     rest.active.reserve(static_cast<std::size_t>(end - active) + changed.size());
     while (active != end || next != changed.end()) {
         if (next == changed.end() || (active != end && active->index < *next)) {
-            place(active->index, std::min(active->idle + 1, idle_updates));
-            ++active;
+            place_idle(*active++);
             continue;
         }
-        const Index index = *next++;
-        if (active != end && active->index == index) ++active;
-        const auto object = state.objects[index];
-        if (object.is_there()) place(index, idle_of_changed(object));
+        if (active != end && active->index == *next) ++active;
+        place_changed(*next++);
     }
+    if (!parks) return;
+    for (const auto& each : state.active)
+        if (each.idle == due && !state.objects[each.index].has(flag::written))
+            rest.settling.push_back(raw(each.index));
 }
 
 } // namespace
@@ -69,7 +69,8 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
                          arena.list<std::uint32_t>("objects that come to rest"),
                          arena.list<Aabb<Dim, T>>("boxes of objects that come to rest")};
     // About as many as have changed come to rest, so that no update takes much longer than what it is asked
-    // to do; who has waited longest comes first.
+    // to do; who has waited longest comes first. Those that are due come on top: not many more than had been
+    // added in the update before, which took longer.
     const std::size_t most =
         std::max({least_settling, changes.objects().size(), state.parked.size() / turns});
     state.parked.each([&](Index index) {

@@ -21,9 +21,11 @@ namespace world {
 // Pairs are looked at, and boxes set, in runs of this many.
 constexpr std::size_t run_length = 4096;
 
-// How many updates an object must stay unchanged before it comes to rest, unless it is parked. New objects
-// need one only.
+// How many updates an object must stay unchanged before it comes to rest, unless it is parked.
 constexpr std::uint32_t idle_updates = 3;
+// New objects need one only, and never wait: what has never moved seldom does, and an index that is filled at
+// once answers faster than one that grows little by little.
+constexpr std::uint32_t due = idle_updates;
 
 /// The state of a world. The stages of an update say what is to change, and `commit_objects` and
 /// `commit_rest` in update.cpp change it. What stages write before that is undone unless the update is kept:
@@ -55,7 +57,7 @@ struct State
     struct Active
     {
         Index index;
-        std::uint32_t idle; // updates since it changed
+        std::uint32_t idle; // updates since it changed, or `due`
     };
     std::pmr::vector<Active> active;                // ascending; without those that are parked
     Parked<Dim, T> parked;                          // active ones that are about to rest

@@ -67,14 +67,14 @@ void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
                  const Entries<Dim, T>& entries, const Rest<Dim, T>& rest) noexcept
 {
     BoxIndexAccess::erase(state.resting, entries.waking);
+    for (const Index index : state.parked.staged().first(rest.parking))
+        state.objects[index].set(flag::parked);
+    state.parked.keep_staged(rest.parking);
     for (const std::uint32_t index : rest.settling) {
         unpark(state, Index{index});
         state.objects[Index{index}].set_place(Place::resting);
         neighbour_lists.note_settling(Index{index});
     }
-    for (const Index index : state.parked.staged().first(rest.parking))
-        state.objects[index].set(flag::parked);
-    state.parked.keep_staged(rest.parking);
     state.parked.close_gaps();
     neighbour_lists.count_update();
     if (rest.same_active) {
