@@ -15,6 +15,7 @@ export class Engine {
   private finder: PairFinder | undefined;
   private source: Source | undefined;
   private index: BoxIndex | undefined;
+  private showsBodies = false;
   private indexed = false; // the index holds the present boxes
   /** Of the file's boxes: what is subtracted before they are drawn in single precision. */
   private origin: [number, number, number] = [0, 0, 0];
@@ -87,9 +88,19 @@ export class Engine {
     return { frame: this.find(noBuffers), title: source.title };
   }
 
+  /** Whether frames of falling bodies are to tell what falls, from the next one on. */
+  showBodies(shown: boolean): void {
+    this.showsBodies = shown;
+  }
+
   step(buffers: Buffers): Frame {
     this.source?.step();
     return this.find(buffers);
+  }
+
+  /** The present frame again, for who wants to see more of it. */
+  again(): Frame {
+    return this.find(noBuffers);
   }
 
   /** To a frame of a recording. */
@@ -116,7 +127,9 @@ export class Engine {
     const exactly = 6 * rows * boxesPerRow;
     const boxes = buffers.boxes.length === exactly ? buffers.boxes : new Float32Array(exactly);
     draw(source, this.origin, boxes);
+    const bodies = this.showsBodies ? source.bodies?.() : undefined;
     const frame: Frame = {
+      bodies,
       boxes,
       count,
       pairs: forPairs,
@@ -134,7 +147,8 @@ export class Engine {
       threads: this.loaded.threads,
       origin: this.origin,
     };
-    return Comlink.transfer(frame, [boxes.buffer, forPairs.buffer]);
+    const own = bodies ? [bodies.poses.buffer, bodies.contacts.buffer] : [];
+    return Comlink.transfer(frame, [boxes.buffer, forPairs.buffer, ...own]);
   }
 
   /** The bricks of the present boxes that have records, drawn as boxes are. */

@@ -35,6 +35,7 @@ class Page {
   private stepped = 0;
   private chosen: number | undefined;
   private showsBricks = false;
+  private showsBodies = true;
   private explained = 0;
   private theme: Theme;
   private readonly stillness = matchMedia("(prefers-reduced-motion: reduce)");
@@ -71,6 +72,7 @@ class Page {
     if (this.stillness.matches) this.state.paused = true;
     this.fillControls();
     this.listen();
+    await this.engine.showBodies(this.showsBodies);
     await this.open();
     if (this.stillness.matches) status("Paused, because your system asks for less motion. Press Play to see it move.");
     requestAnimationFrame((now) => this.tick(now));
@@ -236,7 +238,8 @@ class Page {
     if (chosen !== this.chosen) return; // somebody was faster
     this.view?.choose([chosen, ...path.partners.map(({ box }) => box)]);
     // Alone the bricks of the box are shown, unless all are.
-    this.view?.showBricks(this.showsBricks ? list : only(list, path.bricks), this.showsBricks ? path.bricks : allOf(path.bricks));
+    const { bricks, inside } = path;
+    this.view?.showBricks(this.showsBricks ? list : only(list, bricks), this.showsBricks ? bricks : allOf(bricks), inside);
     showPath(path, this.frame);
     element("let-go").addEventListener("click", () => this.choose(undefined));
   }
@@ -311,7 +314,8 @@ class Page {
     } else {
       select.value = scene;
     }
-    const simulated = scene.startsWith("falling-");
+    const simulated = this.file === undefined && scene.startsWith("falling-");
+    element("bodies-row").hidden = !simulated;
     const range = (id: string, part: number, text: string, off: boolean): void => {
       const input = element<HTMLInputElement>(id);
       input.value = String(Math.round(part * Number(input.max)));
@@ -394,6 +398,13 @@ class Page {
       this.showControls();
     });
     on("threads", "change", ({ value }) => void this.changeThreads(Number(value)));
+    on("show-bodies", "change", ({ checked }) => {
+      this.showsBodies = checked;
+      void this.inTurn(async () => {
+        await this.engine.showBodies(checked);
+        this.show(await this.engine.again());
+      });
+    });
     on("show-bricks", "change", ({ checked }) => {
       this.showsBricks = checked;
       void this.explain();

@@ -3,6 +3,8 @@
 /** How many boxes, and pairs, stand in a row of the textures that they are drawn from; buffers hold whole rows. */
 export const boxesPerRow = 1024;
 export const pairsPerRow = 1024;
+export const bodiesPerRow = 256;
+export const contactsPerRow = 256;
 /** No more pairs than this are drawn; all are counted. */
 export const mostPairsDrawn = 1 << 21;
 
@@ -63,8 +65,19 @@ export interface Frame extends Buffers {
   bricks: number;
   candidates: number;
   threads: number;
+  /** Of falling bodies, if they are to be shown. */
+  bodies: Bodies | undefined;
   /** Added to drawn coordinates it gives the user's. */
   origin: [number, number, number];
+}
+
+/** Bodies as they are, and where they touch; zeros up to whole rows. */
+export interface Bodies {
+  /** Position, rotation as a quaternion x, y, z, w, size, and what it is (0 sphere, 1 cube, 2 octahedron): 10 numbers with one to spare. */
+  poses: Float32Array<ArrayBuffer>;
+  /** Of each point of contact its place and normal, with two numbers to spare: 8. */
+  contacts: Float32Array<ArrayBuffer>;
+  contactCount: number;
 }
 
 /** The bricks that have records: 6 numbers each. */
@@ -79,6 +92,30 @@ export interface Path {
   /** Places in a BrickList. */
   bricks: number[];
   partners: Partner[];
+  /** The brick in which the box begins. */
+  inside: Inside | undefined;
+}
+/** The records of one brick, as they are stored: in the order of their lower bounds along the axis that is swept. */
+export interface Inside {
+  /** A place in a BrickList. */
+  brick: number;
+  /** 0, 1 or 2. */
+  sweepAxis: number;
+  quanta: number;
+  records: BrickRecord[];
+  /** The box's record; it is compared with those behind it, up to `end`, which begin before it ends. */
+  own: number;
+  end: number;
+  /** What the records say, drawn as boxes are. */
+  bounds: Float32Array<ArrayBuffer>;
+}
+export interface BrickRecord {
+  box: number;
+  /** In quanta from the brick's start, for each axis. */
+  lo: number[];
+  hi: number[];
+  /** One bit per axis: the box began in a lower brick there. */
+  copies: number;
 }
 export interface Partner {
   box: number;

@@ -1,5 +1,5 @@
 // What the page says in words, numbers and bars.
-import type { Frame, Path, RaceEngine, RaceOutcome } from "./messages";
+import type { BrickRecord, Frame, Inside, Path, RaceEngine, RaceOutcome } from "./messages";
 import { grouped, inWords, milliseconds } from "./numbers";
 
 /** The element of index.html with this id. */
@@ -83,6 +83,12 @@ export class Figures {
     element("pairs").textContent = grouped(frame.pairCount);
     element("ms").textContent = milliseconds(ms);
     element("bodies").textContent = grouped(frame.count);
+    element("contacts-figure").hidden = frame.bodies === undefined;
+    element("contacts").textContent = grouped(frame.bodies?.contactCount ?? 0);
+    element("legend").textContent =
+      frame.bodies === undefined
+        ? "Blue glass: the boxes. Lit: what two of them have in common."
+        : "Blue glass: a box around each body. Green needles: where two bodies touch.";
     element("brute").textContent = inWords((frame.count * (frame.count - 1)) / 2);
     element("frame").textContent =
       frame.frames === undefined ? grouped(frame.frame) : `${grouped(frame.frame + 1)} of ${grouped(frame.frames)}`;
@@ -125,8 +131,8 @@ export function showPath(path: Path | undefined, frame: Frame): void {
     bricks.length === 0
       ? "With so few boxes no brick is needed."
       : bricks.length === 1
-        ? `It lies in one brick: one record of 16 bytes.`
-        : `It reaches into ${bricks.length} bricks: ${bricks.length} records of 16 bytes.`;
+        ? `It lies in one brick, and is stored there as a record of 16 bytes.`
+        : `It reaches into ${bricks.length} bricks, and is stored in each as a record of 16 bytes.`;
   const list = make("ul", "");
   list.tabIndex = 0;
   list.setAttribute("aria-label", "Boxes that it touches");
@@ -141,6 +147,7 @@ export function showPath(path: Path | undefined, frame: Frame): void {
       ),
     );
   }
+  const wasOpen = root.querySelector("details")?.open ?? false; // it is made anew while boxes move
   root.replaceChildren(
     make("p", "", make("strong", "", `Box ${grouped(box)}`), ` from ${corner(0)} to ${corner(3)}. ${stored}`),
     make(
@@ -153,7 +160,81 @@ export function showPath(path: Path | undefined, frame: Frame): void {
           "reports the pair, and no other.",
     ),
     ...(partners.length > 0 ? [list] : []),
+    ...(path.inside ? [brickOf(path.inside, new Set(partners.map((partner) => partner.box)))] : []),
     make("p", "", close),
+  );
+  const details = root.querySelector("details");
+  if (details) details.open = wasOpen;
+}
+
+/** What the brick in which a box begins holds, and with which of its records the box's is compared. */
+function brickOf(inside: Inside, partners: ReadonlySet<number>): HTMLElement {
+  const { records, sweepAxis, quanta, brick, own, end } = inside;
+  const axis = axes[sweepAxis]!;
+  const touching = records.slice(own + 1, end).filter(({ box }) => partners.has(box)).length;
+  // Some that aren't compared stand before and behind; where many are, the middle of them is left out of the picture.
+  const shown = records.map((record, r) => ({ record, r })).slice(Math.max(0, own - 6), Math.min(end + 6, own + 50));
+  const from = Math.min(...shown.map(({ record }) => record.lo[sweepAxis]!));
+  const to = Math.max(...shown.map(({ record }) => record.hi[sweepAxis]!));
+  const [width, rowHeight] = [300, 5];
+  const svg = (tag: string, attributes: Record<string, string | number>): SVGElement => {
+    const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, String(value));
+    return made;
+  };
+  const picture = svg("svg", {
+    viewBox: `0 0 ${width} ${rowHeight * shown.length}`,
+    role: "img",
+    "aria-label": `Records of brick ${brick} along ${axis}, in the order in which they are swept`,
+  });
+  const at = (quantum: number): number => Math.round((width * (quantum - from)) / Math.max(to - from, 1));
+  shown.forEach(({ record, r }, row) => {
+    const x = at(record.lo[sweepAxis]!);
+    const compared = r > own && r < end;
+    const name = r === own ? "own" : !compared ? "apart" : partners.has(record.box) ? "touches" : "compared";
+    const bar = { x, width: Math.max(2, at(record.hi[sweepAxis]!) - x), y: row * rowHeight, height: rowHeight - 1 };
+    picture.append(svg("rect", { ...bar, class: name }));
+  });
+  const key = (name: string, text: string): HTMLElement => make("span", `key ${name}`, text);
+  const compared = end - own - 1;
+  return make(
+    "div",
+    "brick",
+    make(
+      "p",
+      "",
+      `It begins in brick ${grouped(brick)}, which holds ${records.length === 1 ? "this record alone" : `${grouped(records.length)} records`}, ` +
+        `sorted along ${axis}. A record is compared with those behind it that begin before it ends: here ` +
+        `${compared === 1 ? "one" : grouped(compared)}, of which ${touching === 0 ? "none touches" : `${grouped(touching)} ${touching === 1 ? "touches" : "touch"}`} it. ` +
+        `Each bar is a record, from where it begins to where it ends:`,
+    ),
+    picture,
+    make("p", "keys", key("own", "this box"), key("touches", "touches it"), key("compared", "only compared"), key("apart", "not compared")),
+    recordTable(records.slice(0, 500), records[own]!, quanta),
+  );
+}
+
+/** Records as they are stored. */
+function recordTable(records: readonly BrickRecord[], own: BrickRecord, quanta: number): HTMLElement {
+  const row = (tag: string, cells: string[], name = ""): HTMLElement => make("tr", name, ...cells.map((text) => make(tag, "", text)));
+  const used = axes.slice(0, own.lo.length);
+  const table = make("table", "", row("th", ["box", ...used]));
+  for (const record of records) {
+    const cells = used.map((_, k) => {
+      const lo = (record.copies >> k) & 1 ? "…" : record.lo[k];
+      return `${lo} – ${record.hi[k]! >= quanta ? "…" : record.hi[k]}`;
+    });
+    table.append(row("td", [String(record.box), ...cells], record === own ? "own" : ""));
+  }
+  const scroller = make("div", "records", table);
+  scroller.tabIndex = 0;
+  scroller.role = "region";
+  scroller.ariaLabel = "Records of the brick";
+  return make(
+    "details",
+    "",
+    make("summary", "", `What the records say, in ${grouped(quanta)}ths of the brick's edge; … goes on outside`),
+    scroller,
   );
 }
 

@@ -1,7 +1,7 @@
 // The way of a box through the engine: from input to bricks, and from bricks to pairs.
-import type { Jostle } from "jostle";
+import type { Bricks, Jostle } from "jostle";
 
-import type { BrickList, Path, Partner } from "./messages";
+import type { BrickList, Inside, Path, Partner } from "./messages";
 import type { Source } from "./sources";
 
 /**
@@ -65,5 +65,34 @@ export function pathOf(
     for (const [k, flags] of copies.get(other) ?? []) if (mine.has(k) && (flags & mine.get(k)!) === 0) owner = k;
     return { box: other, overlap, owner };
   };
-  return { path: { box, bricks: [...mine.keys()], partners: partners.map(partner) }, list };
+  // The box begins in one of its bricks: there it is no copy on any axis.
+  let home: number | undefined;
+  for (const [k, flags] of mine) if (flags === 0) home = k;
+  const inside = home === undefined ? undefined : insideOf(bricks, home, box, dim, list.bounds.subarray(6 * home, 6 * home + 6));
+  return { path: { box, bricks: [...mine.keys()], partners: partners.map(partner), inside }, list };
+}
+
+/** The records of the brick in which a box begins, and which is drawn at `drawn`. */
+function insideOf(bricks: Bricks, brick: number, box: number, dim: number, drawn: Float32Array): Inside {
+  const { sweepAxis, quanta } = bricks;
+  const records = [];
+  for (let r = bricks.first[brick]!; r < bricks.first[brick + 1]!; ++r) {
+    const bounds = [...bricks.bounds.subarray(2 * dim * r, 2 * dim * r + 2 * dim)];
+    const [lo, hi] = [0, 1].map((side) => bounds.filter((_, k) => k % 2 === side)) as [number[], number[]];
+    records.push({ box: bricks.objects[r]!, lo, hi, copies: bricks.copies[r]! });
+  }
+  records.sort((a, b) => a.lo[sweepAxis]! - b.lo[sweepAxis]! || a.box - b.box);
+  const own = records.findIndex((record) => record.box === box);
+  let end = own + 1;
+  while (end < records.length && records[end]!.lo[sweepAxis]! <= records[own]!.hi[sweepAxis]!) ++end;
+  const bounds = new Float32Array(6 * records.length);
+  records.forEach(({ lo, hi }, r) => {
+    for (let axis = 0; axis < dim; ++axis) {
+      const from = drawn[axis]!;
+      const quantum = (drawn[axis + 3]! - from) / quanta;
+      bounds[6 * r + axis] = from + lo[axis]! * quantum;
+      bounds[6 * r + 3 + axis] = from + hi[axis]! * quantum;
+    }
+  });
+  return { brick, sweepAxis, quanta, records, own, end, bounds };
 }

@@ -1,6 +1,6 @@
 // Everything is drawn from one texture of boxes, laid out as the library reads them: lo and hi, three numbers each.
 // A box is three texels with two numbers each. Pairs, in another texture, are the library's own result: two numbers of boxes.
-import { boxesPerRow, pairsPerRow } from "./messages";
+import { bodiesPerRow, boxesPerRow, contactsPerRow, pairsPerRow } from "./messages";
 
 /**
  * So many boxes are drawn as one instance. An instance for each would be the plain way, but processors that draw, and some
@@ -176,14 +176,97 @@ void main()
 }`,
 };
 
-/** Bricks, as the lines of their edges. */
+/** Bodies as they are, one kind of shape in each draw call: corners are those of a shape of size 1. */
+export const solids = {
+  vertex: /* glsl */ `
+precision highp float;
+precision highp int;
+uniform mat4 modelViewMatrix, projectionMatrix;
+uniform highp sampler2D poses;
+in vec3 position, normal;
+in float kind;
+out vec3 place;
+out vec3 facing;
+out float distanceTo;
+vec3 turned(vec3 v, vec4 q) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
+void main()
+{
+    ivec2 at = ivec2(5 * (gl_InstanceID % ${bodiesPerRow}), gl_InstanceID / ${bodiesPerRow});
+    vec2 a = texelFetch(poses, at, 0).rg, b = texelFetch(poses, at + ivec2(1, 0), 0).rg;
+    vec2 c = texelFetch(poses, at + ivec2(2, 0), 0).rg, d = texelFetch(poses, at + ivec2(3, 0), 0).rg;
+    vec4 rotation = vec4(b.y, c, d.x);
+    place = vec3(a, b.x) + d.y * turned(position, rotation);
+    facing = turned(normal, rotation);
+    vec4 seen = modelViewMatrix * vec4(place, 1);
+    distanceTo = -seen.z;
+    bool other = texelFetch(poses, at + ivec2(4, 0), 0).r != kind;
+    gl_Position = other ? vec4(2, 2, 2, 1) : projectionMatrix * seen;
+}`,
+  fragment: /* glsl */ `
+precision highp float;
+in vec3 place;
+in vec3 facing;
+in float distanceTo;
+uniform vec4 cut;
+uniform vec2 fog;
+uniform vec3 air, solid;
+out vec4 colour;
+void main()
+{
+    if (dot(cut.xyz, place) > cut.w) discard;
+    float light = 0.62 + 0.38 * dot(normalize(facing), normalize(vec3(0.25, 0.9, 0.5)));
+    float haze = clamp((distanceTo - fog.x) / (fog.y - fog.x), 0.0, 1.0);
+    colour = vec4(mix(solid * light, air, 0.8 * haze), 1);
+}`,
+};
+
+/** Points of contact: each a needle that begins there and goes along the normal, drawn over what hides it. */
+export const needles = {
+  vertex: /* glsl */ `
+precision highp float;
+precision highp int;
+uniform mat4 modelViewMatrix, projectionMatrix;
+uniform highp sampler2D contacts;
+uniform int contactCount;
+uniform float needle; // how long they are
+uniform vec2 pixel; // the size of one, of what is 2 wide
+uniform vec2 fog;
+uniform vec4 cut;
+in vec3 position; // x along the needle, y across
+out float shade;
+void main()
+{
+    int number = gl_InstanceID * ${batch} + gl_VertexID / 4;
+    int known = min(number, contactCount - 1);
+    ivec2 at = ivec2(4 * (known % ${contactsPerRow}), known / ${contactsPerRow});
+    vec2 a = texelFetch(contacts, at, 0).rg, b = texelFetch(contacts, at + ivec2(1, 0), 0).rg;
+    vec3 from = vec3(a, b.x), normal = vec3(b.y, texelFetch(contacts, at + ivec2(2, 0), 0).rg);
+    vec4 begin = projectionMatrix * modelViewMatrix * vec4(from, 1);
+    vec4 end = projectionMatrix * modelViewMatrix * vec4(from + needle * normal, 1);
+    vec4 here = mix(begin, end, position.x);
+    vec2 along = (end.xy / end.w - begin.xy / begin.w) / pixel;
+    vec2 across = length(along) > 0.01 ? normalize(vec2(-along.y, along.x)) : vec2(1, 0);
+    here.xy += across * position.y * pixel * here.w;
+    shade = 1.0 - 0.8 * clamp((begin.w - fog.x) / (fog.y - fog.x), 0.0, 1.0);
+    bool shown = number < contactCount && begin.w > 0.0 && end.w > 0.0 && dot(cut.xyz, from) <= cut.w;
+    gl_Position = shown ? here : vec4(2, 2, 2, 1);
+}`,
+  fragment: /* glsl */ `
+precision highp float;
+in float shade;
+uniform vec3 contact;
+out vec4 colour;
+void main() { colour = vec4(contact, shade); }`,
+};
+
+/** Bricks and the records in one of them, as the lines of their edges. */
 export const bricks = {
   vertex: /* glsl */ `
 precision highp float;
 uniform mat4 modelViewMatrix, projectionMatrix;
 in vec3 position;
 in vec3 lo, hi;
-in float share; // of the records of the fullest brick
+in float share; // of the records of the fullest brick; 2: bright; 3: a record; 4: one that is compared; 5: the box's
 flat out float full;
 out vec3 place;
 void main()
@@ -197,11 +280,12 @@ precision highp float;
 flat in float full;
 in vec3 place;
 uniform vec4 cut;
-uniform vec3 few, many;
+uniform vec3 few, many, record, one;
 out vec4 colour;
 void main()
 {
     if (dot(cut.xyz, place) > cut.w) discard;
-    colour = full > 1.5 ? vec4(many, 1) : vec4(mix(few, many, full), 0.25 + 0.45 * full);
+    colour = full > 4.5 ? vec4(one, 1) : full > 3.5 ? vec4(record, 0.9) : full > 2.5 ? vec4(record, 0.13) : full > 1.5 ? vec4(many, 1)
+        : vec4(mix(few, many, full), 0.25 + 0.45 * full);
 }`,
 };

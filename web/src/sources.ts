@@ -3,7 +3,9 @@ import type { Floats, Jostle, MemoryArray, Scene, Simulation } from "jostle";
 
 import { readBoxes, type Boxes, type Numbers } from "./files/boxes";
 import { sizeFactors, resize } from "./sizes";
-import type { SceneChoice } from "./messages";
+import { bodiesPerRow, contactsPerRow, type Bodies, type SceneChoice } from "./messages";
+
+const wholeRows = (count: number, perRow: number): number => Math.max(1, Math.ceil(count / perRow)) * perRow;
 
 /** Boxes that move. */
 export interface Source {
@@ -14,6 +16,8 @@ export interface Source {
   readonly frame: number;
   /** How many frames there are; undefined if it goes on for ever. */
   readonly frames: number | undefined;
+  /** What falls, and where it touches; undefined where there are boxes alone. */
+  bodies?(): Bodies;
   /** Of frames from elsewhere: there will be no more. */
   readonly ended?: boolean;
   step(): void;
@@ -89,11 +93,14 @@ class ResizedSource extends Endless implements Source {
 /** Falling bodies. Their boxes are copied: the simulation hands out a view that doesn't outlive the next call. */
 class SimulationSource extends Endless implements Source {
   readonly boxes: MemoryArray<Float32Array>;
+  /** As the last step found them: boxes and contacts are of these. */
+  private readonly poses: Float32Array;
 
   constructor(jostle: Jostle, private readonly simulation: Simulation) {
     super();
     this.boxes = jostle.array("float32", 6 * simulation.bodies);
     this.boxes.view.set(simulation.boxes);
+    this.poses = simulation.poses.slice();
   }
   get numbers(): Float32Array {
     return this.boxes.view;
@@ -102,8 +109,35 @@ class SimulationSource extends Endless implements Source {
     return this.simulation.frame;
   }
   step(): void {
+    this.poses.set(this.simulation.poses);
     this.simulation.step();
     this.boxes.view.set(this.simulation.boxes);
+  }
+  bodies(): Bodies {
+    const { simulation, poses: from } = this;
+    const { bodies, sizes, shapeOf } = simulation;
+    const poses = new Float32Array(10 * wholeRows(bodies, bodiesPerRow));
+    for (let body = 0; body < bodies; ++body) {
+      poses.set(from.subarray(7 * body, 7 * body + 7), 10 * body);
+      poses[10 * body + 7] = sizes[body]!;
+      poses[10 * body + 8] = shapeOf[body]!;
+    }
+    // Contacts are also of what will touch within the frame; shown is what does.
+    const { length, pairs, normals, first, fromA, depths } = simulation.contacts();
+    const contacts = new Float32Array(8 * wholeRows(depths.length, contactsPerRow));
+    let contactCount = 0;
+    for (let contact = 0; contact < length; ++contact) {
+      const a = pairs[2 * contact]!;
+      for (let point = first[contact]!; point < first[contact + 1]!; ++point) {
+        if (depths[point]! < 0) continue;
+        const at = 8 * contactCount++;
+        for (let axis = 0; axis < 3; ++axis) {
+          contacts[at + axis] = from[7 * a + axis]! + fromA[3 * point + axis]!;
+          contacts[at + 3 + axis] = normals[3 * contact + axis]!;
+        }
+      }
+    }
+    return { poses, contacts, contactCount };
   }
   dispose(): void {
     this.simulation.dispose();

@@ -1,12 +1,14 @@
 // Draws boxes, pairs and bricks. It knows nothing of the engine.
 import {
   Box3,
+  BoxGeometry,
   BufferGeometry,
   Color,
   DataTexture,
   FloatType,
   Float32BufferAttribute,
   GLSL3,
+  IcosahedronGeometry,
   InstancedBufferAttribute,
   InstancedBufferGeometry,
   InstancedInterleavedBuffer,
@@ -14,6 +16,7 @@ import {
   LineSegments,
   Mesh,
   NearestFilter,
+  OctahedronGeometry,
   PerspectiveCamera,
   RawShaderMaterial,
   Raycaster,
@@ -32,7 +35,7 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-import { boxesPerRow, pairsPerRow, type BrickList, type Frame } from "./messages";
+import { bodiesPerRow, boxesPerRow, contactsPerRow, pairsPerRow, type Bodies, type BrickList, type Frame, type Inside } from "./messages";
 import * as shaders from "./shaders";
 
 /** The three faces of each of some boxes that look at the camera: 4 corners and 2 triangles a face. See shaders.ts. */
@@ -98,6 +101,33 @@ function edges(): InstancedBufferGeometry {
   return geometry;
 }
 
+/** A shape of size 1, for as many bodies as there are. */
+function solid(shape: BufferGeometry, kind: number): InstancedBufferGeometry {
+  const geometry = new InstancedBufferGeometry();
+  const { position, normal } = shape.attributes as { position: Float32BufferAttribute; normal: Float32BufferAttribute };
+  geometry.setAttribute("position", position);
+  geometry.setAttribute("normal", normal);
+  geometry.setAttribute("kind", new Float32BufferAttribute(new Float32Array(position.count).fill(kind), 1));
+  geometry.setIndex(shape.index);
+  geometry.instanceCount = 0;
+  return geometry;
+}
+
+/** A batch of needles: where they are thickest they are four pixels wide, a quarter of the way on. */
+function needles(): InstancedBufferGeometry {
+  const corners: number[] = [];
+  const triangles: number[] = [];
+  for (let k = 0; k < shaders.batch; ++k) {
+    corners.push(0, 0, 0, 0.25, 2, 0, 1, 0, 0, 0.25, -2, 0);
+    triangles.push(...[0, 1, 2, 0, 2, 3].map((corner) => 4 * k + corner));
+  }
+  const geometry = new InstancedBufferGeometry();
+  geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
+  geometry.setIndex(triangles);
+  geometry.instanceCount = 0;
+  return geometry;
+}
+
 const palettes = {
   dark: {
     air: "#0b0e14",
@@ -109,6 +139,9 @@ const palettes = {
     partner: "#ffffff",
     few: "#3d6b8f",
     many: "#7df0ff",
+    record: "#c9a2ff",
+    solid: "#8394b8",
+    contact: "#54ff9f",
   },
   light: {
     air: "#f4f5f7",
@@ -120,6 +153,9 @@ const palettes = {
     partner: "#1f2a3d",
     few: "#9db4c9",
     many: "#005f8f",
+    record: "#7a3fa8",
+    solid: "#b9c4d6",
+    contact: "#007a45",
   },
 } as const;
 export type Theme = keyof typeof palettes;
@@ -155,12 +191,19 @@ export class View {
     cut: { value: new Vector4(0, 0, 0, 1) },
     fog: { value: new Vector2(1, 2) },
     opacity: { value: 0.1 },
+    poses: { value: null },
+    contacts: { value: null },
+    contactCount: { value: 0 },
+    needle: { value: 1 },
+    pixel: { value: new Vector2(1, 1) },
     chosen: { value: -1 },
   };
   private readonly bodies: Mesh<InstancedBufferGeometry>;
   private readonly overlaps: Mesh<InstancedBufferGeometry>;
   private readonly chosen: Mesh<InstancedBufferGeometry>;
   private readonly bricks: LineSegments<BufferGeometry>;
+  private readonly solids: Mesh<InstancedBufferGeometry>[];
+  private readonly needles: Mesh<InstancedBufferGeometry, RawShaderMaterial>;
   private readonly ball = new Sphere(new Vector3(), 1);
   private dirty = true;
   private fence: WebGLSync | undefined;
@@ -169,6 +212,7 @@ export class View {
   isShown = true;
   private resolution: number;
   private slow = 0;
+  private brickCount = 0;
 
   constructor(private readonly canvas: HTMLCanvasElement) {
     const fast = drawsFast();
@@ -179,8 +223,13 @@ export class View {
     this.overlaps = new Mesh(faces(shaders.batch), this.material(shaders.overlaps, false));
     this.chosen = new Mesh(faces(1), this.material(shaders.chosen, true));
     this.bricks = new LineSegments<BufferGeometry>(edges(), this.material(shaders.bricks, true));
+    const shapes = [new IcosahedronGeometry(1, 2), new BoxGeometry(2, 2, 2), new OctahedronGeometry(1)];
+    shapes[0]!.setAttribute("normal", shapes[0]!.getAttribute("position")); // round
+    this.solids = shapes.map((shape, kind) => new Mesh(solid(shape, kind), this.material(shaders.solids, false)));
+    this.needles = new Mesh(needles(), this.material(shaders.needles, true));
+    this.needles.material.depthTest = false;
     // What is solid comes first, so that glass before it can be drawn over it.
-    for (const part of [this.overlaps, this.bodies, this.bricks, this.chosen]) {
+    for (const part of [this.overlaps, ...this.solids, this.bodies, this.bricks, this.chosen, this.needles]) {
       part.frustumCulled = false;
       this.scene.add(part);
     }
@@ -269,6 +318,7 @@ export class View {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    (this.uniforms.pixel!.value as Vector2).set(2 / width, 2 / height);
     this.draw(performance.now()); // at once: a canvas of another size is empty
   }
 
@@ -296,6 +346,7 @@ export class View {
     }
     if (bounds.isEmpty()) bounds.expandByPoint(new Vector3());
     const edge = Math.sqrt(area / Math.max(frame.count, 1));
+    this.uniforms.needle!.value = 0.6 * edge;
     bounds.expandByScalar(Number.isFinite(edge) ? Math.max(edge / 2, 1e-6) : 1);
     bounds.getBoundingSphere(this.ball);
     const size = bounds.getSize(new Vector3());
@@ -326,23 +377,44 @@ export class View {
     uniforms.boxCount!.value = frame.count;
     uniforms.pairCount!.value = frame.drawnPairs;
     this.bodies.geometry.instanceCount = Math.ceil(frame.count / shaders.batch);
-    this.overlaps.geometry.instanceCount = Math.ceil(frame.drawnPairs / shaders.batch);
+    // What boxes have in common would hide where the bodies in them touch.
+    this.overlaps.geometry.instanceCount = frame.bodies ? 0 : Math.ceil(frame.drawnPairs / shaders.batch);
+    this.showBodies(frame.bodies, frame.count);
     this.dirty = true;
     this.isShown = false;
   }
 
-  /** Shows bricks, those in `bright` brightly; none if there is no list. */
-  showBricks(list: BrickList | undefined, bright: readonly number[] = []): void {
+  private showBodies(bodies: Bodies | undefined, count: number): void {
+    for (const { geometry } of this.solids) geometry.instanceCount = bodies ? count : 0;
+    this.needles.geometry.instanceCount = Math.ceil((bodies?.contactCount ?? 0) / shaders.batch);
+    this.uniforms.contactCount!.value = bodies?.contactCount ?? 0;
+    if (!bodies) return;
+    upload(this.uniforms.poses!, bodies.poses, 5 * bodiesPerRow, RGFormat, FloatType);
+    upload(this.uniforms.contacts!, bodies.contacts, 4 * contactsPerRow, RGFormat, FloatType);
+  }
+
+  /** Shows bricks, those in `bright` brightly, and the records in one of them; none if there is no list. */
+  showBricks(list: BrickList | undefined, bright: readonly number[] = [], inside?: Inside): void {
     const geometry = this.bricks.geometry as InstancedBufferGeometry;
     geometry.dispose();
-    geometry.instanceCount = list?.records.length ?? 0;
+    this.brickCount = list?.records.length ?? 0;
+    geometry.instanceCount = this.brickCount + (inside?.records.length ?? 0);
     if (list) {
-      const bounds = new InstancedInterleavedBuffer(list.bounds, 6);
+      const corners = new Float32Array(6 * geometry.instanceCount);
+      corners.set(list.bounds);
+      if (inside) corners.set(inside.bounds, list.bounds.length);
+      const bounds = new InstancedInterleavedBuffer(corners, 6);
       geometry.setAttribute("lo", new InterleavedBufferAttribute(bounds, 3, 0));
       geometry.setAttribute("hi", new InterleavedBufferAttribute(bounds, 3, 3));
       const most = list.records.reduce((a, b) => Math.max(a, b), 1);
-      const shares = Float32Array.from(list.records, (records) => records / most);
+      const shares = new Float32Array(geometry.instanceCount);
+      shares.set(Float32Array.from(list.records, (records) => records / most));
       for (const brick of bright) shares[brick] = 2;
+      if (inside) {
+        const { own, end } = inside;
+        shares.fill(3, this.brickCount).fill(4, this.brickCount + own, this.brickCount + end);
+        shares[this.brickCount + own] = 5;
+      }
       geometry.setAttribute("share", new InstancedBufferAttribute(shares, 1));
     }
     this.dirty = true;
@@ -412,11 +484,15 @@ export class View {
   }
 
   /** What is drawn, for tests and for pictures: the numbers of boxes and pairs, and pixels for each of CSS. */
-  get drawn(): { boxes: number; pairs: number; bricks: number; chosen: number; resolution: number } {
+  get drawn(): Record<"boxes" | "pairs" | "bricks" | "records" | "bodies" | "contacts" | "chosen" | "resolution", number> {
+    const { instanceCount } = this.bricks.geometry as InstancedBufferGeometry;
     return {
       boxes: this.uniforms.boxCount!.value as number,
       pairs: this.uniforms.pairCount!.value as number,
-      bricks: (this.bricks.geometry as InstancedBufferGeometry).instanceCount,
+      bricks: this.brickCount,
+      records: instanceCount - this.brickCount,
+      bodies: this.solids[0]!.geometry.instanceCount,
+      contacts: this.uniforms.contactCount!.value as number,
       chosen: this.chosen.geometry.instanceCount,
       resolution: this.resolution,
     };

@@ -281,15 +281,17 @@ test("jostle simulate --watch shows the simulation while it runs, to its last fr
 });
 
 test("an address whose file or program is gone: words, and the scene", async () => {
-  for (const [hash, words] of [
-    ["#file=data/gone.jrec", "gone.jrec: this page's server has no such file."],
-    ["#file=//example.org/x.csv", "x.csv: this page's server has no such file."],
-    ["#live=live", "the program that this page showed has ended."],
-  ])
-    await onPage(`${hash}&n=1000&paused=1`, { ...desktop, expectErrors: true }, async (page) => {
-      await page.waitForFunction((words) => document.getElementById("message").textContent === words, words);
-      assert.equal((await stats(page)).scene, "uniform");
-    });
+  await served(["replay", bytesOf("tumble.jrec")], async ({ server }) => {
+    for (const [hash, words] of [
+      ["#file=data/gone.jrec", "gone.jrec: this page's server has no such file."],
+      ["#file=//example.org/x.csv", "x.csv: this page's server has no such file."],
+      ["#live=live", "the program that this page showed has ended."],
+    ])
+      await onPage(`${hash}&n=1000&paused=1`, { ...desktop, server, expectErrors: true }, async (page) => {
+        await page.waitForFunction((words) => document.getElementById("message").textContent === words, words);
+        assert.equal((await stats(page)).scene, "uniform");
+      });
+  });
 });
 
 test("the keyboard alone does everything", async () => {
@@ -336,6 +338,18 @@ test("a picked box touches as many as the pairs say, and each pair has one brick
     const rows = await page.locator("#chosen li").allTextContents();
     assert.equal(rows.length, drawn.chosen - 1);
     for (const row of rows) assert.match(row, /they share [\d.]+ × [\d.]+ × [\d.]+, least along [xyz]; brick \d+ reports it/);
+    // The records of its brick: as many bars and rows as are said, one of them its own, and its bounds are quantised outwards.
+    const told = /It begins in brick \d+, which holds (\d+) records, .* here ([\d,]+|one), of which (\d+|none) touch/.exec(text);
+    assert.ok(told, text);
+    assert.equal(drawn.records, Number(told[1]));
+    assert.equal(await page.locator("#chosen .records tr").count(), Number(told[1]) + 1);
+    assert.match(await page.locator("#chosen .records tr.own").textContent(), new RegExp(`^${chosen}\\d+ – `));
+    const bars = (name) => page.locator(`#chosen rect.${name}`).count();
+    assert.equal(await bars("own"), 1);
+    const compared = told[2] === "one" ? 1 : Number(told[2]);
+    assert.equal((await bars("compared")) + (await bars("touches")), Math.min(compared, 49));
+    await page.locator("#chosen summary").click();
+    assert.equal(await page.locator("#chosen .records").isVisible(), true);
     await shown(page, "let-go").click();
     await page.waitForFunction(() => window.jostle.stats().drawn.chosen === 0);
   });
@@ -366,6 +380,26 @@ test("falling bodies fall", async () => {
     await page.waitForFunction(() => window.jostle.stats().frame > 5 && window.jostle.stats().pairs > 0);
     assert.equal((await stats(page)).n, 1000);
   });
+});
+
+test("falling bodies are drawn with their contacts, or as boxes alone", async () => {
+  for (const kind of ["spheres", "boxes", "mixed"])
+    await onPage(`#scene=falling-${kind}&n=1000&seed=1&frame=60&paused=1`, desktop, async (page) => {
+      const { drawn } = await stats(page);
+      assert.equal(drawn.bodies, 1000);
+      assert.ok(drawn.contacts > 100);
+      assert.equal(await shown(page, "contacts").textContent(), drawn.contacts.toLocaleString("en-US"));
+      const picture = async () => (await page.locator("canvas").screenshot()).toString("base64");
+      const before = await picture();
+      await shown(page, "show-bodies").uncheck();
+      await page.waitForFunction(() => window.jostle.stats().drawn.bodies === 0 && window.jostle.stats().drawn.contacts === 0);
+      await page.waitForTimeout(300);
+      assert.notEqual(await picture(), before);
+      assert.equal(await shown(page, "contacts").isVisible(), false);
+    });
+  await onPage(still("uniform", 1000, 1), desktop, async (page) =>
+    assert.equal(await shown(page, "show-bodies").isVisible(), false),
+  );
 });
 
 test("phone: nothing is wider than the screen, controls are large enough for fingers, a touch picks", async () => {
