@@ -2,6 +2,7 @@
 #include "target.hpp"
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -91,6 +92,13 @@ void execute(const Target& target, std::span<const std::uint8_t> bytes)
 }
 
 } // namespace fuzz
+
+/// What the tests' slow twins find ends the run as well.
+extern "C" int LLVMFuzzerInitialize(int*, char***)
+{
+    GTEST_FLAG_SET(throw_on_failure, true);
+    return 0;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The command `jostle`: options and errors. Each subcommand lives in its own file.
+// The command `jostle`: its streams, and what becomes of errors. Each subcommand lives in its own file.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -11,9 +11,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "command_line.hpp"
 #include "commands.hpp"
 #include "jostle/error.hpp"
-#include "jostle/version.hpp"
 #include "text.hpp"
 
 namespace {
@@ -39,79 +39,18 @@ void fill_standard_streams()
             (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest free number
 }
 
-#define JOSTLE_TEXT_OF(x) #x
-#define JOSTLE_TEXT(x) JOSTLE_TEXT_OF(x)
-constexpr const char* version = "jostle " JOSTLE_TEXT(JOSTLE_VERSION_MAJOR) "." JOSTLE_TEXT(
-    JOSTLE_VERSION_MINOR) "." JOSTLE_TEXT(JOSTLE_VERSION_PATCH);
-
-std::string name_of_chosen(const CLI::App& app)
-{
-    std::string name = "jostle";
-    for (const CLI::App* chosen = &app; !chosen->get_subcommands().empty();) {
-        chosen = chosen->get_subcommands().front();
-        name += " " + chosen->get_name();
-    }
-    return name;
-}
-
 } // namespace
 
 int main(int argc, char** argv)
 {
     fill_standard_streams();
-    CLI::App app("Which boxes touch: finds all pairs of touching axis-aligned boxes, exactly, on all cores.",
-                 "jostle");
-    app.set_version_flag("--version", version, "Print the version and exit");
-    app.require_subcommand(1);
-    app.failure_message([](const CLI::App*, const CLI::Error&) { return std::string(); });
-    jostle_tool::add_pairs_command(app);
-    jostle_tool::add_bench_command(app);
-    jostle_tool::add_chapter_command(app);
-    jostle_tool::add_compare_command(app);
-    jostle_tool::add_demo_command(app);
-    jostle_tool::add_simulate_command(app);
-    jostle_tool::add_replay_command(app);
-    jostle_tool::add_distribute_command(app);
-    app.footer(R"(Examples:
-  jostle pairs boxes.csv            the touching pairs of a file of boxes
-  jostle bench uniform -n 1000000   how long a million boxes take
-  jostle chapter                    the chapter's figures on this machine
-  jostle demo                       recorded moving boxes, frame by frame
-  jostle compare mine.jrec          what every system takes on your own boxes
-  jostle simulate                   bodies that fall, collide and come to rest
-  jostle replay mine.jrec           recorded boxes in your browser
-  jostle distribute --ranks 4       one scene over several ranks of MPI
-Exit status: 0 done, 2 bad input (one line on stderr says what to do), 1 our fault.)");
-
-    // An empty name is most likely that of a shell's variable that isn't set.
-    for (int i = 1; i < argc; ++i)
-        if (const std::string argument = argv[i];
-            argument.empty() || (argument.starts_with("--") && argument.ends_with('=')))
-            return fail(exit_usage, "argument " + std::to_string(i) + " (" + argument +
-                                        ") is empty; give it a value, or leave it out");
-    // What went to stdout may still find the disk full.
-    const auto all_written = [] {
+    try {
+        CLI::App app;
+        jostle_tool::add_commands(app);
+        jostle_tool::run(app, argc, argv);
+        // What went to stdout may still find the disk full.
         if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
         return fail(exit_usage, "stdout: can't be written; make room, or write elsewhere");
-    };
-    try {
-        app.parse(argc, argv);
-        return all_written();
-    } catch (const CLI::ParseError& error) {
-        if (error.get_exit_code() == 0) { // --help, --version
-            app.exit(error);
-            return all_written();
-        }
-        if (app.get_subcommands().empty()) {
-            std::string what = argc < 2 ? "say what to do" : std::string(argv[1]) + " is not a command";
-            const char* before = "; choose ";
-            for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-                what += before + command->get_name();
-                before = ", ";
-            }
-            return fail(exit_usage, what + "; see jostle --help");
-        }
-        return fail(exit_usage, std::string(error.what()) + "; see " + name_of_chosen(app) + " --help");
     } catch (const jostle_tool::UsageError& error) {
         return fail(exit_usage, error.what());
     } catch (const jostle::Error& error) {

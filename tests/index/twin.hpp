@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "jostle/box_index.hpp"
@@ -29,11 +31,12 @@ namespace twin {
 
 using namespace jostle;
 
-/// Numbers that are the same with every compiler and library.
+/// Numbers that are the same with every compiler and library, or a fuzzer's.
 class Random
 {
   public:
-    explicit Random(std::uint64_t seed) : engine_(seed) {}
+    explicit Random(std::uint64_t seed) : engine_(std::mt19937_64(seed)) {}
+    explicit Random(std::function<std::uint64_t()> engine) : engine_(std::move(engine)) {}
     std::uint32_t below(std::uint32_t end) { return static_cast<std::uint32_t>(engine_() % end); }
     double number(double lo, double hi)
     {
@@ -41,7 +44,7 @@ class Random
     }
 
   private:
-    std::mt19937_64 engine_;
+    std::function<std::uint64_t()> engine_;
 };
 
 enum class Kind
@@ -126,8 +129,9 @@ class Twin
   public:
     using Box = Aabb<Dim, T>;
 
-    Twin(Kind kind, std::uint64_t seed, const IndexOptions& options)
-        : index(options), random(seed), kind_(kind)
+    Twin(Kind kind, std::uint64_t seed, const IndexOptions& options) : Twin(kind, Random(seed), options) {}
+    Twin(Kind kind, Random source, const IndexOptions& options)
+        : index(options), random(std::move(source)), kind_(kind)
     {
     }
 

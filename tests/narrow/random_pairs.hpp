@@ -4,18 +4,21 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "jostle/contact.hpp"
 
-/// Random numbers that are the same everywhere.
+/// Random numbers that are the same everywhere, or a fuzzer's.
 class Random
 {
   public:
-    explicit Random(std::uint64_t seed) : engine_(seed) {}
+    explicit Random(std::uint64_t seed) : engine_(std::mt19937_64(seed)) {}
+    explicit Random(std::function<std::uint64_t()> engine) : engine_(std::move(engine)) {}
     double uniform(double lo, double hi)
     {
         return lo + (hi - lo) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
@@ -76,7 +79,7 @@ class Random
     }
 
   private:
-    std::mt19937_64 engine_;
+    std::function<std::uint64_t()> engine_;
 };
 
 template <int Dim, class T>

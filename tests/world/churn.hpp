@@ -14,8 +14,8 @@ using jostle_scenes::Random;
 
 /// Boxes that touch now and then, with many bounds in common, and some that are hard on everybody. Of many
 /// objects none should be a giant that touches most others.
-template <int Dim, class T>
-Aabb<Dim, T> random_box(Random& random, double extent, bool giants = true)
+template <int Dim, class T, class Source>
+Aabb<Dim, T> random_box(Source& random, double extent, bool giants = true)
 {
     Aabb<Dim, T> box;
     const std::uint32_t kind = giants ? random.below(64) : random.below(17);
@@ -35,7 +35,8 @@ Aabb<Dim, T> random_box(Random& random, double extent, bool giants = true)
 }
 
 /// Where there are many owners, all objects have one.
-inline ObjectFilter random_filter(Random& random, std::uint32_t owners = 6)
+template <class Source>
+ObjectFilter random_filter(Source& random, std::uint32_t owners = 6)
 {
     ObjectFilter filter;
     if (random.below(3) == 0) {
@@ -52,8 +53,8 @@ struct Refusal
 {
 };
 
-/// A world and its twin under random commands.
-template <int Dim, class T>
+/// A world and its twin under commands that are drawn from a Source: at random, or from a fuzzer's bytes.
+template <int Dim, class T, class Source = Random>
 class Churn
 {
   public:
@@ -63,7 +64,7 @@ class Churn
     std::unique_ptr<World> world;
     std::vector<std::unique_ptr<World>> beside; ///< others that are told the same
     Twin<Dim, T> twin;
-    Random random;
+    Source random;
     double extent;
     bool giants = true;
     std::uint32_t owners = 6;
@@ -75,7 +76,11 @@ class Churn
     std::uint64_t began = 0, persisted = 0, ended[end_reason_count] = {}; ///< ended: by reason
 
     Churn(std::uint64_t seed, double space, bool callback, jostle::WorldOptions with = {})
-        : options(with), random(seed), extent(space)
+        : Churn(Source(seed), space, callback, with)
+    {
+    }
+    Churn(Source source, double space, bool callback, jostle::WorldOptions with = {})
+        : options(with), random(source), extent(space)
     {
         twin.has_callback = callback;
         if (callback)

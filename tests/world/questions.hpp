@@ -16,9 +16,13 @@ template <int Dim, class T>
 class Questions
 {
   public:
-    Questions(const Churn<Dim, T>& churn, std::uint64_t seed) : Questions(churn, *churn.world, seed) {}
+    template <class Source>
+    Questions(const Churn<Dim, T, Source>& churn, std::uint64_t seed) : Questions(churn, *churn.world, seed)
+    {
+    }
     /// To another world that should say the same.
-    Questions(const Churn<Dim, T>& churn, jostle::World<Dim, T>& world, std::uint64_t seed)
+    template <class Source>
+    Questions(const Churn<Dim, T, Source>& churn, jostle::World<Dim, T>& world, std::uint64_t seed)
         : world_(world), to_fork_(*churn.world), random_(seed)
     {
         for (const auto& [index, thing] : churn.twin.things)
