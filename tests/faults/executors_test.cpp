@@ -64,7 +64,7 @@ std::vector<Aabb3f> some_boxes(std::uint64_t seed, std::size_t count)
     std::vector<Aabb3f> boxes(count);
     for (Aabb3f& box : boxes)
         for (int d = 0; d < 3; ++d) {
-            box.lo[d] = static_cast<float>(random.uniform(0, 18));
+            box.lo[d] = static_cast<float>(random.uniform(0, 26));
             box.hi[d] = box.lo[d] + static_cast<float>(random.uniform(0.2, 1.2));
         }
     return boxes;
@@ -137,14 +137,14 @@ class Works
         }
         default:
             world_.update();
-            return {world_.pairs().size(), world_.began().size()};
+            return {world_.size(), world_.began().size()};
         }
     }
 
     [[nodiscard]] std::vector<std::byte> saved() const { return world_.save(); }
 
   private:
-    std::vector<Aabb3f> boxes_ = some_boxes(1, 3000);
+    std::vector<Aabb3f> boxes_ = some_boxes(1, 9000);
     PairFinder finder_;
     BoxIndex3f index_;
     ContactFinder3f contacts_;

@@ -16,6 +16,11 @@ void fail_after(std::uint64_t allocations)
     global_new::fail_at = allocations == never ? global_new::never : global_new::calls + allocations;
 }
 
+bool can_fail()
+{
+    return JOSTLE_OWN_NEW != 0;
+}
+
 namespace {
 
 using namespace jostle;
@@ -36,7 +41,7 @@ template <int Dim, class T>
 struct Objects
 {
     Random random{Dim};
-    Zoo<Dim> zoo{random, 2};
+    Zoo<Dim> zoo{random, 1};
     std::vector<Pose<Dim, T>> poses;
     std::vector<Motion<Dim, T>> motions;
     std::vector<Pair> pairs;
@@ -97,7 +102,7 @@ void starve_a_finder(Executor& executor)
     };
     ContactFinder<Dim, T> sound({.executor = &executor});
     const Answers<Dim, T> expected = ask_all(sound);
-    EXPECT_GT(expected.contacts.size(), 5u);
+    EXPECT_GT(expected.contacts.size(), 2u);
     for (int what = 0; what < 4; ++what) {
         std::optional<ContactFinder<Dim, T>> finder;
         Answers<Dim, T> out(pairs.size());
@@ -114,7 +119,7 @@ void starve_a_finder(Executor& executor)
                     ASSERT_TRUE(ask_all(*finder) == expected) << "call " << what << ", allocation " << k;
                 }
             });
-        EXPECT_GT(failed, 1u) << what;
+        EXPECT_GT(failed, what == 0 ? 1u : 0u) << what;
         EXPECT_TRUE(ask_all(*finder) == expected) << what;
     }
 }
@@ -149,7 +154,7 @@ TEST(Memory, AShapeIsWholeOrNotThere)
         starve([&] { return runs_out([&] { field.emplace(HeightGrid<double>{heights, 5, 4, 1, 1}); }); },
                nothing),
         0u);
-    const std::vector<Compound<3>::Child> children{{Shape3(*hull), {}}, {Shape3(*mesh), {}}};
+    const std::vector<Compound<3>::Child> children{{Shape3(*hull), {}}, {Shape3::box({1, 1, 1}), {}}};
     std::optional<Compound<3>> compound;
     EXPECT_GT(starve([&] { return runs_out([&] { compound.emplace(children); }); }, nothing), 0u);
     // What came of it is as good as any.
