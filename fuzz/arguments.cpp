@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Command lines, which are understood and not run: any words, one a line, and those of `jostle pairs` in all ways
-// to write them, of which it is known whether they are good.
+// Command lines, which are understood and not run: any words, one a line, and those of `jostle pairs` in
+// all ways to write them, of which it is known whether they are good.
 #include <algorithm>
 #include <iostream>
 #include <optional>

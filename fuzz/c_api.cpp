@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Sequences of calls of the C interface, with handles that are right, freed, of another kind or NULL, and arguments
-// that are good or bad. Of each call it is known whether it succeeds; what it leaves is held against a plain model.
+// Sequences of calls of the C interface, with handles that are right, freed, of another kind or NULL,
+// and arguments that are good or bad. Of each call it is known whether it succeeds; what it leaves is
+// held against a plain model.
 #include <algorithm>
 #include <iterator>
 #include <map>
@@ -183,7 +184,8 @@ class Session
         }
         return made;
     }
-    /// Ids of an index or a world, each once, or, where bad ones are wanted now and then, some twice or gone.
+    /// Ids of an index or a world, each once, or, where bad ones are wanted now and then, some twice or
+    /// gone.
     template <class Id>
     std::vector<Id> some_ids(const Handle* handle, bool& good)
     {

@@ -8,8 +8,8 @@
 
 namespace fuzz {
 
-/// What a test draws at random, drawn from an input. Where the input ends, random numbers follow, the same ones
-/// each time: a short input is a whole scene, and no loop waits for ever for a certain number.
+/// What a test draws at random, drawn from an input. Where the input ends, random numbers follow, the
+/// same ones each time: a short input is a whole scene, and no loop waits for ever for a certain number.
 class Choices
 {
   public:
@@ -26,7 +26,8 @@ class Choices
     double uniform(double lo, double hi) { return lo + (hi - lo) * uniform(); }
     double number(double lo, double hi) { return uniform(lo, hi); }
     bool chance(double p) { return uniform() < p; }
-    /// As std::mt19937_64, for what takes that apart itself. Both ends of the number change with the input.
+    /// As std::mt19937_64, for what takes that apart itself. Both ends of the number change with the
+    /// input.
     std::uint64_t operator()()
     {
         return ended() ? after_.next() : in_->number<std::uint16_t>() * 0x0001000100010001u;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Contacts, distances and impacts of any two shapes: of rounded hulls against the tests' slow definition, of all
-// shapes against each other form of the question, and of moving ones against many moments of their motion.
+// Contacts, distances and impacts of any two shapes: of rounded hulls against the tests' slow
+// definition, of all shapes against each other form of the question, and of moving ones against many
+// moments of their motion.
 #include "choices.hpp"
 #include "tests/narrow/moments.hpp"
 #include "tests/narrow/rounded_hulls.hpp"
@@ -84,7 +85,8 @@ void compare_zoo(Random& random)
                        random.chance(0.5) ? 0 : 0.2);
 }
 
-/// Never later than the first of many moments at which they overlap, and no earlier than the tolerance lets it.
+/// Never later than the first of many moments at which they overlap, and no earlier than the tolerance
+/// lets it.
 void compare_impact(Random& random)
 {
     const rounded_hulls::Sample a = rounded_hulls::make_sample(random.below(6), random),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A BoxIndex under all its changes, and every question, against the tests' twin, which goes through all boxes.
+// A BoxIndex under all its changes, and every question, against the tests' twin, which goes through all
+// boxes.
 #include "choices.hpp"
 #include "index/box_index_access.hpp"
 #include "index/tree.hpp"

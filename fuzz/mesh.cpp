@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Meshes, as the tool reads them: in a process of their own. Any bytes under the names of several formats, and
-// triangles that are written down as OBJ, OFF or STL, whose boxes are known.
+// Meshes, as the tool reads them: in a process of their own. Any bytes under the names of several
+// formats, and triangles that are written down as OBJ, OFF or STL, whose boxes are known.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Pairs of one set and of two, with all filters, by every instruction set, in every form and layout, and by the
-// chapter's grid, against the tests' own definition. Boxes come in copies, so that few bytes make a crowd.
+// Pairs of one set and of two, with all filters, by every instruction set, in every form and layout, and
+// by the chapter's grid, against the tests' own definition. Boxes come in copies, so that few bytes make
+// a crowd.
 #include <algorithm>
 #include <limits>
 #include <optional>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Snapshots and changes, with sizes and checksums that are right: as a world saves them, with bytes altered, cut
-// out and doubled, and any bytes. What is taken is a world like any other; what is refused changes nothing.
+// Snapshots and changes, with sizes and checksums that are right: as a world saves them, with bytes
+// altered, cut out and doubled, and any bytes. What is taken is a world like any other; what is refused
+// changes nothing.
 #include <algorithm>
 #include <optional>
 

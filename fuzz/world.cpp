@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A World under all its commands, against the model that the tests have: updates, apply(), questions, margins,
-// filters, user data, slots, snapshots, changes since a base, and views that follow.
+// A World under all its commands, against the model that the tests have: updates, apply(), questions,
+// margins, filters, user data, slots, snapshots, changes since a base, and views that follow.
 #include "choices.hpp"
 #include "tests/world/ahead.hpp"
 #include "tests/world/same_objects.hpp"

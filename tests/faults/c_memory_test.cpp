@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The C interface without memory, of the global operator new and of a handle's own allocator: JOSTLE_OUT_OF_MEMORY,
-// `out` is as it was, nothing is lost, and the next call works.
+// The C interface without memory, of the global operator new and of a handle's own allocator:
+// JOSTLE_OUT_OF_MEMORY, `out` is as it was, nothing is lost, and the next call works.
 #include <gtest/gtest.h>
 
 #include <atomic>

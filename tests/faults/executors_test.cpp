@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Executors that throw before the k-th task, for every k, and executors that run tasks last to first, with pauses: the
-// call ends with what was thrown, and the next one answers as if nothing had been.
+// Executors that throw before the k-th task, for every k, and executors that run tasks last to first,
+// with pauses: the call ends with what was thrown, and the next one answers as if nothing had been.
 #include <gtest/gtest.h>
 
 #include <algorithm>

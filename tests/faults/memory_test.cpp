@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Contacts and shapes without memory: whichever allocation fails, the call ends with std::bad_alloc, and what it was
-// asked of answers the next call as if nothing had been.
+// Contacts and shapes without memory: whichever allocation fails, the call ends with std::bad_alloc, and
+// what it was asked of answers the next call as if nothing had been.
 #include <gtest/gtest.h>
 
 #include <optional>

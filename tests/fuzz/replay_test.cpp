@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the fuzzers have in their corpora, those inputs among them that once were found, through the same targets. A
-// target that finds something prints the input as a piece of C++ and aborts.
+// What the fuzzers have in their corpora, those inputs among them that once were found, through the same
+// targets. A target that finds something prints the input as a piece of C++ and aborts.
 #include <gtest/gtest.h>
 
 #include <filesystem>
