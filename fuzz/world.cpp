@@ -51,7 +51,7 @@ class Session
     {
         if (what < 6) {
             for (std::uint32_t k = in_.below(what == 0 ? 48 : 6); k > 0; --k)
-                churn_.operate(what == 1 ? 12 : 40);
+                churn_.operate(what == 1 ? 12 : 40), queued_ = true;
             return;
         }
         fuzz::count_boxes(churn_.twin.things.size());
@@ -60,7 +60,6 @@ class Session
         case 6:
             churn_.world->apply();
             demand(world_tests::shows(churn_, seed));
-            ahead_ = true;
             return;
         case 7:
             set_user_data();
@@ -74,7 +73,7 @@ class Session
             moments_.clear();
             return;
         case 10:
-            if (!ahead_) keep_moment();
+            keep_moment();
             return;
         case 11:
             go_back();
@@ -82,7 +81,7 @@ class Session
         case 12:
             view_.follow(*churn_.world);
             demand(world_tests::same_objects(view_, *churn_.world));
-            if (!ahead_) demand(Questions(churn_, view_, seed).agree());
+            if (!queued_) demand(Questions(churn_, view_, seed).agree());
             return;
         default:
             update();
@@ -94,7 +93,7 @@ class Session
     {
         if (churn_.twin.has_callback && in_.below(8) == 7) churn_.twin.salt = in_.below(3);
         demand(churn_.update());
-        ahead_ = false;
+        queued_ = false;
         if (churn_.options.pair_slots) {
             slots_.update(churn_.twin);
             demand(world_tests::agree(*churn_.world, slots_, true));
@@ -152,7 +151,7 @@ class Session
         churn_.twin = moment.twin;
         slots_ = moment.slots;
         data_ = moment.data;
-        ahead_ = false;
+        queued_ = false;
     }
 
     fuzz::Input& in_;
@@ -163,7 +162,7 @@ class Session
     std::vector<Moment> moments_;
     std::map<std::uint32_t, std::uint64_t> data_;
     std::map<std::uint32_t, jostle::ObjectId> data_ids_;
-    bool ahead_ = false; ///< apply() was called since the last update
+    bool queued_ = false; ///< the model is ahead of the last update
 };
 
 } // namespace
