@@ -8,7 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -95,49 +95,48 @@ int main(int argc, char** argv)
             for (std::uint32_t b = a + 2; b < links; ++b)
                 forbidden.push_back({i * links + a, i * links + b});
 
+    // The pairs of configuration i come one behind the other, from offsets[i] on.
+    const auto offsets_of = [&](const std::vector<Pair>& pairs) {
+        std::vector<std::uint64_t> offsets(count + 1);
+        for (const Pair& pair : pairs)
+            ++offsets[pair.a / links + 1];
+        std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+        return offsets;
+    };
+
     jostle::PairFinder pair_finder;
     jostle::ContactFinder3f finder;
     const auto plan = [&](const char* name, const jostle::Shape3& shape, float farthest) {
-        const std::vector<jostle::Shape3> arm(poses.size(), shape);
+        const jostle::StridedView<jostle::Shape3> arm(&shape, poses.size(), 0); // each link has this shape
         std::vector<jostle::Aabb3f> boxes(poses.size());
         // A capsule around each link will do: meshes' own boxes would take a look at every point.
-        const std::vector<jostle::Shape3> around(
-            poses.size(), jostle::Shape3::capsule(double{half_length}, 1.1 * double{thickness}));
+        const auto capsule = jostle::Shape3::capsule(double{half_length}, 1.1 * double{thickness});
+        const jostle::StridedView<jostle::Shape3> around(&capsule, poses.size(), 0);
         jostle::bounds(around, poses, boxes, farthest, jostle::default_executor());
         std::vector<Pair> near = pair_finder.find(boxes, obstacle_box).to_vector();
-        std::sort(near.begin(), near.end()); // by configuration, from the arm's base on
-        std::vector<std::uint8_t> hit(near.size()), bent(forbidden.size());
-        finder.touching(arm, poses, obstacle, obstacle_pose, near, hit);
-        finder.touching(arm, poses, forbidden, bent);
-
-        constexpr std::uint32_t none = links;
-        std::vector<std::uint32_t> first(count, none); // the lowest link that touches the obstacle
-        for (std::size_t k = near.size(); k-- > 0;)
-            if (hit[k] != 0) first[near[k].a / links] = near[k].a % links;
-        std::vector<std::uint8_t> folded(count, 0);
-        for (std::size_t k = 0; k < forbidden.size(); ++k)
-            folded[forbidden[k].a / links] |= bent[k];
+        std::sort(near.begin(), near.end());                // by configuration, from the arm's base on
+        std::vector<std::uint64_t> hit(count), bent(count); // the first pair of each configuration
+        finder.first_touching(arm, poses, obstacle, obstacle_pose, near, offsets_of(near), hit);
+        finder.first_touching(arm, poses, forbidden, offsets_of(forbidden), bent);
 
         // Of configurations that are free, how much room they have, as far as that matters.
         std::erase_if(near, [&](const Pair& pair) {
-            return first[pair.a / links] != none || folded[pair.a / links] != 0;
+            return hit[pair.a / links] != jostle::no_pair || bent[pair.a / links] != jostle::no_pair;
         });
-        std::vector<jostle::Distance<3, float>> gaps(near.size());
-        finder.distances(arm, poses, obstacle, obstacle_pose, near, farthest, gaps);
-        std::vector<float> room(count, std::numeric_limits<float>::infinity());
-        for (std::size_t k = 0; k < near.size(); ++k)
-            room[near[k].a / links] = std::min(room[near[k].a / links], gaps[k].distance);
+        std::vector<jostle::Distance3f> room(count);
+        std::vector<std::uint64_t> nearest(count);
+        finder.least_distances(arm, poses, obstacle, obstacle_pose, near, offsets_of(near), farthest, room,
+                               nearest);
 
-        const auto touching = count - static_cast<std::size_t>(std::count(first.begin(), first.end(), none));
-        const auto close =
-            std::count_if(room.begin(), room.end(), [&](float gap) { return gap <= farthest; });
-        std::printf("arm of %s: %zu of %zu configurations touch the rock, %zu themselves, %td are within "
+        const auto any = [](std::uint64_t pair) { return pair != jostle::no_pair; };
+        const auto touching = std::count_if(hit.begin(), hit.end(), any);
+        const auto close = std::count_if(nearest.begin(), nearest.end(), any);
+        std::printf("arm of %s: %td of %zu configurations touch the rock, %td themselves, %td are within "
                     "%.1f of it\n",
-                    name, touching, count,
-                    static_cast<std::size_t>(std::count(folded.begin(), folded.end(), 1)), close,
+                    name, touching, count, std::count_if(bent.begin(), bent.end(), any), close,
                     static_cast<double>(farthest));
-        return touching > 0 && touching < count && close > 0 &&
-               std::all_of(room.begin(), room.end(), [](float gap) { return gap > 0; });
+        return touching > 0 && touching < static_cast<std::ptrdiff_t>(count) && close > 0 &&
+               std::all_of(room.begin(), room.end(), [](const auto& gap) { return gap.distance > 0; });
     };
     const bool good = plan("capsules", jostle::Shape3::capsule(double{half_length}, double{thickness}), 0.3f);
     return plan("meshes", link, 0.3f) && good ? 0 : 1;

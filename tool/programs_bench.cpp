@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -501,8 +502,9 @@ Parts run_planner(const Options& options, jostle::Executor& executor)
         std::vector<Pair> near;
         std::vector<std::uint8_t> hit, bent(arm.forbidden.size());
         std::vector<std::uint32_t> first(arm.count);
-        std::vector<jostle::Distance<3, double>> gaps;
-        std::vector<double> room;
+        std::vector<jostle::Distance3d> gaps(arm.count);
+        std::vector<std::uint64_t> nearest(arm.count), offsets;
+        std::vector<double> room(arm.count);
         for (std::uint32_t k = 0; k < options.repetitions; ++k) {
             timed(parts[0], [&] { // what of the arm touches the rock
                 jostle::bounds(around, arm.poses, boxes, 0, executor);
@@ -522,11 +524,14 @@ Parts run_planner(const Options& options, jostle::Executor& executor)
                 std::vector<Pair> close =
                     pair_finder.find(boxes, rock_boxes, {}, jostle::Order::sorted).to_vector();
                 std::erase_if(close, [&](const Pair& pair) { return first[pair.a / links] != links; });
-                gaps.resize(close.size());
-                finder.distances(shapes, arm.poses, rocks, rock_poses, close, farthest, std::span(gaps));
-                room.assign(arm.count, farthest);
-                for (std::size_t i = 0; i < close.size(); ++i)
-                    room[close[i].a / links] = std::min(room[close[i].a / links], gaps[i].distance);
+                offsets.assign(arm.count + 1, 0);
+                for (const Pair& pair : close)
+                    ++offsets[pair.a / links + 1];
+                std::partial_sum(offsets.begin(), offsets.end(), offsets.begin());
+                finder.least_distances(shapes, arm.poses, rocks, rock_poses, close, offsets, farthest, gaps,
+                                       nearest);
+                for (std::size_t i = 0; i < arm.count; ++i)
+                    room[i] = std::min(farthest, gaps[i].distance);
             });
         }
         parts[0].answer = static_cast<double>(std::count(hit.begin(), hit.end(), 1));

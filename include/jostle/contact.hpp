@@ -94,6 +94,9 @@ struct Distance
     Vec<Dim, T> point_b; ///< on b's surface, from the position of b's pose
 };
 
+/// Stands for no pair where a pair's number is given.
+inline constexpr std::uint64_t no_pair = ~std::uint64_t{0};
+
 /// A pose that moves: at time t in [0, 1] the object is at pose.position + t * linear, turned from
 /// pose.rotation by the angle |angular| * t about the world axis `angular` through its position.
 template <int Dim, Coordinate T>
@@ -187,7 +190,8 @@ struct ContactOptions
 
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
 ///
-/// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Pairs name
+/// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. With a stride
+/// of 0 all objects have one shape: StridedView<Shape3>(&shape, poses.size(), 0). Pairs name
 /// objects by position and may come in any order, also with b < a; no object may be paired with itself. With
 /// two sets, a is of the first and b of the second.
 ///
@@ -250,6 +254,32 @@ class JOSTLE_API ContactFinder
                    std::span<Distance<Dim, T>> out);
     void distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b, const Poses& poses_b,
                    PairView pairs, T max_distance, std::span<Distance<Dim, T>> out);
+    /// Of each group of pairs the first that touches, such as what each configuration of a robot hits first.
+    ///
+    /// Group g is pairs[offsets[g]] to pairs[offsets[g + 1] - 1]: there is one offset more than groups, and a
+    /// group may be empty. out[g] is the number of that pair among all pairs, or no_pair. What comes after it
+    /// in the group is neither tested nor checked, but for a few pairs that are tested together.
+    /// Errors    also for offsets that don't begin with 0, descend, or don't end with pairs.size();
+    ///           size_mismatch unless `out` has one element per group.
+    void first_touching(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
+                        std::span<const std::uint64_t> offsets, std::span<std::uint64_t> out);
+    void first_touching(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
+                        const Poses& poses_b, std::span<const Pair> pairs,
+                        std::span<const std::uint64_t> offsets, std::span<std::uint64_t> out);
+    /// Of each group of pairs the least distance, out[g], and which pair has it, nearest[g]; of several pairs
+    /// that are equally near, the first. Groups and errors are as for first_touching, but all pairs are
+    /// checked.
+    ///
+    /// out[g] has the bits that distances() gives for that pair. Where no distance is at most `max_distance`,
+    /// it is infinite, and the pair is no_pair. Pairs that lie apart by more than that, as spheres around
+    /// them tell, or by more than a nearer pair of their group, cost little.
+    void least_distances(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,
+                         std::span<const std::uint64_t> offsets, T max_distance,
+                         std::span<Distance<Dim, T>> out, std::span<std::uint64_t> nearest);
+    void least_distances(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
+                         const Poses& poses_b, std::span<const Pair> pairs,
+                         std::span<const std::uint64_t> offsets, T max_distance,
+                         std::span<Distance<Dim, T>> out, std::span<std::uint64_t> nearest);
     /// out[i] is the first impact of pair i; where there is none its time is infinite. See time_of_impact.
     void impacts(const Shapes& shapes, const Motions& motions, PairView pairs, T tolerance,
                  std::span<Impact<Dim, T>> out);

@@ -1229,6 +1229,20 @@ JOSTLE_C_API jostle_status jostle_contact_finder_distances(jostle_contact_finder
                                                            const jostle_objects* a, const jostle_objects* b,
                                                            const jostle_blocks* pairs, double max_distance,
                                                            void* distances, jostle_error* error);
+/// Of each group of pairs the number of the first that touches, or UINT64_MAX. Group g is pairs
+/// offsets[g] to offsets[g + 1] - 1; there are groups + 1 offsets, and `groups` answers.
+JOSTLE_C_API jostle_status jostle_contact_finder_first_touching(jostle_contact_finder* finder,
+                                                                const jostle_objects* a,
+                                                                const jostle_objects* b,
+                                                                const jostle_blocks* pairs,
+                                                                const uint64_t* offsets, uint64_t groups,
+                                                                uint64_t* first, jostle_error* error);
+/// Of each group of pairs the least distance, as jostle_contact_finder_distances gives it, and the number of
+/// the pair that has it, or UINT64_MAX. Groups are as for first_touching.
+JOSTLE_C_API jostle_status jostle_contact_finder_least_distances(
+    jostle_contact_finder* finder, const jostle_objects* a, const jostle_objects* b,
+    const jostle_blocks* pairs, const uint64_t* offsets, uint64_t groups, double max_distance,
+    void* distances, uint64_t* nearest, jostle_error* error);
 /// Time, normal, point from a, point from b: 3 dim + 1 numbers of the space each. The time is infinite where
 /// there is no impact. The objects have motions in place of poses.
 JOSTLE_C_API jostle_status jostle_contact_finder_impacts(jostle_contact_finder* finder,

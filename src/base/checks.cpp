@@ -60,6 +60,32 @@ InstructionSet checked(InstructionSet set)
                 std::string("instruction set ") + name(set) + " can't be run here; choose one of " + known);
 }
 
+void check_offsets(std::span<const std::uint64_t> offsets, const char* part, const char* item,
+                   std::uint64_t count, const char* items)
+{
+    const auto offset = [&](std::size_t k) {
+        return "offset " + std::to_string(k) + " is " + std::to_string(offsets[k]);
+    };
+    if (offsets.empty())
+        throw Error(ErrorCode::size_mismatch, std::string("there are no offsets; give one for each ") + part +
+                                                  "'s first " + item + ", and the number of " + items);
+    if (offsets.front() != 0)
+        throw Error(ErrorCode::invalid_argument,
+                    offset(0) + "; the first " + part + " begins with " + item + " 0", 0);
+    for (std::size_t k = 1; k < offsets.size(); ++k)
+        if (offsets[k] < offsets[k - 1])
+            throw Error(ErrorCode::invalid_argument,
+                        offset(k) + ", less than the " + std::to_string(offsets[k - 1]) + " before it; " +
+                            part + "s lie one behind the other",
+                        k);
+    if (offsets.back() != count)
+        throw Error(ErrorCode::size_mismatch,
+                    "the last offset, number " + std::to_string(offsets.size() - 1) + ", is " +
+                        std::to_string(offsets.back()) + ", and there are " + std::to_string(count) + " " +
+                        items + "; it must be their number",
+                    offsets.size() - 1);
+}
+
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template void throw_bad_box<Dim, T>(const Aabb<Dim, T>&, std::uint64_t, const char*);                    \
     template void validate_boxes_of<Dim, T>(const BoxView<Dim, T>&, const char*);                            \

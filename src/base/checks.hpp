@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <memory_resource>
+#include <span>
 
 #include "base/box.hpp"
 #include "jostle/box.hpp"
@@ -24,6 +26,11 @@ void check_box(const Aabb<Dim, T>& box, std::uint64_t index, const char* set)
 /// validate_boxes for one of two sets, named as in throw_bad_box.
 template <int Dim, Coordinate T>
 void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set);
+
+/// Throws an `Error` unless part k of `count` items is [offsets[k], offsets[k + 1]): a "scene" of "box" 0 and
+/// further "boxes".
+void check_offsets(std::span<const std::uint64_t> offsets, const char* part, const char* item,
+                   std::uint64_t count, const char* items);
 
 void check_memory(const std::pmr::memory_resource* memory);
 

@@ -291,6 +291,49 @@ jostle_status jostle_contact_finder_distances(jostle_contact_finder* finder, con
             });
     });
 }
+jostle_status jostle_contact_finder_first_touching(jostle_contact_finder* finder, const jostle_objects* a,
+                                                   const jostle_objects* b, const jostle_blocks* pairs,
+                                                   const uint64_t* offsets, uint64_t groups, uint64_t* first,
+                                                   jostle_error* error)
+{
+    return guarded(error, [&] {
+        const std::span bounds = offsets_of(offsets, groups, "groups");
+        const std::span out(wanted_array(first, groups, "first"), groups);
+        work_on<PoseOf>(
+            finder, a, b, pairs,
+            [&](auto& typed, const auto& of, auto all) {
+                typed.first_touching(of.shapes, of.placed, all, bounds, out);
+            },
+            [&](auto& typed, const auto& of, const auto& and_of, auto all) {
+                typed.first_touching(of.shapes, of.placed, and_of.shapes, and_of.placed, all, bounds, out);
+            });
+    });
+}
+jostle_status jostle_contact_finder_least_distances(jostle_contact_finder* finder, const jostle_objects* a,
+                                                    const jostle_objects* b, const jostle_blocks* pairs,
+                                                    const uint64_t* offsets, uint64_t groups,
+                                                    double max_distance, void* distances, uint64_t* nearest,
+                                                    jostle_error* error)
+{
+    return guarded(error, [&] {
+        const std::span bounds = offsets_of(offsets, groups, "groups");
+        const std::span which(wanted_array(nearest, groups, "nearest"), groups);
+        const auto out = [&]<int Dim, class T>(const ContactFinder<Dim, T>&) {
+            return std::span(wanted_array_of<Distance<Dim, T>>(distances, groups, "distances"), groups);
+        };
+        work_on<PoseOf>(
+            finder, a, b, pairs,
+            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
+                typed.least_distances(of.shapes, of.placed, all, bounds, static_cast<T>(max_distance),
+                                      out(typed), which);
+            },
+            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of,
+                                  auto all) {
+                typed.least_distances(of.shapes, of.placed, and_of.shapes, and_of.placed, all, bounds,
+                                      static_cast<T>(max_distance), out(typed), which);
+            });
+    });
+}
 jostle_status jostle_contact_finder_impacts(jostle_contact_finder* finder, const jostle_objects* a,
                                             const jostle_objects* b, const jostle_blocks* pairs,
                                             double tolerance, void* impacts, jostle_error* error)

@@ -109,6 +109,16 @@ T* wanted_array_of(void* pointer, std::uint64_t count, const char* name)
     return wanted_array(static_cast<T*>(pointer), count, name);
 }
 
+/// One offset more than `count`, which `name` names.
+inline std::span<const std::uint64_t> offsets_of(const std::uint64_t* offsets, std::uint64_t count,
+                                                 const char* name)
+{
+    wanted(offsets, "offsets");
+    if (count >= std::numeric_limits<std::size_t>::max() / sizeof *offsets)
+        refuse(std::string(name) + " is " + std::to_string(count) + ": no memory holds so many offsets");
+    return {offsets, static_cast<std::size_t>(count) + 1};
+}
+
 /// An option struct that begins with its size: what the caller has of it, and zeros.
 template <class Options>
 Options read_options(const Options* given, const char* name)

@@ -217,9 +217,7 @@ jostle_status jostle_finder_find_scenes(jostle_finder* finder, jostle_space spac
     return guarded(error, [&] {
         FinderContent& content = open(finder);
         wanted(pairs, "pairs");
-        wanted(offsets, "offsets");
-        if (scene_count >= std::numeric_limits<std::size_t>::max() / sizeof *offsets)
-            refuse("scene_count is " + std::to_string(scene_count) + ": no memory holds so many offsets");
+        const std::span<const std::uint64_t> all_offsets = offsets_of(offsets, scene_count, "scene_count");
         const jostle_scene_filter given = read_options(filter, "jostle_scene_filter");
         const auto accept = [&](std::size_t scene, std::uint32_t a, std::uint32_t b) {
             return agreed(given.accept(given.context, scene, a, b));
@@ -229,7 +227,6 @@ jostle_status jostle_finder_find_scenes(jostle_finder* finder, jostle_space spac
         wish.mask = view<std::uint32_t>(given.mask, "mask");
         wish.owner = view<std::uint32_t>(given.owner, "owner");
         if (given.accept != nullptr) wish.accept = accept;
-        const std::span<const std::uint64_t> all_offsets(offsets, static_cast<std::size_t>(scene_count) + 1);
         in_space(space, [&](auto in) {
             const ScenePairs& found = content.finder.find_scenes(
                 view<decltype(in)::dim, typename decltype(in)::T>(boxes, "boxes"), all_offsets, wish);

@@ -29,33 +29,6 @@ constexpr std::size_t large_scene = 4096;
 constexpr std::size_t shared_pairs = engine::chunk_pairs / 4;
 static_assert(engine::few_room <= shared_pairs);
 
-std::string number(std::uint64_t value)
-{
-    return std::to_string(value);
-}
-
-void check_offsets(std::span<const std::uint64_t> offsets, std::size_t boxes)
-{
-    if (offsets.empty())
-        throw Error(ErrorCode::size_mismatch,
-                    "there are no offsets; give one for each scene's first box, and the number of boxes");
-    if (offsets.front() != 0)
-        throw Error(ErrorCode::invalid_argument,
-                    "offset 0 is " + number(offsets.front()) + "; the first scene begins with box 0", 0);
-    for (std::size_t k = 1; k < offsets.size(); ++k)
-        if (offsets[k] < offsets[k - 1])
-            throw Error(ErrorCode::invalid_argument,
-                        "offset " + number(k) + " is " + number(offsets[k]) + ", less than the " +
-                            number(offsets[k - 1]) + " before it; scenes lie one behind the other",
-                        k);
-    if (offsets.back() != boxes)
-        throw Error(ErrorCode::size_mismatch,
-                    "the last offset, number " + number(offsets.size() - 1) + ", is " +
-                        number(offsets.back()) + ", and there are " + number(boxes) +
-                        " boxes; it must be their number",
-                    offsets.size() - 1);
-}
-
 } // namespace
 
 /// What one task works with.
@@ -325,11 +298,11 @@ template <int Dim, Coordinate T>
 void SceneFinder::find(const BoxView<Dim, T>& boxes, std::span<const std::uint64_t> offsets,
                        const SceneFilter& filter, engine::Engine& engine, Stats& stats)
 {
-    check_offsets(offsets, boxes.size());
+    check_offsets(offsets, "scene", "box", boxes.size(), "boxes");
     for (std::size_t scene = 0; scene + 1 < offsets.size(); ++scene)
         if (const std::uint64_t size = offsets[scene + 1] - offsets[scene]; size > engine::index_mask)
             throw Error(ErrorCode::too_many_objects,
-                        "scene " + number(scene) + " has " + number(size) +
+                        "scene " + std::to_string(scene) + " has " + std::to_string(size) +
                             " boxes; 134,217,727 of them are the most, find() takes more",
                         scene);
     check_filter(filter, boxes.size());

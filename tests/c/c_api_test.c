@@ -1270,6 +1270,30 @@ static void test_shapes_and_contacts(void)
     CHECK(flags[0] == 1 && flags[1] == 0);
     OK(jostle_contact_finder_distances(finder, &objects, NULL, &given, HUGE_VAL, many, &error));
     CHECK(many[0][0] < 0 && many[1][0] > 4.9f && many[1][0] < 5.1f);
+    {
+        const uint64_t offsets[4] = {0, 0, 1, 2};
+        uint64_t first[3], nearest[3];
+        float least[3][10];
+        OK(jostle_contact_finder_first_touching(finder, &objects, NULL, &given, offsets, 3, first, &error));
+        CHECK(first[0] == UINT64_MAX && first[1] == 0 && first[2] == UINT64_MAX);
+        OK(jostle_contact_finder_first_touching(finder, &objects, &objects, &given, offsets, 3, first,
+                                                &error));
+        CHECK(first[1] == 0);
+        OK(jostle_contact_finder_least_distances(finder, &objects, NULL, &given, offsets, 3, HUGE_VAL, least,
+                                                 nearest, &error));
+        CHECK(nearest[0] == UINT64_MAX && nearest[1] == 0 && nearest[2] == 1);
+        CHECK(least[0][0] == HUGE_VALF && least[1][0] < 0 && least[2][0] == many[1][0]);
+        OK(jostle_contact_finder_least_distances(finder, &objects, &objects, &given, offsets, 3, 1, least,
+                                                 nearest, &error));
+        CHECK(nearest[1] == 0 && nearest[2] == UINT64_MAX);
+        FAILS(jostle_contact_finder_first_touching(finder, &objects, NULL, &given, NULL, 3, first, &error),
+              JOSTLE_INVALID_ARGUMENT, "offsets");
+        FAILS(jostle_contact_finder_first_touching(finder, &objects, NULL, &given, offsets, 2, first, &error),
+              JOSTLE_SIZE_MISMATCH, "there are 2 pairs");
+        FAILS(jostle_contact_finder_least_distances(finder, &objects, NULL, &given, offsets, 3, 1, least,
+                                                    NULL, &error),
+              JOSTLE_INVALID_ARGUMENT, "nearest");
+    }
     OK(jostle_contact_finder_distances(finder, &objects, &objects, &given, 1, many, &error));
     CHECK(many[1][0] == HUGE_VALF);
     OK(jostle_contact_finder_impacts(finder, &objects, NULL, &given, 0.001, many, &error));

@@ -111,6 +111,28 @@ class ContactFinder
              });
         return out;
     }
+    /// Of each group the number of a pair, and where distances are asked for, its row.
+    py::tuple groups(const Shapes& shapes_a, const py::array& poses_a, const Shapes* shapes_b,
+                     const std::optional<py::array>& poses_b, const Packed<std::uint32_t>& pairs,
+                     const Packed<std::uint64_t>& offsets, std::optional<double> max_distance)
+    {
+        const py::ssize_t count = std::max<py::ssize_t>(offsets.shape(0), 1) - 1;
+        const std::uint64_t* const bounds = offsets.shape(0) == 0 ? nullptr : offsets.data();
+        Packed<std::uint64_t> numbers(count);
+        py::array rows(number_of(space), {max_distance ? count : 0, py::ssize_t(3 * dim_of(space) + 1)});
+        std::uint64_t* const which = numbers.mutable_data();
+        void* const data = rows.mutable_data();
+        const auto groups = static_cast<std::uint64_t>(count);
+        work(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
+             [&](auto* a, auto* b, auto* all, auto* error) {
+                 return max_distance
+                            ? jostle_contact_finder_least_distances(handle.get(), a, b, all, bounds, groups,
+                                                                    *max_distance, data, which, error)
+                            : jostle_contact_finder_first_touching(handle.get(), a, b, all, bounds, groups,
+                                                                   which, error);
+             });
+        return py::make_tuple(numbers, rows);
+    }
     /// Rays, or shapes that move by displacements where `moving` is given, against objects.
     py::array casts(const Shapes* moving, const std::optional<py::array>& moving_poses,
                     const py::array& given, const Shapes& shapes, const py::array& poses,
@@ -148,6 +170,7 @@ void define_contacts(py::module_& m)
         .def("find", &ContactFinder::find)
         .def("find_points", &ContactFinder::find_points)
         .def("rows", &ContactFinder::rows)
+        .def("groups", &ContactFinder::groups)
         .def("casts", &ContactFinder::casts)
         .def("touching", &ContactFinder::touching);
 }

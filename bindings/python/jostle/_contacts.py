@@ -86,6 +86,22 @@ class ContactFinder:
         names = ("distance", "normal", "point_a", "point_b")
         return rows.view(_arrays.rows_dtype(self.dim, self.dtype, names)).reshape(-1)
 
+    def first_touching(self, shapes: Shapes, poses: Any, pairs: Any, offsets: Any, shapes_b: Shapes | None = None,
+                       poses_b: Any = None) -> np.ndarray:
+        """Of each group of pairs the number of the first that touches, or -1: (g,) int64. Group k is pairs[offsets[k]:offsets[k + 1]],
+        such as those of one configuration of a robot. What comes after the first in a group isn't tested."""
+        given = self._given(shapes, poses, pairs, shapes_b, poses_b)
+        return self._finder.groups(*given, _arrays.packed(offsets, "offsets", np.uint64), None)[0].view(np.int64)
+
+    def least_distances(self, shapes: Shapes, poses: Any, pairs: Any, offsets: Any, max_distance: float = np.inf,
+                        shapes_b: Shapes | None = None, poses_b: Any = None) -> tuple[np.ndarray, np.ndarray]:
+        """Of each group of pairs the least distance, as distances() gives it, and the number of the pair that has it, or -1 where
+        none is within max_distance: (g,) int64. Groups are as for first_touching."""
+        given = self._given(shapes, poses, pairs, shapes_b, poses_b)
+        numbers, rows = self._finder.groups(*given, _arrays.packed(offsets, "offsets", np.uint64), float(max_distance))
+        names = ("distance", "normal", "point_a", "point_b")
+        return rows.view(_arrays.rows_dtype(self.dim, self.dtype, names)).reshape(-1), numbers.view(np.int64)
+
     def impacts(self, shapes: Shapes, motions: Any, pairs: Any, tolerance: float = 1e-3, shapes_b: Shapes | None = None,
                 motions_b: Any = None) -> np.ndarray:
         """When and where the objects of each pair first touch, infinite where they don't: a structured array of time, normal,

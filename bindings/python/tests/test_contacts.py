@@ -158,6 +158,31 @@ def test_questions_to_all_shapes(dim, dtype):
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_groups_have_the_answers_of_loops_and_mistakes_are_refused(dtype):
+    rng = np.random.default_rng(8)
+    shapes = jostle.Shapes([jostle.sphere(0.5), jostle.box([0.5, 0.4, 0.3]), jostle.capsule(0.5, 0.2)] * 20)
+    poses = jostle.poses((rng.random((60, 3)) * 6).astype(dtype))
+    pairs = [(a, b) for a in range(59) for b in range(a + 1, 60)]
+    offsets = [0, 10, 10, 400, len(pairs)]
+    finder = jostle.ContactFinder(3, dtype)
+    touch, distance = finder.touching(shapes, poses, pairs), finder.distances(shapes, poses, pairs, 1)
+    first = finder.first_touching(shapes, poses, pairs, offsets)
+    least, nearest = finder.least_distances(shapes, poses, pairs, offsets, 1)
+    for group, (begin, end) in enumerate(zip(offsets, offsets[1:])):
+        touching = np.flatnonzero(touch[begin:end])
+        assert first[group] == (begin + touching[0] if len(touching) else -1)
+        if begin == end or np.isinf(distance["distance"][begin:end]).all():
+            assert nearest[group] == -1 and np.isinf(least["distance"][group])
+        else:
+            assert nearest[group] == begin + distance["distance"][begin:end].argmin()
+            assert least[group] == distance[nearest[group]]
+    with pytest.raises(jostle.Error, match="offset 1 is 5, less than"):
+        finder.first_touching(shapes, poses, pairs, [0, 5, 4, len(pairs)])
+    with pytest.raises(jostle.Error, match="NULL|no offsets"):
+        finder.first_touching(shapes, poses, pairs, [])
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_closed_meshes(dtype):
     corners = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]], dtype)
     sides = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]

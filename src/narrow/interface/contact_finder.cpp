@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
-#include <array>
-#include <atomic>
-#include <optional>
 
 #include "base/block_buffer_access.hpp"
-#include "base/checks.hpp"
-#include "base/in_use.hpp"
-#include "jostle/contact.hpp"
-#include "jostle/process.hpp"
 #include "narrow/interface/answers.hpp"
-#include "narrow/interface/batches.hpp"
-#include "narrow/interface/input_checks.hpp"
+#include "narrow/interface/contact_finder.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -44,96 +36,6 @@ void ask_own_test(const Placed<Dim>& pair, double margin, const PairTest<Dim>& t
 
 } // namespace
 } // namespace narrow
-
-template <int Dim, Coordinate T>
-struct ContactFinder<Dim, T>::Implementation
-{
-    using Objects = narrow::ObjectSet<Dim, Pose<Dim, T>>;
-    using MovingObjects = narrow::ObjectSet<Dim, Motion<Dim, T>>;
-    explicit Implementation(const ContactOptions& given)
-        : options(given),
-          kernels(&narrow::kernels_for(checked(given.instruction_set))),
-          result(given.memory),
-          points(given.memory)
-    {
-    }
-
-    [[nodiscard]] Executor& executor() const
-    {
-        return options.executor != nullptr ? *options.executor : default_executor();
-    }
-
-    /// Contacts of one pair into `found`, seen from the first object of the arranged pair.
-    struct Arranged
-    {
-        narrow::Placed<Dim> placed;
-        bool swapped;
-    };
-    Arranged find_one(const Objects& set_a, const Objects& set_b, const Pair& pair, double margin,
-                      narrow::FoundList<Dim>& found) const;
-    /// The user's test for these two types, in either order; null if there is none.
-    [[nodiscard]] const PairTest<Dim>* own_test(ShapeType a, ShapeType b) const;
-
-    /// Made is Contact or PointContact.
-    template <class Made>
-    const BlockBuffer<Made>& find(const Objects& set_a, const Objects& set_b,
-                                  std::span<const std::span<const Pair>> blocks, T margin,
-                                  BlockBuffer<Made>& into);
-    /// A block whose pairs are balls and nothing else, straight into its results: nothing is kept on the way.
-    /// Returns how many there are, or that one can't be told so.
-    template <class Chunk>
-    static std::optional<std::size_t> find_balls(const Objects& set_a, const Objects& set_b,
-                                                 std::span<const Pair> pairs, double margin,
-                                                 const Chunk& chunk_of);
-    void touching(const Objects& set_a, const Objects& set_b, PairView pairs, std::span<std::uint8_t> out);
-    void distances(const Objects& set_a, const Objects& set_b, PairView pairs, T max_distance,
-                   std::span<Distance<Dim, T>> out);
-    void impacts(const MovingObjects& set_a, const MovingObjects& set_b, PairView pairs, T tolerance,
-                 std::span<Impact<Dim, T>> out);
-    void ray_casts(StridedView<Ray<Dim, T>> rays, const Objects& objects, PairView pairs,
-                   std::span<CastHit<Dim, T>> out);
-    void shape_casts(const Objects& moving, StridedView<Vec<Dim, T>> displacements, const Objects& objects,
-                     PairView pairs, std::span<CastHit<Dim, T>> out);
-    template <class Where, class Out, class Answer>
-    void ask(const narrow::ObjectSet<Dim, Where>& set_a, const narrow::ObjectSet<Dim, Where>& set_b,
-             PairView pairs, std::span<Out> out, std::uint64_t block, const Answer& answer);
-
-    struct alignas(64) Worker
-    {
-        explicit Worker(std::pmr::memory_resource* memory) : found(memory), one(memory) {}
-        narrow::FoundList<Dim> found, one;
-        narrow::PairLists lists;
-        narrow::PairContacts<Dim> contacts[narrow::block_pairs];
-    };
-    /// A run of pairs of one given block.
-    struct PairBlock
-    {
-        std::size_t block, first;
-        std::uint64_t number; // of the first among all pairs
-        std::size_t contacts; // found
-    };
-    /// Checks a block's pairs and sorts them by what tests them.
-    void sort_groups(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs,
-                     std::uint64_t first, Worker& worker) const;
-    /// Runs the kernels on sorted pairs. What is left is in Group::other.
-    void run_groups(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs, double margin,
-                    Worker& worker) const;
-    void ready_workers(std::uint32_t count)
-    {
-        while (workers.size() < count)
-            workers.emplace_back(options.memory);
-    }
-
-    ContactOptions options;
-    const narrow::Kernels* kernels;
-    std::pmr::vector<PairTest<Dim>> tests{options.memory};
-    std::array<bool, narrow::groups> own_in_group{}; // whether any of these is for types that a group takes
-    std::pmr::vector<Worker> workers{options.memory};
-    std::pmr::vector<PairBlock> pair_blocks{options.memory};
-    ContactBuffer<Dim, T> result;
-    PointContactBuffer<Dim, T> points;
-    std::atomic<bool> in_use{false};
-};
 
 template <int Dim, Coordinate T>
 const PairTest<Dim>* ContactFinder<Dim, T>::Implementation::own_test(ShapeType a, ShapeType b) const
@@ -361,6 +263,24 @@ void ContactFinder<Dim, T>::take(PointContactBuffer<Dim, T>& buffer)
 }
 
 template <int Dim, Coordinate T>
+bool ContactFinder<Dim, T>::Implementation::touches(const Objects& set_a, const Objects& set_b,
+                                                    const Pair& pair, narrow::FoundList<Dim>& scratch) const
+{
+    const Shape<Dim>&a = set_a.shapes[pair.a], &b = set_b.shapes[pair.b];
+    if (own_test(a.type(), b.type()) == nullptr) {
+        narrow::Placed<Dim> placed = narrow::place(a, set_a.poses[pair.a], b, set_b.poses[pair.b], *kernels);
+        narrow::arrange(placed);
+        return narrow::find_touch(placed);
+    }
+    find_one(set_a, set_b, pair, 0, scratch);
+    bool any = false;
+    for (const narrow::Found<Dim>& one : scratch)
+        for (std::uint32_t p = 0; p < one.manifold.count; ++p)
+            any = any || one.manifold.point[p].depth >= 0;
+    return any;
+}
+
+template <int Dim, Coordinate T>
 void ContactFinder<Dim, T>::Implementation::touching(const Objects& set_a, const Objects& set_b,
                                                      PairView pairs, std::span<std::uint8_t> out)
 {
@@ -376,21 +296,8 @@ void ContactFinder<Dim, T>::Implementation::touching(const Objects& set_a, const
         run_groups(set_a, set_b, some.items, 0, worker);
         for (std::size_t i = 0; i < touch.size(); ++i)
             touch[i] = worker.contacts[i].count != 0 ? 1 : 0;
-        for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
-            const Pair& pair = some.items[i];
-            const Shape<Dim>&a = set_a.shapes[pair.a], &b = set_b.shapes[pair.b];
-            if (own_test(a.type(), b.type()) == nullptr) {
-                narrow::Placed<Dim> placed =
-                    narrow::place(a, set_a.poses[pair.a], b, set_b.poses[pair.b], *kernels);
-                narrow::arrange(placed);
-                touch[i] = narrow::find_touch(placed) ? 1 : 0;
-            } else {
-                find_one(set_a, set_b, pair, 0, worker.one);
-                for (const narrow::Found<Dim>& one : worker.one)
-                    for (std::uint32_t p = 0; p < one.manifold.count; ++p)
-                        if (one.manifold.point[p].depth >= 0) touch[i] = 1;
-            }
-        }
+        for (const std::uint16_t i : worker.lists.of(narrow::Group::other))
+            touch[i] = touches(set_a, set_b, some.items[i], worker.one) ? 1 : 0;
     };
     process_pairs(pairs, test_some, in_blocks);
 }
