@@ -12,9 +12,9 @@
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
-#include <sys/wait.h>
 #include <tuple>
-#include <unistd.h>
+
+#include "system/system.hpp"
 
 namespace jostle_bench {
 namespace {
@@ -332,29 +332,6 @@ void plots_of_stages(std::span<const ReportRow> rows, std::vector<Plot>& plots)
     }
 }
 
-class TemporaryFolder
-{
-  public:
-    TemporaryFolder()
-    {
-        std::string name = (fs::temp_directory_path() / "jostle-report-XXXXXX").string();
-        if (mkdtemp(name.data()) == nullptr)
-            throw std::runtime_error("cannot make a folder in " + fs::temp_directory_path().string());
-        path_ = name;
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    ~TemporaryFolder()
-    {
-        std::error_code ignored; // a folder left in /tmp is no reason to fail
-        fs::remove_all(path_, ignored);
-    }
-    const fs::path& path() const { return path_; }
-
-  private:
-    fs::path path_;
-};
-
 std::string contents(const fs::path& path)
 {
     std::ifstream in(path, std::ios::binary);
@@ -365,27 +342,25 @@ std::string contents(const fs::path& path)
 std::vector<std::string> draw(const std::vector<Plot>& plots)
 {
     check_gnuplot();
-    const TemporaryFolder folder;
-    const fs::path script = folder.path() / "plots.gp", errors = folder.path() / "errors";
+    const jostle_system::TemporaryFolder folder("jostle-report");
+    const fs::path script = folder.path() / "plots.gp";
     {
         std::ofstream out(script);
         for (std::size_t i = 0; i < plots.size(); ++i)
             out << "reset session\nset terminal svg size 620,400 noenhanced font 'sans-serif,12' background "
                    "'white'\nset output "
-                << quoted((folder.path() / std::to_string(i)).string())
+                << quoted(jostle_system::text_of(folder.path() / std::to_string(i)))
                 << "\nset key outside right top Left reverse samplen 2\nset grid lc rgb '#dddddd'\n"
                 << plots[i].script << "unset output\n";
     }
-    const std::string command =
-        "gnuplot '" + script.string() + "' >'" + errors.string() + "' 2>&1"; // own path: no quotes in it
-    const int status = std::system(command.c_str());
-    if (status == -1 || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
-        throw std::runtime_error("gnuplot failed: " + contents(errors));
+    const auto drawn =
+        jostle_system::run_program({"gnuplot", jostle_system::text_of(script)}, jostle_system::Errors::taken);
+    if (!drawn || !drawn->well) throw std::runtime_error("gnuplot failed: " + (drawn ? drawn->output : ""));
     std::vector<std::string> images;
     for (std::size_t i = 0; i < plots.size(); ++i) {
         images.push_back(contents(folder.path() / std::to_string(i)));
         if (images.back().find("</svg>") == std::string::npos)
-            throw std::runtime_error("gnuplot left a plot unfinished: " + contents(errors));
+            throw std::runtime_error("gnuplot left a plot unfinished: " + drawn->output);
     }
     return images;
 }
@@ -467,7 +442,7 @@ figure img { width: 100% } figcaption { font-size: 13px; color: #555 }
 
 void check_gnuplot()
 {
-    if (std::system("command -v gnuplot >/dev/null 2>&1") != 0)
+    if (!jostle_system::run_program({"gnuplot", "--version"}, jostle_system::Errors::taken))
         throw std::runtime_error("the report's plots need gnuplot, which isn't here: apt-get install "
                                  "gnuplot-nox");
 }
@@ -512,7 +487,7 @@ void write_report(std::span<const ReportRow> rows, const std::string& about,
     out << "</html>\n";
 
     // Beside the target and then renamed: what was there stays whole until the new one is.
-    const fs::path part = path.string() + ".part";
+    const fs::path part = jostle_system::path_of(jostle_system::text_of(path) + ".part");
     std::ofstream file(part, std::ios::binary);
     file << out.str();
     file.close();
@@ -521,7 +496,8 @@ void write_report(std::span<const ReportRow> rows, const std::string& about,
     if (!file || error) {
         std::error_code ignored;
         fs::remove(part, ignored);
-        throw std::runtime_error("cannot write " + path.string() + (error ? ": " + error.message() : ""));
+        throw std::runtime_error("cannot write " + jostle_system::text_of(path) +
+                                 (error ? ": " + error.message() : ""));
     }
 }
 

@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "jostle/recorder.hpp"
+#include "system/system.hpp"
 
 using jostle::Aabb;
 using jostle::Coordinate;
@@ -36,12 +37,17 @@ namespace {
 //
 // Version 2 is what jostle::Recorder writes. Its u32 objects is the greatest number of boxes in a frame, its
 // u64 frames 2^64 - 1 if the recorder was not closed. A frame: u32 boxes, their bounds (lo, then hi, of one
-// box after another), u64 checksum as Recorder::add_to_sum says.
+// box after another), u64 checksum as Recorder::add_to_sum says. Without zstd RecordingWriter writes it, too.
 constexpr char magic[8] = {'J', 'O', 'S', 'T', 'L', 'R', 'E', 1};
 constexpr std::size_t fixed_header = 8 + 4 * 4 + 8 + 8;
 constexpr std::uint32_t longest_description = 1 << 16;
+#ifdef JOSTLE_WITH_ZSTD
 // Higher levels gain little: what is left of the numbers is noise.
-[[maybe_unused]] constexpr int compression_level = 12;
+constexpr int compression_level = 12;
+constexpr char written_version = 1;
+#else
+constexpr char written_version = 2;
+#endif
 
 std::uint64_t fnv1a(const std::string& bytes)
 {
@@ -52,7 +58,7 @@ std::uint64_t fnv1a(const std::string& bytes)
 }
 
 template <class Unsigned>
-[[maybe_unused]] void append(std::string& bytes, Unsigned value)
+void append(std::string& bytes, Unsigned value)
 {
     for (std::size_t i = 0; i < sizeof value; ++i)
         bytes += static_cast<char>(static_cast<unsigned char>(value >> (8 * i)));
@@ -67,9 +73,10 @@ Unsigned number_at(const std::string& bytes, std::size_t offset)
     return value;
 }
 
-[[maybe_unused]] std::string header_of(const RecordingInfo& info)
+std::string header_of(const RecordingInfo& info)
 {
     std::string bytes(magic, sizeof magic);
+    bytes.back() = written_version;
     append(bytes, static_cast<std::uint32_t>(info.dim));
     append(bytes, static_cast<std::uint32_t>(info.coordinate_bytes));
     append(bytes, info.objects);
@@ -134,7 +141,6 @@ std::string system_message()
 
 } // namespace
 
-#ifdef JOSTLE_WITH_ZSTD // without it there is no writer
 template <int Dim, Coordinate T>
 RecordingWriter<Dim, T>::RecordingWriter(std::filesystem::path path, std::uint32_t objects,
                                          double frames_per_second, std::string description)
@@ -158,7 +164,8 @@ void RecordingWriter<Dim, T>::attempt(const Work& work) const
     try {
         work();
     } catch (const std::system_error& error) {
-        throw std::runtime_error(path_.string() + ": can't be written: " + error.code().message());
+        throw std::runtime_error(jostle_system::text_of(path_) +
+                                 ": can't be written: " + error.code().message());
     }
 }
 
@@ -168,6 +175,15 @@ void RecordingWriter<Dim, T>::add_frame(std::span<const Aabb<Dim, T>> boxes)
     if (boxes.size() != info_.objects)
         throw std::invalid_argument("a frame of " + std::to_string(boxes.size()) +
                                     " boxes in a recording of " + std::to_string(info_.objects) + " objects");
+    const std::string block = pack(boxes);
+    attempt([&] { file_->write(block); });
+    ++info_.frames;
+}
+
+#ifdef JOSTLE_WITH_ZSTD
+template <int Dim, Coordinate T>
+std::string RecordingWriter<Dim, T>::pack(std::span<const Aabb<Dim, T>> boxes)
+{
     planes_.resize(planes_size(Dim, sizeof(T), info_.objects));
     for (std::size_t i = 0; i < 4; ++i)
         planes_[i] = static_cast<unsigned char>(info_.frames >> (8 * i));
@@ -195,14 +211,32 @@ void RecordingWriter<Dim, T>::add_frame(std::span<const Aabb<Dim, T>> boxes)
     const std::size_t size =
         ZSTD_compress2(context.get(), packed_.data(), packed_.size(), planes_.data(), planes_.size());
     if (ZSTD_isError(size) != 0 || size > std::numeric_limits<std::uint32_t>::max())
-        throw std::runtime_error(path_.string() + ": a frame of " + std::to_string(planes_.size()) +
-                                 " bytes is too big for a recording");
+        throw std::runtime_error(jostle_system::text_of(path_) + ": a frame of " +
+                                 std::to_string(planes_.size()) + " bytes is too big for a recording");
     std::string block;
     append(block, static_cast<std::uint32_t>(size));
     block.append(reinterpret_cast<const char*>(packed_.data()), size);
-    attempt([&] { file_->write(block); });
-    ++info_.frames;
+    return block;
 }
+#else
+template <int Dim, Coordinate T>
+std::string RecordingWriter<Dim, T>::pack(std::span<const Aabb<Dim, T>> boxes)
+{
+    using Record = jostle::Recorder<Dim, T>;
+    std::string block;
+    append(block, static_cast<std::uint32_t>(boxes.size()));
+    std::uint64_t sum = Record::start_of_sum(boxes.size());
+    for (const Aabb<Dim, T>& box : boxes)
+        for (const jostle::Vec<Dim, T>* const side : {&box.lo, &box.hi})
+            for (const T bound : *side) {
+                const auto bits = std::bit_cast<Bits<T>>(bound);
+                sum = Record::add_to_sum(sum, bits);
+                append(block, bits);
+            }
+    append(block, sum);
+    return block;
+}
+#endif
 
 template <int Dim, Coordinate T>
 void RecordingWriter<Dim, T>::finish()
@@ -212,7 +246,6 @@ void RecordingWriter<Dim, T>::finish()
         file_->commit();
     });
 }
-#endif
 
 RecordingReader::RecordingReader(std::filesystem::path path) : path_(std::move(path))
 {
@@ -271,7 +304,7 @@ void RecordingReader::count_frames()
 
 void RecordingReader::fail(const std::string& problem) const
 {
-    throw std::runtime_error(path_.string() + ": " + problem);
+    throw std::runtime_error(jostle_system::text_of(path_) + ": " + problem);
 }
 
 void RecordingReader::read(void* bytes, std::size_t size, const char* where)
@@ -314,7 +347,8 @@ void RecordingReader::unpack(std::size_t unpacked_size)
 {
 #ifndef JOSTLE_WITH_ZSTD
     (void)unpacked_size;
-    fail("is compressed, which this program was built without; record with jostle::Recorder instead");
+    fail("is compressed, which this program was built without (it has no zstd); give one that "
+         "jostle::Recorder wrote");
 #else
     if (ZSTD_getFrameContentSize(packed_.data(), packed_.size()) != unpacked_size) fail_altered();
     const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
@@ -419,12 +453,10 @@ void RecordingReader::rewind()
     next_ = 0;
 }
 
-#ifdef JOSTLE_WITH_ZSTD
 template class RecordingWriter<2, float>;
 template class RecordingWriter<2, double>;
 template class RecordingWriter<3, float>;
 template class RecordingWriter<3, double>;
-#endif
 #define JOSTLE_INSTANTIATE(Dim, T) template bool RecordingReader::next(std::vector<Aabb<Dim, T>>&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)

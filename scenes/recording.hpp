@@ -10,14 +10,15 @@
 #include <vector>
 
 #include "jostle/box.hpp"
-#include "scenes/unfinished_file.hpp"
+#include "system/unfinished_file.hpp"
 
 /// Recordings of moving boxes: files `.jrec`, exact to the last bit, compact, the same on every platform.
 ///
 /// A file is a header (with a checksum) and one block per frame, each compressed by zstd with a checksum of
 /// its own, so that a reader holds one frame at a time and never hands out an altered one. A frame holds, for
 /// each coordinate, the difference between what was recorded and what the two frames before let expect, as
-/// byte planes: things that lie still or fly straight cost next to nothing.
+/// byte planes: things that lie still or fly straight cost next to nothing. In a build without zstd a file is
+/// one of jostle::Recorder's instead, uncompressed, and a compressed one can't be read, which the error says.
 namespace jostle_scenes {
 
 struct RecordingInfo
@@ -53,10 +54,11 @@ class RecordingWriter
   private:
     template <class Work>
     void attempt(const Work& work) const;
+    std::string pack(std::span<const jostle::Aabb<Dim, T>> boxes); // a frame, as the file has it
 
     std::filesystem::path path_;
     RecordingInfo info_;
-    std::optional<UnfinishedFile> file_;
+    std::optional<jostle_system::UnfinishedFile> file_;
     std::vector<jostle::Aabb<Dim, T>> last_, before_last_;
     std::vector<unsigned char> planes_, packed_;
 };

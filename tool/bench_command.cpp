@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: MIT
 // jostle bench: how long a frame of moving boxes takes, ours and other systems'.
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -26,6 +23,7 @@
 #include "numbers.hpp"
 #include "progress.hpp"
 #include "scenes/scenes.hpp"
+#include "system/system.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -94,19 +92,6 @@ struct Measurement
     std::vector<Sample> samples;
 };
 
-long preemptions()
-{
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return usage.ru_nivcsw;
-}
-double cpu_ms()
-{
-    timespec time{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) / 1e6;
-}
-
 /// Frames in which the scheduler took a core away say how busy the machine is: further frames take their
 /// place, but no more than were asked for.
 template <int Dim, class T>
@@ -120,13 +105,13 @@ Measurement measure(System<Dim, T>& system, Scene<Dim, T> scene, std::uint32_t f
     for (std::uint32_t frame = 0; frame < warm_up + 2 * frames && clean.size() < frames; ++frame) {
         if (frame > 0) scene.step();
         system.before(scene.boxes(), {});
-        const long preemptions_before = preemptions();
-        const double cpu_before = cpu_ms();
+        const std::uint64_t preemptions_before = jostle_system::preemptions();
+        const double cpu_before = jostle_system::processor_ms();
         const Clock::time_point before = Clock::now();
         system.frame(scene.boxes(), {});
         const Clock::time_point after = Clock::now();
-        const double cpu_after = cpu_ms();
-        const bool was_preempted = preemptions() != preemptions_before;
+        const double cpu_after = jostle_system::processor_ms();
+        const bool was_preempted = jostle_system::preemptions() != preemptions_before;
         result.answers.push_back(system.answer());
         if (frame < warm_up) continue;
         (was_preempted ? preempted : clean)
@@ -400,12 +385,10 @@ void check_peers(const std::string& list)
 
 std::string about(const Options& options)
 {
-    char host[256] = "";
-    gethostname(host, sizeof host - 1);
     char date[64];
     const std::time_t now = std::time(nullptr);
     std::strftime(date, sizeof date, "%Y-%m-%d %H:%M", std::localtime(&now));
-    return std::string(host) + ", " + date + ", " + std::to_string(options.dim) + "D " +
+    return jostle_system::host_name() + ", " + date + ", " + std::to_string(options.dim) + "D " +
            (options.with_double ? "double" : "float") + ", " + std::to_string(options.frames) +
            " frames after " + std::to_string(warm_up) + ", " + jostle::name(options.instruction_set);
 }
@@ -433,9 +416,9 @@ void run(Options options)
         throw UsageError("--peers: the other systems work on float; leave --double out");
     if (options.report == "-") throw UsageError("--report: give a file, such as report.html");
     if (!options.report.empty()) {
-        const auto folder = std::filesystem::absolute(options.report).parent_path();
+        const auto folder = std::filesystem::absolute(jostle_system::path_of(options.report)).parent_path();
         if (!std::filesystem::is_directory(folder))
-            throw UsageError("--report: " + folder.string() + " is no folder; make it first");
+            throw UsageError("--report: " + jostle_system::text_of(folder) + " is no folder; make it first");
         if (options.report == options.json) throw UsageError("--report and --json name one file; give two");
         try {
             jostle_bench::check_gnuplot(); // before minutes of work
@@ -460,7 +443,8 @@ void run(Options options)
     file.write(results.json());
     if (!options.report.empty()) {
         try {
-            jostle_bench::write_report(results.rows(), about(options), options.report);
+            jostle_bench::write_report(results.rows(), about(options),
+                                       jostle_system::path_of(options.report));
         } catch (const std::runtime_error& error) {
             throw UsageError(std::string("--report: ") + error.what());
         }

@@ -538,10 +538,10 @@ What differs from the chapter, and why
                        std::count_if(r.pieces.begin(), r.pieces.end(), disturbed);
     if (count != 0 && r.threads <= r.cores)
         print(out,
-              "- Other work: in %d of the %zu rows something else took a core away in every run. Stop it and "
+              "- Other work: in %d of the %d rows something else took a core away in every run. Stop it and "
               "try "
               "again.\n",
-              static_cast<int>(count), r.figures.size() + r.pieces.size());
+              static_cast<int>(count), static_cast<int>(r.figures.size() + r.pieces.size()));
     out += "Times are medians of several runs. docs/guide/chapter.md says what each algorithm does.\n";
     return out;
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // jostle compare: what every system here takes on the user's own boxes.
-#include <malloc.h>
 
 #include <algorithm>
 #include <chrono>
@@ -26,6 +25,7 @@
 #include "numbers.hpp"
 #include "progress.hpp"
 #include "scenes/recording.hpp"
+#include "system/system.hpp"
 #include "text.hpp"
 #include "threads.hpp"
 
@@ -166,12 +166,6 @@ struct Measured
     [[nodiscard]] double median_ms() const { return median(ms); }
 };
 
-std::uint64_t allocated_bytes()
-{
-    const struct mallinfo2 info = mallinfo2();
-    return info.uordblks + info.hblkhd;
-}
-
 /// `make` makes the system, so that its memory is counted.
 template <int Dim, class T>
 Measured measure(const std::string& name, std::uint32_t threads, const Motion<Dim, T>& motion,
@@ -182,7 +176,7 @@ Measured measure(const std::string& name, std::uint32_t threads, const Motion<Di
     std::vector<std::uint32_t> changed;
     Progress progress(name + ", " + std::to_string(threads) + (threads == 1 ? " thread" : " threads"),
                       motion.size());
-    const std::uint64_t bytes_before = allocated_bytes();
+    const std::uint64_t bytes_before = jostle_system::allocated_bytes();
     const std::unique_ptr<System<Dim, T>> system = make();
     // A short recording has few frames to spare.
     const std::size_t uncounted = motion.size() > 2 * warm_up ? warm_up : 1;
@@ -201,7 +195,7 @@ Measured measure(const std::string& name, std::uint32_t threads, const Motion<Di
         result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
         result.stages.push_back(system->stages());
     }
-    const std::uint64_t bytes_after = allocated_bytes();
+    const std::uint64_t bytes_after = jostle_system::allocated_bytes();
     result.bytes = bytes_after > bytes_before ? bytes_after - bytes_before : 0;
     system->stop();
     return result;
@@ -470,7 +464,8 @@ void compare(const Options& options, const std::string& name, const Motion<Dim, 
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     std::vector<jostle_bench::ReportRow> report;
     for (const Measured& m : all) {
-        report.push_back(report_row(m, std::filesystem::path(name).filename().string(), motion.most));
+        report.push_back(
+            report_row(m, jostle_system::text_of(jostle_system::path_of(name).filename()), motion.most));
         const jostle_bench::ReportRow& row = report.back();
         nlohmann::ordered_json json;
         json["system"] = row.system;
@@ -497,7 +492,7 @@ void compare(const Options& options, const std::string& name, const Motion<Dim, 
             std::string text = name + ", " + std::to_string(motion.size()) + " frames";
             for (const std::string& hint : hints)
                 text += ". " + hint;
-            jostle_bench::write_report(report, text, options.report);
+            jostle_bench::write_report(report, text, jostle_system::path_of(options.report));
         } catch (const std::runtime_error& error) {
             throw UsageError(std::string("--report: ") + error.what());
         }
@@ -558,7 +553,7 @@ void run(const Options& options)
     if (extension_of(path) == ".jrec") {
         if (options.files.size() > 1) throw UsageError(options.files[1] + ": one recording at a time");
         try {
-            jostle_scenes::RecordingReader recording(path);
+            jostle_scenes::RecordingReader recording(jostle_system::path_of(path));
             const jostle_scenes::RecordingInfo& info = recording.info();
             const bool floats = info.coordinate_bytes == 4;
             if (info.dim == 2)

@@ -22,6 +22,7 @@
 #include "scenes/random.hpp"
 #include "scenes/recording.hpp"
 #include "scenes/scenes.hpp"
+#include "system/system.hpp"
 #include "text.hpp"
 #include "threads.hpp"
 
@@ -35,7 +36,7 @@ using jostle::Pair;
 
 struct Options
 {
-    std::optional<std::filesystem::path> recording; // none: our own
+    std::optional<std::string> recording; // none: our own
     std::size_t boxes = 1'000'000;
     std::uint32_t frames = 10;
     std::uint32_t threads = 0;
@@ -207,8 +208,9 @@ void play_scene(const Options& options, jostle::PairFinder& finder)
 void run(const Options& options)
 {
     const std::filesystem::path beside = installed("tumble.jrec");
-    const std::filesystem::path own = beside.empty() ? JOSTLE_DATA_DIR "/tumble.jrec" : beside;
-    const std::filesystem::path file = options.recording.value_or(own);
+    const std::filesystem::path own =
+        beside.empty() ? jostle_system::path_of(JOSTLE_DATA_DIR "/tumble.jrec") : beside;
+    const std::filesystem::path file = options.recording ? jostle_system::path_of(*options.recording) : own;
     std::unique_ptr<jostle_scenes::RecordingReader> recording;
     try {
         recording = std::make_unique<jostle_scenes::RecordingReader>(file);
@@ -224,7 +226,8 @@ void run(const Options& options)
     std::error_code unknown;
     const std::filesystem::path near = std::filesystem::proximate(file, unknown);
     const bool shorter = !unknown && near.native().size() < file.native().size();
-    std::printf("%s: %s boxes, %s frames\n  %s\n", printable((shorter ? near : file).native()).c_str(),
+    std::printf("%s: %s boxes, %s frames\n  %s\n",
+                printable(jostle_system::text_of(shorter ? near : file)).c_str(),
                 grouped(info.objects).c_str(), grouped(info.frames).c_str(),
                 shortened(info.description, 500).c_str());
     std::printf("  on %u %s, %s; ms a frame and its stages\n\n", threads.count(),

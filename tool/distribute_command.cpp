@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: MIT
 // jostle distribute: one scene over many ranks of MPI, on this machine.
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <sstream>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -21,8 +15,7 @@
 #include "commands.hpp"
 #include "numbers.hpp"
 #include "scenes/scenes.hpp"
-
-extern char** environ;
+#include "system/system.hpp"
 
 namespace jostle_tool {
 
@@ -40,8 +33,8 @@ struct Options
 /// The program that mpiexec starts lies beside this one, in a build with MPI.
 std::filesystem::path program_for_ranks()
 {
-    std::error_code unknown; // where there is no /proc
-    const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path();
+    std::error_code unknown;
+    const std::filesystem::path here = jostle_system::this_program().parent_path();
     for (const char* const place : {"jostle_distribute", "../distributed/jostle_distribute"})
         if (std::filesystem::exists(here / place, unknown)) return (here / place).lexically_normal();
     throw UsageError("distribute: this build has no MPI; install libopenmpi-dev, openmpi-bin and "
@@ -49,33 +42,13 @@ std::filesystem::path program_for_ranks()
 }
 
 /// Runs a program and returns what it printed. What it says on stderr goes there.
-std::string output_of(std::vector<std::string> command)
+std::string output_of(const std::vector<std::string>& command)
 {
-    int ends[2];
-    if (pipe(ends) != 0) throw std::runtime_error("no pipe");
-    std::vector<char*> arguments;
-    for (std::string& word : command)
-        arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_addclose(&actions, ends[0]);
-    pid_t child = 0;
-    const int failure = posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    close(ends[1]);
-    std::string text;
-    std::array<char, 4096> piece;
-    for (ssize_t count = 0; failure == 0 && (count = read(ends[0], piece.data(), piece.size())) > 0;)
-        text.append(piece.data(), static_cast<std::size_t>(count));
-    close(ends[0]);
-    if (failure != 0)
-        throw UsageError("distribute: " + command[0] + " can't be started; install openmpi-bin");
-    int status = 0;
-    waitpid(child, &status, 0);
-    if (status != 0) throw UsageError("distribute: a rank failed; what it said is above");
-    return text;
+    const std::optional<jostle_system::Finished> finished =
+        jostle_system::run_program(command, jostle_system::Errors::shown);
+    if (!finished) throw UsageError("distribute: " + command[0] + " can't be started; install openmpi-bin");
+    if (!finished->well) throw UsageError("distribute: a rank failed; what it said is above");
+    return finished->output;
 }
 
 void print(const nlohmann::ordered_json& row)
@@ -102,12 +75,12 @@ void distribute(const Options& options)
     // As root, and with more ranks than cores: it is one machine, for trying out.
     for (const char* const name :
          {"OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe"})
-        setenv(name, "1", 0);
-    setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 0);
+        jostle_system::set_default_variable(name, "1");
+    jostle_system::set_default_variable("OMPI_MCA_hwloc_base_binding_policy", "none");
     const std::string objects = std::to_string(options.objects), seed = std::to_string(options.seed);
     std::vector<std::string> command = {"mpiexec", "-n",
                                         std::to_string(options.predict.empty() ? options.ranks : 1),
-                                        program_for_ranks().string()};
+                                        jostle_system::text_of(program_for_ranks())};
     if (options.predict.empty())
         command.insert(command.end(), {"run", options.scene, objects, std::to_string(options.threads),
                                        std::to_string(options.frames), seed});

@@ -3,13 +3,15 @@
 
 #include <system_error>
 
+#include "system/system.hpp"
+
 namespace jostle_tool {
 
 std::filesystem::path installed(const std::string& name)
 {
-    std::error_code unknown; // where there is no /proc
-    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", unknown);
-    if (unknown) return {};
+    const std::filesystem::path program = jostle_system::this_program();
+    if (program.empty()) return {};
+    std::error_code unknown;
     const auto path = (program.parent_path() / JOSTLE_DATA_FROM_BIN / name).lexically_normal();
     return std::filesystem::exists(path, unknown) ? path : std::filesystem::path();
 }

@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: MIT
 // The command `jostle`: its streams, and what becomes of errors. Each subcommand lives in its own file.
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <new>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "jostle/error.hpp"
+#include "system/system.hpp"
 #include "text.hpp"
 
 namespace {
@@ -30,24 +28,18 @@ int fail(int code, std::string message)
     return code;
 }
 
-/// A program that was started without stdin, stdout or stderr would get their numbers for the first files
-/// that it opens, and then print into them. These take their place and can't be used: a read or write fails.
-void fill_standard_streams()
-{
-    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-        if (fcntl(stream, F_GETFD) < 0 && errno == EBADF)
-            (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest free number
-}
-
 } // namespace
 
 int main(int argc, char** argv)
 {
-    fill_standard_streams();
+    const std::vector<std::string> arguments = jostle_system::start(argc, argv);
     try {
+        std::vector<const char*> words;
+        for (const std::string& argument : arguments)
+            words.push_back(argument.c_str());
         CLI::App app;
         jostle_tool::add_commands(app);
-        jostle_tool::run(app, argc, argv);
+        jostle_tool::run(app, static_cast<int>(words.size()), words.data());
         // What went to stdout may still find the disk full.
         if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
         return fail(exit_usage, "stdout: can't be written; make room, or write elsewhere");

@@ -19,6 +19,7 @@
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
 #include "progress.hpp"
+#include "system/system.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -132,7 +133,8 @@ void run(const Options& options)
         throw UsageError(
             "--stats and -o - would both write to stdout; give -o a file, or leave one of them out");
     std::error_code ignored;
-    if (write && out != "-" && std::filesystem::equivalent(options.in, out, ignored))
+    if (write && out != "-" &&
+        std::filesystem::equivalent(jostle_system::path_of(options.in), jostle_system::path_of(out), ignored))
         throw UsageError(out + ": is the input itself; choose another name for the output");
 
     Stopwatch watch;

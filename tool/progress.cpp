@@ -1,21 +1,20 @@
 // SPDX-License-Identifier: MIT
 #include "progress.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
 
+#include "system/system.hpp"
 #include "text.hpp"
 
 namespace jostle_tool {
 
 Progress::Progress(const std::string& label, std::uint64_t total) : label_(printable(label)), total_(total)
 {
-    if (isatty(STDERR_FILENO) != 0)
+    if (jostle_system::stderr_is_terminal())
         drawer_ = std::jthread([this](std::stop_token stop) { draw_until(stop); });
 }
 

@@ -16,6 +16,7 @@
 #include "numbers.hpp"
 #include "page_server.hpp"
 #include "scenes/recording.hpp"
+#include "system/system.hpp"
 #include "text.hpp"
 
 namespace jostle_tool {
@@ -38,15 +39,16 @@ std::string described(const std::string& file)
                          (extension.empty() ? "the name has no extension"
                                             : "the page can't show " + extension + " files") +
                          "; give .jrec, .csv, .npy, .obj or .glb");
+    const std::filesystem::path place = jostle_system::path_of(file);
     std::error_code unknown;
-    if (std::filesystem::exists(file, unknown) && !std::filesystem::is_regular_file(file, unknown))
+    if (std::filesystem::exists(place, unknown) && !std::filesystem::is_regular_file(place, unknown))
         throw UsageError(file +
                          " is no plain file; the page reads it whenever it is opened, so save it first");
     const BoxSet set = read_boxes(file, {});
     const std::size_t boxes = std::visit([](const auto& all) { return all.size(); }, set.boxes);
     std::string text = printable(file) + ": " + grouped(boxes) + " boxes";
     if (extension == ".jrec")
-        text += ", " + grouped(jostle_scenes::RecordingReader(file).info().frames) + " frames";
+        text += ", " + grouped(jostle_scenes::RecordingReader(place).info().frames) + " frames";
     return text;
 }
 
@@ -55,7 +57,7 @@ void run(const Options& options)
     const Interrupt interrupt;
     const std::string what = described(options.file);
     PageServer server(options.page);
-    const std::string address = server.show(options.file);
+    const std::string address = server.show(jostle_system::path_of(options.file));
     server.start();
     std::printf("%s\nSee it at %s\nCtrl-C ends this.\n", what.c_str(), address.c_str());
     std::fflush(stdout);

@@ -22,6 +22,7 @@
 #include "progress.hpp"
 #include "scenes/recording.hpp"
 #include "simulation/simulation.hpp"
+#include "system/system.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -129,10 +130,10 @@ void print_row(const std::string& frame, const Simulation& simulation, double of
 
 void run(const Options& options)
 {
-    if (!options.record.empty() && std::filesystem::path(options.record).extension() != ".jrec")
+    if (!options.record.empty() && jostle_system::path_of(options.record).extension() != ".jrec")
         throw UsageError("--record: " + options.record + ": give a name that ends in .jrec");
     std::error_code unknown; // opening it will say
-    if (std::filesystem::is_directory(options.record, unknown))
+    if (std::filesystem::is_directory(jostle_system::path_of(options.record), unknown))
         throw UsageError("--record: " + options.record + " is a directory; give another name");
     if (!options.json.empty() && options.record == options.json)
         throw UsageError("--record and --json name one file; give two");
@@ -159,7 +160,7 @@ void run(const Options& options)
         try {
             if (!recording)
                 recording = std::make_unique<jostle_scenes::RecordingWriter<3, float>>(
-                    options.record, options.bodies, 60, command);
+                    jostle_system::path_of(options.record), options.bodies, 60, command);
             recording->add_frame(simulation.boxes());
         } catch (const std::runtime_error& error) {
             throw UsageError(std::string("--record: ") + error.what());

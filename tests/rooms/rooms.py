@@ -30,18 +30,19 @@ ALLOWED = {
     "narrow": ["base", "simd", "jostle"],
     "chapter": ["base", "jostle"],
     "c_api": ["jostle"],
-    "scenes": ["jostle"],
+    "system": [],
+    "scenes": ["system", "jostle"],
     "simulation": ["scenes", "base", "simd", "jostle"],
-    "bench": ["scenes", "jostle"],
+    "bench": ["scenes", "system", "jostle"],
     "recorder": ["scenes", "jostle"],
-    "tool": ["scenes", "simulation", "bench", "jostle"],
+    "tool": ["scenes", "simulation", "bench", "system", "jostle"],
     "examples": ["jostle"],
     "adapters": ["scenes", "jostle"],
     "distributed": ["scenes", "jostle"],
 }
 # Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first.
 FOLDERS = {"narrow": ["shapes", "kernels", "convex", "parts", "interface"]}
-OUTSIDE = ("scenes", "simulation", "bench", "recorder", "tool", "examples", "adapters", "distributed")
+OUTSIDE = ("system", "scenes", "simulation", "bench", "recorder", "tool", "examples", "adapters", "distributed")
 INCLUDE = re.compile(r'^\s*#\s*(?:include|define\s+HWY_TARGET_INCLUDE)\s*[<"]([^">]+)[">]', re.MULTILINE)
 
 

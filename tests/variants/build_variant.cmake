@@ -1,4 +1,4 @@
-# cmake -D preset= -D source= -D build= -D targets=a,b -D run= -D flags= -P: see add_variant.
+# cmake -D preset= -D source= -D build= -D native= -D targets=a,b -D run= -D flags= -P: see add_variant.
 include(ProcessorCount)
 ProcessorCount(cores)
 if(DEFINED ENV{CMAKE_BUILD_PARALLEL_LEVEL})
@@ -18,11 +18,12 @@ if(preset STREQUAL "windows")
   # One server for all programs: else it ends with each of them, and now and then while the next one calls it. A first
   # program starts what runs beside the others, which must not hold on to their output.
   execute_process(COMMAND sh -c "wineserver -p600; wine cmd /c exit" OUTPUT_FILE /dev/null ERROR_FILE /dev/null)
+  set(like -DJOSTLE_NATIVE_TOOL=${native})
 endif()
 if(flags)
   set(flags "-DCMAKE_CXX_FLAGS_RELEASE=${flags}")
 endif()
-step("Configuring" ${CMAKE_COMMAND} --preset ${preset} -B ${build} ${flags})
+step("Configuring" ${CMAKE_COMMAND} --preset ${preset} -B ${build} ${flags} ${like})
 string(REPLACE "," ";" targets "${targets}")
 step("Building" ${CMAKE_COMMAND} --build ${build} --target ${targets} --parallel ${cores})
 if(run)

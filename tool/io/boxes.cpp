@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "system/system.hpp"
 #include "tool/commands.hpp"
 
 namespace jostle_tool {
@@ -48,7 +49,7 @@ void Ids::grow_table()
 
 std::string extension_of(const std::string& path)
 {
-    std::string extension = std::filesystem::path(path).extension().string();
+    std::string extension = jostle_system::text_of(jostle_system::path_of(path).extension());
     for (char& c : extension)
         if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
     return extension;
@@ -59,7 +60,8 @@ BoxSet read_boxes(const std::string& path, const ReadOptions& options)
     std::string extension = path == "-" ? ".csv" : extension_of(path);
     if (path != "-") {
         std::error_code error;
-        const std::filesystem::file_status status = std::filesystem::status(path, error);
+        const std::filesystem::file_status status =
+            std::filesystem::status(jostle_system::path_of(path), error);
         if (error) throw UsageError(path + ": " + error.message() + "; check the name and its permissions");
         if (std::filesystem::is_directory(status)) throw UsageError(path + ": is a directory; name a file");
         // A shell's <(...) is a pipe without an extension; /dev/stdin may well be a file.

@@ -1,45 +1,46 @@
 // SPDX-License-Identifier: MIT
 #include "input_file.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include <system_error>
 
-#include <algorithm>
-#include <cerrno>
-#include <cstring>
-
+#include "system/system.hpp"
 #include "tool/commands.hpp"
-
-#ifndef O_CLOEXEC // Windows, where files are text unless they are said to be none
-#define O_CLOEXEC O_BINARY
-#endif
 
 namespace jostle_tool {
 
-InputFile::InputFile(const std::string& path)
-    : name_(path == "-" ? "stdin" : path),
-      fd_(path == "-" ? STDIN_FILENO : open(path.c_str(), O_RDONLY | O_CLOEXEC))
+namespace {
+
+constexpr int standard_input = 0;
+
+} // namespace
+
+InputFile::InputFile(const std::string& path) : name_(path == "-" ? "stdin" : path), file_(standard_input)
 {
-    if (fd_ < 0)
-        throw UsageError(name_ + ": " + std::strerror(errno) + "; check the name and its permissions");
-    struct stat status;
-    if (fstat(fd_, &status) == 0 && S_ISREG(status.st_mode) && fd_ != STDIN_FILENO)
-        size_ = static_cast<std::uint64_t>(status.st_size);
+    if (path == "-") return;
+    try {
+        file_ = jostle_system::open_to_read(jostle_system::path_of(path));
+    } catch (const std::system_error& error) {
+        throw UsageError(name_ + ": " + error.code().message() + "; check the name and its permissions");
+    }
+    size_ = jostle_system::size_of(file_);
 }
 
 InputFile::~InputFile()
 {
-    if (fd_ > STDIN_FILENO) close(fd_);
+    if (file_ == standard_input) return;
+    try {
+        jostle_system::close_file(file_);
+    } catch (const std::system_error&) {
+        // Of a file that was only read there is nothing to lose.
+    }
 }
 
 std::size_t InputFile::read(char* to, std::size_t most)
 {
-    for (;;) {
-        const ssize_t got = ::read(fd_, to, static_cast<unsigned>(std::min(most, std::size_t{1} << 24)));
-        if (got >= 0) return static_cast<std::size_t>(got);
-        if (errno != EINTR)
-            throw UsageError(name_ + ": " + std::strerror(errno) + " while reading; check the file");
+    try {
+        return jostle_system::read_some(file_, to, most);
+    } catch (const std::system_error& error) {
+        throw UsageError(name_ + ": " + error.code().message() + " while reading; check the file");
     }
 }
 

@@ -27,7 +27,7 @@ class InputFile
 
   private:
     std::string name_; // as the user wrote it
-    int fd_;
+    int file_;
     std::optional<std::uint64_t> size_;
 };
 

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "output_file.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
+#include "system/system.hpp"
 #include "tool/commands.hpp"
 
 namespace jostle_tool {
@@ -18,30 +15,43 @@ namespace jostle_tool {
 namespace {
 
 constexpr std::size_t buffer_size = std::size_t{1} << 20;
+constexpr int standard_output = 1;
+
+bool is_over_quota([[maybe_unused]] const std::error_code& error)
+{
+#ifdef EDQUOT // which Windows doesn't have
+    return error.value() == EDQUOT;
+#else
+    return false;
+#endif
+}
 
 } // namespace
 
 OutputFile::OutputFile(const std::string& path) : name_(path == "-" ? "stdout" : path)
 {
     buffer_.reserve(buffer_size);
+    const std::filesystem::path place = jostle_system::path_of(path);
     if (path == "-") {
         std::fflush(stdout);
-        fd_ = STDOUT_FILENO;
+        direct_ = standard_output;
         return;
     }
-    std::error_code unknown; // then opening it will say
-    const std::filesystem::file_status status = std::filesystem::status(path, unknown);
-    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-        fd_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-        if (fd_ < 0) fail(errno);
+    if (jostle_system::is_stream(place)) {
+        attempt([&] { direct_ = jostle_system::open_to_write(place); });
         return;
     }
-    attempt([&] { file_.emplace(path); });
+    attempt([&] { file_.emplace(place); });
 }
 
 OutputFile::~OutputFile()
 {
-    if (fd_ >= 0 && fd_ != STDOUT_FILENO) close(fd_);
+    if (direct_ < 0 || direct_ == standard_output) return;
+    try {
+        jostle_system::close_file(direct_);
+    } catch (const std::system_error&) {
+        // Without commit() nobody relies on it.
+    }
 }
 
 void OutputFile::write(std::string_view bytes)
@@ -52,7 +62,7 @@ void OutputFile::write(std::string_view bytes)
 
 void OutputFile::flush()
 {
-    attempt([&] { file_ ? file_->write(buffer_) : jostle_scenes::write_all(fd_, buffer_); });
+    attempt([&] { file_ ? file_->write(buffer_) : jostle_system::write_all(direct_, buffer_); });
     buffer_.clear();
 }
 
@@ -61,8 +71,8 @@ void OutputFile::commit()
     flush();
     if (file_)
         attempt([&] { file_->commit(); });
-    else if (fd_ != STDOUT_FILENO && close(std::exchange(fd_, -1)) != 0)
-        fail(errno);
+    else if (direct_ != standard_output)
+        attempt([&] { jostle_system::close_file(std::exchange(direct_, -1)); });
 }
 
 template <class Work>
@@ -71,15 +81,11 @@ void OutputFile::attempt(const Work& work)
     try {
         work();
     } catch (const std::system_error& error) {
-        fail(error.code().value());
+        const bool full = error.code() == std::errc::no_space_on_device ||
+                          error.code() == std::errc::file_too_large || is_over_quota(error.code());
+        throw UsageError(name_ + ": " + error.code().message() + "; " +
+                         (full ? "make room, or write elsewhere" : "choose another place"));
     }
-}
-
-void OutputFile::fail(int error) const
-{
-    throw UsageError(name_ + ": " + std::strerror(error) + "; " +
-                     (error == ENOSPC || error == EDQUOT || error == EFBIG ? "make room, or write elsewhere"
-                                                                           : "choose another place"));
 }
 
 } // namespace jostle_tool

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "scenes/unfinished_file.hpp"
+#include "system/unfinished_file.hpp"
 
 namespace jostle_tool {
 
@@ -27,11 +27,10 @@ class OutputFile
     void flush();
     template <class Work>
     void attempt(const Work& work);
-    [[noreturn]] void fail(int error) const;
 
     std::string name_; // as the user wrote it
-    std::optional<jostle_scenes::UnfinishedFile> file_;
-    int fd_ = -1; // of what is written directly
+    std::optional<jostle_system::UnfinishedFile> file_;
+    int direct_ = -1; // what is written directly
     std::string buffer_;
 };
 

@@ -31,7 +31,7 @@
 
 #include "boxes.hpp"
 #include "input_file.hpp"
-#include "scenes/unfinished_file.hpp"
+#include "system/system.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
 #include "tool/text.hpp"
@@ -268,7 +268,7 @@ std::vector<Aabb3f> import(const std::string& path, bool parts)
 bool send(int to, const void* data, std::size_t size)
 {
     try {
-        jostle_scenes::write_all(to, {static_cast<const char*>(data), size});
+        jostle_system::write_all(to, {static_cast<const char*>(data), size});
         return true;
     } catch (const std::system_error&) {
         return false; // the parent is gone

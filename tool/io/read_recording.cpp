@@ -3,6 +3,7 @@
 
 #include "boxes.hpp"
 #include "scenes/recording.hpp"
+#include "system/system.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
 
@@ -30,7 +31,7 @@ BoxSet read_frame(jostle_scenes::RecordingReader& recording, const std::string& 
 BoxSet read_recording(const std::string& path, std::uint32_t frame)
 {
     try {
-        jostle_scenes::RecordingReader recording(path);
+        jostle_scenes::RecordingReader recording(jostle_system::path_of(path));
         const jostle_scenes::RecordingInfo& info = recording.info();
         if (frame >= info.frames)
             throw UsageError(path + ": has " +

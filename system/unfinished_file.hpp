@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
-#include <string>
+#include <memory>
 #include <string_view>
 
-namespace jostle_scenes {
+namespace jostle_system {
 
 /// A file that appears complete or not at all. It is written under another name in the same folder and takes
-/// its own in commit(). Without commit() it is removed: by the destructor, or by a handler for every signal
-/// that would end the program (but SIGKILL). A file that had the name before stays as it was until commit(),
-/// and the new one keeps its permissions; where the name is a link, the file that it points to is replaced.
+/// its own in commit(). Without commit() it is removed: by the destructor, or when the program is ended: by a
+/// handler for every signal that would do so (but SIGKILL), and on Windows by the system. A file that had the
+/// name before stays as it was until commit(), and the new one keeps its permissions; where the name is a
+/// link, the file that it points to is replaced (except on Windows, where the link is).
 ///
 /// Nobody can place a file or a link in its way beforehand: the other name is random, and must be new.
 ///
@@ -33,14 +33,8 @@ class UnfinishedFile
     void commit();
 
   private:
-    void create(int permissions);
-
-    std::filesystem::path target_;
-    std::size_t slot_; // where the signal handler finds the file's present name
-    int fd_ = -1;
+    struct State;
+    std::unique_ptr<State> state_;
 };
 
-/// Writes all bytes to a file descriptor, whatever signals come in between.
-void write_all(int fd, std::string_view bytes);
-
-} // namespace jostle_scenes
+} // namespace jostle_system

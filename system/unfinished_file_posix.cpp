@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "scenes/unfinished_file.hpp"
+#include "system/unfinished_file.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -13,11 +13,14 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <random>
+#include <string>
 #include <system_error>
 #include <utility>
 
-namespace jostle_scenes {
+#include "system/random_letters.hpp"
+#include "system/system.hpp"
+
+namespace jostle_system {
 
 namespace {
 
@@ -67,95 +70,86 @@ std::size_t take_slot()
     fail(EMFILE);
 }
 
-std::string random_letters()
-{
-    std::random_device random;
-    std::string letters;
-    for (int i = 0; i < 12; ++i)
-        letters += static_cast<char>('a' + random() % 26);
-    return letters;
-}
-
 } // namespace
 
-UnfinishedFile::UnfinishedFile(const std::filesystem::path& target) : slot_(take_slot())
+struct UnfinishedFile::State
 {
+    std::filesystem::path target;
+    std::size_t slot; // where the signal handler finds the file's present name
+    int fd = -1;
+
+    void create(int permissions);
+};
+
+UnfinishedFile::UnfinishedFile(const std::filesystem::path& target) : state_(std::make_unique<State>())
+{
+    State& state = *state_;
+    state.slot = take_slot();
     try {
         std::error_code error;
-        target_ = std::filesystem::weakly_canonical(target, error);
-        if (error) target_ = target;
+        state.target = std::filesystem::weakly_canonical(target, error);
+        if (error) state.target = target;
         struct stat before;
-        const bool replaces = stat(target_.c_str(), &before) == 0;
+        const bool replaces = stat(state.target.c_str(), &before) == 0;
         if (replaces) {
             if (S_ISDIR(before.st_mode)) fail(EISDIR);
             if (!S_ISREG(before.st_mode)) fail(ESPIPE);
-            if (access(target_.c_str(), W_OK) != 0) fail(errno);
+            if (access(state.target.c_str(), W_OK) != 0) fail(errno);
         }
         static const bool handled = (handle_signals(), true);
         (void)handled;
         // Nobody else may read what replaces a private file, not even while it is empty.
-        create(replaces ? 0600 : 0666);
-        if (replaces && fchmod(fd_, before.st_mode & 07777) != 0) {
+        state.create(replaces ? 0600 : 0666);
+        if (replaces && fchmod(state.fd, before.st_mode & 07777) != 0) {
             // Some file systems have no permissions.
         }
     } catch (...) {
-        slots[slot_].taken = false;
+        slots[state.slot].taken = false;
         throw;
     }
 }
 
-void UnfinishedFile::create(int permissions)
+void UnfinishedFile::State::create(int permissions)
 {
-    Slot& slot = slots[slot_];
+    Slot& place = slots[slot];
     for (int attempt = 0;; ++attempt) {
-        const std::string name = target_.string() + "." + random_letters() + ".part";
-        if (name.size() >= sizeof slot.name) fail(ENAMETOOLONG);
-        std::memcpy(slot.name, name.c_str(), name.size() + 1);
-        slot.unfinished = true; // before there is a file: a signal may come at any time
-        fd_ = open(slot.name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, permissions);
-        if (fd_ >= 0) return;
+        const std::string name = target.string() + "." + random_letters() + ".part";
+        if (name.size() >= sizeof place.name) fail(ENAMETOOLONG);
+        std::memcpy(place.name, name.c_str(), name.size() + 1);
+        place.unfinished = true; // before there is a file: a signal may come at any time
+        fd = open(place.name, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, permissions);
+        if (fd >= 0) return;
         const int error = errno;
-        slot.unfinished = false;
+        place.unfinished = false;
         if (error != EEXIST || attempt == 100) fail(error);
     }
 }
 
 UnfinishedFile::~UnfinishedFile()
 {
-    if (fd_ >= 0) close(fd_);
-    if (slots[slot_].unfinished.exchange(false)) unlink(slots[slot_].name);
-    slots[slot_].taken = false;
+    if (state_->fd >= 0) close(state_->fd);
+    if (slots[state_->slot].unfinished.exchange(false)) unlink(slots[state_->slot].name);
+    slots[state_->slot].taken = false;
 }
 
 void UnfinishedFile::write(std::string_view bytes)
 {
-    write_all(fd_, bytes);
+    write_all(state_->fd, bytes);
 }
 
 void UnfinishedFile::write_over_start(std::string_view bytes)
 {
-    if (lseek(fd_, 0, SEEK_SET) < 0) fail(errno);
-    write_all(fd_, bytes);
-    if (lseek(fd_, 0, SEEK_END) < 0) fail(errno);
+    if (lseek(state_->fd, 0, SEEK_SET) < 0) fail(errno);
+    write_all(state_->fd, bytes);
+    if (lseek(state_->fd, 0, SEEK_END) < 0) fail(errno);
 }
 
 void UnfinishedFile::commit()
 {
     // Some file systems find out only now that the disk is full.
-    if (close(std::exchange(fd_, -1)) != 0) fail(errno);
-    if (std::rename(slots[slot_].name, target_.c_str()) != 0) fail(errno);
-    slots[slot_].unfinished = false;
+    if (close(std::exchange(state_->fd, -1)) != 0) fail(errno);
+    if (std::rename(slots[state_->slot].name, state_->target.c_str()) != 0) fail(errno);
+    slots[state_->slot].unfinished = false;
 }
 
-void write_all(int fd, std::string_view bytes)
-{
-    while (!bytes.empty()) {
-        const ssize_t written = ::write(fd, bytes.data(), bytes.size());
-        if (written >= 0)
-            bytes.remove_prefix(static_cast<std::size_t>(written));
-        else if (errno != EINTR)
-            fail(errno);
-    }
-}
-
-} // namespace jostle_scenes
+} // namespace jostle_system

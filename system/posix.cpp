@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#include "system/system.hpp"
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <spawn.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <ctime>
+#include <system_error>
+
+extern char** environ;
+
+namespace jostle_system {
+
+namespace {
+
+[[noreturn]] void fail(int error)
+{
+    throw std::system_error(error, std::generic_category());
+}
+
+} // namespace
+
+std::vector<std::string> start(int argc, char** argv)
+{
+    // A program that was started without stdin, stdout or stderr would get their numbers for the first files
+    // that it opens, and then print into them. These take their place and can't be used: a read or write
+    // fails.
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(stream, F_GETFD) < 0 && errno == EBADF)
+            (void)open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY); // the lowest free number
+    return {argv, argv + argc};
+}
+
+std::filesystem::path path_of(std::string_view text)
+{
+    return text;
+}
+
+std::string text_of(const std::filesystem::path& path)
+{
+    return path.native();
+}
+
+bool stderr_is_terminal()
+{
+    return isatty(STDERR_FILENO) != 0;
+}
+
+std::filesystem::path this_program()
+{
+    std::error_code unknown; // where there is no /proc
+    return std::filesystem::read_symlink("/proc/self/exe", unknown);
+}
+
+std::string host_name()
+{
+    char name[256] = "";
+    gethostname(name, sizeof name - 1);
+    return name;
+}
+
+void set_default_variable(const char* name, const char* value)
+{
+    setenv(name, value, 0);
+}
+
+double processor_ms()
+{
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) / 1e6;
+}
+
+std::uint64_t preemptions()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_nivcsw);
+}
+
+std::uint64_t allocated_bytes()
+{
+    const struct mallinfo2 info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+}
+
+bool is_stream(const std::filesystem::path& path)
+{
+    std::error_code unknown; // then opening it will say
+    const std::filesystem::file_status status = std::filesystem::status(path, unknown);
+    return std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+           !std::filesystem::is_directory(status);
+}
+
+int open_to_read(const std::filesystem::path& path)
+{
+    const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (file < 0) fail(errno);
+    return file;
+}
+
+int open_to_write(const std::filesystem::path& path)
+{
+    const int file = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file < 0) fail(errno);
+    return file;
+}
+
+std::optional<std::uint64_t> size_of(int file)
+{
+    struct stat status;
+    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) return std::nullopt;
+    return static_cast<std::uint64_t>(status.st_size);
+}
+
+std::size_t read_some(int file, char* to, std::size_t most)
+{
+    for (;;) {
+        const ssize_t got = read(file, to, most);
+        if (got >= 0) return static_cast<std::size_t>(got);
+        if (errno != EINTR) fail(errno);
+    }
+}
+
+void write_all(int file, std::string_view bytes)
+{
+    while (!bytes.empty()) {
+        const ssize_t written = write(file, bytes.data(), bytes.size());
+        if (written >= 0)
+            bytes.remove_prefix(static_cast<std::size_t>(written));
+        else if (errno != EINTR)
+            fail(errno);
+    }
+}
+
+void close_file(int file)
+{
+    if (close(file) != 0) fail(errno);
+}
+
+TemporaryFolder::TemporaryFolder(const std::string& name)
+{
+    std::string path = (std::filesystem::temp_directory_path() / (name + "-XXXXXX")).string();
+    if (mkdtemp(path.data()) == nullptr) fail(errno);
+    path_ = path;
+}
+
+TemporaryFolder::~TemporaryFolder()
+{
+    std::error_code ignored; // a folder that is left there is no reason to fail
+    std::filesystem::remove_all(path_, ignored);
+}
+
+std::optional<Finished> run_program(const std::vector<std::string>& command, Errors errors)
+{
+    std::vector<char*> words;
+    for (const std::string& word : command)
+        words.push_back(const_cast<char*>(word.c_str()));
+    words.push_back(nullptr);
+    int ends[2];
+    if (pipe(ends) != 0) fail(errno);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    if (errors == Errors::taken) posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
+    for (const int end : ends)
+        posix_spawn_file_actions_addclose(&actions, end);
+    pid_t child = 0;
+    const int failure = posix_spawnp(&child, words[0], &actions, nullptr, words.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    Finished finished;
+    std::array<char, 4096> piece;
+    while (failure == 0) {
+        const ssize_t count = read(ends[0], piece.data(), piece.size());
+        if (count == 0 || (count < 0 && errno != EINTR)) break;
+        if (count > 0) finished.output.append(piece.data(), static_cast<std::size_t>(count));
+    }
+    close(ends[0]);
+    if (failure != 0) return std::nullopt;
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    finished.well = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    return finished;
+}
+
+} // namespace jostle_system

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// In place of read_mesh.cpp, in builds without Assimp: knows a mesh when it sees one, and says so.
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
+#include "boxes.hpp"
+#include "tool/commands.hpp"
+
+namespace jostle_tool {
+
+bool is_mesh_extension(const std::string& extension)
+{
+    constexpr std::string_view usual[] = {".3ds",  ".3mf", ".blend", ".dae", ".dxf",  ".fbx", ".glb",
+                                          ".gltf", ".lwo", ".md2",   ".md3", ".ms3d", ".obj", ".off",
+                                          ".ply",  ".stl", ".usdz",  ".x",   ".x3d"};
+    return std::find(std::begin(usual), std::end(usual), extension) != std::end(usual);
+}
+
+BoxSet read_mesh(const std::string& path, bool)
+{
+    throw UsageError(
+        path + ": is a mesh, and this build of jostle reads none, as it has no Assimp; give the boxes as "
+               ".csv or .npy");
+}
+
+} // namespace jostle_tool
