@@ -40,7 +40,7 @@ void set_default_variable(const char* name, const char* value);
 [[nodiscard]] double processor_ms();
 /// How often the system took a core away from this process; always 0 on Windows, which doesn't say.
 [[nodiscard]] std::uint64_t preemptions();
-/// The memory that this program has asked for and not given back. It takes a while where there are many pieces.
+/// The memory that this program has asked for and not given back. Takes a while where there are many pieces.
 [[nodiscard]] std::uint64_t allocated_bytes();
 
 // Files by the number that the system gives them; 0 is stdin and 1 is stdout. Programs that this one starts
