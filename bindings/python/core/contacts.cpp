@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/interrupts.hpp"
 #include "core/module.hpp"
 #include "core/shapes.hpp"
 
@@ -24,32 +25,64 @@ class ContactFinder
     ContactFinder(jostle_space given, std::uint32_t threads) : space(given)
     {
         const Executor executor = executor_of(threads);
-        const jostle_options options = options_of(executor);
+        const jostle_options options = options_of(executor, memory.allocator());
         handle = make<ContactFinderHandle>(
             [&](auto** out, auto* error) { return jostle_contact_finder_new(space, &options, out, error); });
     }
+    /// What a call is about.
+    struct Given
+    {
+        Given(jostle_space space, const Shapes& shapes_a, const py::array& rows_a, const Shapes* shapes_b,
+              const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs, bool moving)
+            : a(shapes_a, rows_a, space, moving, moving ? "motions" : "poses"), all(pairs)
+        {
+            if ((shapes_b != nullptr) != rows_b.has_value()) refuse("a second set needs shapes and poses");
+            if (shapes_b != nullptr)
+                b.emplace(*shapes_b, *rows_b, space, moving, moving ? "motions_b" : "poses_b");
+        }
+        Objects a;
+        std::optional<Objects> b;
+        Pairs all;
+    };
     /// Calls f(a, b or null, pairs, error).
     template <class F>
     void work(const Shapes& shapes_a, const py::array& rows_a, const Shapes* shapes_b,
-              const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs, bool moving, F&& f)
+              const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs, F&& f)
     {
-        const Objects a(shapes_a, rows_a, space, moving, moving ? "motions" : "poses");
-        std::optional<Objects> b;
-        if ((shapes_b != nullptr) != rows_b.has_value()) refuse("a second set needs shapes and poses");
-        if (shapes_b != nullptr)
-            b.emplace(*shapes_b, *rows_b, space, moving, moving ? "motions_b" : "poses_b");
-        const Pairs all(pairs);
-        call([&](jostle_error* error) { return f(&a.view, b ? &b->view : nullptr, &all.all, error); });
+        const Given given(space, shapes_a, rows_a, shapes_b, rows_b, pairs, false);
+        memory.call([&](jostle_error* error) {
+            return f(&given.a.view, given.b ? &given.b->view : nullptr, &given.all.all, error);
+        });
+    }
+    /// Calls f(a, b or null, some of the pairs, the number of the first of these, error).
+    template <class F>
+    void work_in_parts(const Shapes& shapes_a, const py::array& rows_a, const Shapes* shapes_b,
+                       const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs,
+                       bool moving, F&& f)
+    {
+        const Given given(space, shapes_a, rows_a, shapes_b, rows_b, pairs, moving);
+        for_parts(given.all, [&](auto* some, std::uint64_t first, auto* error) {
+            return f(&given.a.view, given.b ? &given.b->view : nullptr, some, first, error);
+        });
+    }
+    template <class F>
+    static void for_parts(const Pairs& all, F&& f)
+    {
+        call_in_parts(
+            all.block.count, nullptr, [&](std::uint64_t first, std::uint64_t count, jostle_error* error) {
+                const jostle_block block{static_cast<const jostle_pair*>(all.block.items) + first, count};
+                const jostle_blocks some{&block, 1, count, sizeof(jostle_pair)};
+                return f(&some, first, error);
+            });
     }
     py::array find(const Shapes& shapes_a, const py::array& poses_a, const Shapes* shapes_b,
                    const std::optional<py::array>& poses_b, const Packed<std::uint32_t>& pairs, double margin,
                    const py::dtype& type)
     {
         jostle_blocks contacts{};
-        work(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
-             [&](auto* a, auto* b, auto* all, auto* error) {
-                 return jostle_contact_finder_find(handle.get(), a, b, all, margin, &contacts, error);
-             });
+        work(shapes_a, poses_a, shapes_b, poses_b, pairs, [&](auto* a, auto* b, auto* all, auto* error) {
+            return jostle_contact_finder_find(handle.get(), a, b, all, margin, &contacts, error);
+        });
         if (contacts.item_size != static_cast<std::uint64_t>(type.itemsize()))
             refuse("the dtype isn't a contact's");
         py::array out(type, std::vector<py::ssize_t>{static_cast<py::ssize_t>(contacts.count)});
@@ -76,10 +109,9 @@ class ContactFinder
                           double margin, const py::dtype& type)
     {
         jostle_blocks contacts{};
-        work(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
-             [&](auto* a, auto* b, auto* all, auto* error) {
-                 return jostle_contact_finder_find_points(handle.get(), a, b, all, margin, &contacts, error);
-             });
+        work(shapes_a, poses_a, shapes_b, poses_b, pairs, [&](auto* a, auto* b, auto* all, auto* error) {
+            return jostle_contact_finder_find_points(handle.get(), a, b, all, margin, &contacts, error);
+        });
         if (contacts.item_size != static_cast<std::uint64_t>(type.itemsize()))
             refuse("the dtype isn't a contact's");
         py::array out(type, std::vector<py::ssize_t>{static_cast<py::ssize_t>(contacts.count)});
@@ -92,12 +124,15 @@ class ContactFinder
                    bool moving)
     {
         py::array out(number_of(space), {pairs.shape(0), py::ssize_t(3 * dim_of(space) + 1)});
-        void* const data = out.mutable_data();
-        work(shapes_a, rows_a, shapes_b, rows_b, pairs, moving,
-             [&](auto* a, auto* b, auto* all, auto* error) {
-                 return moving ? jostle_contact_finder_impacts(handle.get(), a, b, all, limit, data, error)
-                               : jostle_contact_finder_distances(handle.get(), a, b, all, limit, data, error);
-             });
+        auto* const data = static_cast<char*>(out.mutable_data());
+        const py::ssize_t row = out.strides(0);
+        work_in_parts(
+            shapes_a, rows_a, shapes_b, rows_b, pairs, moving,
+            [&](auto* a, auto* b, auto* some, std::uint64_t first, auto* error) {
+                void* const rows = data + first * static_cast<std::uint64_t>(row);
+                return moving ? jostle_contact_finder_impacts(handle.get(), a, b, some, limit, rows, error)
+                              : jostle_contact_finder_distances(handle.get(), a, b, some, limit, rows, error);
+            });
         return out;
     }
     py::array touching(const Shapes& shapes_a, const py::array& poses_a, const Shapes* shapes_b,
@@ -105,10 +140,11 @@ class ContactFinder
     {
         Packed<std::uint8_t> out(pairs.shape(0));
         std::uint8_t* const data = out.mutable_data();
-        work(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
-             [&](auto* a, auto* b, auto* all, auto* error) {
-                 return jostle_contact_finder_touching(handle.get(), a, b, all, data, error);
-             });
+        work_in_parts(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
+                      [&](auto* a, auto* b, auto* some, std::uint64_t first, auto* error) {
+                          return jostle_contact_finder_touching(handle.get(), a, b, some, data + first,
+                                                                error);
+                      });
         return out;
     }
     /// Of each group the number of a pair, and where distances are asked for, its row.
@@ -123,14 +159,13 @@ class ContactFinder
         std::uint64_t* const which = numbers.mutable_data();
         void* const data = rows.mutable_data();
         const auto groups = static_cast<std::uint64_t>(count);
-        work(shapes_a, poses_a, shapes_b, poses_b, pairs, false,
-             [&](auto* a, auto* b, auto* all, auto* error) {
-                 return max_distance
-                            ? jostle_contact_finder_least_distances(handle.get(), a, b, all, bounds, groups,
-                                                                    *max_distance, data, which, error)
-                            : jostle_contact_finder_first_touching(handle.get(), a, b, all, bounds, groups,
-                                                                   which, error);
-             });
+        work(shapes_a, poses_a, shapes_b, poses_b, pairs, [&](auto* a, auto* b, auto* all, auto* error) {
+            return max_distance
+                       ? jostle_contact_finder_least_distances(handle.get(), a, b, all, bounds, groups,
+                                                               *max_distance, data, which, error)
+                       : jostle_contact_finder_first_touching(handle.get(), a, b, all, bounds, groups, which,
+                                                              error);
+        });
         return py::make_tuple(numbers, rows);
     }
     /// Rays, or shapes that move by displacements where `moving` is given, against objects.
@@ -148,16 +183,19 @@ class ContactFinder
         if (moving != nullptr) movers.emplace(*moving, *moving_poses, space, false, "moving_poses");
         const Pairs all(pairs);
         py::array out(type, std::vector<py::ssize_t>{pairs.shape(0)});
-        void* const data = out.mutable_data();
-        call([&](jostle_error* error) {
-            return movers ? jostle_contact_finder_shape_casts(handle.get(), &movers->view, &numbers, &of.view,
-                                                              &all.all, data, error)
-                          : jostle_contact_finder_ray_casts(handle.get(), &numbers, &of.view, &all.all, data,
-                                                            error);
+        auto* const data = static_cast<char*>(out.mutable_data());
+        const auto size = static_cast<std::uint64_t>(type.itemsize());
+        for_parts(all, [&](auto* some, std::uint64_t first, auto* error) {
+            void* const hits = data + first * size;
+            return movers
+                       ? jostle_contact_finder_shape_casts(handle.get(), &movers->view, &numbers, &of.view,
+                                                           some, hits, error)
+                       : jostle_contact_finder_ray_casts(handle.get(), &numbers, &of.view, some, hits, error);
         });
         return out;
     }
     jostle_space space;
+    Interruptible memory;
     ContactFinderHandle handle;
 };
 

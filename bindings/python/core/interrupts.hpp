@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -14,6 +15,31 @@
 // Calls that Ctrl-C ends.
 
 namespace jostle_python {
+
+/// Calls ask(first, count, error) about `count` things, a few at a time, and looks for signals in between.
+template <class F>
+void call_in_parts(std::uint64_t count, Pending* pending, F&& ask)
+{
+    using Clock = std::chrono::steady_clock;
+    std::uint64_t first = 0, part = 256;
+    do {
+        const std::uint64_t now = std::min(part, count - first);
+        const Clock::time_point begin = Clock::now();
+        call(
+            [&](jostle_error* error) {
+                const jostle_status status = ask(first, now, error);
+                if (status == JOSTLE_OK || first == 0 || error->index == UINT64_MAX) return status;
+                // A mistake: its number counts from the first one.
+                return ask(std::uint64_t{0}, count, error);
+            },
+            pending);
+        first += now;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        const auto took = Clock::now() - begin;
+        if (took < std::chrono::milliseconds(25)) part *= 2;
+        if (took > std::chrono::milliseconds(100)) part = std::max<std::uint64_t>(part / 2, 1);
+    } while (first < count);
+}
 
 /// Memory for calls that may take long. The thread that makes such a call looks for signals now and then,
 /// while it allocates. If a signal's handler raises, there is no memory left, and that ends the call; the

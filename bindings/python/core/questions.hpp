@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "core/arrays.hpp"
+#include "core/interrupts.hpp"
 #include "core/visits.hpp"
 
 // Rays, regions and the like, put to an index or a world.
@@ -133,26 +133,10 @@ struct AskFilter
 template <class F>
 void ask_in_parts(std::uint64_t count, AskFilter& filter, F&& ask)
 {
-    using Clock = std::chrono::steady_clock;
-    std::uint64_t first = 0, part = 256;
-    do {
-        const std::uint64_t now = std::min(part, count - first);
-        const Clock::time_point begin = Clock::now();
+    call_in_parts(count, &filter.pending, [&](std::uint64_t first, std::uint64_t now, jostle_error* error) {
         filter.first_question = first;
-        call(
-            [&](jostle_error* error) {
-                const jostle_status status = ask(first, now, error);
-                if (status == JOSTLE_OK || first == 0 || error->index == UINT64_MAX) return status;
-                // A mistake, found before anything was searched for: its number counts from the first one.
-                return ask(std::uint64_t{0}, count, error);
-            },
-            &filter.pending);
-        first += now;
-        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-        const auto took = Clock::now() - begin;
-        if (took < std::chrono::milliseconds(25)) part *= 2;
-        if (took > std::chrono::milliseconds(100)) part = std::max<std::uint64_t>(part / 2, 1);
-    } while (first < count);
+        return ask(first, now, error);
+    });
 }
 
 /// The functions of an index or a world.

@@ -176,7 +176,7 @@ def test_groups_have_the_answers_of_loops_and_mistakes_are_refused(dtype):
         else:
             assert nearest[group] == begin + distance["distance"][begin:end].argmin()
             assert least[group] == distance[nearest[group]]
-    with pytest.raises(jostle.Error, match="offset 1 is 5, less than"):
+    with pytest.raises(jostle.Error, match="offset 2 is 4, less than the 5"):
         finder.first_touching(shapes, poses, pairs, [0, 5, 4, len(pairs)])
     with pytest.raises(jostle.Error, match="NULL|no offsets"):
         finder.first_touching(shapes, poses, pairs, [])

@@ -321,7 +321,45 @@ print("begun", flush=True)
     "jostle.BoxIndex(boxes).pairs()",
 ])
 def test_ctrl_c_ends_a_long_call(call):
-    child = subprocess.Popen([sys.executable, "-c", LONG.format(call=call)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    expect_interrupted(LONG.format(call=call))
+
+
+LONG_SHAPES = """
+import numpy as np, jostle
+n = 2_000
+poses = jostle.poses(np.random.default_rng(1).random((n, 3)) * 3)
+corners = np.random.default_rng(2).normal(size=(60, 3))
+shapes = jostle.Shapes.same(jostle.hull(corners / np.linalg.norm(corners, axis=1, keepdims=True)), n)
+motions = np.concatenate([poses, np.full((n, 6), 0.5)], axis=1)
+pairs = np.stack(np.triu_indices(n, 1), axis=1).astype(np.uint32)    # 2 million, each of some microseconds
+pairs = np.concatenate([pairs] * 10)
+finder = jostle.ContactFinder(3, np.float64)
+small = np.array([[0, 1]], np.uint32)
+before = finder.distances(shapes, poses, small)
+print("begun", flush=True)
+try:
+    {call}
+finally:
+    assert (finder.distances(shapes, poses, small) == before).all()    # it goes on
+"""
+
+
+@pytest.mark.parametrize("call", [
+    "finder.find(shapes, poses, pairs)",
+    "finder.find_points(shapes, poses, pairs)",
+    "finder.touching(shapes, poses, pairs)",
+    "finder.distances(shapes, poses, pairs)",
+    "finder.impacts(shapes, motions, pairs)",
+    "finder.ray_casts(jostle.rays(np.zeros((n, 3)), np.ones((n, 3)), 10), shapes, poses, pairs)",
+    "finder.shape_casts(shapes, poses, np.ones((n, 3)), shapes, poses, pairs)",
+    "jostle.ContactFinder(3, np.float64, threads=1).distances(shapes, poses, pairs)",
+])
+def test_ctrl_c_ends_a_long_call_about_shapes(call):
+    expect_interrupted(LONG_SHAPES.format(call=call))
+
+
+def expect_interrupted(program):
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                              text=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
     assert child.stdout.readline() == "begun\n"
     time.sleep(0.3)
