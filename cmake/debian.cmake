@@ -14,6 +14,7 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR})
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_POST_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/repack.cmake)
 
 set(same_version "libjostle (= ${PROJECT_VERSION}-1)")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libjostle)
@@ -60,8 +61,12 @@ foreach(part library:libjostle development:libjostle-dev tool:jostle python:pyth
   install(FILES packaging/debian/copyright ${folder}/changelog.Debian.gz DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/${package}
     COMPONENT ${component})
 endforeach()
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+# What the packages were made of, read from the build.
+install(CODE "execute_process(COMMAND \"${Python3_EXECUTABLE}\" -B \"${PROJECT_SOURCE_DIR}/packaging/sbom\" \"${PROJECT_BINARY_DIR}\"
+  \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATAROOTDIR}/doc/libjostle-dev/jostle.spdx.json\"
+  COMMAND_ERROR_IS_FATAL ANY)" COMPONENT development)
 if(JOSTLE_PYTHON_PACKAGE)
-  find_package(Python3 REQUIRED COMPONENTS Interpreter)
   math(EXPR next "${Python3_VERSION_MINOR} + 1")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
     "${same_version}, python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next}), python3-numpy")
