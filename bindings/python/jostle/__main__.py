@@ -132,7 +132,7 @@ def main(arguments: list[str] | None = None) -> int:
     except (OSError, ValueError) as wrong:
         named = f"{given.file}: " if not isinstance(wrong, OSError) else ""
         print(f"jostle: {named}{wrong}", file=sys.stderr)
-        return 1
+        return 2  # as the command jostle does; 1 would be our fault
     return 0
 
 

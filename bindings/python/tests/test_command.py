@@ -45,15 +45,15 @@ def test_pairs_of_a_file(tmp_path):
     ("id,lo_x,lo_y,hi_x,hi_y\na,0,0,1,1\na,0,0,1,1\n", "twice"), ("lo_x,lo_y,hi_x,hi_y\n1,2,0,3\n", "box 0"), ("", "none"),
 ])
 def test_bad_files(text, words):
-    assert words in run("-", text=text, rc=1)
+    assert words in run("-", text=text, rc=2)
 
 
 def test_a_file_is_there_whole_or_not_at_all(tmp_path):
     (tmp_path / "boxes.csv").write_text(CRATES)
-    assert "whole numbers" in run(tmp_path / "boxes.csv", "-o", tmp_path / "pairs.npy", rc=1)
+    assert "whole numbers" in run(tmp_path / "boxes.csv", "-o", tmp_path / "pairs.npy", rc=2)
     assert [file.name for file in tmp_path.iterdir()] == ["boxes.csv"]
-    assert "ends in" in run(tmp_path / "boxes.csv", "-o", tmp_path / "pairs.txt", rc=1)
-    assert "No such file" in run(tmp_path / "missing.csv", rc=1)
+    assert "ends in" in run(tmp_path / "boxes.csv", "-o", tmp_path / "pairs.txt", rc=2)
+    assert "No such file" in run(tmp_path / "missing.csv", rc=2)
 
 
 def test_plot():
