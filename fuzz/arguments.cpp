@@ -71,7 +71,7 @@ struct Made
                 break;
             case 3: {
                 once(has[2]);
-                static const char* const engines[] = {"fast", "chapter", "brute", "slow", "Fast", "fas"};
+                static const char* const engines[] = {"default", "chapter", "brute", "fast", "Brute", "brut"};
                 const std::uint32_t which = in.below(6);
                 good &= which < 3;
                 option(in, "--engine", engines[which]);
