@@ -332,6 +332,57 @@ void plots_of_stages(std::span<const ReportRow> rows, std::vector<Plot>& plots)
     }
 }
 
+/// Bars side by side, a group for each label, on a logarithmic axis: times differ by powers of ten.
+void plots_of_bars(const ReportTable& table, std::vector<Plot>& plots)
+{
+    const auto known = [](std::vector<std::string>& names, const std::string& name) {
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    };
+    std::vector<std::string> titles;
+    for (const ReportTable::Bar& bar : table.bars)
+        known(titles, bar.plot);
+    for (const std::string& title : titles) {
+        std::vector<std::string> labels, systems;
+        double least = 0;
+        for (const ReportTable::Bar& bar : table.bars)
+            if (bar.plot == title) {
+                known(labels, bar.label);
+                known(systems, bar.system);
+                least = least == 0 ? bar.value : std::min(least, bar.value);
+            }
+        if (labels.size() * systems.size() < 2) continue;
+        std::ostringstream out;
+        out.precision(9);
+        out << "$data << END_OF_DATA\n";
+        for (const std::string& label : labels) {
+            out << quoted(label);
+            for (const std::string& system : systems) {
+                const auto bar =
+                    std::find_if(table.bars.begin(), table.bars.end(), [&](const ReportTable::Bar& one) {
+                        return one.plot == title && one.label == label && one.system == system;
+                    });
+                if (bar == table.bars.end())
+                    out << " ?";
+                else
+                    out << ' ' << bar->value;
+            }
+            out << '\n';
+        }
+        out << "END_OF_DATA\nset datafile missing '?'\nset title " << quoted(title) << "\nset ylabel "
+            << quoted(table.unit)
+            << "\nset style data histograms\nset style histogram clustered gap 1\nset style fill solid 1 "
+               "noborder\nset logscale y\nset yrange ["
+            << least / 2
+            << ":*]\nset format y '%g'\nunset grid\nset "
+               "grid ytics lc rgb '#dddddd'\nset xtics rotate by -35\nplot ";
+        for (std::size_t i = 0; i < systems.size(); ++i)
+            out << (i == 0 ? "" : ", ") << "$data using " << i + 2 << (i == 0 ? ":xtic(1)" : "") << " title "
+                << quoted(systems[i]) << " lc rgb " << quoted(colour(systems[i]));
+        out << '\n';
+        plots.push_back({table.title + ", " + title + ": lower is better.", out.str()});
+    }
+}
+
 std::string contents(const fs::path& path)
 {
     std::ifstream in(path, std::ios::binary);
@@ -427,14 +478,51 @@ void write_table(std::span<const ReportRow> rows, std::uint32_t threads, std::os
     out << "</table>\n";
 }
 
-constexpr const char* style_sheet = R"(<style>
-body { font: 15px/1.45 system-ui, sans-serif; color: #222; background: #fff; max-width: 1320px; margin: 2em auto; padding: 0 1em }
-table { border-collapse: collapse; margin: 1em 0; display: block; overflow-x: auto }
-th, td { padding: .2em .7em; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap }
-th:first-child, td:first-child { text-align: left }
-td.ours { font-weight: bold } td.wrong { background: #fdd } td.none { color: #999 } small { color: #666 }
-figure { display: inline-block; margin: .5em; width: 620px; max-width: 100%; vertical-align: top }
-figure img { width: 100% } figcaption { font-size: 13px; color: #555 }
+/// All members of all rows. Figures are right-aligned.
+void write_table(const ReportTable& table, std::ostream& out)
+{
+    out << "<table>\n<tr>";
+    for (const std::string& column : table.columns)
+        out << "<th>" << html(column) << "</th>";
+    out << "</tr>\n";
+    for (const std::vector<std::string>& row : table.rows) {
+        out << "<tr>";
+        for (const std::string& cell : row) {
+            char* end = nullptr;
+            std::strtod(cell.c_str(), &end);
+            const bool figure = !cell.empty() && *end == '\0';
+            out << (figure ? "<td>" : "<td class=word>") << html(cell) << "</td>";
+        }
+        out << "</tr>\n";
+    }
+    out << "</table>\n";
+}
+
+void write_plots(std::span<const Plot> plots, std::span<const std::string> images, std::ostream& out)
+{
+    out << "<div class=plots>\n";
+    for (std::size_t i = 0; i < plots.size(); ++i)
+        out << "<figure><img alt=\"" << html(plots[i].caption) << "\" src=\"" << data_address(images[i])
+            << "\"><figcaption>" << html(plots[i].caption) << "</figcaption></figure>\n";
+    out << "</div>\n";
+}
+
+constexpr const char* style_sheet = R"(<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<style>
+:root { --paper: #fff; --ink: #222; --quiet: #555; --line: #ddd; --wrong: #fdd }
+@media (prefers-color-scheme: dark) {
+  :root { --paper: #14171c; --ink: #e6e8ec; --quiet: #a8afba; --line: #39404a; --wrong: #6b2323 }
+  figure img { filter: invert(.92) hue-rotate(180deg) } /* plots are drawn on white */
+}
+body { font: 15px/1.45 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1320px; margin: 2em auto; padding: 0 1em }
+table { border-collapse: collapse; margin: 1em 0; display: block; overflow-x: auto; font-variant-numeric: tabular-nums }
+th, td { padding: .2em .7em; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap }
+th:first-child, td:first-child, td.word { text-align: left }
+td.ours { font-weight: bold } td.wrong { background: var(--wrong) } td.none, small { color: var(--quiet) }
+.plots { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 480px), 1fr)); gap: 1.2em }
+figure { margin: 0; max-width: 640px } figure img { width: 100% } figcaption { font-size: 13px; color: var(--quiet) }
+pre { font-size: 13px; color: var(--quiet); white-space: pre-wrap }
 </style>
 )";
 
@@ -448,18 +536,23 @@ void check_gnuplot()
 }
 
 void write_report(std::span<const ReportRow> rows, const std::string& about,
-                  const std::filesystem::path& path)
+                  const std::filesystem::path& path, std::span<const ReportTable> tables)
 {
-    std::vector<std::pair<const char*, std::vector<Plot>>> chapters = {
+    std::vector<std::pair<std::string, std::vector<Plot>>> chapters = {
         {"Time against the number of objects", {}},
         {"Time against sizes", {}},
         {"Threads", {}},
         {"Where Jostle's time goes", {}}};
+    const std::size_t of_rows = chapters.size();
     if (!rows.empty()) {
         plots_against_n(rows, chapters[0].second);
         plots_against_size_ratio(rows, chapters[1].second);
         plots_against_threads(rows, chapters[2].second);
         plots_of_stages(rows, chapters[3].second);
+    }
+    for (const ReportTable& table : tables) {
+        chapters.emplace_back(table.title, std::vector<Plot>{});
+        plots_of_bars(table, chapters.back().second);
     }
     std::vector<Plot> plots;
     for (const auto& chapter : chapters)
@@ -469,20 +562,23 @@ void write_report(std::span<const ReportRow> rows, const std::string& about,
     std::ostringstream out;
     out << "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>Jostle: "
            "measurements</title>\n"
-        << style_sheet << "<h1>Jostle: measurements</h1>\n<p>" << html(about) << "</p>\n"
-        << "<p>Median milliseconds per frame; point at a figure to see the fastest and the slowest frame. "
-           "Small: "
-           "how many times Jostle's time. Red: the system found other pairs than Jostle.</p>\n";
-    if (!rows.empty())
+        << style_sheet << "<h1>Jostle: measurements</h1>\n<pre>" << html(about) << "</pre>\n";
+    if (!rows.empty()) {
+        out << "<p>Median milliseconds per frame; point at a figure to see the fastest and the slowest "
+               "frame. "
+               "Small: "
+               "how many times Jostle's time. Red: the system found other pairs than Jostle.</p>\n";
         for (const std::uint32_t threads : ascending(rows, &ReportRow::threads))
             write_table(rows, threads, out);
-    std::size_t image = 0;
-    for (const auto& [title, of_chapter] : chapters) {
-        if (of_chapter.empty()) continue;
-        out << "<h2>" << title << "</h2>\n";
-        for (const Plot& plot : of_chapter)
-            out << "<figure><img alt=\"" << html(plot.caption) << "\" src=\"" << data_address(images[image++])
-                << "\"><figcaption>" << html(plot.caption) << "</figcaption></figure>\n";
+    }
+    std::span<const std::string> left = images;
+    for (std::size_t c = 0; c < chapters.size(); ++c) {
+        const auto& [title, of_chapter] = chapters[c];
+        if (c < of_rows && of_chapter.empty()) continue;
+        out << "<h2>" << html(title) << "</h2>\n";
+        write_plots(of_chapter, left.first(of_chapter.size()), out);
+        left = left.subspan(of_chapter.size());
+        if (c >= of_rows) write_table(tables[c - of_rows], out);
     }
     out << "</html>\n";
 

@@ -25,6 +25,23 @@ struct ReportRow
     double size_ratio = 0;
 };
 
+/// Measurements of any other kind: a table as it is, and bars of one time for each row.
+struct ReportTable
+{
+    std::string title;
+    std::vector<std::string> columns;
+    std::vector<std::vector<std::string>> rows; ///< a text for each column
+    std::string unit;                           ///< of the bars
+    struct Bar
+    {
+        std::string plot;   ///< bars of one plot have the same text here; it is the plot's title
+        std::string label;  ///< what was measured
+        std::string system; ///< of what: a colour each
+        double value;       ///< more than 0
+    };
+    std::vector<Bar> bars; ///< none where there is nothing to compare
+};
+
 /// Throws the std::runtime_error of write_report where gnuplot is missing.
 void check_gnuplot();
 
@@ -34,9 +51,8 @@ void check_gnuplot();
 ///
 /// `about` is the line below the title: machine, date, command.
 /// Errors  std::runtime_error where gnuplot is missing or fails, or the file can't be written; then no file
-/// is
-///         left or changed.
+///         is left or changed.
 void write_report(std::span<const ReportRow> rows, const std::string& about,
-                  const std::filesystem::path& path);
+                  const std::filesystem::path& path, std::span<const ReportTable> tables = {});
 
 } // namespace jostle_bench

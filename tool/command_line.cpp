@@ -44,6 +44,7 @@ void add_commands(CLI::App& app)
     add_demo_command(app);
     add_simulate_command(app);
     add_replay_command(app);
+    add_report_command(app);
     add_distribute_command(app);
     app.footer(R"(Examples:
   jostle pairs boxes.csv            the touching pairs of a file of boxes
@@ -51,6 +52,7 @@ void add_commands(CLI::App& app)
   jostle chapter                    the chapter's figures on this machine
   jostle demo                       recorded moving boxes, frame by frame
   jostle compare mine.jrec          what every system takes on your own boxes
+  jostle report result.json         saved measurements as a page with plots
   jostle simulate                   bodies that fall, collide and come to rest
   jostle replay mine.jrec           recorded boxes in your browser
   jostle distribute --ranks 4       one scene over several ranks of MPI

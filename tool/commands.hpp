@@ -26,6 +26,7 @@ void add_compare_command(CLI::App& app);
 void add_demo_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 void add_replay_command(CLI::App& app);
+void add_report_command(CLI::App& app);
 void add_distribute_command(CLI::App& app);
 
 void add_bench_world_command(CLI::App& bench);     // jostle bench world
