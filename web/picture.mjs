@@ -31,7 +31,7 @@ try {
   await page.goto(`http://127.0.0.1:${server.httpServer.address().port}/#scene=uniform&n=1200&seed=1&paused=1`);
   // Words stand beside the boxes. Times are those of whatever machine makes the picture, and left out.
   await page.addStyleTag({
-    content: `aside, .stage::after, .figures div:has(#ms), .figures div:has(#frame) { display: none !important }
+    content: `aside, .hint, .stage::after, .figures div:has(#ms), .figures div:has(#frame) { display: none !important }
       main { display: grid; grid-template-columns: 1fr; height: 100% } .stage { height: 100% }
       canvas { position: absolute; left: 200px; width: calc(100% - 200px); outline: none !important }
       header { position: fixed; top: 22px; left: 26px; width: 210px; gap: 8px; flex-direction: column; align-items: start }

@@ -13,6 +13,9 @@ mergeInto(LibraryManager.library, {
   jostle_js_accept_answer: function (number, question, id) {
     return Module["callbacks"].acceptAnswer(number, question, id);
   },
+  jostle_js_visit_answer: function (number, id, at, bound) {
+    return Module["callbacks"].visitAnswer(number, id, at, bound);
+  },
   jostle_js_accept_objects: function (number, a, b) {
     return Module["callbacks"].acceptObjects(number, a, b);
   },

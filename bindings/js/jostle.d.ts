@@ -29,12 +29,13 @@ export class JostleError extends Error {
 
 export interface LoadOptions {
   /**
-   * "pairs": a module a fifth the size, with what JostlePairs has. Where there are to be threads it is the whole one.
+   * A smaller module: "2d" or "3d" has everything in float32 and that many dimensions, but for the simulations, which are of 3D;
+   * "pairs" has what JostlePairs has. Where there are to be threads it is the whole one.
    */
-  only?: "pairs";
+  only?: "pairs" | "2d" | "3d";
   /**
    * The module, where it doesn't lie beside the package's own files: its bytes, its address, a response, or a compiled module.
-   * It must be the one that the other options ask for: jostle.wasm, jostle-pairs.wasm or jostle-threads.wasm.
+   * It must be the one that the other options ask for: jostle.wasm, jostle-threads.wasm, or that of `only`, such as jostle-3d.wasm.
    */
   wasm?: URL | string | ArrayBuffer | Uint8Array | WebAssembly.Module | Response | PromiseLike<Response>;
   /** 1 by default. More need a page that is cross-origin isolated (`support.threads` says); 0 for one per core. */
@@ -53,7 +54,7 @@ export const support: {
 
 /** Loads the module. Modules are independent: each has memory and threads of its own. */
 export function load(options: LoadOptions & { only: "pairs" }): Promise<JostlePairs>;
-export function load(options?: LoadOptions & { only?: undefined }): Promise<Jostle>;
+export function load(options?: LoadOptions & { only?: "2d" | "3d" }): Promise<Jostle>;
 
 export type Dimension = 2 | 3;
 export type NumberType = "float32" | "float64";
@@ -325,6 +326,11 @@ export interface Questionable<Id, IdArray, F> {
   first(questions: Questions, filter?: F): Hits<IdArray extends Uint32Array ? Float64Array : IdArray>;
   /** All answers, or no more than maxResults to each: rays, sweeps, nearest ascending by (at, id), others by id. */
   all(questions: Questions, options?: F & { maxResults?: number }): Answers<IdArray>;
+  /**
+   * Hands the answers to one question over as they are found: along rays and sweeps and to the nearest ascending by (at, id). False
+   * stops; a number says that nothing further than that is wanted. Returns whether all answers were handed over.
+   */
+  visit(question: Questions, visit: (id: Id, at: number) => boolean | number | void, filter?: F): boolean;
   /** Whether there is any: 1 or 0. Not for the nearest. */
   any(questions: Questions, filter?: F): Uint8Array;
   /** How many there are. Not for the nearest. */

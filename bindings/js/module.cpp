@@ -29,6 +29,7 @@ std::int32_t jostle_js_accept_scene_pair(std::uint32_t function, std::uint32_t s
 std::int32_t jostle_js_take_pairs(std::uint32_t function, const jostle_pair* pairs, std::uint32_t count);
 std::int32_t jostle_js_accept_answer(std::uint32_t function, std::uint32_t question, std::uint64_t id);
 std::int32_t jostle_js_accept_objects(std::uint32_t function, jostle_id a, jostle_id b);
+std::int32_t jostle_js_visit_answer(std::uint32_t function, std::uint64_t id, double at, double* bound);
 }
 
 namespace {
@@ -65,6 +66,11 @@ std::int32_t accept_objects(void* context, jostle_id a, jostle_id b)
     return jostle_js_accept_objects(number_of(context), a, b);
 }
 
+std::int32_t visit_answer(void* context, std::uint64_t id, double at, double* bound)
+{
+    return jostle_js_visit_answer(number_of(context), id, at, bound);
+}
+
 template <int Dim, class T>
 jostle::BoxView<Dim, T> packed(const void* boxes, std::uint32_t count)
 {
@@ -88,6 +94,10 @@ JOSTLE_JS jostle_sink_function jostle_js_take_pairs_pointer()
 JOSTLE_JS jostle_accept_answer_function jostle_js_accept_answer_pointer()
 {
     return accept_answer;
+}
+JOSTLE_JS jostle_visit_answer_function jostle_js_visit_answer_pointer()
+{
+    return visit_answer;
 }
 JOSTLE_JS jostle_accept_object_pair_function jostle_js_accept_objects_pointer()
 {

@@ -94,7 +94,7 @@ class ContactFinderContent final : public Content
 
     Kept kept;
     std::vector<std::unique_ptr<Test>> tests;
-    std::variant<std::monostate, ContactFinder2f, ContactFinder3f, ContactFinder2d, ContactFinder3d> finder;
+    InSomeSpace<ContactFinder2f, ContactFinder3f, ContactFinder2d, ContactFinder3d> finder;
     std::vector<jostle_block> table;
     std::vector<Pair> scratch;
 };

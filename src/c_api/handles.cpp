@@ -91,6 +91,11 @@ void release(void* handle, std::uint64_t mark, const char* name)
 
 void refuse_space(jostle_space space)
 {
+#ifdef JOSTLE_ONLY_SPACE
+    if (space >= JOSTLE_2F && space <= JOSTLE_3D)
+        refuse(std::string("this module has ") + (JOSTLE_ONLY_SPACE == JOSTLE_2F ? "2D" : "3D") +
+               " in float32 alone: load another for double precision, or for another number of dimensions");
+#endif
     refuse("the space is " + std::to_string(space) +
            ": it must be JOSTLE_2F, JOSTLE_3F, JOSTLE_2D or JOSTLE_3D");
 }

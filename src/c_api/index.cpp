@@ -39,7 +39,7 @@ class IndexContent final : public Content
 
     Kept kept;
     jostle_space space;
-    std::variant<std::monostate, BoxIndex2f, BoxIndex3f, BoxIndex2d, BoxIndex3d> index;
+    InSomeSpace<BoxIndex2f, BoxIndex3f, BoxIndex2d, BoxIndex3d> index;
 };
 
 /// A filter of the caller's as QueryFilter, which refers to it.

@@ -73,8 +73,8 @@ class ImagesContent final : public Content
         });
     }
     Kept kept;
-    std::variant<std::monostate, PeriodicImages<2, float>, PeriodicImages<3, float>,
-                 PeriodicImages<2, double>, PeriodicImages<3, double>>
+    InSomeSpace<PeriodicImages<2, float>, PeriodicImages<3, float>, PeriodicImages<2, double>,
+                PeriodicImages<3, double>>
         images;
     // Of the last filter.
     jostle_filter of_originals{};

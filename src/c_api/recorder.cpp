@@ -34,9 +34,7 @@ struct RecorderContent final : Content
             recorder);
     }
 
-    std::variant<std::monostate, Recorder<2, float>, Recorder<3, float>, Recorder<2, double>,
-                 Recorder<3, double>>
-        recorder;
+    InSomeSpace<Recorder<2, float>, Recorder<3, float>, Recorder<2, double>, Recorder<3, double>> recorder;
 };
 
 } // namespace

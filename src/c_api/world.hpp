@@ -135,7 +135,7 @@ class WorldContent final : public Content
     jostle_accept_object_pair_function accept;
     void* context;
     jostle_space space;
-    std::variant<std::monostate, World2f, World3f, World2d, World3d> world;
+    InSomeSpace<World2f, World3f, World2d, World3d> world;
 
     // The last update's lists as C sees them, made when they are first asked for: by any thread.
     mutable std::mutex listing;

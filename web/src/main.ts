@@ -298,7 +298,9 @@ class Page {
     note.hidden = crossOriginIsolated;
     note.textContent = "One thread: this page's server doesn't isolate it from other origins, which browsers want for more.";
     const simd = instructionSet === "scalar" ? "without SIMD" : "with SIMD";
-    element("about").textContent = `Jostle ${version}, in WebAssembly ${simd}. The same pairs, to the last one, as the native library finds.`;
+    element("about").textContent = 
+      `Jostle ${version}, a library for C++, C, Python and JavaScript, here in WebAssembly ${simd}. ` +
+      "It finds the same pairs, to the last one, as on any other machine.";
   }
 
   /** Has the controls and the address show the state. */

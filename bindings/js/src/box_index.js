@@ -4,7 +4,9 @@ import { refuse } from "./error.js";
 import { Asked } from "./questions.js";
 import * as C from "./structs.js";
 
-const FUNCTIONS = { first: "jostle_index_first", all: "jostle_index_all", any: "jostle_index_any", count: "jostle_index_count" };
+const FUNCTIONS = {
+  first: "jostle_index_first", all: "jostle_index_all", visit: "jostle_index_visit", any: "jostle_index_any", count: "jostle_index_count",
+};
 const NONE = 2n ** 64n - 1n;
 
 function narrow_one(ids) {
@@ -103,6 +105,9 @@ export class BoxIndex extends Owned {
   }
   all(questions, options) {
     return this.#asked.all(questions, options);
+  }
+  visit(question, visit, options) {
+    return this.#asked.visit(question, visit, options);
   }
   any(questions, options) {
     return this.#asked.any(questions, options);

@@ -271,6 +271,14 @@ export class Core {
       takePairs: (number, pairs, count) =>
         guarded(() => (of(number)(this.view("uint32", pairs >>> 0, 2 * count)) === false ? 0 : 1)),
       acceptAnswer: (number, question, id) => guarded(() => (of(number)(question >>> 0, BigInt.asUintN(64, id)) ? 1 : 0)),
+      visitAnswer: (number, id, at, bound) =>
+        guarded(() => {
+          const said = of(number)(BigInt.asUintN(64, id), at);
+          // Regions have no order, and so no bound.
+          if (typeof said === "number" && bound !== 0)
+            this.data.setFloat64(bound >>> 0, Math.min(said, this.f64(bound >>> 0)), true);
+          return said === false ? 0 : 1;
+        }),
       acceptObjects: (number, a, b) => guarded(() => (of(number)(BigInt.asUintN(64, a), BigInt.asUintN(64, b)) ? 1 : 0)),
     };
   }

@@ -14,6 +14,8 @@ const in_node = typeof process === "object" && typeof process.versions?.node ===
 const MODULES = {
   simd: { glue: () => import("../dist/jostle.js"), wasm: () => new URL("../dist/jostle.wasm", import.meta.url) },
   pairs: { glue: () => import("../dist/jostle-pairs.js"), wasm: () => new URL("../dist/jostle-pairs.wasm", import.meta.url) },
+  "2d": { glue: () => import("../dist/jostle-2d.js"), wasm: () => new URL("../dist/jostle-2d.wasm", import.meta.url) },
+  "3d": { glue: () => import("../dist/jostle-3d.js"), wasm: () => new URL("../dist/jostle-3d.wasm", import.meta.url) },
   threads: { glue: () => import("../dist/jostle-threads.js"), wasm: () => new URL("../dist/jostle-threads.wasm", import.meta.url) },
 };
 
@@ -89,7 +91,8 @@ async function worker_maker() {
 
 /** Loads the module: see jostle.d.ts. */
 export async function load({ only, wasm, threads = 1, maxMemory = MOST_MEMORY } = {}) {
-  if (only !== undefined && only !== "pairs") refuse(`only is ${describe(only)}: it must be "pairs", or left out for everything`);
+  if (only !== undefined && !["pairs", "2d", "3d"].includes(only))
+    refuse(`only is ${describe(only)}: it must be "pairs", "2d" or "3d", or left out for everything`);
   whole(threads, "threads", 0, 1024);
   whole(maxMemory, "maxMemory", INITIAL_MEMORY, MOST_MEMORY);
   if (!support.simd) refuse("this browser has no SIMD instructions, or no exceptions, in WebAssembly: browsers since 2023 have both");

@@ -26,8 +26,8 @@ export class Module {
     });
     this.scenes = scene_list(core);
     this.PairFinder = bound(core, PairFinder);
-    if (core.module._jostle_js_simulation_info === undefined) return; // it has pairs alone
-    this.simulations = simulation_list(core);
+    if (core.module._jostle_world_new === undefined) return; // it has pairs alone
+    this.simulations = core.module._jostle_js_simulation_info === undefined ? Object.freeze([]) : simulation_list(core);
     this.BoxIndex = bound(core, BoxIndex);
     this.World = bound(core, World);
     this.ContactFinder = bound(core, ContactFinder);
@@ -85,6 +85,7 @@ export class Module {
     return new Scene(this.#core, name, length, seed, options);
   }
   simulation(options) {
+    if (this.simulations?.length === 0) refuse("this module has no simulations: they are of 3D");
     return new Simulation(this.#core, options);
   }
   bounds(objects, options) {

@@ -7,7 +7,7 @@ import * as C from "./structs.js";
 
 const KINDS = { rays: 1, sweeps: 2, boxes: 3, spheres: 4, frustums: 5, nearest: 6, nearestToBoxes: 7 };
 const REGIONS = ["rays", "sweeps", "boxes", "spheres", "frustums"];
-const CALLS = { first: ["rays", "sweeps"], all: Object.keys(KINDS), any: REGIONS, count: REGIONS };
+const CALLS = { first: ["rays", "sweeps"], all: Object.keys(KINDS), any: REGIONS, count: REGIONS, visit: Object.keys(KINDS) };
 const ALL = 2n ** 64n - 1n;
 
 /** Numbers of each question of a kind. */
@@ -99,6 +99,8 @@ export class Asked {
     const core = this.owner.core;
     return core.within(() => {
       const questions = place_questions(core, given, this.dim, this.type, call);
+      if (call === "visit" && questions.count !== 1)
+        refuse(`there are ${questions.count} questions: visit() takes one`, "size_mismatch");
       let first = 0;
       const accept = options.accept;
       if (accept !== undefined && typeof accept !== "function") refuse(`accept is ${describe(accept)}: it must be a function`);
@@ -151,6 +153,23 @@ export class Asked {
     return new Answers(Float64Array.from(first), this.narrow(joined(BigUint64Array, parts.map((part) => part.ids))),
       parts.some((part) => part.at === undefined) ? undefined : joined(Float64Array, parts.map((part) => part.at)),
       joined(Uint8Array, parts.map((part) => part.more)));
+  }
+
+  visit(given, visit, options = {}) {
+    const core = this.owner.core;
+    if (typeof visit !== "function") refuse(`visit is ${describe(visit)}: it must be a function`);
+    const [finished] = this.ask("visit", given, options, ({ kind, pointer }, filter) => {
+      const number = core.remember((id, at) => visit(this.id(id), at));
+      try {
+        const out = core.scratch.take(4);
+        const visitor = core.module._jostle_js_visit_answer_pointer();
+        core.call(this.names.visit, this.owner.pointer, kind, pointer, filter, visitor, number, out);
+        return core.u32(out) !== 0;
+      } finally {
+        core.forget(number);
+      }
+    });
+    return finished;
   }
 
   any(given, options = {}) {

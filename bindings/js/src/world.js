@@ -4,7 +4,9 @@ import { refuse } from "./error.js";
 import { Asked, query_filter } from "./questions.js";
 import * as C from "./structs.js";
 
-const FUNCTIONS = { first: "jostle_world_first", all: "jostle_world_all", any: "jostle_world_any", count: "jostle_world_count" };
+const FUNCTIONS = {
+  first: "jostle_world_first", all: "jostle_world_all", visit: "jostle_world_visit", any: "jostle_world_any", count: "jostle_world_count",
+};
 const same = (ids) => ids;
 
 export const endReasons = Object.freeze(Object.values(C.jostle_end_reason));
@@ -253,6 +255,9 @@ export class World extends Owned {
   }
   all(questions, options) {
     return this.#asked.all(questions, options);
+  }
+  visit(question, visit, options) {
+    return this.#asked.visit(question, visit, options);
   }
   any(questions, options) {
     return this.#asked.any(questions, options);

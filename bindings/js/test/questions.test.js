@@ -51,6 +51,25 @@ for (const [kind, loaded] of Object.entries(modules)) {
         assert.equal(counts[i], expected(i).length);
         assert.equal(any[i], expected(i).length > 0 ? 1 : 0);
       }
+      for (const asked of [index, world]) {
+        const region = { boxes: regions.subarray(0, 2 * dim) }, near = { nearest: regions.subarray(0, dim), count: 20 };
+        const visited = [];
+        assert.equal(asked.visit(region, (id) => void visited.push(Number(BigInt.asUintN(32, BigInt(id))))), true);
+        assert.deepEqual(visited.sort((a, b) => a - b), expected(0));
+        const in_order = asked.all(near), seen = [], at = [];
+        assert.equal(asked.visit(near, (id, distance) => seen.push(id) < 0 || at.push(distance) < 5), false);
+        assert.deepEqual(seen, [...in_order.of(0)].slice(0, 5));
+        assert.deepEqual(at, [...in_order.at.subarray(0, 5)]);
+        const within = in_order.at[3], closer = [];
+        assert.equal(asked.visit(near, (id, distance) => (closer.push(distance), within)), true);
+        assert.deepEqual(closer, [...in_order.at.filter((distance) => distance <= within)]);
+        const even = [];
+        asked.visit(region, (id) => void even.push(id), { accept: (_, id) => Number(id) % 2 === 0 });
+        assert.equal(even.length, expected(0).filter((i) => i % 2 === 0).length);
+        assert.throws(() => asked.visit(region, () => { throw new Error("enough"); }), { message: "enough" });
+        assert.throws(() => asked.visit({ boxes: regions }, () => true), /there are 40 questions: visit\(\) takes one/);
+        assert.throws(() => asked.visit(region, 5), /visit is 5: it must be a function/);
+      }
       const few = index.all({ boxes: regions }, { maxResults: 2 });
       for (let i = 0; i < asked; ++i) {
         assert.deepEqual([...few.of(i)], expected(i).slice(0, 2));

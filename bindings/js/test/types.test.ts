@@ -42,6 +42,7 @@ async function game(): Promise<void> {
 }
 
 async function mistakes(jostle: Jostle): Promise<void> {
+  const flat: Jostle = await load({ only: "2d" });
   const few = await load({ only: "pairs" });
   few.findPairs(new Float32Array(4), { dim: 2 });
   // @ts-expect-error: it has pairs alone
