@@ -90,7 +90,7 @@ export class Figures {
         ? "Blue glass: the boxes. Lit: what two of them have in common."
         : "Blue glass: a box around each body. Green needles: where two bodies touch.";
     const threads = frame.threads === 1 ? "one thread" : `${frame.threads} threads`;
-    element("ms-label").textContent = `milliseconds to find them, on ${threads}`;
+    element("ms-label").textContent = `milliseconds, on ${threads}`;
     element("brute").textContent = inWords((frame.count * (frame.count - 1)) / 2);
     element("frame").textContent =
       frame.frames === undefined ? grouped(frame.frame) : `${grouped(frame.frame + 1)} of ${grouped(frame.frames)}`;
