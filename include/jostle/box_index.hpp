@@ -186,26 +186,45 @@ class JOSTLE_API BoxIndex
     [[nodiscard]] std::uint64_t count(const Question& question, const QueryFilter& filter = {}) const;
 
     // --- Many questions at once ---
-    // The same answers, found on the executor's threads. One filter serves all; `accept` is told the
-    // question. An array of results wants one element per question; `first` says "none" by Hit<T>::none.
+    // The same answers, found on the executor's threads. One filter serves all, or there is one for each,
+    // or an `Error` (size_mismatch). `accept` is told the question. An array of results wants one element per
+    // question; `first` says "none" by Hit<T>::none.
 
     template <class Line>
     void first(std::span<const Line> lines, std::span<Hit<T>> out, const QueryFilter& filter = {}) const;
     template <class Line>
+    void first(std::span<const Line> lines, std::span<Hit<T>> out, FilterOfEach<QueryFilter> filters) const;
+    template <class Line>
     void all(std::span<const Line> lines, ResultLists<Hit<T>>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    template <class Line>
+    void all(std::span<const Line> lines, ResultLists<Hit<T>>& out, FilterOfEach<QueryFilter> filters,
              std::uint64_t max_results = no_limit) const;
     template <class Region>
     void all(std::span<const Region> regions, ResultLists<std::uint32_t>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
+    template <class Region>
+    void all(std::span<const Region> regions, ResultLists<std::uint32_t>& out,
+             FilterOfEach<QueryFilter> filters, std::uint64_t max_results = no_limit) const;
     void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
                  const QueryFilter& filter = {}) const;
+    void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
+                 FilterOfEach<QueryFilter> filters) const;
     void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
                  const QueryFilter& filter = {}) const;
+    void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
+                 FilterOfEach<QueryFilter> filters) const;
     template <class Question>
     void any(std::span<const Question> questions, std::span<bool> out, const QueryFilter& filter = {}) const;
     template <class Question>
+    void any(std::span<const Question> questions, std::span<bool> out,
+             FilterOfEach<QueryFilter> filters) const;
+    template <class Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                const QueryFilter& filter = {}) const;
+    template <class Question>
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
+               FilterOfEach<QueryFilter> filters) const;
 
   private:
     friend class BoxIndexAccess; // for World; see src/index/box_index_access.hpp

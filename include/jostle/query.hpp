@@ -214,6 +214,26 @@ struct QueryFilter
     StoredFunctionRef<bool(std::uint32_t question, std::uint32_t id)> accept = {};
 };
 
+/// One filter for each question of a batch, in place of one for all: an array, vector or span of QueryFilter
+/// or ObjectQueryFilter. So each asker can leave out itself.
+///
+/// Lifetime  a view: the filters must outlive the call.
+template <class Filter>
+class FilterOfEach
+{
+  public:
+    template <class Many>
+        requires std::convertible_to<const Many&, std::span<const Filter>>
+    FilterOfEach(const Many& filters) noexcept : filters_(filters)
+    {
+    }
+    [[nodiscard]] std::size_t size() const noexcept { return filters_.size(); }
+    [[nodiscard]] const Filter& operator[](std::size_t question) const noexcept { return filters_[question]; }
+
+  private:
+    std::span<const Filter> filters_;
+};
+
 /// The answers of a batch. List i belongs to question i. The next call refills the lists and uses their
 /// memory again.
 template <class Item>

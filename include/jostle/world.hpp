@@ -390,26 +390,46 @@ class JOSTLE_API World
     template <class Question>
     [[nodiscard]] std::uint64_t count(const Question& question, const ObjectQueryFilter& filter = {}) const;
 
-    /// Answers many questions at once, on the executor's threads.
+    /// Answers many questions at once, on the executor's threads. One filter serves all, or there is one for
+    /// each, or an `Error` (size_mismatch).
     template <class Line>
     void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
                const ObjectQueryFilter& filter = {}) const;
     template <class Line>
+    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+               FilterOfEach<ObjectQueryFilter> filters) const;
+    template <class Line>
     void all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
              const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
+    template <class Line>
+    void all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
+             FilterOfEach<ObjectQueryFilter> filters, std::uint64_t max_results = no_limit) const;
     template <class Region>
     void all(std::span<const Region> regions, ResultLists<ObjectId>& out,
              const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
+    template <class Region>
+    void all(std::span<const Region> regions, ResultLists<ObjectId>& out,
+             FilterOfEach<ObjectQueryFilter> filters, std::uint64_t max_results = no_limit) const;
     void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                  const ObjectQueryFilter& filter = {}) const;
+    void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
+                 FilterOfEach<ObjectQueryFilter> filters) const;
     void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                  const ObjectQueryFilter& filter = {}) const;
+    void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
+                 FilterOfEach<ObjectQueryFilter> filters) const;
     template <class Question>
     void any(std::span<const Question> questions, std::span<bool> out,
              const ObjectQueryFilter& filter = {}) const;
     template <class Question>
+    void any(std::span<const Question> questions, std::span<bool> out,
+             FilterOfEach<ObjectQueryFilter> filters) const;
+    template <class Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                const ObjectQueryFilter& filter = {}) const;
+    template <class Question>
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
+               FilterOfEach<ObjectQueryFilter> filters) const;
     /// All pairs of one of `boxes` and an object whose bounds it touches, ascending by (a, b): a is the
     /// position in `boxes`, b the object's index. Refills `out`. Works in memory that the world keeps: like
     /// update(), one call at a time, or an `Error`.

@@ -109,10 +109,11 @@ void ask(const jostle_index* index, jostle_question kind, const void* questions,
          const jostle_query_filter* filter, unsigned kinds, F&& inside)
 {
     const IndexContent& content = open(index);
-    const IndexFilter wish(filter);
-    content.on([&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed) {
-        with_questions<Dim, T>(kind, questions, count, kinds,
-                               [&](auto asked) { inside(typed, asked, wish.filter); });
+    with_filter<IndexFilter, QueryFilter>(filter, count, [&](const auto& wish) {
+        content.on([&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed) {
+            with_questions<Dim, T>(kind, questions, count, kinds,
+                                   [&](auto asked) { inside(typed, asked, wish); });
+        });
     });
 }
 
@@ -278,7 +279,7 @@ jostle_status jostle_index_first(const jostle_index* index, jostle_question kind
 {
     return guarded(error, [&] {
         ask(index, kind, questions, count, filter, lines,
-            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const QueryFilter& wish) {
+            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
                 if constexpr (is_line<typename decltype(asked)::value_type>)
                     ask_first<Hit<T>>(typed, asked, wish, hits, id_of_hit);
             });
@@ -291,7 +292,7 @@ jostle_status jostle_index_all(const jostle_index* index, jostle_question kind, 
     return guarded(error, [&] {
         ResultsContent& into = open(results);
         ask(index, kind, questions, count, filter, any_kind,
-            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const QueryFilter& wish) {
+            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
                 ask_all<Hit<T>, std::uint32_t>(typed, asked, wish, max_results, into, plain_id);
             });
     });
@@ -304,7 +305,7 @@ jostle_status jostle_index_visit(const jostle_index* index, jostle_question kind
         wanted_function(visit, "visit");
         wanted(finished, "finished");
         ask(index, kind, question, 1, filter, any_kind,
-            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const QueryFilter& wish) {
+            [&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed, auto asked, const auto& wish) {
                 *finished = ask_visit<T>(typed, asked.front(), wish, visit, context, plain_id) ? 1 : 0;
             });
     });
@@ -343,9 +344,7 @@ jostle_status jostle_index_any(const jostle_index* index, jostle_question kind, 
 {
     return guarded(error, [&] {
         ask(index, kind, questions, count, filter, lines | regions,
-            [&](const auto& typed, auto asked, const QueryFilter& wish) {
-                ask_any(typed, asked, wish, any);
-            });
+            [&](const auto& typed, auto asked, const auto& wish) { ask_any(typed, asked, wish, any); });
     });
 }
 jostle_status jostle_index_count(const jostle_index* index, jostle_question kind, const void* questions,
@@ -354,9 +353,7 @@ jostle_status jostle_index_count(const jostle_index* index, jostle_question kind
 {
     return guarded(error, [&] {
         ask(index, kind, questions, count, filter, lines | regions,
-            [&](const auto& typed, auto asked, const QueryFilter& wish) {
-                ask_count(typed, asked, wish, counts);
-            });
+            [&](const auto& typed, auto asked, const auto& wish) { ask_count(typed, asked, wish, counts); });
     });
 }
 

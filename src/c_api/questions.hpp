@@ -5,9 +5,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <deque>
 #include <limits>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "c_api/results.hpp"
@@ -113,6 +115,60 @@ void with_questions(jostle_question kind, const void* questions, std::uint64_t c
     inside(std::span<const Frustum<Dim, T>>(many));
 }
 
+/// The caller's filters as C++'s. `Wish` is IndexFilter or WorldFilter, which `Filter` refers to.
+template <class Wish, class Filter>
+class Filters
+{
+  public:
+    Filters(const jostle_query_filter* filters, std::uint64_t count, std::uint64_t questions)
+    {
+        if (count > 1 && count != questions)
+            refuse("there are " + std::to_string(questions) + " questions and " + std::to_string(count) +
+                       " filters: give none, one, or one for each",
+                   JOSTLE_SIZE_MISMATCH);
+        if (count == 0) return;
+        const auto* const bytes = reinterpret_cast<const unsigned char*>(wanted_array(filters, 1, "filters"));
+        const std::uint64_t size = filters->struct_size;
+        if (size % alignof(jostle_query_filter) != 0)
+            refuse("jostle_query_filter::struct_size is " + std::to_string(size) +
+                   ": set it to sizeof(jostle_query_filter)");
+        for (std::uint64_t i = 0; i < count; ++i) {
+            wishes_.emplace_back(reinterpret_cast<const jostle_query_filter*>(bytes + i * size));
+            filters_.push_back(wishes_.back().filter);
+        }
+    }
+    [[nodiscard]] std::span<const Filter> all() const { return filters_; }
+
+  private:
+    std::deque<Wish> wishes_; // which stay where they are
+    std::vector<Filter> filters_;
+};
+
+/// inside(filter) with a Filter for all questions, or a FilterOfEach. Wish and Filter are as in Filters.
+template <class Wish, class Filter, class F>
+void with_filter(const jostle_query_filter* filter, std::uint64_t questions, F&& inside)
+{
+    const std::uint64_t count = read_options(filter, "jostle_query_filter").count;
+    if (count > 1) {
+        const Filters<Wish, Filter> wishes(filter, count, questions);
+        inside(FilterOfEach<Filter>(wishes.all()));
+    } else {
+        const Wish wish(filter);
+        inside(std::as_const(wish.filter));
+    }
+}
+/// That of a single question.
+template <class Filter>
+const Filter& only(const Filter& filter)
+{
+    return filter;
+}
+template <class Filter>
+const Filter& only(const FilterOfEach<Filter>& filters)
+{
+    return filters[0];
+}
+
 inline std::uint64_t plain_id(std::uint32_t id) noexcept
 {
     return id;
@@ -163,7 +219,7 @@ void ask_first(const Asked& asked, std::span<const Line> questions, const Filter
     jostle_hit* const hits = wanted_array(out, questions.size(), "hits");
     if (questions.empty()) return;
     if (questions.size() == 1) {
-        const auto hit = asked.first(questions.front(), filter);
+        const auto hit = asked.first(questions.front(), only(filter));
         const Hit found = hit ? *hit : Hit{};
         hits[0] = {id_of(found.id), found.at};
         return;
@@ -187,9 +243,9 @@ void ask_all(const Asked& asked, std::span<const Question> questions, const Filt
         std::vector<Item> found;
         bool more = false;
         if constexpr (is_nearest<Question>)
-            asked.nearest(questions.front(), found, filter);
+            asked.nearest(questions.front(), found, only(filter));
         else
-            more = asked.all(questions.front(), found, filter, max_results);
+            more = asked.all(questions.front(), found, only(filter), max_results);
         append(results.lists, std::span<const Item>(found), more, id_of);
     } else {
         ResultLists<Item> found(results.kept.resource());
@@ -230,10 +286,11 @@ bool ask_visit(const Asked& asked, const Question& question, const Filter& filte
                 if (!(shown >= bound)) bound = bound_from<T>(shown);
                 return goes_on;
             },
-            filter);
+            only(filter));
     } else {
         return asked.visit(
-            question, [&](const auto& id) { return agreed(visit(context, id_of(id), 0, nullptr)); }, filter);
+            question, [&](const auto& id) { return agreed(visit(context, id_of(id), 0, nullptr)); },
+            only(filter));
     }
 }
 
@@ -260,7 +317,7 @@ void ask_any(const Asked& asked, std::span<const Question> questions, const Filt
     std::uint8_t* const any = wanted_array(out, questions.size(), "any");
     if constexpr (!is_nearest<Question>) {
         if (questions.size() == 1)
-            any[0] = asked.any(questions.front(), filter) ? 1 : 0;
+            any[0] = asked.any(questions.front(), only(filter)) ? 1 : 0;
         else if (!questions.empty())
             asked.any(questions, std::span(reinterpret_cast<bool*>(any), questions.size()), filter);
     }
@@ -272,7 +329,7 @@ void ask_count(const Asked& asked, std::span<const Question> questions, const Fi
     std::uint64_t* const counts = wanted_array(out, questions.size(), "counts");
     if constexpr (!is_nearest<Question>) {
         if (questions.size() == 1)
-            counts[0] = asked.count(questions.front(), filter);
+            counts[0] = asked.count(questions.front(), only(filter));
         else if (!questions.empty())
             asked.count(questions, std::span(counts, questions.size()), filter);
     }

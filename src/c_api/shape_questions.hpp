@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cstring>
-#include <deque>
 #include <limits>
 #include <span>
 #include <type_traits>
 #include <vector>
 
+#include "c_api/questions.hpp"
 #include "c_api/results.hpp"
 #include "c_api/shapes.hpp"
 #include "jostle/shape_query.hpp"
@@ -16,39 +16,13 @@
 
 namespace jostle::c_api {
 
-/// The caller's filters as C++'s. `Wish` is IndexFilter or WorldFilter, which `Filter` refers to.
-template <class Wish, class Filter>
-class Filters
+template <class Filter>
+detail::QuestionFilters<Filter> as_question_filters(std::span<const Filter> filters)
 {
-  public:
-    Filters(const jostle_query_filter* filters, std::uint64_t count, std::uint64_t questions)
-    {
-        if (count > 1 && count != questions)
-            refuse("there are " + std::to_string(questions) + " questions and " + std::to_string(count) +
-                       " filters: give none, one, or one for each",
-                   JOSTLE_SIZE_MISMATCH);
-        if (count == 0) return;
-        const auto* const bytes = reinterpret_cast<const unsigned char*>(wanted_array(filters, 1, "filters"));
-        const std::uint64_t size = filters->struct_size;
-        if (size % alignof(jostle_query_filter) != 0)
-            refuse("jostle_query_filter::struct_size is " + std::to_string(size) +
-                   ": set it to sizeof(jostle_query_filter)");
-        for (std::uint64_t i = 0; i < count; ++i) {
-            wishes_.emplace_back(reinterpret_cast<const jostle_query_filter*>(bytes + i * size));
-            filters_.push_back(wishes_.back().filter);
-        }
-    }
-    [[nodiscard]] detail::QuestionFilters<Filter> each() const
-    {
-        if (filters_.empty()) return {};
-        return filters_.size() == 1 ? detail::QuestionFilters<Filter>(filters_.front())
-                                    : detail::QuestionFilters<Filter>(filters_);
-    }
-
-  private:
-    std::deque<Wish> wishes_; // which stay where they are
-    std::vector<Filter> filters_;
-};
+    if (filters.empty()) return {};
+    return filters.size() == 1 ? detail::QuestionFilters<Filter>(filters.front())
+                               : detail::QuestionFilters<Filter>(filters);
+}
 
 inline Executor& executor_of(const Kept& kept)
 {
@@ -113,7 +87,8 @@ void ask_first_hits(const Asked& asked, const Kept& kept, const jostle_objects* 
     const Filters<Wish, Filter> wishes(filters, filter_count, count);
     with_casts<dim, T>(*casts, [&](const auto& questions) {
         std::vector<detail::HitOf<Asked>> found(questions.size());
-        first_hits(asked, {of.shapes, of.placed}, questions, found, wishes.each(), executor_of(kept));
+        first_hits(asked, {of.shapes, of.placed}, questions, found, as_question_filters(wishes.all()),
+                   executor_of(kept));
         take_apart<CastHit<dim, T>>(std::span<const detail::HitOf<Asked>>(found), ids, out, id_of);
     });
 }
@@ -131,8 +106,8 @@ void ask_all_hits(const Asked& asked, const Kept& kept, const jostle_objects* ob
     into.begin();
     with_casts<dim, T>(*casts, [&](const auto& questions) {
         HitLists<detail::HitOf<Asked>> found(into.kept.resource());
-        all_hits(asked, {of.shapes, of.placed}, questions, found, wishes.each(), max_results,
-                 executor_of(kept));
+        all_hits(asked, {of.shapes, of.placed}, questions, found, as_question_filters(wishes.all()),
+                 max_results, executor_of(kept));
         const auto hits = found.hits();
         into.lists.has_at = true;
         into.lists.first.assign(1, 0);
@@ -179,7 +154,8 @@ void ask_nearest_shapes(const Asked& asked, const Kept& kept, const jostle_objec
         if (most.size() != 0) questions[i].max_distance = static_cast<T>(most[i]);
     }
     std::vector<detail::DistanceOf<Asked>> found(count);
-    nearest_shapes(asked, {of.shapes, of.placed}, questions, found, wishes.each(), executor_of(kept));
+    nearest_shapes(asked, {of.shapes, of.placed}, questions, found, as_question_filters(wishes.all()),
+                   executor_of(kept));
     take_apart<Distance<dim, T>>(std::span<const detail::DistanceOf<Asked>>(found), ids, out, id_of);
 }
 

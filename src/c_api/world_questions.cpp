@@ -45,10 +45,11 @@ void ask(const jostle_world* world, jostle_question kind, const void* questions,
          const jostle_query_filter* filter, unsigned kinds, F&& inside)
 {
     const WorldContent& content = open(world);
-    const WorldFilter wish(filter);
-    content.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
-        with_questions<Dim, T>(kind, questions, count, kinds,
-                               [&](auto asked) { inside(typed, asked, wish.filter); });
+    with_filter<WorldFilter, ObjectQueryFilter>(filter, count, [&](const auto& wish) {
+        content.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
+            with_questions<Dim, T>(kind, questions, count, kinds,
+                                   [&](auto asked) { inside(typed, asked, wish); });
+        });
     });
 }
 
@@ -66,8 +67,7 @@ jostle_status jostle_world_first(const jostle_world* world, jostle_question kind
 {
     return guarded(error, [&] {
         ask(world, kind, questions, count, filter, lines,
-            [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked,
-                                       const ObjectQueryFilter& wish) {
+            [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked, const auto& wish) {
                 if constexpr (is_line<typename decltype(asked)::value_type>)
                     ask_first<ObjectHit<T>>(typed, asked, wish, hits, to_c);
             });
@@ -80,8 +80,7 @@ jostle_status jostle_world_all(const jostle_world* world, jostle_question kind, 
     return guarded(error, [&] {
         ResultsContent& into = open(results);
         ask(world, kind, questions, count, filter, any_kind,
-            [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked,
-                                       const ObjectQueryFilter& wish) {
+            [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked, const auto& wish) {
                 ask_all<ObjectHit<T>, ObjectId>(typed, asked, wish, max_results, into, to_c);
             });
     });
@@ -94,8 +93,7 @@ jostle_status jostle_world_visit(const jostle_world* world, jostle_question kind
         wanted_function(visit, "visit");
         wanted(finished, "finished");
         ask(world, kind, question, 1, filter, any_kind,
-            [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked,
-                                       const ObjectQueryFilter& wish) {
+            [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked, const auto& wish) {
                 *finished = ask_visit<T>(typed, asked.front(), wish, visit, context, to_c) ? 1 : 0;
             });
     });
@@ -122,9 +120,7 @@ jostle_status jostle_world_any(const jostle_world* world, jostle_question kind, 
 {
     return guarded(error, [&] {
         ask(world, kind, questions, count, filter, lines | regions,
-            [&](const auto& typed, auto asked, const ObjectQueryFilter& wish) {
-                ask_any(typed, asked, wish, any);
-            });
+            [&](const auto& typed, auto asked, const auto& wish) { ask_any(typed, asked, wish, any); });
     });
 }
 jostle_status jostle_world_count(const jostle_world* world, jostle_question kind, const void* questions,
@@ -133,9 +129,7 @@ jostle_status jostle_world_count(const jostle_world* world, jostle_question kind
 {
     return guarded(error, [&] {
         ask(world, kind, questions, count, filter, lines | regions,
-            [&](const auto& typed, auto asked, const ObjectQueryFilter& wish) {
-                ask_count(typed, asked, wish, counts);
-            });
+            [&](const auto& typed, auto asked, const auto& wish) { ask_count(typed, asked, wish, counts); });
     });
 }
 jostle_status jostle_world_join(jostle_world* world, const jostle_boxes* boxes,
@@ -145,6 +139,8 @@ jostle_status jostle_world_join(jostle_world* world, const jostle_boxes* boxes,
     return guarded(error, [&] {
         WorldContent& content = open(world);
         ResultsContent& into = open(results);
+        if (read_options(filter, "jostle_query_filter").count > 1)
+            refuse("a join takes one filter for all boxes");
         const WorldFilter wish(filter);
         content.on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
             const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");

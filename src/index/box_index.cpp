@@ -78,6 +78,15 @@ auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& bod
     return body(Wanted(asked));
 }
 
+const QueryFilter& filter_of(const QueryFilter& for_all, std::size_t)
+{
+    return for_all;
+}
+const QueryFilter& filter_of(const FilterOfEach<QueryFilter>& filters, std::size_t question)
+{
+    return filters[question];
+}
+
 } // namespace
 
 template <int Dim, Coordinate T>
@@ -149,35 +158,83 @@ struct BoxIndex<Dim, T>::Implementation
         index::check_all(questions);
         index::check(filter, tree.id_end());
     }
+    template <class Question>
+    void check(std::span<const Question> questions, const FilterOfEach<QueryFilter>& filters) const
+    {
+        index::check_all(questions);
+        index::check_filters(questions.size(), filters.size());
+        for (std::size_t i = 0; i < filters.size(); ++i)
+            index::check(filters[i], tree.id_end());
+    }
 
-    /// Calls body(i, wanted) for each question of a batch.
-    template <class Body>
-    void each(std::size_t count, const QueryFilter& filter, const Body& body) const
+    // Batches. Filters is a QueryFilter for all questions, or a FilterOfEach.
+
+    /// Calls body(i, wanted) for each question.
+    template <class Filters, class Body>
+    void each(std::size_t count, const Filters& filters, const Body& body) const
     {
         index::Batch(*executor, count).each([&](std::size_t i) {
-            filtered(filter, static_cast<std::uint32_t>(i), [&](Wanted wanted) { body(i, wanted); });
+            filtered(filter_of(filters, i), static_cast<std::uint32_t>(i),
+                     [&](Wanted wanted) { body(i, wanted); });
         });
     }
     /// find(i, wanted, items) appends the results of question i and returns whether there are more.
-    template <class Item, class Find>
-    void lists(std::size_t count, ResultLists<Item>& out, const QueryFilter& filter, const Find& find) const
+    template <class Item, class Filters, class Find>
+    void lists(std::size_t count, ResultLists<Item>& out, const Filters& filters, const Find& find) const
     {
         index::Batch(*executor, count)
             .lists(out.first_, out.items_, out.more_, out.found_, [&](std::size_t i, auto& items) {
-                return filtered(filter, static_cast<std::uint32_t>(i),
+                return filtered(filter_of(filters, i), static_cast<std::uint32_t>(i),
                                 [&](Wanted wanted) { return find(i, wanted, items); });
             });
     }
-    template <class Question>
-    void nearest(std::span<const Question> questions, ResultLists<Hit<T>>& out,
-                 const QueryFilter& filter) const
+    template <class Line, class Filters>
+    void first(std::span<const Line> lines, std::span<Hit<T>> out, const Filters& filters) const
     {
-        check(questions, filter);
+        index::check_room(lines.size(), out.size());
+        check(lines, filters);
         const index::Answers<Dim, T> given = answers();
-        lists(questions.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
+        each(lines.size(), filters,
+             [&](std::size_t i, Wanted wanted) { out[i] = given.first(lines[i], wanted); });
+    }
+    template <class Question, class Item, class Filters>
+    void all(std::span<const Question> questions, ResultLists<Item>& out, const Filters& filters,
+             std::uint64_t max_results) const
+    {
+        check(questions, filters);
+        const index::Answers<Dim, T> given = answers();
+        lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
+            return given.all(questions[i], wanted, max_results, items);
+        });
+    }
+    template <class Question, class Filters>
+    void nearest(std::span<const Question> questions, ResultLists<Hit<T>>& out, const Filters& filters) const
+    {
+        check(questions, filters);
+        const index::Answers<Dim, T> given = answers();
+        lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
             given.nearest(questions[i], wanted, items);
             return false;
         });
+    }
+    template <class Question, class Filters>
+    void any(std::span<const Question> questions, std::span<bool> out, const Filters& filters) const
+    {
+        index::check_room(questions.size(), out.size());
+        check(questions, filters);
+        const index::Answers<Dim, T> given = answers();
+        each(questions.size(), filters,
+             [&](std::size_t i, Wanted wanted) { out[i] = given.any(questions[i], wanted); });
+    }
+    template <class Question, class Filters>
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
+               const Filters& filters) const
+    {
+        index::check_room(questions.size(), out.size());
+        check(questions, filters);
+        const index::Answers<Dim, T> given = answers();
+        each(questions.size(), filters,
+             [&](std::size_t i, Wanted wanted) { out[i] = given.count(questions[i], wanted); });
     }
 
     [[nodiscard]] index::Roots<Dim, T> roots_with(const Implementation& other) const noexcept
@@ -513,100 +570,77 @@ std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilte
 
 // --- Batches ---
 
-template <int Dim, Coordinate T>
-template <class Line>
-void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out,
-                             const QueryFilter& filter) const
-{
-    index::check_room(lines.size(), out.size());
-    implementation_->check(lines, filter);
-    const auto answers = implementation_->answers();
-    implementation_->each(lines.size(), filter,
-                          [&](std::size_t i, Wanted wanted) { out[i] = answers.first(lines[i], wanted); });
-}
+// With one filter for all questions, and with one for each.
+#define JOSTLE_BATCHES(Filters)                                                                              \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Line>                                                                                    \
+    void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out, Filters filters) const  \
+    {                                                                                                        \
+        implementation_->first(lines, out, filters);                                                         \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Line>                                                                                    \
+    void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out, Filters filters,       \
+                               std::uint64_t max_results) const                                              \
+    {                                                                                                        \
+        implementation_->all(lines, out, filters, max_results);                                              \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Region>                                                                                  \
+    void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uint32_t>& out,             \
+                               Filters filters, std::uint64_t max_results) const                             \
+    {                                                                                                        \
+        implementation_->all(regions, out, filters, max_results);                                            \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,     \
+                                   Filters filters) const                                                    \
+    {                                                                                                        \
+        implementation_->nearest(questions, out, filters);                                                   \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    void BoxIndex<Dim, T>::nearest(std::span<const NearestToBox<Dim, T>> questions,                          \
+                                   ResultLists<Hit<T>>& out, Filters filters) const                          \
+    {                                                                                                        \
+        implementation_->nearest(questions, out, filters);                                                   \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Question>                                                                                \
+    void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> out, Filters filters)    \
+        const                                                                                                \
+    {                                                                                                        \
+        implementation_->any(questions, out, filters);                                                       \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Question>                                                                                \
+    void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,          \
+                                 Filters filters) const                                                      \
+    {                                                                                                        \
+        implementation_->count(questions, out, filters);                                                     \
+    }
+JOSTLE_BATCHES(const QueryFilter&)
+JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
+#undef JOSTLE_BATCHES
 
-template <int Dim, Coordinate T>
-template <class Line>
-void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out, const QueryFilter& filter,
-                           std::uint64_t max_results) const
-{
-    implementation_->check(lines, filter);
-    const auto answers = implementation_->answers();
-    implementation_->lists(lines.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
-        return answers.all(lines[i], wanted, max_results, items);
-    });
-}
-
-template <int Dim, Coordinate T>
-template <class Region>
-void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uint32_t>& out,
-                           const QueryFilter& filter, std::uint64_t max_results) const
-{
-    implementation_->check(regions, filter);
-    const auto answers = implementation_->answers();
-    implementation_->lists(regions.size(), out, filter, [&](std::size_t i, Wanted wanted, auto& items) {
-        return answers.all(regions[i], wanted, max_results, items);
-    });
-}
-
-template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
-                               const QueryFilter& filter) const
-{
-    implementation_->nearest(questions, out, filter);
-}
-
-template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
-                               const QueryFilter& filter) const
-{
-    implementation_->nearest(questions, out, filter);
-}
-
-template <int Dim, Coordinate T>
-template <class Question>
-void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> out,
-                           const QueryFilter& filter) const
-{
-    index::check_room(questions.size(), out.size());
-    implementation_->check(questions, filter);
-    const auto answers = implementation_->answers();
-    implementation_->each(questions.size(), filter,
-                          [&](std::size_t i, Wanted wanted) { out[i] = answers.any(questions[i], wanted); });
-}
-
-template <int Dim, Coordinate T>
-template <class Question>
-void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,
-                             const QueryFilter& filter) const
-{
-    index::check_room(questions.size(), out.size());
-    implementation_->check(questions, filter);
-    const auto answers = implementation_->answers();
-    implementation_->each(questions.size(), filter, [&](std::size_t i, Wanted wanted) {
-        out[i] = answers.count(questions[i], wanted);
-    });
-}
-
-#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \
+#define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
+    template JOSTLE_API void BoxIndex<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,    \
+                                                   Filters, std::uint64_t) const;                            \
+    template JOSTLE_API void BoxIndex<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>,       \
+                                                   Filters) const;                                           \
+    template JOSTLE_API void BoxIndex<Dim, T>::count(std::span<const Question<Dim, T>>,                      \
+                                                     std::span<std::uint64_t>, Filters) const;
+#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \
     template JOSTLE_API bool BoxIndex<Dim, T>::any(const Question<Dim, T>&, const QueryFilter&) const;       \
     template JOSTLE_API std::uint64_t BoxIndex<Dim, T>::count(const Question<Dim, T>&, const QueryFilter&)   \
         const;                                                                                               \
-    template JOSTLE_API void BoxIndex<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>,       \
-                                                   const QueryFilter&) const;                                \
-    template JOSTLE_API void BoxIndex<Dim, T>::count(std::span<const Question<Dim, T>>,                      \
-                                                     std::span<std::uint64_t>, const QueryFilter&) const;
+    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, const QueryFilter&)                                   \
+    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, FilterOfEach<QueryFilter>)
 #define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line)                                                                \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, Hit<T>)                                                        \
     template JOSTLE_API void BoxIndex<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<Hit<T>>,       \
                                                      const QueryFilter&) const;                              \
-    template JOSTLE_API void BoxIndex<Dim, T>::all(std::span<const Line<Dim, T>>, ResultLists<Hit<T>>&,      \
-                                                   const QueryFilter&, std::uint64_t) const;
-#define JOSTLE_INSTANTIATE_REGION(Dim, T, Region)                                                            \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Region)                                                              \
-    template JOSTLE_API void BoxIndex<Dim, T>::all(std::span<const Region<Dim, T>>,                          \
-                                                   ResultLists<std::uint32_t>&, const QueryFilter&,          \
-                                                   std::uint64_t) const;
+    template JOSTLE_API void BoxIndex<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<Hit<T>>,       \
+                                                     FilterOfEach<QueryFilter>) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
     template const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>&) noexcept;              \
@@ -623,9 +657,9 @@ void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std:
                                          FunctionRef<void(std::span<const std::uint32_t>, Aabb<Dim, T>*)>);  \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
-    JOSTLE_INSTANTIATE_REGION(Dim, T, Aabb)                                                                  \
-    JOSTLE_INSTANTIATE_REGION(Dim, T, Sphere)                                                                \
-    JOSTLE_INSTANTIATE_REGION(Dim, T, Frustum)
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, std::uint32_t)                                                 \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, std::uint32_t)                                               \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, std::uint32_t)
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

@@ -253,6 +253,13 @@ void check_room(std::size_t questions, std::size_t results)
                                                   std::to_string(questions) +
                                                   " questions; give one for each");
 }
+void check_filters(std::size_t questions, std::size_t filters)
+{
+    if (questions != filters)
+        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) + " questions and " +
+                                                  std::to_string(filters) +
+                                                  " filters; give one for all, or one for each");
+}
 
 } // namespace index
 JOSTLE_NAMESPACE_END

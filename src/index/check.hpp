@@ -42,6 +42,9 @@ void check_all(std::span<const Question> questions)
 /// Throws unless there is room for a result of each question.
 void check_room(std::size_t questions, std::size_t results);
 
+/// Throws unless there is a filter for each question.
+void check_filters(std::size_t questions, std::size_t filters);
+
 /// Throws unless the arrays cover all ids below `ids` and belong together.
 void check(const QueryFilter& filter, std::uint64_t ids);
 

@@ -241,29 +241,6 @@ class Asking
             out.push_back(given(item));
         return more;
     }
-    /// A batch: find(i, wanted, items).
-    template <class Item, class Out, class Find>
-    void lists(std::size_t count, std::pmr::vector<std::size_t>& first, std::pmr::vector<Out>& items,
-               std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Out>>& found,
-               const Find& find) const
-    {
-        index::Batch(*state_.executor, count)
-            .lists(first, items, more, found,
-                   [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& out) mutable {
-                       some.clear();
-                       const bool cut = with(i, [&](index::Wanted wanted) { return find(i, wanted, some); });
-                       for (const Item& item : some)
-                           out.push_back(given(item));
-                       return cut;
-                   });
-    }
-    template <class Body>
-    void each(std::size_t count, const Body& body) const
-    {
-        index::Batch(*state_.executor, count).each([&](std::size_t i) {
-            with(i, [&](index::Wanted wanted) { body(i, wanted); });
-        });
-    }
 
   private:
     [[nodiscard]] static bool is_masked(const ObjectQueryFilter& filter) noexcept
@@ -307,6 +284,67 @@ class Asking
         }
     } elsewhere_{state_}; // than in the index of what rests: where apply() has put it
     index::Answers<Dim, T> answers_;
+};
+
+/// A batch of questions, with one filter for all or one for each.
+template <int Dim, class T>
+class AskingMany
+{
+  public:
+    using Implementation = typename World<Dim, T>::Implementation;
+
+    AskingMany(const Implementation& world, const ObjectQueryFilter& filter, std::size_t questions)
+        : world_(world), count_(questions)
+    {
+        for_all_.emplace(world, filter, questions);
+    }
+    AskingMany(const Implementation& world, const FilterOfEach<ObjectQueryFilter>& filters,
+               std::size_t questions)
+        : world_(world), count_(questions), filters_(&filters)
+    {
+        index::check_filters(questions, filters.size());
+    }
+
+    /// Calls body(asking, i, wanted) for each question.
+    template <class Body>
+    void each(const Body& body) const
+    {
+        index::Batch(*world_.state.executor, count_).each([&](std::size_t i) { with(i, body); });
+    }
+    /// find(asking, i, wanted, items) finds the items of question i, and returns whether there are more. What
+    /// they are filled into are the parts of a ResultLists.
+    template <class Item, class Out, class Find>
+    void lists(std::pmr::vector<std::size_t>& first, std::pmr::vector<Out>& items,
+               std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Out>>& found,
+               const Find& find) const
+    {
+        index::Batch(*world_.state.executor, count_)
+            .lists(first, items, more, found,
+                   [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& out) mutable {
+                       some.clear();
+                       return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
+                           const bool cut = find(asking, i, wanted, some);
+                           for (const Item& item : some)
+                               out.push_back(asking.given(item));
+                           return cut;
+                       });
+                   });
+    }
+
+  private:
+    template <class Body>
+    auto with(std::size_t i, const Body& body) const
+    {
+        const auto ask = [&](const Asking<Dim, T>& asking) {
+            return asking.with(i, [&](index::Wanted wanted) { return body(asking, i, wanted); });
+        };
+        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i]));
+    }
+
+    const Implementation& world_;
+    std::size_t count_;
+    std::optional<Asking<Dim, T>> for_all_;
+    const FilterOfEach<ObjectQueryFilter>* filters_ = nullptr;
 };
 
 } // namespace world
@@ -412,88 +450,89 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
 
 // --- Many at once ----------------------------------------------------------------------------------------
 
-template <int Dim, Coordinate T>
-template <class Line>
-void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
-                          const ObjectQueryFilter& filter) const
-{
-    index::check_room(lines.size(), out.size());
-    world::check_all(implementation_->state, lines);
-    const world::Asking<Dim, T> asking(*implementation_, filter, lines.size());
-    asking.each(lines.size(), [&](std::size_t i, index::Wanted wanted) {
-        out[i] = asking.given(asking.answers().first(lines[i], wanted));
-    });
-}
-
-template <int Dim, Coordinate T>
-template <class Line>
-void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
-                        const ObjectQueryFilter& filter, std::uint64_t max_results) const
-{
-    world::check_all(implementation_->state, lines);
-    const world::Asking<Dim, T> asking(*implementation_, filter, lines.size());
-    asking.template lists<Hit<T>>(lines.size(), out.first_, out.items_, out.more_, out.found_,
-                                  [&](std::size_t i, index::Wanted wanted, auto& items) {
-                                      return asking.answers().all(lines[i], wanted, max_results, items);
-                                  });
-}
-
-template <int Dim, Coordinate T>
-template <class Region>
-void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out,
-                        const ObjectQueryFilter& filter, std::uint64_t max_results) const
-{
-    world::check_all(implementation_->state, regions);
-    const world::Asking<Dim, T> asking(*implementation_, filter, regions.size());
-    asking.template lists<std::uint32_t>(regions.size(), out.first_, out.items_, out.more_, out.found_,
-                                         [&](std::size_t i, index::Wanted wanted, auto& items) {
-                                             return asking.answers().all(regions[i], wanted, max_results,
-                                                                         items);
-                                         });
-}
-
-#define JOSTLE_ASK_NEAREST(Question)                                                                         \
+// With one filter for all questions, and with one for each.
+#define JOSTLE_NEAREST(Question, Filters)                                                                    \
     template <int Dim, Coordinate T>                                                                         \
     void World<Dim, T>::nearest(std::span<const Question<Dim, T>> questions, ResultLists<ObjectHit<T>>& out, \
-                                const ObjectQueryFilter& filter) const                                       \
+                                Filters filters) const                                                       \
     {                                                                                                        \
         world::check_all(implementation_->state, questions);                                                 \
-        const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());                      \
-        asking.template lists<Hit<T>>(questions.size(), out.first_, out.items_, out.more_, out.found_,       \
-                                      [&](std::size_t i, index::Wanted wanted, auto& items) {                \
-                                          asking.answers().nearest(questions[i], wanted, items);             \
-                                          return false;                                                      \
-                                      });                                                                    \
+        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
+        many.template lists<Hit<T>>(                                                                         \
+            out.first_, out.items_, out.more_, out.found_,                                                   \
+            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
+                asking.answers().nearest(questions[i], wanted, items);                                       \
+                return false;                                                                                \
+            });                                                                                              \
     }
-JOSTLE_ASK_NEAREST(Nearest)
-JOSTLE_ASK_NEAREST(NearestToBox)
-#undef JOSTLE_ASK_NEAREST
-
-template <int Dim, Coordinate T>
-template <class Question>
-void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out,
-                        const ObjectQueryFilter& filter) const
-{
-    index::check_room(questions.size(), out.size());
-    world::check_all(implementation_->state, questions);
-    const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());
-    asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
-        out[i] = asking.answers().any(questions[i], wanted);
-    });
-}
-
-template <int Dim, Coordinate T>
-template <class Question>
-void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,
-                          const ObjectQueryFilter& filter) const
-{
-    index::check_room(questions.size(), out.size());
-    world::check_all(implementation_->state, questions);
-    const world::Asking<Dim, T> asking(*implementation_, filter, questions.size());
-    asking.each(questions.size(), [&](std::size_t i, index::Wanted wanted) {
-        out[i] = asking.answers().count(questions[i], wanted);
-    });
-}
+#define JOSTLE_BATCHES(Filters)                                                                              \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Line>                                                                                    \
+    void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out, Filters filters)     \
+        const                                                                                                \
+    {                                                                                                        \
+        index::check_room(lines.size(), out.size());                                                         \
+        world::check_all(implementation_->state, lines);                                                     \
+        const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());                       \
+        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
+            out[i] = asking.given(asking.answers().first(lines[i], wanted));                                 \
+        });                                                                                                  \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Line>                                                                                    \
+    void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out, Filters filters,    \
+                            std::uint64_t max_results) const                                                 \
+    {                                                                                                        \
+        world::check_all(implementation_->state, lines);                                                     \
+        const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());                       \
+        many.template lists<Hit<T>>(                                                                         \
+            out.first_, out.items_, out.more_, out.found_,                                                   \
+            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
+                return asking.answers().all(lines[i], wanted, max_results, items);                           \
+            });                                                                                              \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Region>                                                                                  \
+    void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out, Filters filters,    \
+                            std::uint64_t max_results) const                                                 \
+    {                                                                                                        \
+        world::check_all(implementation_->state, regions);                                                   \
+        const world::AskingMany<Dim, T> many(*implementation_, filters, regions.size());                     \
+        many.template lists<std::uint32_t>(                                                                  \
+            out.first_, out.items_, out.more_, out.found_,                                                   \
+            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
+                return asking.answers().all(regions[i], wanted, max_results, items);                         \
+            });                                                                                              \
+    }                                                                                                        \
+    JOSTLE_NEAREST(Nearest, Filters)                                                                         \
+    JOSTLE_NEAREST(NearestToBox, Filters)                                                                    \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Question>                                                                                \
+    void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out, Filters filters) const \
+    {                                                                                                        \
+        index::check_room(questions.size(), out.size());                                                     \
+        world::check_all(implementation_->state, questions);                                                 \
+        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
+        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
+            out[i] = asking.answers().any(questions[i], wanted);                                             \
+        });                                                                                                  \
+    }                                                                                                        \
+    template <int Dim, Coordinate T>                                                                         \
+    template <class Question>                                                                                \
+    void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,             \
+                              Filters filters) const                                                         \
+    {                                                                                                        \
+        index::check_room(questions.size(), out.size());                                                     \
+        world::check_all(implementation_->state, questions);                                                 \
+        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
+        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
+            out[i] = asking.answers().count(questions[i], wanted);                                           \
+        });                                                                                                  \
+    }
+JOSTLE_BATCHES(const ObjectQueryFilter&)
+JOSTLE_BATCHES(FilterOfEach<ObjectQueryFilter>)
+#undef JOSTLE_BATCHES
+#undef JOSTLE_NEAREST
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
@@ -626,35 +665,37 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     return all;
 }
 
-#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \
+#define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
+    template JOSTLE_API void World<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,       \
+                                                Filters, std::uint64_t) const;                               \
+    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>, Filters) \
+        const;                                                                                               \
+    template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
+                                                  std::span<std::uint64_t>, Filters) const;
+#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \
     template JOSTLE_API bool World<Dim, T>::any(const Question<Dim, T>&, const ObjectQueryFilter&) const;    \
     template JOSTLE_API std::uint64_t World<Dim, T>::count(const Question<Dim, T>&,                          \
                                                            const ObjectQueryFilter&) const;                  \
-    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>,          \
-                                                const ObjectQueryFilter&) const;                             \
-    template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
-                                                  std::span<std::uint64_t>, const ObjectQueryFilter&) const;
-#define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line)                                                                \
-    template JOSTLE_API bool World<Dim, T>::all(const Line<Dim, T>&, std::vector<ObjectHit<T>>&,             \
+    template JOSTLE_API bool World<Dim, T>::all(const Question<Dim, T>&, std::vector<Item>&,                 \
                                                 const ObjectQueryFilter&, std::uint64_t) const;              \
+    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, const ObjectQueryFilter&)                             \
+    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, FilterOfEach<ObjectQueryFilter>)
+#define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, ObjectHit<T>)                                                  \
     template JOSTLE_API std::optional<ObjectHit<T>> World<Dim, T>::first(const Line<Dim, T>&,                \
                                                                          const ObjectQueryFilter&) const;    \
     template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
                                                   const ObjectQueryFilter&) const;                           \
-    template JOSTLE_API void World<Dim, T>::all(std::span<const Line<Dim, T>>, ResultLists<ObjectHit<T>>&,   \
-                                                const ObjectQueryFilter&, std::uint64_t) const;
-#define JOSTLE_INSTANTIATE_REGION(Dim, T, Region)                                                            \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Region)                                                              \
-    template JOSTLE_API bool World<Dim, T>::all(const Region<Dim, T>&, std::vector<ObjectId>&,               \
-                                                const ObjectQueryFilter&, std::uint64_t) const;              \
-    template JOSTLE_API void World<Dim, T>::all(std::span<const Region<Dim, T>>, ResultLists<ObjectId>&,     \
-                                                const ObjectQueryFilter&, std::uint64_t) const;
+    template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
+                                                  FilterOfEach<ObjectQueryFilter>) const;
 #define JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                          \
     template JOSTLE_API void World<Dim, T>::nearest(const Nearest<Dim, T>&, std::vector<ObjectHit<T>>&,      \
                                                     const ObjectQueryFilter&) const;                         \
     template JOSTLE_API void World<Dim, T>::nearest(                                                         \
-        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const ObjectQueryFilter&) const;
+        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const ObjectQueryFilter&) const;       \
+    template JOSTLE_API void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>>,                        \
+                                                    ResultLists<ObjectHit<T>>&,                              \
+                                                    FilterOfEach<ObjectQueryFilter>) const;
 #define JOSTLE_INSTANTIATE_VISIT(Dim, T, Question, Visitor)                                                  \
     template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
                                                   const ObjectQueryFilter&) const;
@@ -662,9 +703,9 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template class world::ActiveIndex<Dim, T>;                                                               \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
-    JOSTLE_INSTANTIATE_REGION(Dim, T, Aabb)                                                                  \
-    JOSTLE_INSTANTIATE_REGION(Dim, T, Sphere)                                                                \
-    JOSTLE_INSTANTIATE_REGION(Dim, T, Frustum)                                                               \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectId)                                                      \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, ObjectId)                                                    \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, ObjectId)                                                   \
     JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                              \
     JOSTLE_INSTANTIATE_NEAREST(Dim, T, NearestToBox)                                                         \
     JOSTLE_INSTANTIATE_VISIT(Dim, T, Ray, ObjectHitVisitor<T>)                                               \

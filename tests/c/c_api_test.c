@@ -689,6 +689,29 @@ static void check_answers(jostle_space space, const jostle_index* index, const j
             OK(jostle_index_all(index, kind, array, 1, NULL, 1, of_world, &error));
             OK(jostle_results_lists(of_world, &same, &error));
             CHECK(same.count == 1 && same.more[0] == 1);
+            /* A filter for each question. */
+            {
+                jostle_query_filter each[3];
+                uint64_t alone[3], together[3];
+                uint32_t i;
+                memset(each, 0, sizeof each);
+                for (i = 0; i < 3; ++i) {
+                    each[i].struct_size = sizeof each[i];
+                    if (i != 1) each[i].exclude = &excluded;
+                }
+                for (i = 0; i < 3; ++i)
+                    OK(jostle_index_count(index, kind, (const char*)array + i * step, 1, &each[i], &alone[i],
+                                          &error));
+                each[0].count = 3;
+                OK(jostle_index_count(index, kind, array, 3, each, together, &error));
+                CHECK(memcmp(alone, together, sizeof alone) == 0 && together[0] == counts[0] - 1 &&
+                      together[1] == counts[1]);
+                each[0].exclude = each[2].exclude = &excluded_object;
+                OK(jostle_world_count(world, kind, array, 3, each, together, &error));
+                CHECK(memcmp(alone, together, sizeof alone) == 0);
+                FAILS(jostle_index_count(index, kind, array, 2, each, together, &error), JOSTLE_SIZE_MISMATCH,
+                      "2 questions and 3 filters");
+            }
         }
     }
     OK(jostle_results_free(of_index, &error));

@@ -12,7 +12,8 @@ void define_questions(py::module_& m)
                       std::uint32_t>());
     py::class_<AskFilter>(m, "AskFilter")
         .def(py::init<Maybe, Maybe, Maybe, std::optional<std::array<std::uint32_t, 3>>,
-                      std::optional<std::uint64_t>, py::object>());
+                      std::optional<std::uint64_t>, const std::optional<Packed<std::uint64_t>>&,
+                      py::object>());
 }
 
 } // namespace jostle_python

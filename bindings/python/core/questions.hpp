@@ -93,7 +93,8 @@ struct AskFilter
 {
     AskFilter(std::optional<py::array> category, std::optional<py::array> mask,
               std::optional<py::array> owner, std::optional<std::array<std::uint32_t, 3>> by,
-              std::optional<std::uint64_t> excluded, py::object function)
+              std::optional<std::uint64_t> excluded,
+              const std::optional<Packed<std::uint64_t>>& excluded_each, py::object function)
         : kept{category, mask, owner}, accept(std::move(function))
     {
         filter.struct_size = sizeof filter;
@@ -108,21 +109,51 @@ struct AskFilter
             exclude = *excluded;
             filter.exclude = &exclude;
         }
-        if (accept.is_none()) return;
-        filter.context = this;
-        filter.accept = [](void* context, std::uint32_t question, std::uint64_t id) {
-            auto* const self = static_cast<AskFilter*>(context);
-            return self->pending.call(
-                [&] { return self->accept(self->first_question + question, id).cast<bool>(); });
-        };
+        if (!accept.is_none()) {
+            filter.context = this;
+            filter.accept = [](void* context, std::uint32_t question, std::uint64_t id) {
+                auto* const self = static_cast<AskFilter*>(context);
+                return self->pending.call(
+                    [&] { return self->accept(self->first_question + question, id).cast<bool>(); });
+            };
+        }
+        if (!excluded_each) return;
+        has_each = true;
+        excludes.assign(excluded_each->data(), excluded_each->data() + excluded_each->size());
+        each.assign(excludes.size(), filter);
+        for (std::size_t i = 0; i < each.size(); ++i)
+            each[i].exclude = &excludes[i];
     }
     AskFilter(const AskFilter&) = delete;
 
-    jostle_query_filter filter{};
+    /// The one filter, where there can be no more.
+    [[nodiscard]] const jostle_query_filter* one() const
+    {
+        if (has_each) refuse("exclude is an array: give a single id here");
+        return &filter;
+    }
+    /// What serves `number` questions from number `first` on, once check() has passed.
+    [[nodiscard]] const jostle_query_filter* from(std::uint64_t first, std::uint64_t number)
+    {
+        if (!has_each || number == 0) return &filter;
+        each[first].count = number;
+        return &each[first];
+    }
+    void check(std::uint64_t questions) const
+    {
+        if (has_each && excludes.size() != questions)
+            refuse("there are " + std::to_string(questions) + " questions and " +
+                   std::to_string(excludes.size()) + " ids to exclude: give one for all, or one for each");
+    }
+
     std::uint64_t first_question = 0; // of those that are being asked
     Pending pending;
 
   private:
+    jostle_query_filter filter{};
+    bool has_each = false;
+    std::vector<std::uint64_t> excludes;
+    std::vector<jostle_query_filter> each; // one for each question
     jostle_asker asker{};
     std::uint64_t exclude = 0;
     std::vector<std::optional<py::array>> kept;
@@ -133,6 +164,7 @@ struct AskFilter
 template <class F>
 void ask_in_parts(std::uint64_t count, AskFilter& filter, F&& ask)
 {
+    filter.check(count);
     call_in_parts(count, &filter.pending, [&](std::uint64_t first, std::uint64_t now, jostle_error* error) {
         filter.first_question = first;
         return ask(first, now, error);
@@ -161,7 +193,7 @@ struct Asked
     {
         std::vector<jostle_hit> hits(questions.count);
         ask_in_parts(questions.count, filter, [&](auto from, auto number, auto* error) {
-            return first(handle, questions.kind, questions.from(from), number, &filter.filter,
+            return first(handle, questions.kind, questions.from(from), number, filter.from(from, number),
                          hits.data() + from, error);
         });
         Packed<std::uint64_t> ids(static_cast<py::ssize_t>(hits.size()));
@@ -181,8 +213,8 @@ struct Asked
             const jostle_status status = jostle_results_new(nullptr, &results, error);
             if (status != JOSTLE_OK) return status;
             parts.emplace_back(results);
-            return all(handle, questions.kind, questions.from(from), number, &filter.filter, max_results,
-                       results, error);
+            return all(handle, questions.kind, questions.from(from), number, filter.from(from, number),
+                       max_results, results, error);
         });
         std::vector<jostle_lists> lists(parts.size());
         std::uint64_t count = 0;
@@ -214,8 +246,8 @@ struct Asked
         Packed<std::uint8_t> answers(static_cast<py::ssize_t>(questions.count));
         std::uint8_t* const out = answers.mutable_data();
         ask_in_parts(questions.count, filter, [&](auto from, auto number, auto* error) {
-            return any(handle, questions.kind, questions.from(from), number, &filter.filter, out + from,
-                       error);
+            return any(handle, questions.kind, questions.from(from), number, filter.from(from, number),
+                       out + from, error);
         });
         return answers;
     }
@@ -224,8 +256,8 @@ struct Asked
         Packed<std::uint64_t> answers(static_cast<py::ssize_t>(questions.count));
         std::uint64_t* const out = answers.mutable_data();
         ask_in_parts(questions.count, filter, [&](auto from, auto number, auto* error) {
-            return count(handle, questions.kind, questions.from(from), number, &filter.filter, out + from,
-                         error);
+            return count(handle, questions.kind, questions.from(from), number, filter.from(from, number),
+                         out + from, error);
         });
         return answers;
     }
@@ -235,10 +267,11 @@ struct Asked
     {
         if (questions.count != 1)
             refuse("there are " + std::to_string(questions.count) + " questions: visit takes one");
+        const jostle_query_filter* const one = filter.one();
         Visitor visitor(std::move(function), chunk, 1, false, filter.pending);
         return visitor.run([&](void* context, auto* finished, auto* error) {
-            return visit(handle, questions.kind, questions.data, &filter.filter, Visitor::take_answer,
-                         context, finished, error);
+            return visit(handle, questions.kind, questions.data, one, Visitor::take_answer, context, finished,
+                         error);
         });
     }
     /// The same. Ids are `narrow` where they fit into 32 bits.

@@ -66,9 +66,10 @@ struct AskedShapes
         py::array hits(type, std::vector<py::ssize_t>{static_cast<py::ssize_t>(casts.count)});
         std::uint64_t* const first_id = ids.mutable_data();
         void* const data = hits.mutable_data();
+        const jostle_query_filter* const one = filter.one();
         call(
             [&](jostle_error* error) {
-                return first(handle, &of.view, &casts.view, &filter.filter, 1, first_id, data, error);
+                return first(handle, &of.view, &casts.view, one, 1, first_id, data, error);
             },
             &filter.pending);
         return py::make_tuple(ids, hits);
@@ -79,10 +80,10 @@ struct AskedShapes
     {
         const Objects of(shapes, poses, space, false, "poses");
         const Results results = new_results();
+        const jostle_query_filter* const one = filter.one();
         call(
             [&](jostle_error* error) {
-                return all(handle, &of.view, &casts.view, &filter.filter, 1, max_results, results.get(),
-                           error);
+                return all(handle, &of.view, &casts.view, one, 1, max_results, results.get(), error);
             },
             &filter.pending);
         jostle_lists lists;
@@ -110,9 +111,10 @@ struct AskedShapes
                       {static_cast<py::ssize_t>(count), py::ssize_t(3 * dim_of(space) + 1)});
         std::uint64_t* const first_id = ids.mutable_data();
         void* const data = out.mutable_data();
+        const jostle_query_filter* const one = filter.one();
         call(
             [&](jostle_error* error) {
-                return nearest(handle, &of.view, &near.view, &most, &filter.filter, 1, first_id, data, error);
+                return nearest(handle, &of.view, &near.view, &most, one, 1, first_id, data, error);
             },
             &filter.pending);
         return py::make_tuple(ids, out);

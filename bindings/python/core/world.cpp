@@ -192,11 +192,11 @@ void define_world(py::module_& m)
         .def("join",
              [](World& self, const Array& boxes, AskFilter& filter) {
                  const Boxes given = boxes_of(boxes, "boxes", self.space);
+                 const jostle_query_filter* const one = filter.one();
                  const Results results = new_results(self.memory->allocator());
                  self.memory->call(
                      [&](jostle_error* error) {
-                         return jostle_world_join(self.handle.get(), &given.view, &filter.filter,
-                                                  results.get(), error);
+                         return jostle_world_join(self.handle.get(), &given.view, one, results.get(), error);
                      },
                      &filter.pending);
                  return copy_pairs(results);

@@ -9,7 +9,7 @@ import numpy as np
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
 from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._questions import ALL, AcceptAnswer, Asker, Questions, asking, question
+from ._questions import ALL, AcceptAnswer, Asker, Exclude, Questions, asking, question
 from ._shape_queries import ShapeSweeps
 from ._shapes import Shapes
 from ._visits import Visit, all_pairs, first_pairs
@@ -86,14 +86,14 @@ class BoxIndex:
     # What counts: category, mask and owner are one uint32 per id; `asker` is (category, mask) or (category, mask, owner).
 
     def first(self, questions: Questions, *, category: Any = None, mask: Any = None, owner: Any = None,
-              asker: Asker | None = None, exclude: int | None = None, accept: AcceptAnswer | None = None) -> Hits:
+              asker: Asker | None = None, exclude: Exclude = None, accept: AcceptAnswer | None = None) -> Hits:
         """What each ray or sweep hits first."""
         ids, at = self._index.first(question(questions)._packed(self.dim, self.dtype),
                                     asking(asker, exclude, accept, category, mask, owner))
         return Hits(ids.view(np.int64), at)
 
     def all(self, questions: Any, max_results: int | None = None, *, category: Any = None, mask: Any = None, owner: Any = None,
-            asker: Asker | None = None, exclude: int | None = None, accept: AcceptAnswer | None = None) -> Answers:
+            asker: Asker | None = None, exclude: Exclude = None, accept: AcceptAnswer | None = None) -> Answers:
         """All results of each query. If you pass boxes instead of queries, the results are the objects that touch them."""
         first, ids, at, more = self._index.all(question(questions)._packed(self.dim, self.dtype),
                                                asking(asker, exclude, accept, category, mask, owner),
@@ -101,13 +101,13 @@ class BoxIndex:
         return Answers(first, ids, at, more.astype(bool))
 
     def any(self, questions: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
-            exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
+            exclude: Exclude = None, accept: AcceptAnswer | None = None) -> np.ndarray:
         """Whether each query has any result: (n,) bool."""
         return self._index.any(question(questions)._packed(self.dim, self.dtype),
                                asking(asker, exclude, accept, category, mask, owner)).astype(bool)
 
     def count(self, questions: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
-              exclude: int | None = None, accept: AcceptAnswer | None = None) -> np.ndarray:
+              exclude: Exclude = None, accept: AcceptAnswer | None = None) -> np.ndarray:
         """How many results each query has: (n,) uint64."""
         return self._index.count(question(questions)._packed(self.dim, self.dtype),
                                  asking(asker, exclude, accept, category, mask, owner))

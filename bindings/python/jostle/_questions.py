@@ -2,7 +2,7 @@
 """Queries about boxes."""
 from __future__ import annotations
 
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Sequence, Union
 
 import numpy as np
 
@@ -89,14 +89,17 @@ def nearest_to_boxes(boxes: Any, count: int = 1, max_distance: Any = np.inf) -> 
 
 Asker = Sequence[int]
 AcceptAnswer = Callable[[int, int], bool]
+Exclude = Union[int, Sequence[int], np.ndarray, None]  # one id for all queries, or one for each
 
 
-def asking(asker: Asker | None, exclude: int | None, accept: AcceptAnswer | None, category: Any = None, mask: Any = None,
-            owner: Any = None) -> _core.AskFilter:
+def asking(asker: Asker | None, exclude: Any, accept: AcceptAnswer | None, category: Any = None, mask: Any = None,
+           owner: Any = None) -> _core.AskFilter:
     if asker is not None and len(asker) == 2:
         asker = (*asker, 2**32 - 1)
+    one = exclude is None or np.ndim(exclude) == 0
     return _core.AskFilter(_arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
-                           _arrays.optional_integers(owner, "owner"), asker, exclude, accept)
+                           _arrays.optional_integers(owner, "owner"), asker, exclude if one else None,
+                           None if one else _arrays.packed(exclude, "exclude", np.uint64), accept)
 
 
 def question(asked: Any) -> Questions:

@@ -9,7 +9,7 @@ import numpy as np
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
 from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._questions import ALL, AcceptAnswer, Asker, Questions, asking, question
+from ._questions import ALL, AcceptAnswer, Asker, Exclude, Questions, asking, question
 from ._shape_queries import ShapeSweeps
 from ._shapes import Shapes
 from ._visits import Visit, first_pairs
@@ -194,25 +194,25 @@ class World:
 
     # --- Questions, as those of BoxIndex, with ids of this world ---
 
-    def first(self, questions: Questions, *, asker: Asker | None = None, exclude: int | None = None,
+    def first(self, questions: Questions, *, asker: Asker | None = None, exclude: Exclude = None,
               accept: AcceptAnswer | None = None) -> Hits:
         """What each ray or sweep hits first."""
         return Hits(*self._world.first(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept)))
 
-    def all(self, questions: Any, max_results: int | None = None, *, asker: Asker | None = None, exclude: int | None = None,
+    def all(self, questions: Any, max_results: int | None = None, *, asker: Asker | None = None, exclude: Exclude = None,
             accept: AcceptAnswer | None = None) -> Answers:
         """All results of each query."""
         first, ids, at, more = self._world.all(question(questions)._packed(self.dim, self.dtype),
                                                asking(asker, exclude, accept), ALL if max_results is None else max_results)
         return Answers(first, ids, at, more.astype(bool))
 
-    def any(self, questions: Any, *, asker: Asker | None = None, exclude: int | None = None,
+    def any(self, questions: Any, *, asker: Asker | None = None, exclude: Exclude = None,
             accept: AcceptAnswer | None = None) -> np.ndarray:
         """Whether each query has any result: (n,) bool."""
         return self._world.any(question(questions)._packed(self.dim, self.dtype),
                                asking(asker, exclude, accept)).astype(bool)
 
-    def count(self, questions: Any, *, asker: Asker | None = None, exclude: int | None = None,
+    def count(self, questions: Any, *, asker: Asker | None = None, exclude: Exclude = None,
               accept: AcceptAnswer | None = None) -> np.ndarray:
         """How many results each query has: (n,) uint64."""
         return self._world.count(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept))

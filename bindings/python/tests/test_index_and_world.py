@@ -73,6 +73,16 @@ def test_question_filters():
     world.set_filter(ids[:4], category=8)
     world.update()
     assert world.count(everywhere, asker=(1, 8))[0] == 4
+    # An id to exclude for each query: the asker itself.
+    answers = index.all(boxes, exclude=np.arange(10))
+    assert [sorted(answers[i]) for i in range(10)] == [[k for k in range(10) if k != i] for i in range(10)]
+    assert world.all(boxes, exclude=ids)[3].tolist() == [id for id in ids if id != ids[3]]
+    many = np.repeat(boxes, 500, axis=0)  # more than are asked at once
+    assert (index.count(many, exclude=np.repeat(np.arange(10), 500), accept=lambda question, id: id == question // 500) == 0).all()
+    with pytest.raises(jostle.Error, match="10 questions and 3 ids to exclude"):
+        index.count(boxes, exclude=[1, 2, 3])
+    with pytest.raises(jostle.Error, match="single id"):
+        world.join(boxes, exclude=ids)
     with pytest.raises(ZeroDivisionError):
         index.any(everywhere, accept=lambda question, id: 1 / 0)
     with pytest.raises(KeyError):
