@@ -6,6 +6,7 @@
 #include <spawn.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/utsname.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -13,6 +14,8 @@
 #include <cerrno>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
+#include <string>
 #include <system_error>
 
 extern char** environ;
@@ -60,11 +63,14 @@ std::filesystem::path this_program()
     return std::filesystem::read_symlink("/proc/self/exe", unknown);
 }
 
-std::string host_name()
+std::string processor_name()
 {
-    char name[256] = "";
-    gethostname(name, sizeof name - 1);
-    return name;
+    std::ifstream info("/proc/cpuinfo");
+    for (std::string line; std::getline(info, line);)
+        if (line.starts_with("model name"))
+            if (const std::size_t at = line.find(": "); at != std::string::npos) return line.substr(at + 2);
+    utsname system{};
+    return uname(&system) == 0 ? system.machine : "";
 }
 
 void set_default_variable(const char* name, const char* value)

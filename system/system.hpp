@@ -31,7 +31,8 @@ namespace jostle_system {
 /// The file of the running program; empty where the system doesn't say.
 [[nodiscard]] std::filesystem::path this_program();
 
-[[nodiscard]] std::string host_name();
+/// What the processor calls itself; empty where the system doesn't say.
+[[nodiscard]] std::string processor_name();
 
 /// Gives an environment variable a value unless it has one. Only before there are threads.
 void set_default_variable(const char* name, const char* value);

@@ -129,11 +129,14 @@ std::filesystem::path this_program()
     }
 }
 
-std::string host_name()
+std::string processor_name()
 {
-    wchar_t name[MAX_COMPUTERNAME_LENGTH + 1];
-    DWORD size = static_cast<DWORD>(std::size(name));
-    return GetComputerNameW(name, &size) != 0 ? to_utf8({name, size}) : "";
+    wchar_t name[256] = L"";
+    DWORD size = sizeof name;
+    const LSTATUS status =
+        RegGetValueW(HKEY_LOCAL_MACHINE, L"HARDWARE\\DESCRIPTION\\System\\CentralProcessor\\0",
+                     L"ProcessorNameString", RRF_RT_REG_SZ, nullptr, name, &size);
+    return status == ERROR_SUCCESS ? to_utf8(name) : "";
 }
 
 void set_default_variable(const char* name, const char* value)

@@ -388,7 +388,8 @@ std::string about(const Options& options)
     char date[64];
     const std::time_t now = std::time(nullptr);
     std::strftime(date, sizeof date, "%Y-%m-%d %H:%M", std::localtime(&now));
-    return jostle_system::host_name() + ", " + date + ", " + std::to_string(options.dim) + "D " +
+    const std::string processor = jostle_system::processor_name();
+    return (processor.empty() ? "" : processor + ", ") + date + ", " + std::to_string(options.dim) + "D " +
            (options.with_double ? "double" : "float") + ", " + std::to_string(options.frames) +
            " frames after " + std::to_string(warm_up) + ", " + jostle::name(options.instruction_set);
 }
