@@ -258,7 +258,8 @@ class JOSTLE_API ContactFinder
     ///
     /// Group g is pairs[offsets[g]] to pairs[offsets[g + 1] - 1]: there is one offset more than groups, and a
     /// group may be empty. out[g] is the number of that pair among all pairs, or no_pair. What comes after it
-    /// in the group is neither tested nor checked, but for a few pairs that are tested together.
+    /// in the group is neither tested nor checked, but for pairs that are tested together with it: the first
+    /// 16 of a group, then more and more at once, up to 512. One thread works on a group.
     /// Errors    also for offsets that don't begin with 0, descend, or don't end with pairs.size();
     ///           size_mismatch unless `out` has one element per group.
     void first_touching(const Shapes& shapes, const Poses& poses, std::span<const Pair> pairs,

@@ -593,7 +593,8 @@ typedef struct jostle_query_filter
     jostle_accept_answer_function accept; ///< may be NULL
     void* context;
     uint64_t count; ///< more than 1: so many filters lie here, one for each question, as far apart as
-                    ///< struct_size says. 0 or 1: this one serves all questions
+                    ///< struct_size says. 0 or 1: this one serves all questions. Functions with an argument
+                    ///< filter_count go by that instead
 } jostle_query_filter;
 
 /// What an index is made of: jostle::IndexStats.

@@ -359,4 +359,9 @@ template <int Dim, Coordinate T>
     return true;
 }
 
+namespace detail {
+/// The `Error` where there are more or fewer `things` than questions.
+[[noreturn]] JOSTLE_API void throw_not_one_each(std::size_t questions, std::size_t count, const char* things);
+} // namespace detail
+
 JOSTLE_NAMESPACE_END

@@ -281,9 +281,6 @@ DistanceOf<Asked> nearest_of(const Asked& asked, const ShapesOf<Asked>& objects,
     return best;
 }
 
-/// The `Error` where there are more or fewer `things` than questions.
-[[noreturn]] JOSTLE_API void throw_not_one_each(std::size_t questions, std::size_t count, const char* things);
-
 /// Those of a batch: none, one for all questions, or one for each.
 template <class Filter>
 class QuestionFilters

@@ -80,6 +80,7 @@ class Engine
     std::uint64_t next_block = 0; // the number after the last block of the last search
 
     [[nodiscard]] Executor& executor() const noexcept { return *executor_; }
+    [[nodiscard]] InstructionSet instruction_set() const noexcept { return options_.instruction_set; }
     /// Has as much memory as `other`: next time the work may be shared out the other way round.
     void match(const Engine& other);
     [[nodiscard]] std::uint64_t bytes() const noexcept;

@@ -248,18 +248,19 @@ JOSTLE_INSTANTIATE(3, double)
 
 void check_room(std::size_t questions, std::size_t results)
 {
-    if (questions != results)
-        throw Error(ErrorCode::size_mismatch, "room for " + std::to_string(results) + " results of " +
-                                                  std::to_string(questions) +
-                                                  " questions; give one for each");
+    if (questions != results) detail::throw_not_one_each(questions, results, "places for answers");
 }
 void check_filters(std::size_t questions, std::size_t filters)
 {
-    if (questions != filters)
-        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) + " questions and " +
-                                                  std::to_string(filters) +
-                                                  " filters; give one for all, or one for each");
+    if (questions != filters) detail::throw_not_one_each(questions, filters, "filters");
 }
 
 } // namespace index
+
+void detail::throw_not_one_each(std::size_t questions, std::size_t count, const char* things)
+{
+    throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) + " questions and " +
+                                              std::to_string(count) + " " + things + "; give one for each");
+}
+
 JOSTLE_NAMESPACE_END

@@ -200,7 +200,7 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
 PairBuffer& PairFinder::Implementation::sort(std::size_t objects)
 {
     const auto start = std::chrono::steady_clock::now();
-    sorter.sort(result, objects, engine.executor(), sorted);
+    sorter.sort(result, objects, engine.executor(), engine.instruction_set(), sorted);
     const double ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     stats.ms_finish += ms;

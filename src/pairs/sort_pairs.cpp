@@ -10,6 +10,7 @@
 #include "base/block_buffer_access.hpp"
 #include "base/radix.hpp"
 #include "base/run_tasks.hpp"
+#include "engine/kernels/kernels.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace {
@@ -52,10 +53,11 @@ void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, P
         to[k] = {a, b[k]};
 }
 
-/// By a with a counting sort, then each object's partners by b: mostly a handful. `partners` has room for
-/// eight more than the group.
-void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t objects, std::uint32_t* place,
-                std::uint32_t* partners, Pair* to)
+/// By a with a counting sort, then each object's partners by b: mostly a handful. `partners` and `spare` have
+/// room for eight more than the group. The bits of `differing` are all that partners may have.
+void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t objects,
+                std::uint32_t differing, const engine::Kernels& kernels, std::uint32_t* place,
+                std::uint32_t* partners, std::uint32_t* spare, Pair* to)
 {
     std::fill_n(place, objects, 0u);
     for (const Pair& pair : group)
@@ -74,9 +76,14 @@ void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t 
             else
                 sort_few<8>(partners + begin, count, first + a, to + begin);
         } else {
-            std::sort(partners + begin, partners + end);
-            for (std::uint32_t i = begin; i < end; ++i)
-                to[i] = {first + a, partners[i]};
+            const std::uint32_t* sorted = partners + begin;
+            if (count <= engine::most_few)
+                kernels.sort_few(partners + begin, count);
+            else
+                sorted = radix_sort<8>(
+                    partners + begin, spare, count, [](std::uint32_t b) { return b; }, differing);
+            for (std::uint32_t i = 0; i < count; ++i)
+                to[begin + i] = {first + a, sorted[i]};
         }
         begin = end;
     }
@@ -84,7 +91,8 @@ void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t 
 
 } // namespace
 
-void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& executor, PairBuffer& to)
+void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& executor, InstructionSet set,
+                      PairBuffer& to)
 {
     to.clear();
     const std::uint64_t pairs = from.size();
@@ -138,7 +146,9 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
     for (std::size_t g = 1; g < groups; ++g)
         largest = std::max(largest, end[g] - end[g - 1]);
     const std::size_t room = static_cast<std::size_t>(largest) + 8;
-    std::uint32_t* partners = partners_.reserve(tasks * room);
+    std::uint32_t* partners = partners_.reserve(2 * tasks * room);
+    const engine::Kernels& kernels = engine::kernels_for(set);
+    const auto differing = static_cast<std::uint32_t>((std::uint64_t{1} << std::bit_width(objects - 1)) - 1);
     std::atomic<std::size_t> cursor{0};
     run([&](std::uint32_t task) {
         for (std::size_t g; (g = cursor.fetch_add(1, std::memory_order_relaxed)) < groups;) {
@@ -150,9 +160,10 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
                 continue;
             }
             const std::size_t first = g * group_objects;
+            std::uint32_t* const mine = partners + 2 * task * room;
             sort_group(group, static_cast<std::uint32_t>(first),
-                       static_cast<std::uint32_t>(std::min(group_objects, objects - first)),
-                       places + task * group_objects, partners + task * room, sorted.data() + begin);
+                       static_cast<std::uint32_t>(std::min(group_objects, objects - first)), differing,
+                       kernels, places + task * group_objects, mine, mine + room, sorted.data() + begin);
         }
     });
     access.append(sorted);

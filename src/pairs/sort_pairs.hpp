@@ -7,6 +7,7 @@
 
 #include "base/buffer.hpp"
 #include "jostle/executor.hpp"
+#include "jostle/find_pairs.hpp"
 #include "jostle/pair_buffer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -21,8 +22,10 @@ class PairSorter
     }
 
     /// `to` becomes what `from` holds, sorted; every a is less than `objects`.
+    /// `set` must be one of supported_instruction_sets(); the result is the same for all.
     /// Cost: a few passes over the pairs, shared out over the executor's threads.
-    void sort(const PairBuffer& from, std::size_t objects, Executor& executor, PairBuffer& to);
+    void sort(const PairBuffer& from, std::size_t objects, Executor& executor, InstructionSet set,
+              PairBuffer& to);
 
     [[nodiscard]] std::uint64_t bytes() const noexcept
     {
@@ -40,7 +43,7 @@ class PairSorter
     Buffer<std::uint64_t> counts_; // per task and group; then where the task writes next
     Buffer<Pair> grouped_;
     Buffer<std::uint32_t> places_;   // per task and object of a group
-    Buffer<std::uint32_t> partners_; // per task and pair of a group
+    Buffer<std::uint32_t> partners_; // per task and pair of a group, twice
 };
 
 JOSTLE_NAMESPACE_END

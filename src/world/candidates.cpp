@@ -448,7 +448,8 @@ std::span<Pair> Search<Dim, T>::sorted_found(PairBuffer& to)
     const std::uint64_t count = found_.size(), objects = state_.ids.end();
     if (count >= objects ||
         (count >= objects / 8 && count >= 16 * run_length && state_.executor->concurrency() > 1)) {
-        arena_.take<PairSorter>("sorter of pairs").sort(found_, objects, *state_.executor, to);
+        arena_.take<PairSorter>("sorter of pairs")
+            .sort(found_, objects, *state_.executor, state_.options.instruction_set, to);
         return PairBufferAccess(to).chunk(0, 0).first(to.size());
     }
     auto& pairs = arena_.list<Pair>("pairs being sorted");

@@ -179,7 +179,8 @@ void NearPairs<Dim, T>::renew(const State<Dim, T>& state, const Entries<Dim, T>&
     if (leavers.size() == count) {
         PairFinderAccess::find(finder, all, {}, found);
         auto& sorted = arena.take<PairBuffer>("new near pairs, sorted");
-        arena.take<PairSorter>("sorter of near pairs").sort(found, count, *state.executor, sorted);
+        arena.take<PairSorter>("sorter of near pairs")
+            .sort(found, count, *state.executor, state.options.instruction_set, sorted);
         pairs.reserve(static_cast<std::size_t>(sorted.size()));
         for (const std::span<const Pair> block : sorted.blocks())
             pairs.insert(pairs.end(), block.begin(), block.end());

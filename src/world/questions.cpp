@@ -14,130 +14,6 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-template <int Dim, class T>
-BoxIndex<Dim, T>* ActiveIndex<Dim, T>::of(const State<Dim, T>& state)
-{
-    if (state.active_count() == 0 && state.shown == nullptr) return nullptr;
-    if (!is_fresh_.load(std::memory_order_acquire)) {
-        const std::lock_guard lock(mutex_);
-        if (!is_fresh_.load(std::memory_order_relaxed)) {
-            follow(state);
-            is_fresh_.store(true, std::memory_order_release);
-        }
-    }
-    return &index_;
-}
-
-template <int Dim, class T>
-void ActiveIndex<Dim, T>::note(std::span<const Index> changed,
-                               std::span<const std::uint32_t> settling) noexcept
-{
-    constexpr std::size_t worth = 8; // one that is put elsewhere costs what so many cost that are looked at
-    is_fresh_.store(false, std::memory_order_relaxed);
-    if (!knows_moved_) return;
-    knows_moved_ = worth * (moved_.size() + changed.size() + settling.size()) <= index_.size();
-    try {
-        for (const Index index : knows_moved_ ? changed : changed.first(0))
-            moved_.push_back(raw(index));
-        if (knows_moved_) moved_.insert(moved_.end(), settling.begin(), settling.end());
-    } catch (...) {
-        knows_moved_ = false;
-    }
-}
-
-template <int Dim, class T>
-void ActiveIndex<Dim, T>::forget() noexcept
-{
-    is_fresh_.store(false, std::memory_order_relaxed);
-    knows_moved_ = false;
-}
-
-/// Whether questions find an object in the index of what is active.
-template <int Dim, class T>
-bool is_shown_active(const State<Dim, T>& state, Index index) noexcept
-{
-    return state.is_shown(index) && !state.is_shown_resting(index);
-}
-
-/// Brings the index to where the objects are, from where they were when somebody asked last.
-template <int Dim, class T>
-void ActiveIndex<Dim, T>::follow(const State<Dim, T>& state)
-{
-    const bool knew = std::exchange(knows_moved_, false); // unless all succeeds
-    if (knew)
-        follow_moved(state);
-    else
-        follow_all(state);
-    moved_.clear();
-    knows_moved_ = true;
-}
-
-/// Where few have moved.
-template <int Dim, class T>
-void ActiveIndex<Dim, T>::follow_moved(const State<Dim, T>& state)
-{
-    std::sort(moved_.begin(), moved_.end());
-    moved_.erase(std::unique(moved_.begin(), moved_.end()), moved_.end());
-    gone_.clear();
-    come_.clear();
-    boxes_.clear();
-    for (const std::uint32_t i : moved_) {
-        if (index_.contains(i)) gone_.push_back(i);
-        if (!is_shown_active(state, Index{i})) continue;
-        come_.push_back(i);
-        boxes_.push_back(state.shown_box(Index{i}));
-    }
-    BoxIndexAccess::erase(index_, std::span<const std::uint32_t>(gone_));
-    if (!come_.empty())
-        BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(come_),
-                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
-}
-
-template <int Dim, class T>
-void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
-{
-    using Box = Aabb<Dim, T>;
-    const Box gone = nowhere_box<Dim, T>();
-    const auto where = [&](std::span<const std::uint32_t> indices, Box* boxes) {
-        const Box* now[index::page_capacity];
-        for (std::size_t k = 0; k < indices.size(); ++k) {
-            const Index index{indices[k]};
-            now[k] = is_shown_active(state, index) ? &state.shown_box(index) : &gone;
-            jostle::prefetch(now[k]);
-            jostle::prefetch(&now[k]->hi[Dim - 1]);
-        }
-        for (std::size_t k = 0; k < indices.size(); ++k)
-            boxes[k] = *now[k];
-    };
-    const bool followed = BoxIndexAccess::follow<Dim, T>(index_, where);
-    const std::size_t count = state.active_count();
-    if (followed && state.shown == nullptr && index_.size() == count) return;
-    come_.clear();
-    boxes_.clear();
-    const auto collect = [&](bool all) {
-        const auto collect_one = [&](Index index) {
-            if (!is_shown_active(state, index) || (!all && index_.contains(raw(index)))) return;
-            come_.push_back(raw(index));
-            boxes_.push_back(state.shown_box(index));
-        };
-        state.each_active(collect_one);
-        if (state.shown == nullptr) return;
-        for (const Index index : *state.shown)
-            if (state.objects[index].place() != Place::active) collect_one(index);
-    };
-    if (followed && count <= index_.size() + index_.size() / 3) {
-        collect(false);
-        BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(come_),
-                               BoxView<Dim, T>(std::span<const Box>(boxes_)));
-    } else {
-        come_.reserve(count);
-        boxes_.reserve(count);
-        collect(true);
-        BoxIndexAccess::rebuild(index_, std::span<const std::uint32_t>(come_),
-                                BoxView<Dim, T>(std::span<const Box>(boxes_)));
-    }
-}
-
 /// Whether a question hands its answers to a visitor. One in the indexes' own order goes by those that there
 /// always are: which of the others there are depends on what other threads ask.
 enum class Visits
@@ -700,7 +576,6 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
                                                   const ObjectQueryFilter&) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template class world::ActiveIndex<Dim, T>;                                                               \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectId)                                                      \

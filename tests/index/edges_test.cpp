@@ -102,7 +102,8 @@ TEST(Refusals, OfWhatDoesntFitTogether)
         EXPECT_EQ(message_of([&] {
                       index.count(std::span<const Aabb3f>(regions), std::span<std::uint64_t>(counts));
                   }),
-                  "room for " + std::to_string(room) + " results of 2 questions; give one for each");
+                  "there are 2 questions and " + std::to_string(room) +
+                      " places for answers; give one for each");
     }
     EXPECT_EQ(message_of([&] { (void)index.count(Sweep<3, float>{{{2, 0, 0}, {1, 1, 1}}, {1, 0, 0}}); }),
               "sweep: lo.x = 2 is greater than hi.x = 1; swap them or drop the question");

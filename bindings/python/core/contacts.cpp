@@ -152,8 +152,10 @@ class ContactFinder
                      const std::optional<py::array>& poses_b, const Packed<std::uint32_t>& pairs,
                      const Packed<std::uint64_t>& offsets, std::optional<double> max_distance)
     {
-        const py::ssize_t count = std::max<py::ssize_t>(offsets.shape(0), 1) - 1;
-        const std::uint64_t* const bounds = offsets.shape(0) == 0 ? nullptr : offsets.data();
+        if (length_of(offsets, "offsets") == 0)
+            refuse("offsets has the shape (0,): it must have one number more than there are groups");
+        const py::ssize_t count = offsets.shape(0) - 1;
+        const std::uint64_t* const bounds = offsets.data();
         Packed<std::uint64_t> numbers(count);
         py::array rows(number_of(space), {max_distance ? count : 0, py::ssize_t(3 * dim_of(space) + 1)});
         std::uint64_t* const which = numbers.mutable_data();

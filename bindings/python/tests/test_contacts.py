@@ -178,8 +178,10 @@ def test_groups_have_the_answers_of_loops_and_mistakes_are_refused(dtype):
             assert least[group] == distance[nearest[group]]
     with pytest.raises(jostle.Error, match="offset 2 is 4, less than the 5"):
         finder.first_touching(shapes, poses, pairs, [0, 5, 4, len(pairs)])
-    with pytest.raises(jostle.Error, match="NULL|no offsets"):
+    with pytest.raises(ValueError, match=r"offsets has the shape \(0,\)"):
         finder.first_touching(shapes, poses, pairs, [])
+    with pytest.raises(ValueError, match=r"offsets has the shape \(1, 2\)"):
+        finder.least_distances(shapes, poses, pairs, [[0, len(pairs)]])
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])

@@ -82,6 +82,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 #include "engine/kernels/sweep_vector-inl.hpp"
 #endif
 #endif
+#include "simd/vec-inl.hpp"
+//
+#include "simd/sort_few-inl.hpp"
 
 inline const Kernels& kernels()
 {
@@ -98,7 +101,8 @@ inline const Kernels& kernels()
                                       sweep<2>,
                                       sweep<3>,
                                       test<2>,
-                                      test<3>};
+                                      test<3>,
+                                      sort_few<most_few>};
     return table;
 }
 } // namespace HWY_NAMESPACE

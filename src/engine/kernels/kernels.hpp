@@ -97,6 +97,9 @@ struct Outcome
 };
 
 /// The hot loops of one instruction set. All sets leave the same bytes.
+/// How many numbers Kernels::sort_few takes.
+inline constexpr std::uint32_t most_few = 128;
+
 struct Kernels
 {
     InstructionSet set;
@@ -123,6 +126,8 @@ struct Kernels
                    Outcome* outcomes);
     void (*test_3)(const SortedBrick& brick, std::uint32_t row, std::uint32_t first, std::uint32_t last,
                    Outcome* outcomes);
+    /// Sorts at most `most_few` numbers, no two the same, ascending.
+    void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
 
     template <int Dim, class T>
     auto load() const noexcept

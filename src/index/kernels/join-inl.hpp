@@ -117,7 +117,7 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
                 differing, digit);
             if (sorted != first) std::copy_n(sorted, size, first);
         } else if (size > 1) {
-            sort_few(first, size);
+            sort_few<few>(first, size);
         }
         first += size;
     }

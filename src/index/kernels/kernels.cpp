@@ -29,7 +29,7 @@ namespace HWY_NAMESPACE {
 //
 #include "index/kernels/lanes-inl.hpp"
 //
-#include "index/kernels/sort_few-inl.hpp"
+#include "simd/sort_few-inl.hpp"
 //
 #include "index/kernels/depth_first-inl.hpp"
 //
@@ -53,7 +53,7 @@ const Kernels<Dim, T>& kernels()
         search_join<Dim, T>,          search_around<Dim, T>, look_up<Dim>,
         search_first<Dim, T>,         search_all<Dim, T>,    search_nearest<Dim, T>,
         visit_line<Dim, T>,           visit_near<Dim, T>,    visit_touching<false, Dim, T>,
-        visit_touching<true, Dim, T>, find_closest<Dim, T>,  sort_few,
+        visit_touching<true, Dim, T>, find_closest<Dim, T>,  sort_few<few>,
         order_objects<Dim, T>};
     return table;
 }

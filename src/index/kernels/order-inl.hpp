@@ -37,7 +37,7 @@ struct Ordering
         const std::int32_t* __restrict along = column[axis] + begin;
         for (std::uint32_t k = 0; k < count; ++k)
             keys[k] = static_cast<std::uint32_t>((along[k] - low_there) >> shift) << 8 | k;
-        sort_few(keys, count);
+        sort_few<few>(keys, count);
         for (std::uint32_t k = 0; k < count; ++k)
             keys[k] &= 0xff;
         for (auto& each : column) {

@@ -133,11 +133,6 @@ void throw_no_shape(std::uint32_t id, std::size_t shapes, std::size_t poses)
                     " poses; give one of each for every id",
                 id);
 }
-void throw_not_one_each(std::size_t questions, std::size_t count, const char* things)
-{
-    throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(questions) + " questions and " +
-                                              std::to_string(count) + " " + things + "; give one for each");
-}
 
 #define JOSTLE_SHAPE_QUERY(Dim, T)                                                                           \
     template JOSTLE_API void check_question(const Ray<Dim, T>&, std::uint64_t);                              \

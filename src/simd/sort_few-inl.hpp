@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Sorts up to 256 numbers without a branch that depends on them: mispredicted branches are what a short sort
-// spends its time on. Compiled once per instruction set, see kernels.cpp.
+// Sorts a few numbers without a branch that depends on them: mispredicted branches are what a short sort
+// spends its time on. Included by kernels that are compiled once per instruction set, behind vec-inl.hpp.
 
-/// Sorts at most `few` numbers, no two the same, ascending. The place of a number is how many are smaller;
-/// they are counted for two vectors of numbers at once.
-HWY_ATTR inline void sort_few(std::uint32_t* numbers, std::uint32_t count)
+/// Sorts at most `most` numbers, no two the same, ascending. The place of a number is how many are smaller;
+/// they are counted for two vectors of numbers at once. Beyond some 128 numbers, sorting by digits is faster.
+template <std::uint32_t most>
+HWY_ATTR void sort_few(std::uint32_t* numbers, std::uint32_t count)
 {
 #if JOSTLE_SIMD_PLAIN
     std::sort(numbers, numbers + count);
@@ -12,7 +13,7 @@ HWY_ATTR inline void sort_few(std::uint32_t* numbers, std::uint32_t count)
     // The lowest int for 0: some sets compare signed numbers only.
     using Numbers = Vec<std::int32_t>;
     constexpr std::uint32_t at_once = 2 * Numbers::size;
-    alignas(64) std::int32_t unsorted[few + at_once];
+    alignas(64) std::int32_t unsorted[most + at_once];
     alignas(64) std::int32_t place[at_once];
     const std::uint32_t end = (count + at_once - 1) / at_once * at_once;
     for (std::uint32_t k = 0; k < count; ++k)
