@@ -27,15 +27,24 @@ const scratch = mkdtempSync(path.join(tmpdir(), "jostle-picture-"));
 const browser = await chromium.launch({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox"] });
 try {
   // Twice the pixels, since a processor that draws leaves half of them out.
-  const page = await browser.newPage({ viewport: { width, height }, deviceScaleFactor: 2, colorScheme: "dark" });
-  await page.goto(`http://127.0.0.1:${server.httpServer.address().port}/#scene=uniform&n=1200&seed=1&paused=1`);
+  const page = await browser.newPage({
+    viewport: { width, height },
+    deviceScaleFactor: 2,
+    colorScheme: "dark",
+  });
+  await page.goto(
+    `http://127.0.0.1:${server.httpServer.address().port}/#scene=uniform&n=1200&seed=1&paused=1`,
+  );
   // Words stand beside the boxes. Times are those of whatever machine makes the picture, and left out.
   await page.addStyleTag({
-    content: `aside, .hint, .stage::after, .figures div:has(#ms), .figures div:has(#frame) { display: none !important }
+    content: `aside, .hint, .stage::after { display: none !important }
+      .figures div:has(#ms), .figures div:has(#frame) { display: none !important }
       main { display: grid; grid-template-columns: 1fr; height: 100% } .stage { height: 100% }
       canvas { position: absolute; left: 200px; width: calc(100% - 200px); outline: none !important }
-      header { position: fixed; top: 22px; left: 26px; width: 210px; gap: 8px; flex-direction: column; align-items: start }
-      .figures { left: 26px; bottom: 22px; flex-direction: column; align-items: start } .figures .main dd { font-size: 40px }
+      header { position: fixed; top: 22px; left: 26px; width: 210px; gap: 8px;
+        flex-direction: column; align-items: start }
+      .figures { left: 26px; bottom: 22px; flex-direction: column; align-items: start }
+      .figures .main dd { font-size: 40px }
       header .legend { margin-top: 8px }`,
   });
   await page.waitForFunction(() => window.jostle?.stats());
@@ -56,7 +65,9 @@ try {
     files.push(file);
   }
   const round = [...files, ...files.slice(1, -1).reverse()];
-  execFileSync("img2webp", ["-loop", "0", "-d", "80", "-lossy", "-q", "60", "-m", "6", ...round, "-o", out], { stdio: "inherit" });
+  execFileSync("img2webp", ["-loop", "0", "-d", "80", "-lossy", "-q", "60", "-m", "6", ...round, "-o", out], {
+    stdio: "inherit",
+  });
   console.log(`${out}: ${Math.round(statSync(out).size / 1000)} kB`);
 } finally {
   await browser.close();

@@ -1,7 +1,10 @@
 import { defineConfig } from "vite";
 
 // Threads need shared memory, which browsers give only to pages that are isolated from other origins.
-const isolated = { "Cross-Origin-Opener-Policy": "same-origin", "Cross-Origin-Embedder-Policy": "require-corp" };
+const isolated = {
+  "Cross-Origin-Opener-Policy": "same-origin",
+  "Cross-Origin-Embedder-Policy": "require-corp",
+};
 
 export default defineConfig({
   base: "./", // so that the folder works wherever it is put

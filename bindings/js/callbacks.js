@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the module imports from JavaScript (an emscripten library): the functions that src/core.js puts into Module.callbacks.
+// What the module imports from JavaScript (an emscripten library): the functions that src/core.js puts into
+// Module.callbacks.
 mergeInto(LibraryManager.library, {
   jostle_js_accept_pair: function (number, a, b) {
     return Module["callbacks"].acceptPair(number, a, b);

@@ -13,6 +13,7 @@ import json
 import pathlib
 import re
 import sys
+import textwrap
 
 HERE = pathlib.Path(__file__).resolve().parent
 STRUCTS = HERE / "src" / "structs.js"
@@ -41,11 +42,20 @@ def layouts(described):
     return found
 
 
+def line(begin, members):
+    """An object of JavaScript's, on one line if it has up to 110 columns."""
+    if len(begin) + len(members) <= 110 - len(" = {  };"):
+        return [f"{begin} = {{ {members} }};"]
+    bound = members.replace(": ", ":\0") + ","  # what belongs together stays on a line
+    lines = textwrap.wrap(bound, 110, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+    return [f"{begin} = {{", *(each.replace("\0", " ") for each in lines), "};"]
+
+
 def structs(described):
     lines = ["// SPDX-License-Identifier: MIT", "// Written by bindings/js/describe.py: sizes of structs, and offsets of their members.", ""]
     for name, (size, offsets) in layouts(described).items():
         members = ", ".join(f"{member}: {offset}" for member, offset in offsets.items())
-        lines.append(f"export const {name} = {{ sizeof: {size}, {members} }};")
+        lines += line(f"export const {name}", f"sizeof: {size}, {members}")
     names = {kind: {} for kind in ("jostle_status", "jostle_end_reason", "jostle_shape_type", "jostle_question")}
     for constant in described["constants"]:
         if constant["type"] in names:
@@ -54,7 +64,7 @@ def structs(described):
     for kind, prefix in (("jostle_status", "JOSTLE_"), ("jostle_end_reason", "JOSTLE_"), ("jostle_shape_type", "JOSTLE_SHAPE_"),
                          ("jostle_question", "JOSTLE_")):
         each = ", ".join(f'{value}: "{name.removeprefix(prefix).lower()}"' for value, name in names[kind].items())
-        lines.append(f"export const {kind} = {{ {each} }};")
+        lines += line(f"export const {kind}", each)
     return "\n".join(lines) + "\n"
 
 

@@ -4,13 +4,13 @@
  *
  *     import { load } from "jostle";
  *     const jostle = await load();
- *     const boxes = new Float32Array([0, 0, 2, 2,  1, 1, 3, 3,  5, 5, 6, 6]);   // lower bounds, then upper ones
+ *     const boxes = new Float32Array([0, 0, 2, 2,  1, 1, 3, 3,  5, 5, 6, 6]);  // lower bounds, then upper
  *     jostle.findPairs(boxes, { dim: 2 });                                      // Uint32Array [0, 1]
  *
  * Boxes  are one flat array: for each box `dim` lower bounds, then `dim` upper ones. A Float32Array or a
  *        Float64Array says which numbers they are. Boxes are closed, so that touching counts.
  * Order  is the same on every machine and any number of threads.
- * Memory An array that lies in the module's memory (see `array`) is read in place, every other is copied into it.
+ * Memory An array that lies in the module's memory (see `array`) is read in place, others are copied into it.
  *        What a call returns belongs to the caller, unless its comment says that it is a view. Objects with
  *        `dispose()` hold memory of the module: dispose of them, or leave it to the garbage collector.
  * Errors Every mistake is a `JostleError` that names the object, and leaves everything as it was.
@@ -20,7 +20,10 @@
 export class JostleError extends Error {
   /** The lowest object at fault; undefined where no single object is. */
   readonly index: number | undefined;
-  /** "nan_coordinate", "inverted_box", "size_mismatch", "invalid_argument", "stale_id", "bad_snapshot", "out_of_memory", ... */
+  /**
+   * "nan_coordinate", "inverted_box", "size_mismatch", "invalid_argument", "stale_id", "bad_snapshot",
+   * "out_of_memory", ...
+   */
   readonly status: string;
   /** What was given there: the box's numbers for a bad box; undefined where no single value is at fault. */
   readonly value: number | number[] | undefined;
@@ -29,16 +32,21 @@ export class JostleError extends Error {
 
 export interface LoadOptions {
   /**
-   * A smaller module: "2d" or "3d" has everything in float32 and that many dimensions, but for the simulations, which are of 3D;
-   * "pairs" has what JostlePairs has. Where there are to be threads it is the whole one.
+   * A smaller module: "2d" or "3d" has everything in float32 and that many dimensions, but for the
+   * simulations, which are of 3D; "pairs" has what JostlePairs has. Where there are to be threads it is the
+   * whole one.
    */
   only?: "pairs" | "2d" | "3d";
   /**
-   * The module, where it doesn't lie beside the package's own files: its bytes, its address, a response, or a compiled module.
-   * It must be the one that the other options ask for: jostle.wasm, jostle-threads.wasm, or that of `only`, such as jostle-3d.wasm.
+   * The module, where it doesn't lie beside the package's own files: its bytes, its address, a response, or a
+   * compiled module. It must be the one that the other options ask for: jostle.wasm, jostle-threads.wasm, or
+   * that of `only`, such as jostle-3d.wasm.
    */
   wasm?: URL | string | ArrayBuffer | Uint8Array | WebAssembly.Module | Response | PromiseLike<Response>;
-  /** 1 by default. More need a page that is cross-origin isolated (`support.threads` says); 0 for one per core. */
+  /**
+   * 1 by default. More need a page that is cross-origin isolated (`support.threads` says); 0 for one per
+   * core.
+   */
   threads?: number;
   /** The most memory that the module may take, in bytes. By default 2 GB. */
   maxMemory?: number;
@@ -66,7 +74,10 @@ export type Integers = Uint32Array | MemoryArray<Uint32Array>;
 /** Ids of a world's objects. */
 export type Ids = BigUint64Array;
 
-/** What gives its memory back: `using finder = new jostle.PairFinder()` does so, too, where there is Symbol.dispose. */
+/**
+ * What gives its memory back: `using finder = new jostle.PairFinder()` does so, too, where there is
+ * Symbol.dispose.
+ */
 export interface Disposable {
   /** Gives all memory back. Any later use is a JostleError; disposing again does nothing. */
   dispose(): void;
@@ -81,14 +92,19 @@ export interface Disposable {
  *     finder.find(boxes, { dim: 3 });             // no copy
  */
 export interface MemoryArray<A extends ArrayBufferView = FloatArray> extends Disposable {
-  /** The numbers. When memory grows, earlier views have no elements any more: ask for `view` anew, it costs nothing. */
+  /**
+   * The numbers. When memory grows, earlier views have no elements any more: ask for `view` anew, it costs
+   * nothing.
+   */
   readonly view: A;
   readonly length: number;
 }
 
 /** Which pairs are wanted; what isn't given filters nothing. */
 export interface Filter {
-  /** Bit sets, one per box: a pair counts if each box's category has a bit in common with the other's mask. */
+  /**
+   * Bit sets, one per box: a pair counts if each box's category has a bit in common with the other's mask.
+   */
   category?: Integers;
   mask?: Integers;
   /** Boxes of one owner don't pair; 2**32 - 1 means no owner. */
@@ -97,7 +113,10 @@ export interface Filter {
   categoryB?: Integers;
   maskB?: Integers;
   ownerB?: Integers;
-  /** Asked last, for each pair that the rest lets through. With several threads the search runs on one if this is given. */
+  /**
+   * Asked last, for each pair that the rest lets through. With several threads the search runs on one if this
+   * is given.
+   */
   accept?: (a: number, b: number) => boolean;
 }
 
@@ -107,9 +126,10 @@ export interface FindOptions extends Filter {
   /** Pairs ascending by (a, b). Else they come by their place in space, which is the fastest. */
   sort?: boolean;
   /**
-   * What finds them. "grid" is the library's own engine. "chapter" is the hierarchical hash grid that it grew out of, "uniform"
-   * the same with one cell size (`cellSize`, by default the longest edge of all), "brute" tests every box against every other.
-   * The other engines are for comparison: within one set, and without filters; their order is their own.
+   * What finds them. "grid" is the library's own engine. "chapter" is the hierarchical hash grid that it grew
+   * out of, "uniform" the same with one cell size (`cellSize`, by default the longest edge of all), "brute"
+   * tests every box against every other. The other engines are for comparison: within one set, and without
+   * filters; their order is their own.
    */
   engine?: Engine;
   /** The edge of the cells of "uniform". */
@@ -131,32 +151,47 @@ export interface FindStats {
   nestedGrids: number;
   bytesReserved: number;
   msTotal: number;
-  /** Stages: choosing the grid, sorting boxes into bricks, finding pairs in bricks, putting the result in order. */
+  /**
+   * Stages: choosing the grid, sorting boxes into bricks, finding pairs in bricks, putting the result in
+   * order.
+   */
   msTune: number;
   msScatter: number;
   msSweep: number;
   msFinish: number;
 }
 
-/** The broad phase, frame after frame. It keeps its working memory, so that a steady frame allocates nothing. */
+/**
+ * The broad phase, frame after frame. It keeps its working memory, so that a steady frame allocates nothing.
+ */
 export interface PairFinder extends Disposable {
   /**
    * All pairs among `boxes`, or of one of `boxes` and one of `other`: a0, b0, a1, b1, ...
-   * The result is a view of the module's memory, valid until the next call of anything of Jostle's: `slice()` it to keep it.
+   * The result is a view of the module's memory, valid until the next call of anything of Jostle's: `slice()`
+   * it to keep it.
    */
   find(boxes: Floats, options: FindOptions): Uint32Array;
   find(boxes: Floats, other: Floats, options: FindOptions): Uint32Array;
   /** The pairs of the last search, as a view that is valid now. */
   readonly pairs: Uint32Array;
-  /** The order-independent fingerprint of the last search's pairs, as `jostle bench` prints it: 16 hexadecimal digits. */
+  /**
+   * The order-independent fingerprint of the last search's pairs, as `jostle bench` prints it: 16 hexadecimal
+   * digits.
+   */
   readonly checksum: string;
   readonly stats: FindStats;
   /**
-   * Hands the pairs over as they are found, so that any number of them fits: `pairs` is a view for the duration of the call.
-   * Return false to stop. Returns whether it went to the end. On one thread, in the order of `find`.
+   * Hands the pairs over as they are found, so that any number of them fits: `pairs` is a view for the
+   * duration of the call. Return false to stop. Returns whether it went to the end. On one thread, in the
+   * order of `find`.
    */
   stream(boxes: Floats, options: FindOptions, sink: (pairs: Uint32Array) => boolean | void): boolean;
-  stream(boxes: Floats, other: Floats, options: FindOptions, sink: (pairs: Uint32Array) => boolean | void): boolean;
+  stream(
+    boxes: Floats,
+    other: Floats,
+    options: FindOptions,
+    sink: (pairs: Uint32Array) => boolean | void,
+  ): boolean;
   /** Gives working memory back; it is taken again when it is needed. */
   releaseMemory(): void;
 }
@@ -170,16 +205,24 @@ export interface ScenePairs {
   of(scene: number): Uint32Array;
 }
 
-/** The grid of bricks that the engine chooses for boxes, and what it stores in it. See docs/guide/engine.md. */
+/**
+ * The grid of bricks that the engine chooses for boxes, and what it stores in it. See docs/guide/engine.md.
+ */
 export interface Bricks {
   /** How many bricks there are along each of the user's axes. */
   readonly cells: number[];
-  /** Where the first brick begins, and how long a brick is, along each of the user's axes. Border bricks reach on to infinity. */
+  /**
+   * Where the first brick begins, and how long a brick is, along each of the user's axes. Border bricks reach
+   * on to infinity.
+   */
   readonly origin: number[];
   readonly edge: number[];
   /** The axis along which bricks are swept. */
   readonly sweepAxis: number;
-  /** The brick with records number k has the place at[dim * k], ... in the grid, counted along the user's axes. */
+  /**
+   * The brick with records number k has the place at[dim * k], ... in the grid, counted along the user's
+   * axes.
+   */
   readonly at: Uint32Array;
   /** Its records are numbers first[k] to first[k + 1] - 1. */
   readonly first: Uint32Array;
@@ -187,7 +230,10 @@ export interface Bricks {
   readonly objects: Uint32Array;
   /** Of each record, one bit per axis of the user's: the box began in a lower brick there. */
   readonly copies: Uint8Array;
-  /** Of each record, for each of the user's axes: lower and upper bound in quanta, 0 to 16384 from the brick's start. */
+  /**
+   * Of each record, for each of the user's axes: lower and upper bound in quanta, 0 to 16384 from the brick's
+   * start.
+   */
   readonly bounds: Uint16Array;
   /** How many quanta a brick's edge has. */
   readonly quanta: number;
@@ -230,7 +276,9 @@ export interface SimulationOptions {
   seed?: number | bigint;
 }
 
-/** Falling bodies through the whole library: what `jostle simulate` runs. Metres, seconds, 60 frames a second. */
+/**
+ * Falling bodies through the whole library: what `jostle simulate` runs. Metres, seconds, 60 frames a second.
+ */
 export interface Simulation extends Disposable {
   step(): void;
   readonly frame: number;
@@ -254,7 +302,10 @@ export interface Simulation extends Disposable {
   readonly shapes: SimulationShape[];
   /** Of each body, which of `shapes` it is. */
   readonly shapeOf: Uint8Array;
-  /** Of each body: the radius of a sphere, half the edge of a cube, the distance of an octahedron's corners from its centre. */
+  /**
+   * Of each body: the radius of a sphere, half the edge of a cube, the distance of an octahedron's corners
+   * from its centre.
+   */
   readonly sizes: Float32Array;
   /** The contacts of the last step; objects from `bodies` on are floor and walls. */
   contacts(): Contacts;
@@ -264,13 +315,14 @@ export type SimulationShape = "sphere" | "cube" | "octahedron";
 // --- Questions -------------------------------------------------------------------------------------------
 
 /**
- * Many questions of one kind, in the numbers of the index's or world's boxes. One after another in each array:
+ * Many questions of one kind, in the numbers of the index's or world's boxes, one after another in an array:
  *
  * rays         origin, direction, greatest fraction: 2 dim + 1 numbers; see `rays()`
  * sweeps       a box, its motion, the greatest fraction: 3 dim + 1 numbers
  * boxes        what touches each of these boxes: 2 dim numbers
  * spheres      centre and radius: dim + 1 numbers
- * frustums     for each an array of planes: normal and offset, dim + 1 numbers; inside is where normal . p + offset >= 0
+ * frustums     for each an array of planes: normal and offset, dim + 1 numbers; inside is where
+ *              normal . p + offset >= 0
  * nearest      points: dim numbers; the `count` boxes nearest to each, no further than maxDistance
  * nearestToBoxes  the same for boxes: 2 dim numbers
  */
@@ -324,11 +376,15 @@ export interface Answers<IdArray> {
 export interface Questionable<Id, IdArray, F> {
   /** The first object along each ray or sweep. */
   first(questions: Questions, filter?: F): Hits<IdArray extends Uint32Array ? Float64Array : IdArray>;
-  /** All answers, or no more than maxResults to each: rays, sweeps, nearest ascending by (at, id), others by id. */
+  /**
+   * All answers, or no more than maxResults to each: rays, sweeps, nearest ascending by (at, id), others by
+   * id.
+   */
   all(questions: Questions, options?: F & { maxResults?: number }): Answers<IdArray>;
   /**
-   * Hands the answers to one question over as they are found: along rays and sweeps and to the nearest ascending by (at, id). False
-   * stops; a number says that nothing further than that is wanted. Returns whether all answers were handed over.
+   * Hands the answers to one question over as they are found: along rays and sweeps and to the nearest
+   * ascending by (at, id). False stops; a number says that nothing further than that is wanted. Returns
+   * whether all answers were handed over.
    */
   visit(question: Questions, visit: (id: Id, at: number) => boolean | number | void, filter?: F): boolean;
   /** Whether there is any: 1 or 0. Not for the nearest. */
@@ -342,7 +398,9 @@ export interface IndexOptions {
   type?: NumberType;
 }
 
-/** Boxes that stay, and questions about them. An id is a number of the caller's own; by default the position. */
+/**
+ * Boxes that stay, and questions about them. An id is a number of the caller's own; by default the position.
+ */
 export interface BoxIndex extends Disposable, Questionable<number, Uint32Array, IndexQueryFilter> {
   readonly dim: Dimension;
   readonly type: NumberType;
@@ -357,7 +415,16 @@ export interface BoxIndex extends Disposable, Questionable<number, Uint32Array, 
   boxes(ids: Integers): FloatArray;
   /** All pairs of one of `boxes` and an object that it touches, ascending: position in `boxes`, id. */
   join(boxes: Floats): Uint32Array;
-  readonly stats: { objects: number; pages: number; leaves: number; nodes: number; depth: number; bytes: number; sorts: number; splits: number };
+  readonly stats: {
+    objects: number;
+    pages: number;
+    leaves: number;
+    nodes: number;
+    depth: number;
+    bytes: number;
+    sorts: number;
+    splits: number;
+  };
   releaseMemory(): void;
 }
 
@@ -405,16 +472,37 @@ export const endReasons: readonly string[];
 
 /** What the last update did. Times are in microseconds. */
 export interface WorldStats {
-  objects: number; resting: number; active: number; disabled: number; refused: number;
-  commands: number; dropped: number; changed: number; woken: number; settled: number; candidates: number;
-  falsePositives: number; listed: number; began: number; persisted: number; ended: number; bytesReserved: number;
-  usTotal: number; usApply: number; usActive: number; usResting: number; usEvents: number; usIndex: number;
-  padded: number; odd: number;
+  objects: number;
+  resting: number;
+  active: number;
+  disabled: number;
+  refused: number;
+  commands: number;
+  dropped: number;
+  changed: number;
+  woken: number;
+  settled: number;
+  candidates: number;
+  falsePositives: number;
+  listed: number;
+  began: number;
+  persisted: number;
+  ended: number;
+  bytesReserved: number;
+  usTotal: number;
+  usApply: number;
+  usActive: number;
+  usResting: number;
+  usEvents: number;
+  usIndex: number;
+  padded: number;
+  odd: number;
 }
 
 /**
  * Objects that live, move and rest, and the pairs between them. Commands take effect in the next update.
- * An id is a 64-bit number: its low 32 bits are a small index, good for arrays (`jostle.indexOf(ids)`). Objects at rest cost nothing.
+ * An id is a 64-bit number: its low 32 bits are a small index, good for arrays (`jostle.indexOf(ids)`).
+ * Objects at rest cost nothing.
  */
 export interface World extends Disposable, Questionable<bigint, BigUint64Array, QueryFilter<bigint>> {
   readonly dim: Dimension;
@@ -427,7 +515,9 @@ export interface World extends Disposable, Questionable<bigint, BigUint64Array, 
   add(boxes: Floats, options?: AddOptions): BigUint64Array;
   /** Removes these objects, or none of them if one doesn't exist. */
   remove(ids: Ids): void;
-  /** New boxes; with displacements, `dim` numbers each, they touch what lies on their way in the coming step. */
+  /**
+   * New boxes; with displacements, `dim` numbers each, they touch what lies on their way in the coming step.
+   */
   move(ids: Ids, boxes: Floats, options?: { displacements?: Floats; sequence?: number }): void;
   teleport(ids: Ids, boxes: Floats, options?: { sequence?: number }): void;
   /** New edge lengths, `dim` numbers each, about the same centres. */
@@ -438,16 +528,24 @@ export interface World extends Disposable, Questionable<bigint, BigUint64Array, 
   /** 64 bits of the caller's own for each object, at once. */
   setUserData(ids: Ids, data: BigUint64Array): void;
   userData(ids: Ids): BigUint64Array;
-  /** In the next update the pairs of these objects, or the pairs of ids[i] and others[i], begin again if they still touch. */
+  /**
+   * In the next update the pairs of these objects, or the pairs of ids[i] and others[i], begin again if they
+   * still touch.
+   */
   reportAgain(ids: Ids, others?: Ids): void;
 
-  /** Applies what was queued and finds out what that did to the pairs; with ids and boxes, moves those first. */
+  /**
+   * Applies what was queued and finds out what that did to the pairs; with ids and boxes, moves those first.
+   */
   update(): void;
   update(ids: Ids, boxes: Floats): void;
   /** Shows what was queued to questions, ahead of the next update. */
   apply(): void;
 
-  /** Pairs that touch now and didn't before: ids a0, b0, a1, b1, ... ascending by index. A view, valid until the next update. */
+  /**
+   * Pairs that touch now and didn't before: ids a0, b0, a1, b1, ... ascending by index. A view, valid until
+   * the next update.
+   */
   began(): BigUint64Array;
   /** Pairs that touched before and don't now, and why. */
   ended(): EndedPairs;
@@ -516,8 +614,9 @@ export interface Shapes extends Disposable {
 }
 
 /**
- * Contacts, number by number; all are copies. Contact i is of the pair pairs[2i], pairs[2i + 1], and has the points
- * first[i] to first[i + 1] - 1. A normal points from a to b; points are relative to the position of a, and of b.
+ * Contacts, number by number; all are copies. Contact i is of the pair pairs[2i], pairs[2i + 1], and has the
+ * points first[i] to first[i + 1] - 1. A normal points from a to b; points are relative to the position of a,
+ * and of b.
  */
 export interface Contacts {
   readonly length: number;
@@ -555,15 +654,18 @@ export interface CastHits {
   readonly movingParts: Uint32Array;
 }
 
-/** Objects with a shape and a pose: position and quaternion x, y, z, w (7 numbers); in 2D position, cosine, sine (4 numbers). */
+/**
+ * Objects with a shape and a pose: position and quaternion x, y, z, w (7 numbers); in 2D position, cosine,
+ * sine (4 numbers).
+ */
 export interface Objects {
   shapes: Shapes;
   poses: Floats;
 }
 
 /**
- * From pairs to contacts, frame after frame. Pairs are among the objects `a`, or of one of `a` and one of `b`.
- * What it returns is in the order of the pairs.
+ * From pairs to contacts, frame after frame. Pairs are among the objects `a`, or of one of `a` and one of
+ * `b`. What it returns is in the order of the pairs.
  */
 export interface ContactFinder extends Disposable {
   readonly dim: Dimension;
@@ -573,7 +675,10 @@ export interface ContactFinder extends Disposable {
   /** Whether the shapes of each pair touch: 1 or 0. */
   touching(a: Objects, pairs: Integers, options?: { b?: Objects }): Uint8Array;
   distances(a: Objects, pairs: Integers, options?: { b?: Objects; maxDistance?: number }): Distances;
-  /** When moving shapes first touch: in place of poses motions, which have linear and angular velocity as well (13 or 7 numbers). */
+  /**
+   * When moving shapes first touch: in place of poses motions, which have linear and angular velocity as well
+   * (13 or 7 numbers).
+   */
   impacts(a: Objects, pairs: Integers, options?: { b?: Objects; tolerance?: number }): Impacts;
   /** Where ray pairs[2i] first meets object pairs[2i + 1]. */
   rayCasts(rays: Floats, objects: Objects, pairs: Integers): CastHits;
@@ -601,14 +706,21 @@ export interface JostlePairs extends Disposable {
   findPairs(boxes: Floats, options: FindOptions): Uint32Array;
   findPairs(boxes: Floats, other: Floats, options: FindOptions): Uint32Array;
   /** The pairs in space that repeats itself: `period` is its length along each axis, 0 where it doesn't. */
-  findPeriodicPairs(boxes: Floats, period: ArrayLike<number>, options: FindOptions): { pairs: Uint32Array; shifts: FloatArray };
+  findPeriodicPairs(
+    boxes: Floats,
+    period: ArrayLike<number>,
+    options: FindOptions,
+  ): { pairs: Uint32Array; shifts: FloatArray };
   /** The pairs of many independent scenes: scene k is the boxes from offsets[k] up to offsets[k + 1]. */
   findScenes(boxes: Floats, offsets: ArrayLike<number>, options: FindOptions): ScenePairs;
   /** Throws the error that every search throws for these boxes, or does nothing. */
   validate(boxes: Floats, options: { dim: Dimension }): void;
   /** The order-independent fingerprint of pairs, as `jostle bench` prints it: 16 hexadecimal digits. */
   checksum(pairs: Integers): string;
-  /** The engine's outermost grid for these boxes. (Up to 128 boxes are searched without: every box against every other.) */
+  /**
+   * The engine's outermost grid for these boxes. (Up to 128 boxes are searched without: every box against
+   * every other.)
+   */
   bricks(boxes: Floats, options: { dim: Dimension }): Bricks;
 
   readonly scenes: readonly SceneInfo[];
@@ -637,7 +749,11 @@ export interface Jostle extends JostlePairs {
   hull(points: FloatArray, dim: Dimension): Shape;
   roundedHull(points: FloatArray, radius: number, dim: Dimension): Shape;
   mesh(vertices: FloatArray, elements: Uint32Array, dim: Dimension): Shape;
-  heightField(heights: Float64Array, columns: number, options?: { spacingX?: number; spacingZ?: number; thickness?: number }): Shape;
+  heightField(
+    heights: Float64Array,
+    columns: number,
+    options?: { spacingX?: number; spacingZ?: number; thickness?: number },
+  ): Shape;
   compound(shapes: Shape[], poses: Float64Array): Shape;
   /** The tightest box around each object, rounded outwards, with `margin` added. */
   bounds(objects: Objects, options?: { margin?: number }): FloatArray;
@@ -646,7 +762,17 @@ export interface Jostle extends JostlePairs {
   indexOf(ids: Ids): Uint32Array;
 }
 
-/** Packs rays: origins and directions, `dim` numbers each, and how far they go, one number for all or one for each. */
-export function rays(origins: FloatArray, directions: FloatArray, options: { dim: Dimension; maxFraction?: number | ArrayLike<number> }): { rays: FloatArray };
+/**
+ * Packs rays: origins and directions, `dim` numbers each, and how far they go, one number for all or one for
+ * each.
+ */
+export function rays(
+  origins: FloatArray,
+  directions: FloatArray,
+  options: { dim: Dimension; maxFraction?: number | ArrayLike<number> },
+): { rays: FloatArray };
 /** Packs poses: positions, and in 3D quaternions x, y, z, w, in 2D angles. Without rotations none turns. */
-export function poses(positions: FloatArray, options: { dim: Dimension; rotations?: ArrayLike<number> }): FloatArray;
+export function poses(
+  positions: FloatArray,
+  options: { dim: Dimension; rotations?: ArrayLike<number> },
+): FloatArray;

@@ -1,5 +1,6 @@
 # cmake -D source= -P: every source file is formatted as .clang-format says, and no line with a comment
-# has more than 110 columns (clang-format sees to the code and leaves comments alone).
+# has more than 110 columns (clang-format sees to the code and leaves comments alone); nor has any line of JavaScript
+# or TypeScript.
 cmake_policy(SET CMP0009 NEW) # not through links, of which build folders have some
 find_program(clang_format clang-format-19)
 if(NOT clang_format)
@@ -22,11 +23,22 @@ foreach(file IN LISTS files)
     string(APPEND too_long "  ${name}: ${first}\n")
   endif()
 endforeach()
+file(GLOB_RECURSE scripts ${source}/*.js ${source}/*.mjs ${source}/*.ts)
+list(FILTER scripts EXCLUDE REGEX "^${source}/(build|\\.)[^/]*/|/node_modules/")
+foreach(file IN LISTS scripts)
+  file(STRINGS ${file} lines ENCODING UTF-8 REGEX "^${too_wide}")
+  if(lines)
+    file(RELATIVE_PATH name ${source} ${file})
+    list(GET lines 0 first)
+    string(APPEND too_long "  ${name}: ${first}\n")
+  endif()
+endforeach()
 if(too_long)
-  message(FATAL_ERROR "Comments beyond column 110; the first one of each file:\n${too_long}")
+  message(FATAL_ERROR "Lines of JavaScript, or comments, beyond column 110; the first one of each file:\n${too_long}")
 endif()
 list(LENGTH files count)
-if(count EQUAL 0)
+list(LENGTH scripts script_count)
+if(count EQUAL 0 OR script_count EQUAL 0)
   message(FATAL_ERROR "No source files in ${source}")
 endif()
-message(STATUS "${count} files checked")
+message(STATUS "${count} files and ${script_count} scripts checked")

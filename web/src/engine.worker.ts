@@ -3,7 +3,16 @@ import * as Comlink from "comlink";
 import { load, support, type BoxIndex, type Jostle, type PairFinder } from "jostle";
 
 import { boxesPerRow, mostPairsDrawn, pairsPerRow } from "./messages";
-import type { BrickList, Buffers, Frame, Loaded, Path, RaceEngine, RaceOutcome, SceneChoice } from "./messages";
+import type {
+  BrickList,
+  Buffers,
+  Frame,
+  Loaded,
+  Path,
+  RaceEngine,
+  RaceOutcome,
+  SceneChoice,
+} from "./messages";
 import { FileError, readBoxes } from "./files/boxes";
 import { pathOf } from "./path";
 import { FileSource, LiveSource, openScene, type Source } from "./sources";
@@ -36,7 +45,11 @@ export class Engine {
         ...jostle.scenes
           .filter((scene) => !scene.hostile)
           .map(({ name, summary }) => ({ name, summary, simulated: false })),
-        ...jostle.simulations.map(({ name, summary }) => ({ name: `falling-${name}`, summary, simulated: true })),
+        ...jostle.simulations.map(({ name, summary }) => ({
+          name: `falling-${name}`,
+          summary,
+          simulated: true,
+        })),
       ],
       threads: jostle.threads,
       mostThreads,
@@ -121,7 +134,10 @@ export class Engine {
     const rows = Math.max(1, Math.ceil(count / boxesPerRow));
     // With some room, since the next frame may have more.
     const pairRows = Math.ceil((1.25 * drawnPairs + 1) / pairsPerRow);
-    const forPairs = buffers.pairs.length >= 2 * drawnPairs && buffers.pairs.length > 0 ? buffers.pairs : new Uint32Array(2 * pairRows * pairsPerRow);
+    const forPairs =
+      buffers.pairs.length >= 2 * drawnPairs && buffers.pairs.length > 0
+        ? buffers.pairs
+        : new Uint32Array(2 * pairRows * pairsPerRow);
     forPairs.set(pairs.subarray(0, 2 * drawnPairs));
     const checksum = finder.checksum;
     const exactly = 6 * rows * boxesPerRow;
@@ -190,7 +206,10 @@ export class Engine {
     return Number(this.index.first({ rays: ray }).ids[0]);
   }
 
-  /** Finds the pairs of the present boxes another way, once, unless that would take much longer than people wait. */
+  /**
+   * Finds the pairs of the present boxes another way, once, unless that would take much longer than people
+   * wait.
+   */
   race(engine: RaceEngine): RaceOutcome {
     const source = this.present();
     const tests = expectedTests(source, engine);

@@ -41,9 +41,13 @@ class Page {
   private readonly stillness = matchMedia("(prefers-reduced-motion: reduce)");
 
   constructor() {
-    const worker = new Worker(new URL("./engine.worker.ts", import.meta.url), { type: "module", name: "engine" });
+    const worker = new Worker(new URL("./engine.worker.ts", import.meta.url), {
+      type: "module",
+      name: "engine",
+    });
     worker.addEventListener("error", (event) => {
-      message(`The engine couldn't be started: ${event.message || "its files are missing"}. Reload the page to try again.`);
+      const why = event.message || "its files are missing";
+      message(`The engine couldn't be started: ${why}. Reload the page to try again.`);
     });
     this.engine = Comlink.wrap<Engine>(worker);
     this.view = this.makeView();
@@ -56,10 +60,17 @@ class Page {
       const view = new View(element<HTMLCanvasElement>("canvas"));
       view.onPick = (from, direction) => void this.pick(from, direction);
       view.onContext = (lost) =>
-        message(lost ? "The graphics card was taken away from this page. The engine goes on; the picture comes back by itself." : "");
+        message(
+          lost
+            ? "The graphics card was taken away from this page. The engine goes on; " +
+                "the picture comes back by itself."
+            : "",
+        );
       return view;
     } catch {
-      message("This browser doesn't draw with WebGL 2. The engine runs all the same; only the picture is missing.");
+      message(
+        "This browser doesn't draw with WebGL 2. The engine runs all the same; only the picture is missing.",
+      );
       return undefined;
     }
   }
@@ -74,7 +85,8 @@ class Page {
     this.listen();
     await this.engine.showBodies(this.showsBodies);
     await this.open();
-    if (this.stillness.matches) status("Paused, because your system asks for less motion. Press Play to see it move.");
+    if (this.stillness.matches)
+      status("Paused, because your system asks for less motion. Press Play to see it move.");
     requestAnimationFrame((now) => this.tick(now));
   }
 
@@ -120,7 +132,9 @@ class Page {
   }
 
   private async openBytes(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<void> {
-    const frame = await this.inTurn(() => this.engine.openFile(Comlink.transfer(bytes, [bytes.buffer]), name));
+    const frame = await this.inTurn(() =>
+      this.engine.openFile(Comlink.transfer(bytes, [bytes.buffer]), name),
+    );
     this.file = name;
     this.begin(frame);
   }
@@ -139,7 +153,9 @@ class Page {
       // What could be made before can be made again.
       this.state = { ...this.state, n: last.count, frame: 0 };
       this.showControls();
-      const again = await this.inTurn(() => this.engine.open({ scene, n: last.count, seed, ratio, frame: 0 }));
+      const again = await this.inTurn(() =>
+        this.engine.open({ scene, n: last.count, seed, ratio, frame: 0 }),
+      );
       this.begin(again);
     }
   }
@@ -239,7 +255,11 @@ class Page {
     this.view?.choose([chosen, ...path.partners.map(({ box }) => box)]);
     // Alone the bricks of the box are shown, unless all are.
     const { bricks, inside } = path;
-    this.view?.showBricks(this.showsBricks ? list : only(list, bricks), this.showsBricks ? bricks : allOf(bricks), inside);
+    this.view?.showBricks(
+      this.showsBricks ? list : only(list, bricks),
+      this.showsBricks ? bricks : allOf(bricks),
+      inside,
+    );
     showPath(path, this.frame);
     element("let-go").addEventListener("click", () => this.choose(undefined));
   }
@@ -296,7 +316,8 @@ class Page {
     element<HTMLSelectElement>("threads").disabled = mostThreads === 1;
     const note = element("threads-note");
     note.hidden = crossOriginIsolated;
-    note.textContent = "One thread: this page's server doesn't isolate it from other origins, which browsers want for more.";
+    note.textContent =
+      "One thread: this page's server doesn't isolate it from other origins, which browsers want for more.";
     const simd = instructionSet === "scalar" ? "without SIMD" : "with SIMD";
     element("about").textContent = 
       `Jostle ${version}, a library for C++, C, Python and JavaScript, here in WebAssembly ${simd}. ` +
@@ -331,7 +352,11 @@ class Page {
     element<HTMLInputElement>("motion").value = String(motion);
     element("motion-shown").textContent = String(motion);
     element("pause").textContent = paused ? "Play" : "Pause";
-    history.replaceState(null, "", this.hasAddress ? formatState(this.state) : location.pathname + location.search);
+    history.replaceState(
+      null,
+      "",
+      this.hasAddress ? formatState(this.state) : location.pathname + location.search,
+    );
   }
   /** Whether an address leads to what is shown: not to a file that was dropped. */
   private get hasAddress(): boolean {
@@ -391,9 +416,18 @@ class Page {
     on("step", "click", () => void this.stepOnce());
     on("again", "click", () => void this.change({ seed: (this.state.seed % (2 ** 32 - 1)) + 1 }));
     on("scene", "change", ({ value }) => void this.change({ scene: value }));
-    on("n", "input", (input) => (element("n-shown").textContent = grouped(roundAt(part(input), ...limits.n))));
+    on(
+      "n",
+      "input",
+      (input) => (element("n-shown").textContent = grouped(roundAt(part(input), ...limits.n))),
+    );
     on("n", "change", (input) => void this.change({ n: roundAt(part(input), ...limits.n) }));
-    on("ratio", "input", (input) => (element("ratio-shown").textContent = `1 : ${grouped(roundAt(part(input), ...limits.ratio))}`));
+    on(
+      "ratio",
+      "input",
+      (input) =>
+        (element("ratio-shown").textContent = `1 : ${grouped(roundAt(part(input), ...limits.ratio))}`),
+    );
     on("ratio", "change", (input) => void this.change({ ratio: roundAt(part(input), ...limits.ratio) }));
     on("motion", "input", ({ value }) => {
       this.state.motion = Number(value);
@@ -411,7 +445,11 @@ class Page {
       this.showsBricks = checked;
       void this.explain();
     });
-    const cut = (): void => this.view?.cutAt(Number(element<HTMLSelectElement>("cut-axis").value), part(element<HTMLInputElement>("cut")));
+    const cut = (): void =>
+      this.view?.cutAt(
+        Number(element<HTMLSelectElement>("cut-axis").value),
+        part(element<HTMLInputElement>("cut")),
+      );
     on("cut", "input", cut);
     on("cut-axis", "change", cut);
     on("race", "click", () => void this.race());

@@ -1,6 +1,9 @@
 // What the page and its worker tell each other.
 
-/** How many boxes, and pairs, stand in a row of the textures that they are drawn from; buffers hold whole rows. */
+/**
+ * How many boxes, and pairs, stand in a row of the textures that they are drawn from; buffers hold whole
+ * rows.
+ */
 export const boxesPerRow = 1024;
 export const pairsPerRow = 1024;
 export const bodiesPerRow = 256;
@@ -73,7 +76,10 @@ export interface Frame extends Buffers {
 
 /** Bodies as they are, and where they touch; zeros up to whole rows. */
 export interface Bodies {
-  /** Position, rotation as a quaternion x, y, z, w, size, and what it is (0 sphere, 1 cube, 2 octahedron): 10 numbers with one to spare. */
+  /**
+   * Position, rotation as a quaternion x, y, z, w, size, and what it is (0 sphere, 1 cube, 2 octahedron): 10
+   * numbers with one to spare.
+   */
   poses: Float32Array<ArrayBuffer>;
   /** Of each point of contact its place and normal, with two numbers to spare: 8. */
   contacts: Float32Array<ArrayBuffer>;
@@ -95,7 +101,10 @@ export interface Path {
   /** The brick in which the box begins. */
   inside: Inside | undefined;
 }
-/** The records of one brick, as they are stored: in the order of their lower bounds along the axis that is swept. */
+/**
+ * The records of one brick, as they are stored: in the order of their lower bounds along the axis that is
+ * swept.
+ */
 export interface Inside {
   /** A place in a BrickList. */
   brick: number;
@@ -121,7 +130,10 @@ export interface Partner {
   box: number;
   /** How far the boxes overlap on each axis. */
   overlap: number[];
-  /** The brick that reports the pair: a place in a BrickList; -1 where there are so few boxes that no brick is needed. */
+  /**
+   * The brick that reports the pair: a place in a BrickList; -1 where there are so few boxes that no brick is
+   * needed.
+   */
   owner: number;
 }
 

@@ -93,14 +93,18 @@ export class Figures {
     element("ms-label").textContent = `milliseconds, on ${threads}`;
     element("brute").textContent = inWords((frame.count * (frame.count - 1)) / 2);
     element("frame").textContent =
-      frame.frames === undefined ? grouped(frame.frame) : `${grouped(frame.frame + 1)} of ${grouped(frame.frames)}`;
+      frame.frames === undefined
+        ? grouped(frame.frame)
+        : `${grouped(frame.frame + 1)} of ${grouped(frame.frames)}`;
     const longest = Math.max(...stageList.map((stage) => stages[stage]), 1e-9);
-    for (const stage of stageList) this.bars[stage].show(stages[stage] / longest, `${milliseconds(stages[stage])} ms`);
+    for (const stage of stageList)
+      this.bars[stage].show(stages[stage] / longest, `${milliseconds(stages[stage])} ms`);
     element("work").textContent =
       frame.bricks === 0
         ? "So few boxes are compared at once: no bricks are needed."
         : `${grouped(frame.records)} records of 16 bytes in ${grouped(frame.bricks)} bricks; ` +
-          `${grouped(frame.candidates)} candidates compared, of ${inWords((frame.count * (frame.count - 1)) / 2)}.`;
+          `${grouped(frame.candidates)} candidates compared, ` +
+          `of ${inWords((frame.count * (frame.count - 1)) / 2)}.`;
   }
 }
 
@@ -114,13 +118,17 @@ export function showPath(path: Path | undefined, frame: Frame): void {
       make(
         "p",
         "note",
-        "Click a box, or press Enter on the picture: its way through the engine, and why it touches what it touches.",
+        "Click a box, or press Enter on the picture: its way through the engine, " +
+          "and why it touches what it touches.",
       ),
     );
     return;
   }
   const { box, bricks, partners } = path;
-  const numbers = Array.from(frame.boxes.subarray(6 * box, 6 * box + 6), (value, k) => value + frame.origin[k % 3]!);
+  const numbers = Array.from(
+    frame.boxes.subarray(6 * box, 6 * box + 6),
+    (value, k) => value + frame.origin[k % 3]!,
+  );
   const corner = (from: number): string =>
     `(${numbers
       .slice(from, from + 3)
@@ -140,14 +148,10 @@ export function showPath(path: Path | undefined, frame: Frame): void {
   list.setAttribute("aria-label", "Boxes that it touches");
   for (const partner of partners.slice(0, 200)) {
     const least = partner.overlap.indexOf(Math.min(...partner.overlap));
-    list.append(
-      make(
-        "li",
-        "",
-        `Box ${grouped(partner.box)}: they share ${partner.overlap.map((part) => part.toFixed(2)).join(" × ")}, least along ` +
-          `${axes[least]}${partner.owner >= 0 ? `; brick ${grouped(partner.owner)} reports it` : ""}.`,
-      ),
-    );
+    const overlap = partner.overlap.map((part) => part.toFixed(2)).join(" × ");
+    const reported = partner.owner >= 0 ? `; brick ${grouped(partner.owner)} reports it` : "";
+    const text = `Box ${grouped(partner.box)}: they share ${overlap}, least along ${axes[least]}${reported}.`;
+    list.append(make("li", "", text));
   }
   const wasOpen = root.querySelector("details")?.open ?? false; // it is made anew while boxes move
   root.replaceChildren(
@@ -158,8 +162,8 @@ export function showPath(path: Path | undefined, frame: Frame): void {
       partners.length === 0
         ? "It touches nothing: every other box is apart from it along at least one axis."
         : `It touches ${partners.length === 1 ? "one box" : `${grouped(partners.length)} boxes`}, ` +
-          "because they overlap along every axis. Where both lie in several bricks, the one in which the later of the two begins " +
-          "reports the pair, and no other.",
+            "because they overlap along every axis. Where both lie in several bricks, " +
+            "the one in which the later of the two begins reports the pair, and no other.",
     ),
     ...(partners.length > 0 ? [list] : []),
     ...(path.inside ? [brickOf(path.inside, new Set(partners.map((partner) => partner.box)))] : []),
@@ -174,8 +178,11 @@ function brickOf(inside: Inside, partners: ReadonlySet<number>): HTMLElement {
   const { records, sweepAxis, quanta, brick, own, end } = inside;
   const axis = axes[sweepAxis]!;
   const touching = records.slice(own + 1, end).filter(({ box }) => partners.has(box)).length;
-  // Some that aren't compared stand before and behind; where many are, the middle of them is left out of the picture.
-  const shown = records.map((record, r) => ({ record, r })).slice(Math.max(0, own - 6), Math.min(end + 6, own + 50));
+  // Some that aren't compared stand before and behind; where many are, the middle of them is left out of the
+  // picture.
+  const shown = records
+    .map((record, r) => ({ record, r }))
+    .slice(Math.max(0, own - 6), Math.min(end + 6, own + 50));
   const from = Math.min(...shown.map(({ record }) => record.lo[sweepAxis]!));
   const to = Math.max(...shown.map(({ record }) => record.hi[sweepAxis]!));
   const [width, rowHeight] = [300, 5];
@@ -194,31 +201,47 @@ function brickOf(inside: Inside, partners: ReadonlySet<number>): HTMLElement {
     const x = at(record.lo[sweepAxis]!);
     const compared = r > own && r < end;
     const name = r === own ? "own" : !compared ? "apart" : partners.has(record.box) ? "touches" : "compared";
-    const bar = { x, width: Math.max(2, at(record.hi[sweepAxis]!) - x), y: row * rowHeight, height: rowHeight - 1 };
+    const bar = {
+      x,
+      width: Math.max(2, at(record.hi[sweepAxis]!) - x),
+      y: row * rowHeight,
+      height: rowHeight - 1,
+    };
     picture.append(svg("rect", { ...bar, class: name }));
   });
   const key = (name: string, text: string): HTMLElement => make("span", `key ${name}`, text);
   const compared = end - own - 1;
+  const held = records.length === 1 ? "this record alone" : `${grouped(records.length)} records`;
+  const verb = touching === 1 ? "touches" : "touch";
+  const how = touching === 0 ? "none touches" : `${grouped(touching)} ${verb}`;
   return make(
     "div",
     "brick",
     make(
       "p",
       "",
-      `It begins in brick ${grouped(brick)}, which holds ${records.length === 1 ? "this record alone" : `${grouped(records.length)} records`}, ` +
-        `sorted along ${axis}. A record is compared with those behind it that begin before it ends: here ` +
-        `${compared === 1 ? "one" : grouped(compared)}, of which ${touching === 0 ? "none touches" : `${grouped(touching)} ${touching === 1 ? "touches" : "touch"}`} it. ` +
-        `Each bar is a record, from where it begins to where it ends:`,
+      `It begins in brick ${grouped(brick)}, which holds ${held}, sorted along ${axis}. ` +
+        "A record is compared with those behind it that begin before it ends: " +
+        `here ${compared === 1 ? "one" : grouped(compared)}, of which ${how} it. ` +
+        "Each bar is a record, from where it begins to where it ends:",
     ),
     picture,
-    make("p", "keys", key("own", "this box"), key("touches", "touches it"), key("compared", "only compared"), key("apart", "not compared")),
+    make(
+      "p",
+      "keys",
+      key("own", "this box"),
+      key("touches", "touches it"),
+      key("compared", "only compared"),
+      key("apart", "not compared"),
+    ),
     recordTable(records.slice(0, 500), records[own]!, quanta),
   );
 }
 
 /** Records as they are stored. */
 function recordTable(records: readonly BrickRecord[], own: BrickRecord, quanta: number): HTMLElement {
-  const row = (tag: string, cells: string[], name = ""): HTMLElement => make("tr", name, ...cells.map((text) => make(tag, "", text)));
+  const row = (tag: string, cells: string[], name = ""): HTMLElement =>
+    make("tr", name, ...cells.map((text) => make(tag, "", text)));
   const used = axes.slice(0, own.lo.length);
   const table = make("table", "", row("th", ["box", ...used]));
   for (const record of records) {
@@ -235,7 +258,11 @@ function recordTable(records: readonly BrickRecord[], own: BrickRecord, quanta: 
   return make(
     "details",
     "",
-    make("summary", "", `What the records say, in ${grouped(quanta)}ths of the brick's edge; … goes on outside`),
+    make(
+      "summary",
+      "",
+      `What the records say, in ${grouped(quanta)}ths of the brick's edge; … goes on outside`,
+    ),
     scroller,
   );
 }

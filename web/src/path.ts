@@ -5,8 +5,8 @@ import type { BrickList, Inside, Path, Partner } from "./messages";
 import type { Source } from "./sources";
 
 /**
- * The bricks that have records, drawn about `origin`, and, where a box is given, its way. `pairs` are those of the
- * last search.
+ * The bricks that have records, drawn about `origin`, and, where a box is given, its way. `pairs` are those
+ * of the last search.
  */
 export function pathOf(
   jostle: Jostle,
@@ -62,13 +62,17 @@ export function pathOf(
     }
     // Of the bricks that both lie in, one has no axis on which both began earlier: it owns the pair.
     let owner = -1;
-    for (const [k, flags] of copies.get(other) ?? []) if (mine.has(k) && (flags & mine.get(k)!) === 0) owner = k;
+    for (const [k, flags] of copies.get(other) ?? [])
+      if (mine.has(k) && (flags & mine.get(k)!) === 0) owner = k;
     return { box: other, overlap, owner };
   };
   // The box begins in one of its bricks: there it is no copy on any axis.
   let home: number | undefined;
   for (const [k, flags] of mine) if (flags === 0) home = k;
-  const inside = home === undefined ? undefined : insideOf(bricks, home, box, dim, list.bounds.subarray(6 * home, 6 * home + 6));
+  const inside =
+    home === undefined
+      ? undefined
+      : insideOf(bricks, home, box, dim, list.bounds.subarray(6 * home, 6 * home + 6));
   return { path: { box, bricks: [...mine.keys()], partners: partners.map(partner), inside }, list };
 }
 

@@ -1,10 +1,11 @@
-// Everything is drawn from one texture of boxes, laid out as the library reads them: lo and hi, three numbers each.
-// A box is three texels with two numbers each. Pairs, in another texture, are the library's own result: two numbers of boxes.
+// Everything is drawn from one texture of boxes, laid out as the library reads them: lo and hi, three numbers
+// each. A box is three texels with two numbers each. Pairs, in another texture, are the library's own result:
+// two numbers of boxes.
 import { bodiesPerRow, boxesPerRow, contactsPerRow, pairsPerRow } from "./messages";
 
 /**
- * So many boxes are drawn as one instance. An instance for each would be the plain way, but processors that draw, and some
- * graphics cards, take as long for an instance of six triangles as for one of hundreds.
+ * So many boxes are drawn as one instance. An instance for each would be the plain way, but processors that
+ * draw, and some graphics cards, take as long for an instance of six triangles as for one of hundreds.
  */
 export const batch = 256;
 
@@ -26,8 +27,8 @@ void boxAt(int box, out vec3 lo, out vec3 hi)
 }
 `;
 
-// Three faces of a box are enough: those that look at the camera. 'corner' is 1 on the near side of each axis, 0 on
-// the far side; 'face' is the axis that a face is across.
+// Three faces of a box are enough: those that look at the camera. 'corner' is 1 on the near side of each
+// axis, 0 on the far side; 'face' is the axis that a face is across.
 const nearFaces = /* glsl */ `
 out vec3 place;
 out vec2 onFace;
@@ -101,7 +102,8 @@ void main()
 {
     if (dot(cut.xyz, place) > cut.w) discard;
     float near = 1.0 - haze();
-    colour = vec4(glass * light(), opacity * (0.3 + 0.7 * near) + edge() * min(0.55, opacity * 7.0) * near * near);
+    float lines = edge() * min(0.55, opacity * 7.0) * near * near;
+    colour = vec4(glass * light(), opacity * (0.3 + 0.7 * near) + lines);
 }`,
 };
 
@@ -266,7 +268,8 @@ precision highp float;
 uniform mat4 modelViewMatrix, projectionMatrix;
 in vec3 position;
 in vec3 lo, hi;
-in float share; // of the records of the fullest brick; 2: bright; 3: a record; 4: one that is compared; 5: the box's
+// Of the records of the fullest brick; 2: bright; 3: a record; 4: one that is compared; 5: the box's.
+in float share;
 flat out float full;
 out vec3 place;
 void main()
@@ -285,7 +288,10 @@ out vec4 colour;
 void main()
 {
     if (dot(cut.xyz, place) > cut.w) discard;
-    colour = full > 4.5 ? vec4(one, 1) : full > 3.5 ? vec4(record, 0.9) : full > 2.5 ? vec4(record, 0.13) : full > 1.5 ? vec4(many, 1)
+    colour = full > 4.5 ? vec4(one, 1)
+        : full > 3.5 ? vec4(record, 0.9)
+        : full > 2.5 ? vec4(record, 0.13)
+        : full > 1.5 ? vec4(many, 1)
         : vec4(mix(few, many, full), 0.25 + 0.45 * full);
 }`,
 };

@@ -14,8 +14,8 @@ function randomNumbers(seed: number): () => number {
 }
 
 /**
- * What each box's edges are multiplied by, so that the largest factor is about `ratio` times the smallest. Small boxes
- * are the most common; the mean volume stays, so that the scene is about as full as before.
+ * What each box's edges are multiplied by, so that the largest factor is about `ratio` times the smallest.
+ * Small boxes are the most common; the mean volume stays, so that the scene is about as full as before.
  */
 export function sizeFactors(count: number, seed: number, ratio: number): Float32Array {
   const exponent = 2.5; // of the density of edges
@@ -27,7 +27,10 @@ export function sizeFactors(count: number, seed: number, ratio: number): Float32
   return factors.map((factor) => factor * shrink);
 }
 
-/** Writes boxes (lo x, y, z, hi x, y, z) whose edges are those of `from` times their factors, about the same centres. */
+/**
+ * Writes boxes (lo x, y, z, hi x, y, z) whose edges are those of `from` times their factors, about the same
+ * centres.
+ */
 export function resize(from: Float32Array, factors: Float32Array, to: Float32Array): void {
   for (let box = 0, at = 0; box < factors.length; ++box, at += 6)
     for (let axis = at; axis < at + 3; ++axis) {

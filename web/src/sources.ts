@@ -90,7 +90,9 @@ class ResizedSource extends Endless implements Source {
   }
 }
 
-/** Falling bodies. Their boxes are copied: the simulation hands out a view that doesn't outlive the next call. */
+/**
+ * Falling bodies. Their boxes are copied: the simulation hands out a view that doesn't outlive the next call.
+ */
 class SimulationSource extends Endless implements Source {
   readonly boxes: MemoryArray<Float32Array>;
   /** As the last step found them: boxes and contacts are of these. */
@@ -188,7 +190,10 @@ export class FileSource implements Source {
   dispose(): void {}
 }
 
-/** Frames that another program sends while it makes them: the newest of them, as `jostle simulate --watch` serves it. */
+/**
+ * Frames that another program sends while it makes them: the newest of them, as `jostle simulate --watch`
+ * serves it.
+ */
 export class LiveSource implements Source {
   readonly dim;
   readonly frames = undefined;
@@ -217,7 +222,8 @@ export class LiveSource implements Source {
     try {
       while (this.next === undefined && !this.ended) {
         const response = await fetch(`${this.address}?after=${this.frame}`, { signal: this.leaving.signal });
-        if (response.status === 200) this.next = { numbers: (await boxesOf(response)).read(0), frame: frameOf(response) };
+        if (response.status === 200)
+          this.next = { numbers: (await boxesOf(response)).read(0), frame: frameOf(response) };
         else if (response.status === 204) this.ended = response.headers.has("Jostle-Ended");
         else throw new Error(gone);
       }

@@ -1,7 +1,10 @@
 // What the address remembers: #scene=uniform&n=20000&seed=1, or #file=data/mine.jrec
 
 export interface State {
-  /** A file beside the page that is shown in place of the scene, or where frames of a running simulation come from. */
+  /**
+   * A file beside the page that is shown in place of the scene, or where frames of a running simulation come
+   * from.
+   */
   file: string | undefined;
   live: string | undefined;
   scene: string;

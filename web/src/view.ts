@@ -35,10 +35,22 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-import { bodiesPerRow, boxesPerRow, contactsPerRow, pairsPerRow, type Bodies, type BrickList, type Frame, type Inside } from "./messages";
+import {
+  bodiesPerRow,
+  boxesPerRow,
+  contactsPerRow,
+  pairsPerRow,
+  type Bodies,
+  type BrickList,
+  type Frame,
+  type Inside,
+} from "./messages";
 import * as shaders from "./shaders";
 
-/** The three faces of each of some boxes that look at the camera: 4 corners and 2 triangles a face. See shaders.ts. */
+/**
+ * The three faces of each of some boxes that look at the camera: 4 corners and 2 triangles a face. See
+ * shaders.ts.
+ */
 function faces(boxes: number): InstancedBufferGeometry {
   const corners: number[] = [];
   const axes: number[] = [];
@@ -104,7 +116,10 @@ function edges(): InstancedBufferGeometry {
 /** A shape of size 1, for as many bodies as there are. */
 function solid(shape: BufferGeometry, kind: number): InstancedBufferGeometry {
   const geometry = new InstancedBufferGeometry();
-  const { position, normal } = shape.attributes as { position: Float32BufferAttribute; normal: Float32BufferAttribute };
+  const { position, normal } = shape.attributes as {
+    position: Float32BufferAttribute;
+    normal: Float32BufferAttribute;
+  };
   geometry.setAttribute("position", position);
   geometry.setAttribute("normal", normal);
   geometry.setAttribute("kind", new Float32BufferAttribute(new Float32Array(position.count).fill(kind), 1));
@@ -225,7 +240,9 @@ export class View {
     this.bricks = new LineSegments<BufferGeometry>(edges(), this.material(shaders.bricks, true));
     const shapes = [new IcosahedronGeometry(1, 2), new BoxGeometry(2, 2, 2), new OctahedronGeometry(1)];
     shapes[0]!.setAttribute("normal", shapes[0]!.getAttribute("position")); // round
-    this.solids = shapes.map((shape, kind) => new Mesh(solid(shape, kind), this.material(shaders.solids, false)));
+    this.solids = shapes.map(
+      (shape, kind) => new Mesh(solid(shape, kind), this.material(shaders.solids, false)),
+    );
     this.needles = new Mesh(needles(), this.material(shaders.needles, true));
     this.needles.material.depthTest = false;
     // What is solid comes first, so that glass before it can be drawn over it.
@@ -281,7 +298,8 @@ export class View {
       if (turn) this.turn(turn[0] * 0.1, turn[1] * 0.1);
       else if (event.key === "+" || event.key === "=") this.zoom(0.9);
       else if (event.key === "-") this.zoom(1 / 0.9);
-      else if (event.key === "Enter") this.pick(0, 0); // what lies in the middle
+      else if (event.key === "Enter")
+        this.pick(0, 0); // what lies in the middle
       else return;
       event.preventDefault();
     });
@@ -425,7 +443,8 @@ export class View {
     const geometry = this.chosen.geometry;
     geometry.dispose();
     geometry.instanceCount = boxes.length;
-    if (boxes.length > 0) geometry.setAttribute("box", new InstancedBufferAttribute(Uint32Array.from(boxes), 1));
+    if (boxes.length > 0)
+      geometry.setAttribute("box", new InstancedBufferAttribute(Uint32Array.from(boxes), 1));
     this.uniforms.chosen!.value = boxes[0] ?? -1;
     this.dirty = true;
   }
@@ -483,8 +502,13 @@ export class View {
     this.drawnAt = now;
   }
 
-  /** What is drawn, for tests and for pictures: the numbers of boxes and pairs, and pixels for each of CSS. */
-  get drawn(): Record<"boxes" | "pairs" | "bricks" | "records" | "bodies" | "contacts" | "chosen" | "resolution", number> {
+  /**
+   * What is drawn, for tests and for pictures: the numbers of boxes and pairs, and pixels for each of CSS.
+   */
+  get drawn(): Record<
+    "boxes" | "pairs" | "bricks" | "records" | "bodies" | "contacts" | "chosen" | "resolution",
+    number
+  > {
     const { instanceCount } = this.bricks.geometry as InstancedBufferGeometry;
     return {
       boxes: this.uniforms.boxCount!.value as number,

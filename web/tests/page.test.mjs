@@ -19,7 +19,10 @@ import { preview } from "vite";
 const { JOSTLE_PAGE: folder, JOSTLE_TOOL: tool, JOSTLE_SOURCE: source } = process.env;
 const web = path.join(source, "web");
 const scratch = path.join(tmpdir(), `jostle-page-${process.pid}`);
-const isolated = { "Cross-Origin-Opener-Policy": "same-origin", "Cross-Origin-Embedder-Policy": "require-corp" };
+const isolated = {
+  "Cross-Origin-Opener-Policy": "same-origin",
+  "Cross-Origin-Embedder-Policy": "require-corp",
+};
 const desktop = { viewport: { width: 1100, height: 700 } };
 const phone = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 1, hasTouch: true, isMobile: true };
 
@@ -52,15 +55,24 @@ after(async () => {
 });
 
 /** Opens the page, hands it to `work`, and sees that it had no error and asked nobody else for anything. */
-async function onPage(hash, { server = "isolated", prepare, expectErrors = false, ...options } = desktop, work) {
-  const context = await browser.newContext({ reducedMotion: "no-preference", colorScheme: "dark", ...options });
+async function onPage(
+  hash,
+  { server = "isolated", prepare, expectErrors = false, ...options } = desktop,
+  work,
+) {
+  const context = await browser.newContext({
+    reducedMotion: "no-preference",
+    colorScheme: "dark",
+    ...options,
+  });
   const page = await context.newPage();
   const wrong = [];
   const { address } = servers[server] ?? { address: server };
   page.on("pageerror", (error) => wrong.push(error.message));
   page.on("console", (entry) => entry.type() === "error" && wrong.push(entry.text()));
   page.on("request", (request) => {
-    if (!/^(data|blob):/.test(request.url()) && !request.url().startsWith(address)) wrong.push(`asked for ${request.url()}`);
+    if (!/^(data|blob):/.test(request.url()) && !request.url().startsWith(address))
+      wrong.push(`asked for ${request.url()}`);
   });
   page.on("requestfailed", (request) => wrong.push(`didn't get ${request.url()}`));
   try {
@@ -81,9 +93,13 @@ const shown = (page, id) => page.locator(`#${id}`);
 /** What the native command finds in the third frame of a scene: that is the one that it reports. */
 function natively(scene, n, seed) {
   const file = path.join(scratch, `${scene}.json`);
-  execFileSync(tool, ["bench", scene, "-n", String(n), "--seed", String(seed), "--frames", "1", "--json", file], {
-    stdio: ["ignore", "ignore", "inherit"],
-  });
+  execFileSync(
+    tool,
+    ["bench", scene, "-n", String(n), "--seed", String(seed), "--frames", "1", "--json", file],
+    {
+      stdio: ["ignore", "ignore", "inherit"],
+    },
+  );
   const rows = JSON.parse(readFileSync(file, "utf8"));
   const { pairs, checksum } = rows[0];
   return { pairs, checksum };
@@ -107,7 +123,11 @@ test("opens on 20,000 bodies that move, and tells their numbers", async () => {
   });
 });
 
-for (const [scene, n, seed] of [["uniform", 20_000, 1], ["powerlaw", 3000, 7], ["clustered", 5000, 4_000_000_000]])
+for (const [scene, n, seed] of [
+  ["uniform", 20_000, 1],
+  ["powerlaw", 3000, 7],
+  ["clustered", 5000, 4_000_000_000],
+])
   test(`finds the native command's pairs: ${scene}, ${n}, on one thread and on several`, async () => {
     const expected = natively(scene, n, seed);
     await onPage(still(scene, n, seed), { server: "plain" }, async (page) => {
@@ -158,7 +178,10 @@ function ofFile(name, bytes, ...options) {
   const file = path.join(scratch, name);
   if (bytes) writeFileSync(file, bytes);
   try {
-    const said = execFileSync(tool, ["pairs", bytes ? name : bytesOf(name), ...options, "--stats"], { cwd: scratch, stdio: "pipe" });
+    const said = execFileSync(tool, ["pairs", bytes ? name : bytesOf(name), ...options, "--stats"], {
+      cwd: scratch,
+      stdio: "pipe",
+    });
     const { objects, pairs, checksum } = JSON.parse(said);
     return { n: objects, pairs, checksum };
   } catch (error) {
@@ -171,7 +194,9 @@ test("files: a recording, a table, an array and a mesh show the native command's
   await onPage(still("uniform", 1000, 1), desktop, async (page) => {
     const same = async (name, expected, frame) => {
       await page.waitForFunction(
-        ([name, frame]) => window.jostle.stats().scene === name && (frame === undefined || window.jostle.stats().frame === frame),
+        ([name, frame]) =>
+          window.jostle.stats().scene === name &&
+          (frame === undefined || window.jostle.stats().frame === frame),
         [name, frame],
       );
       const { n, pairs, checksum } = await stats(page);
@@ -192,7 +217,10 @@ test("files: a recording, a table, an array and a mesh show the native command's
     const header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2, 3), }".padEnd(117) + "\n";
     const numbers = Float64Array.of(1e9, 0, 0, 1e9 + 1, 1, 1, 1e9 + 1, 1, 1, 1e9 + 2, 2, 2);
     const array = Buffer.concat([
-      Buffer.from("\x93NUMPY\x01\x00", "latin1"), Buffer.of(header.length, 0), Buffer.from(header), Buffer.from(numbers.buffer),
+      Buffer.from("\x93NUMPY\x01\x00", "latin1"),
+      Buffer.of(header.length, 0),
+      Buffer.from(header),
+      Buffer.from(numbers.buffer),
     ]);
     await choose(page, "boxes.npy", array);
     await same("boxes.npy", ofFile("boxes.npy", array));
@@ -218,7 +246,10 @@ test("files that can't be read get the native command's complaint, and the scene
     ]) {
       await choose(page, name, bytes);
       const complaint = ofFile(name, bytes).replace(/^jostle( pairs)?: /, "").trim();
-      await page.waitForFunction((name) => document.getElementById("message").textContent.includes(name), name);
+      await page.waitForFunction(
+        (name) => document.getElementById("message").textContent.includes(name),
+        name,
+      );
       assert.equal(await shown(page, "message").textContent(), complaint);
       assert.deepEqual(await stats(page), before);
     }
@@ -228,7 +259,10 @@ test("files that can't be read get the native command's complaint, and the scene
   });
 });
 
-/** Has the command serve the page, hands on its address and what follows it, and ends the command as Ctrl-C does. */
+/**
+ * Has the command serve the page, hands on its address and what follows it, and ends the command as Ctrl-C
+ * does.
+ */
 async function served(command, work) {
   const program = spawn(tool, [...command, "--page", folder], { cwd: scratch });
   const ended = once(program, "exit");
@@ -267,7 +301,18 @@ test("jostle replay opens a recording, at the frame that the address names", asy
 });
 
 test("jostle simulate --watch shows the simulation while it runs, to its last frame", async () => {
-  const simulate = ["simulate", "--scene", "mixed", "-n", "500", "--frames", "90", "--record", "watched.jrec", "--watch"];
+  const simulate = [
+    "simulate",
+    "--scene",
+    "mixed",
+    "-n",
+    "500",
+    "--frames",
+    "90",
+    "--record",
+    "watched.jrec",
+    "--watch",
+  ];
   await served(simulate, async ({ server, hash }) => {
     await onPage(hash, { ...desktop, server }, async (page) => {
       await page.waitForFunction(() => window.jostle.stats().frame === 90 && window.jostle.stats().paused);
@@ -275,7 +320,10 @@ test("jostle simulate --watch shows the simulation while it runs, to its last fr
       assert.equal(scene, "jostle simulate --scene mixed -n 500 --seed 1");
       const file = path.join(scratch, "watched.jrec");
       const expected = JSON.parse(execFileSync(tool, ["pairs", file, "--frame", "90", "--stats"]));
-      assert.deepEqual({ n, pairs, checksum }, { n: 500, pairs: expected.pairs, checksum: expected.checksum });
+      assert.deepEqual(
+        { n, pairs, checksum },
+        { n: 500, pairs: expected.pairs, checksum: expected.checksum },
+      );
     });
   });
 });
@@ -288,7 +336,10 @@ test("an address whose file or program is gone: words, and the scene", async () 
       ["#live=live", "the program that this page showed has ended."],
     ])
       await onPage(`${hash}&n=1000&paused=1`, { ...desktop, server, expectErrors: true }, async (page) => {
-        await page.waitForFunction((words) => document.getElementById("message").textContent === words, words);
+        await page.waitForFunction(
+          (words) => document.getElementById("message").textContent === words,
+          words,
+        );
         assert.equal((await stats(page)).scene, "uniform");
       });
   });
@@ -308,8 +359,13 @@ test("the keyboard alone does everything", async () => {
     await page.waitForFunction(() => window.jostle.stats().frame === 1);
     await page.keyboard.press("Enter");
     await page.waitForFunction(() => window.jostle.stats().chosen !== undefined);
-    await page.waitForFunction(() => window.jostle.stats().drawn.chosen >= 1 && window.jostle.stats().drawn.bricks >= 1);
-    assert.match(await shown(page, "chosen").textContent(), /^Box [\d,]+ from \(.*\) to \(.*\)\. It (lies in one|reaches into)/);
+    await page.waitForFunction(
+      () => window.jostle.stats().drawn.chosen >= 1 && window.jostle.stats().drawn.bricks >= 1,
+    );
+    assert.match(
+      await shown(page, "chosen").textContent(),
+      /^Box [\d,]+ from \(.*\) to \(.*\)\. It (lies in one|reaches into)/,
+    );
     await page.keyboard.press("Escape");
     await page.waitForFunction(() => window.jostle.stats().chosen === undefined);
     await page.keyboard.press("Space");
@@ -328,22 +384,30 @@ test("the keyboard alone does everything", async () => {
   });
 });
 
-test("a picked box touches as many as the pairs say, and each pair has one brick that reports it", async () => {
+test("a picked box touches as many as the pairs say, each pair has one brick that reports it", async () => {
   await onPage(still("dense", 3000, 1, 0), desktop, async (page) => {
     await page.locator("canvas").click();
-    await page.waitForFunction(() => window.jostle.stats().chosen !== undefined && window.jostle.stats().drawn.chosen > 0);
+    await page.waitForFunction(
+      () => window.jostle.stats().chosen !== undefined && window.jostle.stats().drawn.chosen > 0,
+    );
     const { chosen, drawn } = await stats(page);
     const text = await shown(page, "chosen").textContent();
     assert.ok(text.startsWith(`Box ${chosen.toLocaleString("en-US")} from`));
     const rows = await page.locator("#chosen li").allTextContents();
     assert.equal(rows.length, drawn.chosen - 1);
-    for (const row of rows) assert.match(row, /they share [\d.]+ × [\d.]+ × [\d.]+, least along [xyz]; brick \d+ reports it/);
-    // The records of its brick: as many bars and rows as are said, one of them its own, and its bounds are quantised outwards.
-    const told = /It begins in brick \d+, which holds (\d+) records, .* here ([\d,]+|one), of which (\d+|none) touch/.exec(text);
+    for (const row of rows)
+      assert.match(row, /they share [\d.]+ × [\d.]+ × [\d.]+, least along [xyz]; brick \d+ reports it/);
+    // The records of its brick: as many bars and rows as are said, one of them its own, and its bounds are
+    // quantised outwards.
+    const begins = /in brick \d+, which holds (\d+) records, .* here ([\d,]+|one), of which (\d+|none) touch/;
+    const told = begins.exec(text);
     assert.ok(told, text);
     assert.equal(drawn.records, Number(told[1]));
     assert.equal(await page.locator("#chosen .records tr").count(), Number(told[1]) + 1);
-    assert.match(await page.locator("#chosen .records tr.own").textContent(), new RegExp(`^${chosen}\\d+ – `));
+    assert.match(
+      await page.locator("#chosen .records tr.own").textContent(),
+      new RegExp(`^${chosen}\\d+ – `),
+    );
     const bars = (name) => page.locator(`#chosen rect.${name}`).count();
     assert.equal(await bars("own"), 1);
     const compared = told[2] === "one" ? 1 : Number(told[2]);
@@ -392,7 +456,9 @@ test("falling bodies are drawn with their contacts, or as boxes alone", async ()
       const picture = async () => (await page.locator("canvas").screenshot()).toString("base64");
       const before = await picture();
       await shown(page, "show-bodies").uncheck();
-      await page.waitForFunction(() => window.jostle.stats().drawn.bodies === 0 && window.jostle.stats().drawn.contacts === 0);
+      await page.waitForFunction(
+        () => window.jostle.stats().drawn.bodies === 0 && window.jostle.stats().drawn.contacts === 0,
+      );
       await page.waitForTimeout(300);
       assert.notEqual(await picture(), before);
       assert.equal(await shown(page, "contacts").isVisible(), false);
@@ -402,12 +468,14 @@ test("falling bodies are drawn with their contacts, or as boxes alone", async ()
   );
 });
 
-test("phone: nothing is wider than the screen, controls are large enough for fingers, a touch picks", async () => {
+test("phone: nothing is wider than the screen, controls fit fingers, a touch picks", async () => {
   await onPage(still("uniform", 2000, 1), phone, async (page) => {
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
-    const small = await page.locator("button:visible, select:visible").evaluateAll((all) =>
-      all.filter((one) => one.getBoundingClientRect().height < 44).map((one) => one.id),
-    );
+    const small = await page
+      .locator("button:visible, select:visible")
+      .evaluateAll((all) =>
+        all.filter((one) => one.getBoundingClientRect().height < 44).map((one) => one.id),
+      );
     assert.deepEqual(small, []);
     await page.touchscreen.tap(195, 260);
     await page.waitForFunction(() => window.jostle.stats().chosen !== undefined);
@@ -422,7 +490,10 @@ test("follows the window's size", async () => {
         const canvas = document.getElementById("canvas");
         return canvas.width === Math.floor(canvas.clientWidth * window.jostle.stats().drawn.resolution);
       });
-      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${width} x ${height}`);
+      assert.ok(
+        await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth),
+        `${width} x ${height}`,
+      );
     }
   });
 });
@@ -440,10 +511,15 @@ test("less motion: rests until somebody presses Play", async () => {
 test("a graphics card that is taken away: words, and the picture comes back", async () => {
   await onPage(still("uniform", 1000, 1), desktop, async (page) => {
     await page.evaluate(() => {
-      window.extension = document.getElementById("canvas").getContext("webgl2").getExtension("WEBGL_lose_context");
+      window.extension = document
+        .getElementById("canvas")
+        .getContext("webgl2")
+        .getExtension("WEBGL_lose_context");
       window.extension.loseContext();
     });
-    await page.waitForFunction(() => document.getElementById("message").textContent.includes("graphics card"));
+    await page.waitForFunction(() =>
+      document.getElementById("message").textContent.includes("graphics card"),
+    );
     await shown(page, "step").click(); // the engine goes on
     await page.waitForFunction(() => window.jostle.stats().frame === 4);
     await page.evaluate(() => window.extension.restoreContext());
@@ -466,7 +542,9 @@ test("memory that the browser refuses: words, and the scene before", async () =>
     const before = await stats(page);
     await shown(page, "n").focus();
     await page.keyboard.press("End");
-    await page.waitForFunction(() => /couldn't be made: .*memory/i.test(document.getElementById("message").textContent));
+    await page.waitForFunction(() =>
+      /couldn't be made: .*memory/i.test(document.getElementById("message").textContent),
+    );
     await page.waitForFunction((n) => window.jostle.stats().n === n, before.n);
     await shown(page, "step").click();
     await page.waitForFunction(() => window.jostle.stats().frame === 1);
@@ -486,21 +564,26 @@ for (const colorScheme of ["dark", "light"])
       });
     });
 
-// Pictures of the view alone: text is drawn in whatever fonts there are. To take them again: JOSTLE_TAKE_PICTURES=1.
+// Pictures of the view alone: text is drawn in whatever fonts there are. To take them again:
+// JOSTLE_TAKE_PICTURES=1.
 for (const colorScheme of ["dark", "light"])
   test(`looks as it did: ${colorScheme}`, async () => {
     const file = path.join(web, "tests", `${colorScheme}.png`);
-    await onPage(still("uniform", 1000, 1), { viewport: { width: 900, height: 480 }, colorScheme }, async (page) => {
-      await page.addStyleTag({ content: "header, .figures, .stage::after { display: none !important }" });
-      await page.waitForTimeout(500);
-      const picture = await page.locator("canvas").screenshot();
-      if (process.env.JOSTLE_TAKE_PICTURES) writeFileSync(file, picture);
-      const [is, was] = [PNG.sync.read(picture), PNG.sync.read(readFileSync(file))];
-      assert.deepEqual([is.width, is.height], [was.width, was.height]);
-      const different = pixelmatch(is.data, was.data, null, is.width, is.height, { threshold: 0.15 });
-      if (different > 0.01 * is.width * is.height) {
-        writeFileSync(path.join(scratch, `${colorScheme}.png`), picture);
-        assert.fail(`${different} pixels differ from ${file}; the picture is in ${scratch}`);
-      }
-    });
+    await onPage(
+      still("uniform", 1000, 1),
+      { viewport: { width: 900, height: 480 }, colorScheme },
+      async (page) => {
+        await page.addStyleTag({ content: "header, .figures, .stage::after { display: none !important }" });
+        await page.waitForTimeout(500);
+        const picture = await page.locator("canvas").screenshot();
+        if (process.env.JOSTLE_TAKE_PICTURES) writeFileSync(file, picture);
+        const [is, was] = [PNG.sync.read(picture), PNG.sync.read(readFileSync(file))];
+        assert.deepEqual([is.width, is.height], [was.width, was.height]);
+        const different = pixelmatch(is.data, was.data, null, is.width, is.height, { threshold: 0.15 });
+        if (different > 0.01 * is.width * is.height) {
+          writeFileSync(path.join(scratch, `${colorScheme}.png`), picture);
+          assert.fail(`${different} pixels differ from ${file}; the picture is in ${scratch}`);
+        }
+      },
+    );
   });

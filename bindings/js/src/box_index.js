@@ -5,7 +5,11 @@ import { Asked } from "./questions.js";
 import * as C from "./structs.js";
 
 const FUNCTIONS = {
-  first: "jostle_index_first", all: "jostle_index_all", visit: "jostle_index_visit", any: "jostle_index_any", count: "jostle_index_count",
+  first: "jostle_index_first",
+  all: "jostle_index_all",
+  visit: "jostle_index_visit",
+  any: "jostle_index_any",
+  count: "jostle_index_count",
 };
 const NONE = 2n ** 64n - 1n;
 
@@ -22,7 +26,11 @@ export class BoxIndex extends Owned {
 
   constructor(core, { dim, type = "float32" } = {}) {
     const space = space_of(dim, type);
-    super(core, "_jostle_index_free", core.within(() => core.make("jostle_index_new", space, core.options())));
+    super(
+      core,
+      "_jostle_index_free",
+      core.within(() => core.make("jostle_index_new", space, core.options())),
+    );
     this.dim = dim;
     this.type = type;
     this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: narrow, id: Number, one: narrow_one });
@@ -33,8 +41,11 @@ export class BoxIndex extends Owned {
     core.within(() => {
       const rows = core.rows(boxes, "boxes", 2 * this.dim, this.type);
       const of = ids === undefined ? { pointer: 0, length: rows.count } : core.integers(ids, "ids");
-      if (of.length !== rows.count) refuse(`there are ${of.length} ids and ${rows.count} boxes`, "size_mismatch");
-      core.with_values([rows], this.dim, () => core.call(name, this.pointer, of.pointer, core.boxes(rows, this.dim)));
+      if (of.length !== rows.count)
+        refuse(`there are ${of.length} ids and ${rows.count} boxes`, "size_mismatch");
+      core.with_values([rows], this.dim, () =>
+        core.call(name, this.pointer, of.pointer, core.boxes(rows, this.dim)),
+      );
     });
   }
   build(boxes, ids) {
@@ -87,7 +98,9 @@ export class BoxIndex extends Owned {
     const core = this.core;
     return core.with_results((results) => {
       const rows = core.rows(boxes, "boxes", 2 * this.dim, this.type);
-      core.with_values([rows], this.dim, () => core.call("jostle_index_join", this.pointer, core.boxes(rows, this.dim), results));
+      core.with_values([rows], this.dim, () =>
+        core.call("jostle_index_join", this.pointer, core.boxes(rows, this.dim), results),
+      );
       return core.pairs_of_results(results);
     });
   }

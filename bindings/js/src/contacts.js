@@ -10,16 +10,27 @@ export function split_contacts(core, dim, type, blocks) {
   const contacts = core.u64(blocks + C.jostle_blocks.count);
   const points = core.module._jostle_js_contact_points(space, blocks) >>> 0;
   const size = size_of(type);
-  const arrays = { // in the order of the module's SplitContacts
-    pairs: ["uint32", 2 * contacts], parts: ["uint32", 2 * contacts], normals: [type, dim * contacts], first: ["uint32", contacts + 1],
-    fromA: [type, dim * points], fromB: [type, dim * points], depths: [type, points], features: ["uint32", points],
+  const arrays = {
+    // in the order of the module's SplitContacts
+    pairs: ["uint32", 2 * contacts],
+    parts: ["uint32", 2 * contacts],
+    normals: [type, dim * contacts],
+    first: ["uint32", contacts + 1],
+    fromA: [type, dim * points],
+    fromB: [type, dim * points],
+    depths: [type, points],
+    features: ["uint32", points],
   };
-  const places = Object.values(arrays).map(([kind, length]) => core.scratch.take(length * (kind === type ? size : 4)));
+  const places = Object.values(arrays).map(([kind, length]) =>
+    core.scratch.take(length * (kind === type ? size : 4)),
+  );
   const into = core.scratch.take(4 * places.length);
   places.forEach((place, i) => core.data.setUint32(into + 4 * i, place, true));
   core.module._jostle_js_split_contacts(space, blocks, into);
   const split = { length: contacts };
-  Object.entries(arrays).forEach(([name, [kind, length]], i) => (split[name] = core.view(kind, places[i], length).slice()));
+  Object.entries(arrays).forEach(
+    ([name, [kind, length]], i) => (split[name] = core.view(kind, places[i], length).slice()),
+  );
   return split;
 }
 
@@ -27,7 +38,11 @@ export function split_contacts(core, dim, type, blocks) {
 export class ContactFinder extends Owned {
   constructor(core, { dim, type = "float32" } = {}) {
     const space = space_of(dim, type);
-    super(core, "_jostle_contact_finder_free", core.within(() => core.make("jostle_contact_finder_new", space, core.options())));
+    super(
+      core,
+      "_jostle_contact_finder_free",
+      core.within(() => core.make("jostle_contact_finder_new", space, core.options())),
+    );
     this.dim = dim;
     this.type = type;
   }
@@ -42,8 +57,15 @@ export class ContactFinder extends Owned {
     const core = this.core;
     return core.within(() => {
       const out = core.struct(C.jostle_blocks);
-      core.call("jostle_contact_finder_find", this.pointer, this.#objects(a), b === undefined ? 0 : this.#objects(b),
-        core.pairs(pairs).blocks, number(margin, "margin"), out);
+      core.call(
+        "jostle_contact_finder_find",
+        this.pointer,
+        this.#objects(a),
+        b === undefined ? 0 : this.#objects(b),
+        core.pairs(pairs).blocks,
+        number(margin, "margin"),
+        out,
+      );
       return split_contacts(core, this.dim, this.type, out);
     });
   }
@@ -53,7 +75,14 @@ export class ContactFinder extends Owned {
     return core.within(() => {
       const { blocks, count } = core.pairs(pairs);
       const out = core.scratch.take(count);
-      core.call("jostle_contact_finder_touching", this.pointer, this.#objects(a), b === undefined ? 0 : this.#objects(b), blocks, out);
+      core.call(
+        "jostle_contact_finder_touching",
+        this.pointer,
+        this.#objects(a),
+        b === undefined ? 0 : this.#objects(b),
+        blocks,
+        out,
+      );
       return core.bytes.slice(out, out + count);
     });
   }
@@ -65,19 +94,40 @@ export class ContactFinder extends Owned {
       const { blocks, count } = core.pairs(pairs);
       const width = 3 * dim + 1;
       const out = core.scratch.take(count * width * size_of(type));
-      core.call(name, this.pointer, this.#objects(a, moving), b === undefined ? 0 : this.#objects(b, moving), blocks, limit, out);
+      core.call(
+        name,
+        this.pointer,
+        this.#objects(a, moving),
+        b === undefined ? 0 : this.#objects(b, moving),
+        blocks,
+        limit,
+        out,
+      );
       const rows = core.view(type, out, count * width);
       const column = (from, length) => {
         const numbers = new_floats(type, count * length);
-        for (let i = 0; i < count; ++i) for (let d = 0; d < length; ++d) numbers[i * length + d] = rows[i * width + from + d];
+        for (let i = 0; i < count; ++i)
+          for (let d = 0; d < length; ++d) numbers[i * length + d] = rows[i * width + from + d];
         return numbers;
       };
-      return { [first]: column(0, 1), [normals]: column(1, dim), [pointsA]: column(1 + dim, dim), [pointsB]: column(1 + 2 * dim, dim) };
+      return {
+        [first]: column(0, 1),
+        [normals]: column(1, dim),
+        [pointsA]: column(1 + dim, dim),
+        [pointsB]: column(1 + 2 * dim, dim),
+      };
     });
   }
   distances(a, pairs, { b, maxDistance = Infinity } = {}) {
-    return this.#rows("jostle_contact_finder_distances", a, pairs, b, number(maxDistance, "maxDistance"), false,
-      ["distances", "normals", "pointsA", "pointsB"]);
+    return this.#rows(
+      "jostle_contact_finder_distances",
+      a,
+      pairs,
+      b,
+      number(maxDistance, "maxDistance"),
+      false,
+      ["distances", "normals", "pointsA", "pointsB"],
+    );
   }
   impacts(a, pairs, { b, tolerance = 1e-3 } = {}) {
     return this.#rows("jostle_contact_finder_impacts", a, pairs, b, number(tolerance, "tolerance"), true,
@@ -92,16 +142,25 @@ export class ContactFinder extends Owned {
     const whole = core.view("uint32", out, (count * layout.sizeof) / 4);
     const column = (to, from, member, length, size) => {
       for (let i = 0; i < count; ++i)
-        for (let d = 0; d < length; ++d) to[i * length + d] = from[(i * layout.sizeof + layout[member]) / size + d];
+        for (let d = 0; d < length; ++d)
+          to[i * length + d] = from[(i * layout.sizeof + layout[member]) / size + d];
       return to;
     };
-    const floats = (member, length) => column(new_floats(type, count * length), numbers, member, length, size_of(type));
+    const floats = (member, length) =>
+      column(new_floats(type, count * length), numbers, member, length, size_of(type));
     const integers = (member) => column(new Uint32Array(count), whole, member, 1, 4);
-    return { fractions: floats("fraction", 1), normals: floats("normal", dim), points: floats("point", dim), parts: integers("part"),
-      movingParts: integers("moving_part") };
+    return {
+      fractions: floats("fraction", 1),
+      normals: floats("normal", dim),
+      points: floats("point", dim),
+      parts: integers("part"),
+      movingParts: integers("moving_part"),
+    };
   }
   #room(count) {
-    return this.core.scratch.take(count * C[`jostle_cast_hit_${this.dim}${this.type === "float64" ? "d" : "f"}`].sizeof);
+    return this.core.scratch.take(
+      count * C[`jostle_cast_hit_${this.dim}${this.type === "float64" ? "d" : "f"}`].sizeof,
+    );
   }
   rayCasts(rays, objects, pairs) {
     const { core, dim, type } = this;
@@ -109,7 +168,14 @@ export class ContactFinder extends Owned {
       const { blocks, count } = core.pairs(pairs);
       const out = this.#room(count);
       const rows = core.rows(rays, "rays", 2 * dim + 1, type);
-      core.call("jostle_contact_finder_ray_casts", this.pointer, core.values(rows, 2 * dim + 1), this.#objects(objects), blocks, out);
+      core.call(
+        "jostle_contact_finder_ray_casts",
+        this.pointer,
+        core.values(rows, 2 * dim + 1),
+        this.#objects(objects),
+        blocks,
+        out,
+      );
       return this.#hits(out, count);
     });
   }
@@ -119,7 +185,15 @@ export class ContactFinder extends Owned {
       const { blocks, count } = core.pairs(pairs);
       const out = this.#room(count);
       const ways = core.values(core.rows(displacements, "displacements", dim, type), dim);
-      core.call("jostle_contact_finder_shape_casts", this.pointer, this.#objects(moving), ways, this.#objects(objects), blocks, out);
+      core.call(
+        "jostle_contact_finder_shape_casts",
+        this.pointer,
+        this.#objects(moving),
+        ways,
+        this.#objects(objects),
+        blocks,
+        out,
+      );
       return this.#hits(out, count);
     });
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The way into the module: its memory, its functions, their arguments and errors. Everything else is built on this.
+// The way into the module: its memory, its functions, their arguments and errors. Everything else is built on
+// this.
 
 import { JostleError, refuse } from "./error.js";
 import * as C from "./structs.js";
@@ -16,7 +17,10 @@ const abandoned = new FinalizationRegistry(({ core, free, pointer, after }) => {
   after?.();
 });
 
-/** An object of the module's, and how to free it; `after` is called when that is done, and must not hold the object. */
+/**
+ * An object of the module's, and how to free it; `after` is called when that is done, and must not hold the
+ * object.
+ */
 export class Owned {
   #pointer;
   #free;
@@ -49,9 +53,12 @@ export class Owned {
     this.#after?.();
   }
 }
-if (Symbol.dispose) Object.defineProperty(Owned.prototype, Symbol.dispose, { value: Owned.prototype.dispose });
+if (Symbol.dispose)
+  Object.defineProperty(Owned.prototype, Symbol.dispose, { value: Owned.prototype.dispose });
 
-/** An array in the module's memory: see jostle.d.ts. `owner` is kept, where the memory is another object's. */
+/**
+ * An array in the module's memory: see jostle.d.ts. `owner` is kept, where the memory is another object's.
+ */
 export class MemoryArray {
   #owned;
   #owner;
@@ -87,7 +94,8 @@ export class MemoryArray {
     this.#owned?.dispose(); // another's memory is freed with its owner
   }
 }
-if (Symbol.dispose) Object.defineProperty(MemoryArray.prototype, Symbol.dispose, { value: MemoryArray.prototype.dispose });
+if (Symbol.dispose)
+  Object.defineProperty(MemoryArray.prototype, Symbol.dispose, { value: MemoryArray.prototype.dispose });
 
 /** Memory for the arguments of a call: taken in order, given back all at once, kept for the next call. */
 class Scratch {
@@ -249,8 +257,11 @@ export class Core {
       throw error;
     }
     const index = this.data.getBigUint64(this.#error + C.jostle_error.index, true);
-    throw new JostleError(this.string(this.#error + C.jostle_error.message), C.jostle_status[status] ?? `status ${status}`,
-      index === NONE ? undefined : Number(index));
+    throw new JostleError(
+      this.string(this.#error + C.jostle_error.message),
+      C.jostle_status[status] ?? `status ${status}`,
+      index === NONE ? undefined : Number(index),
+    );
   }
 
   // --- Callbacks ---
@@ -267,10 +278,12 @@ export class Core {
     const of = (number) => this.#functions.get(number);
     return {
       acceptPair: (number, a, b) => guarded(() => (of(number)(a >>> 0, b >>> 0) ? 1 : 0)),
-      acceptScenePair: (number, scene, a, b) => guarded(() => (of(number)(scene >>> 0, a >>> 0, b >>> 0) ? 1 : 0)),
+      acceptScenePair: (number, scene, a, b) =>
+        guarded(() => (of(number)(scene >>> 0, a >>> 0, b >>> 0) ? 1 : 0)),
       takePairs: (number, pairs, count) =>
         guarded(() => (of(number)(this.view("uint32", pairs >>> 0, 2 * count)) === false ? 0 : 1)),
-      acceptAnswer: (number, question, id) => guarded(() => (of(number)(question >>> 0, BigInt.asUintN(64, id)) ? 1 : 0)),
+      acceptAnswer: (number, question, id) =>
+        guarded(() => (of(number)(question >>> 0, BigInt.asUintN(64, id)) ? 1 : 0)),
       visitAnswer: (number, id, at, bound) =>
         guarded(() => {
           const said = of(number)(BigInt.asUintN(64, id), at);
@@ -279,7 +292,8 @@ export class Core {
             this.data.setFloat64(bound >>> 0, Math.min(said, this.f64(bound >>> 0)), true);
           return said === false ? 0 : 1;
         }),
-      acceptObjects: (number, a, b) => guarded(() => (of(number)(BigInt.asUintN(64, a), BigInt.asUintN(64, b)) ? 1 : 0)),
+      acceptObjects: (number, a, b) =>
+        guarded(() => (of(number)(BigInt.asUintN(64, a), BigInt.asUintN(64, b)) ? 1 : 0)),
     };
   }
   /** A number by which the module calls a function, until it is forgotten. */
@@ -299,12 +313,15 @@ export class Core {
   place(given, what, types) {
     if (given instanceof MemoryArray) {
       if (given.core !== this) refuse(`${what} lies in the memory of another module`);
-      if (!types.includes(given.type)) refuse(`${what} has numbers of type ${given.type}: it must be ${types.join(" or ")}`);
+      if (!types.includes(given.type))
+        refuse(`${what} has numbers of type ${given.type}: it must be ${types.join(" or ")}`);
       return { pointer: given.pointer, length: given.length, type: given.type };
     }
     const type = types.find((each) => given instanceof ARRAYS[each]);
     if (type === undefined)
-      refuse(`${what} is ${describe(given)}: it must be ${types.map((each) => ARRAYS[each].name).join(" or ")}`);
+      refuse(
+        `${what} is ${describe(given)}: it must be ${types.map((each) => ARRAYS[each].name).join(" or ")}`,
+      );
     if (given.length === 0) refuse_detached(given, what);
     if (given.buffer === this.memory.buffer) return { pointer: given.byteOffset, length: given.length, type };
     const pointer = this.scratch.take(given.byteLength);
@@ -322,7 +339,8 @@ export class Core {
     return this.place(given, what, ["uint32"]);
   }
   ids(given, what = "ids") {
-    if (!(given instanceof BigUint64Array)) refuse(`${what} is ${describe(given)}: it must be a BigUint64Array`);
+    if (!(given instanceof BigUint64Array))
+      refuse(`${what} is ${describe(given)}: it must be a BigUint64Array`);
     if (given.length === 0) refuse_detached(given, what);
     const pointer = this.scratch.take(given.byteLength);
     new BigUint64Array(this.memory.buffer, pointer, given.length).set(given);
@@ -380,13 +398,18 @@ export class Core {
   /** A jostle_blocks of one block of pairs. */
   pairs(given, what = "pairs") {
     const placed = this.integers(given, what);
-    if (placed.length % 2 !== 0) refuse(`${what} has ${placed.length} numbers: it must be an even number`, "size_mismatch");
+    if (placed.length % 2 !== 0)
+      refuse(`${what} has ${placed.length} numbers: it must be an even number`, "size_mismatch");
     const block = this.struct(C.jostle_block);
     this.data.setUint32(block + C.jostle_block.items, placed.pointer, true);
     this.data.setBigUint64(block + C.jostle_block.count, BigInt(placed.length / 2), true);
     const blocks = this.struct(C.jostle_blocks);
     this.data.setUint32(blocks + C.jostle_blocks.blocks, block, true);
-    for (const [member, value] of [["block_count", 1n], ["count", BigInt(placed.length / 2)], ["item_size", 8n]])
+    for (const [member, value] of [
+      ["block_count", 1n],
+      ["count", BigInt(placed.length / 2)],
+      ["item_size", 8n],
+    ])
       this.data.setBigUint64(blocks + C.jostle_blocks[member], value, true);
     return { blocks, count: placed.length / 2 };
   }
@@ -396,10 +419,16 @@ export class Core {
     try {
       return inside();
     } catch (error) {
-      if (!(error instanceof JostleError) || (error.status !== "nan_coordinate" && error.status !== "inverted_box")) throw error;
+      if (
+        !(error instanceof JostleError) ||
+        (error.status !== "nan_coordinate" && error.status !== "inverted_box")
+      )
+        throw error;
       for (const rows of sets) {
         if (error.index >= rows.count) continue;
-        const box = Array.from(this.view(rows.type, rows.pointer + error.index * 2 * dim * size_of(rows.type), 2 * dim));
+        const box = Array.from(
+          this.view(rows.type, rows.pointer + error.index * 2 * dim * size_of(rows.type), 2 * dim),
+        );
         if (box.every((bound, i) => i >= dim || bound <= box[dim + i])) continue; // it is the other set's
         error.value = box;
         break;
@@ -450,8 +479,10 @@ export class Core {
   lists_of_results(results) {
     const lists = this.scratch.take(C.jostle_lists.sizeof);
     this.call("jostle_results_lists", results, lists);
-    const questions = this.u64(lists + C.jostle_lists.questions), count = this.u64(lists + C.jostle_lists.count);
-    const wide = (member, length) => new BigUint64Array(this.memory.buffer, this.u32(lists + C.jostle_lists[member]), length);
+    const questions = this.u64(lists + C.jostle_lists.questions),
+      count = this.u64(lists + C.jostle_lists.count);
+    const wide = (member, length) =>
+      new BigUint64Array(this.memory.buffer, this.u32(lists + C.jostle_lists[member]), length);
     const at = this.u32(lists + C.jostle_lists.at), more = this.u32(lists + C.jostle_lists.more);
     return {
       first: Float64Array.from(wide("first", questions + 1), Number),
@@ -460,7 +491,10 @@ export class Core {
       more: more === 0 ? new Uint8Array(questions) : this.bytes.slice(more, more + questions),
     };
   }
-  /** Reads the members of a struct of numbers, under JavaScript's names: those that begin with ms_ or us_ are doubles. */
+  /**
+   * Reads the members of a struct of numbers, under JavaScript's names: those that begin with ms_ or us_ are
+   * doubles.
+   */
   read_stats(layout, pointer) {
     const stats = {};
     for (const [member, offset] of Object.entries(layout)) {
@@ -493,7 +527,13 @@ export function type_of(given) {
 
 /** What a wrong argument is, in a few words. */
 export function describe(given) {
-  if (given === null || given === undefined || typeof given === "number" || typeof given === "boolean" || typeof given === "bigint")
+  if (
+    given === null ||
+    given === undefined ||
+    typeof given === "number" ||
+    typeof given === "boolean" ||
+    typeof given === "bigint"
+  )
     return String(given);
   if (typeof given === "string") return JSON.stringify(given.slice(0, 40));
   return `a ${given.constructor?.name ?? typeof given}`;

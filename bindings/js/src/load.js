@@ -8,15 +8,31 @@ import { Module } from "./module.js";
 const PAGE = 65536;
 const INITIAL_MEMORY = 16 * 2 ** 20; // as the modules were linked with
 const MOST_MEMORY = 2 ** 31;
-const in_node = typeof process === "object" && typeof process.versions?.node === "string" && process.type !== "renderer";
+const in_node =
+  typeof process === "object" && typeof process.versions?.node === "string" && process.type !== "renderer";
 
 // Addresses stand here in full, so that bundlers find the files.
 const MODULES = {
-  simd: { glue: () => import("../dist/jostle.js"), wasm: () => new URL("../dist/jostle.wasm", import.meta.url) },
-  pairs: { glue: () => import("../dist/jostle-pairs.js"), wasm: () => new URL("../dist/jostle-pairs.wasm", import.meta.url) },
-  "2d": { glue: () => import("../dist/jostle-2d.js"), wasm: () => new URL("../dist/jostle-2d.wasm", import.meta.url) },
-  "3d": { glue: () => import("../dist/jostle-3d.js"), wasm: () => new URL("../dist/jostle-3d.wasm", import.meta.url) },
-  threads: { glue: () => import("../dist/jostle-threads.js"), wasm: () => new URL("../dist/jostle-threads.wasm", import.meta.url) },
+  simd: {
+    glue: () => import("../dist/jostle.js"),
+    wasm: () => new URL("../dist/jostle.wasm", import.meta.url),
+  },
+  pairs: {
+    glue: () => import("../dist/jostle-pairs.js"),
+    wasm: () => new URL("../dist/jostle-pairs.wasm", import.meta.url),
+  },
+  "2d": {
+    glue: () => import("../dist/jostle-2d.js"),
+    wasm: () => new URL("../dist/jostle-2d.wasm", import.meta.url),
+  },
+  "3d": {
+    glue: () => import("../dist/jostle-3d.js"),
+    wasm: () => new URL("../dist/jostle-3d.wasm", import.meta.url),
+  },
+  threads: {
+    glue: () => import("../dist/jostle-threads.js"),
+    wasm: () => new URL("../dist/jostle-threads.wasm", import.meta.url),
+  },
 };
 
 /** Whether modules with such a function are understood: the smallest module that has one. */
@@ -24,12 +40,18 @@ function understands(...code) {
   return WebAssembly.validate(Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0, ...code));
 }
 function detect() {
-  // i32.const 0, i8x16.splat, i8x16.popcnt; and try, catch_all, end: modules with SIMD throw WebAssembly's own exceptions.
-  const simd = understands(1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11) &&
+  // i32.const 0, i8x16.splat, i8x16.popcnt; and try, catch_all, end: modules with SIMD throw WebAssembly's
+  // own exceptions.
+  const simd =
+    understands(1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11) &&
     understands(1, 4, 1, 96, 0, 0, 3, 2, 1, 0, 10, 8, 1, 6, 0, 6, 64, 25, 11, 11);
   // A shared memory, and i32.atomic.load of it.
-  const shared = typeof SharedArrayBuffer === "function" && globalThis.crossOriginIsolated !== false &&
-    understands(1, 4, 1, 96, 0, 0, 3, 2, 1, 0, 5, 4, 1, 3, 1, 1, 10, 11, 1, 9, 0, 65, 0, 254, 16, 2, 0, 26, 11);
+  const shared =
+    typeof SharedArrayBuffer === "function" &&
+    globalThis.crossOriginIsolated !== false &&
+    understands(
+      1, 4, 1, 96, 0, 0, 3, 2, 1, 0, 5, 4, 1, 3, 1, 1, 10, 11, 1, 9, 0, 65, 0, 254, 16, 2, 0, 26, 11,
+    );
   return Object.freeze({ simd, threads: simd && shared });
 }
 export const support = detect();
@@ -47,7 +69,8 @@ async function compile(given) {
   if (typeof source === "string" || source instanceof URL) {
     const base = in_node ? (await of_node("url")).pathToFileURL(process.cwd() + "/") : document_address();
     const url = new URL(source, base);
-    if (in_node && url.protocol === "file:") return WebAssembly.compile(await (await of_node("fs/promises")).readFile(url));
+    if (in_node && url.protocol === "file:")
+      return WebAssembly.compile(await (await of_node("fs/promises")).readFile(url));
     return compile_response(await fetch(url));
   }
   return refuse(`wasm is ${describe(source)}: it must be an address, bytes, a response or a compiled module`);
@@ -56,23 +79,41 @@ function document_address() {
   return globalThis.document?.baseURI ?? globalThis.location?.href;
 }
 async function compile_response(response) {
-  if (!response.ok) refuse(`the module can't be loaded from ${response.url}: the answer is ${response.status} ${response.statusText}`);
+  if (!response.ok)
+    refuse(
+      `the module can't be loaded from ${response.url}: ` +
+        `the answer is ${response.status} ${response.statusText}`,
+    );
   const type = response.headers.get("content-type") ?? "";
   // Many a plain server doesn't know the type; streaming wants it.
-  return type.startsWith("application/wasm") ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+  return type.startsWith("application/wasm")
+    ? WebAssembly.compileStreaming(response)
+    : WebAssembly.compile(await response.arrayBuffer());
 }
 
 function new_memory(most, shared) {
   try {
-    return new WebAssembly.Memory({ initial: INITIAL_MEMORY / PAGE, maximum: Math.floor(most / PAGE), shared });
+    return new WebAssembly.Memory({
+      initial: INITIAL_MEMORY / PAGE,
+      maximum: Math.floor(most / PAGE),
+      shared,
+    });
   } catch (error) {
-    return refuse(`out of memory: ${INITIAL_MEMORY} bytes to begin with were refused (${error.message})`, "out_of_memory");
+    return refuse(
+      `out of memory: ${INITIAL_MEMORY} bytes to begin with were refused (${error.message})`,
+      "out_of_memory",
+    );
   }
 }
 
 /** What makes workers for the module's threads. */
 async function worker_maker() {
-  if (!in_node) return () => new Worker(new URL("../dist/jostle-threads.worker.js", import.meta.url), { type: "module", name: "jostle" });
+  if (!in_node)
+    return () =>
+      new Worker(new URL("../dist/jostle-threads.worker.js", import.meta.url), {
+        type: "module",
+        name: "jostle",
+      });
   const { Worker: NodeWorker } = await of_node("worker_threads");
   return () => {
     const inside = new NodeWorker(new URL("./node_worker.js", import.meta.url));
@@ -95,10 +136,17 @@ export async function load({ only, wasm, threads = 1, maxMemory = MOST_MEMORY } 
     refuse(`only is ${describe(only)}: it must be "pairs", "2d" or "3d", or left out for everything`);
   whole(threads, "threads", 0, 1024);
   whole(maxMemory, "maxMemory", INITIAL_MEMORY, MOST_MEMORY);
-  if (!support.simd) refuse("this browser has no SIMD instructions, or no exceptions, in WebAssembly: browsers since 2023 have both");
+  if (!support.simd)
+    refuse(
+      "this browser has no SIMD instructions, or no exceptions, in WebAssembly: " +
+        "browsers since 2023 have both",
+    );
   if (threads > 1 && !support.threads)
-    refuse(`threads is ${threads}, and there is no shared memory here: the page must be cross-origin isolated`);
-  const cores = globalThis.navigator?.hardwareConcurrency ?? (in_node ? (await of_node("os")).availableParallelism() : 1);
+    refuse(
+      `threads is ${threads}, and there is no shared memory here: the page must be cross-origin isolated`,
+    );
+  const cores =
+    globalThis.navigator?.hardwareConcurrency ?? (in_node ? (await of_node("os")).availableParallelism() : 1);
   const count = threads !== 0 ? threads : support.threads ? cores : 1;
   const { glue, wasm: address } = MODULES[count > 1 ? "threads" : only ?? "simd"];
 

@@ -27,7 +27,8 @@ export class Module {
     this.scenes = scene_list(core);
     this.PairFinder = bound(core, PairFinder);
     if (core.module._jostle_world_new === undefined) return; // it has pairs alone
-    this.simulations = core.module._jostle_js_simulation_info === undefined ? Object.freeze([]) : simulation_list(core);
+    this.simulations =
+      core.module._jostle_js_simulation_info === undefined ? Object.freeze([]) : simulation_list(core);
     this.BoxIndex = bound(core, BoxIndex);
     this.World = bound(core, World);
     this.ContactFinder = bound(core, ContactFinder);
@@ -66,7 +67,9 @@ export class Module {
   findPeriodicPairs(boxes, period, options) {
     const serial = options?.accept !== undefined && this.threads > 1;
     if (serial) refuse("findPeriodicPairs with accept needs a module of one thread");
-    return this.#with_finder((finder) => find_periodic_pairs(this.#core, finder.pointer, boxes, period, options ?? {}));
+    return this.#with_finder((finder) =>
+      find_periodic_pairs(this.#core, finder.pointer, boxes, period, options ?? {}),
+    );
   }
   findScenes(boxes, offsets, options) {
     return this.#with_finder((finder) => finder.scenes(boxes, offsets, options ?? {}));
@@ -99,7 +102,8 @@ export class Module {
     return indices;
   }
 }
-if (Symbol.dispose) Object.defineProperty(Module.prototype, Symbol.dispose, { value: Module.prototype.dispose });
+if (Symbol.dispose)
+  Object.defineProperty(Module.prototype, Symbol.dispose, { value: Module.prototype.dispose });
 
 /** A class whose objects are of this module. */
 function bound(core, Class) {

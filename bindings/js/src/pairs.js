@@ -11,7 +11,12 @@ const ENGINES = { grid: 0, chapter: 1, uniform: 2, brute: 3 };
 export function search_arguments(given, more = 0) {
   const two = given.length - more > 2;
   const options = given[two ? 2 : 1];
-  if (options === null || typeof options !== "object" || options instanceof MemoryArray || ArrayBuffer.isView(options))
+  if (
+    options === null ||
+    typeof options !== "object" ||
+    options instanceof MemoryArray ||
+    ArrayBuffer.isView(options)
+  )
     refuse(`options are ${describe(options)}: they must say dim, as { dim: 3 }`);
   return { boxes: given[0], other: two ? given[1] : undefined, options, rest: given.slice(two ? 3 : 2) };
 }
@@ -30,7 +35,14 @@ function place_sets(core, boxes, other, dim) {
 
 /** A jostle_filter, or 0 where nothing is filtered. */
 function filter_of(core, options, layout, accept_pointer) {
-  const members = { category: "category", mask: "mask", owner: "owner", categoryB: "category_b", maskB: "mask_b", ownerB: "owner_b" };
+  const members = {
+    category: "category",
+    mask: "mask",
+    owner: "owner",
+    categoryB: "category_b",
+    maskB: "mask_b",
+    ownerB: "owner_b",
+  };
   let filter = 0;
   for (const [name, member] of Object.entries(members)) {
     if (options[name] === undefined) continue;
@@ -101,7 +113,10 @@ export class PairFinder extends Owned {
     const core = this.core;
     const count = core.u64(blocks + C.jostle_blocks.count);
     if (core.u64(blocks + C.jostle_blocks.block_count) === 1) {
-      this.#pairs = { pointer: core.u32(core.u32(blocks + C.jostle_blocks.blocks) + C.jostle_block.items), count };
+      this.#pairs = {
+        pointer: core.u32(core.u32(blocks + C.jostle_blocks.blocks) + C.jostle_block.items),
+        count,
+      };
       return;
     }
     this.#reserve(8 * count);
@@ -120,14 +135,28 @@ export class PairFinder extends Owned {
 
   #find_by(engine, a, b, options) {
     const core = this.core;
-    if (b !== undefined || ["category", "mask", "owner", "accept"].some((name) => options[name] !== undefined))
+    if (
+      b !== undefined ||
+      ["category", "mask", "owner", "accept"].some((name) => options[name] !== undefined)
+    )
       refuse("only the engine grid searches between two sets, or with a filter");
     const cell = options.cellSize ?? 0;
-    if (!(cell >= 0 && cell < Infinity)) refuse(`cellSize is ${describe(cell)}: it must be a length, or 0 for the longest edge`);
+    if (!(cell >= 0 && cell < Infinity))
+      refuse(`cellSize is ${describe(cell)}: it must be a length, or 0 for the longest edge`);
     const before = performance.now();
     const block = core.struct(C.jostle_block);
     core.with_values([a], options.dim, () =>
-      core.call("jostle_js_find", space_of(options.dim, a.type), a.pointer, a.count, engine, cell, core.executor, block));
+      core.call(
+        "jostle_js_find",
+        space_of(options.dim, a.type),
+        a.pointer,
+        a.count,
+        engine,
+        cell,
+        core.executor,
+        block,
+      ),
+    );
     const found = core.u32(block + C.jostle_block.items), count = core.u64(block + C.jostle_block.count);
     const ms = performance.now() - before;
     try {
@@ -169,16 +198,30 @@ export class PairFinder extends Owned {
       return core.within(() => {
         const sets = place_sets(core, boxes, other, options.dim);
         const [a, b] = sets;
-        const { filter, forget } = filter_of(core, options, C.jostle_filter, "_jostle_js_accept_pair_pointer");
+        const { filter, forget } = filter_of(
+          core,
+          options,
+          C.jostle_filter,
+          "_jostle_js_accept_pair_pointer",
+        );
         const finder = this.#finder(true);
         this.#last = finder;
         this.#stats = undefined;
         const finished = core.scratch.take(4);
         try {
           core.with_values(sets, options.dim, () =>
-            core.call("jostle_finder_stream", finder, space_of(options.dim, a.type), core.boxes(a, options.dim),
-              b === undefined ? 0 : core.boxes(b, options.dim), filter, core.module._jostle_js_take_pairs_pointer(), number,
-              finished));
+            core.call(
+              "jostle_finder_stream",
+              finder,
+              space_of(options.dim, a.type),
+              core.boxes(a, options.dim),
+              b === undefined ? 0 : core.boxes(b, options.dim),
+              filter,
+              core.module._jostle_js_take_pairs_pointer(),
+              number,
+              finished,
+            ),
+          );
         } finally {
           forget();
         }
@@ -194,15 +237,30 @@ export class PairFinder extends Owned {
     return core.within(() => {
       const [a] = place_sets(core, boxes, undefined, options?.dim);
       const places = Array.from(offsets, (each, i) => whole(each, `offsets[${i}]`));
-      if (places.length === 0) refuse("offsets has no numbers: it must have one more than there are scenes", "size_mismatch");
+      if (places.length === 0)
+        refuse("offsets has no numbers: it must have one more than there are scenes", "size_mismatch");
       const table = core.ids(BigUint64Array.from(places, BigInt), "offsets");
-      const { filter, forget } = filter_of(core, options, C.jostle_scene_filter, "_jostle_js_accept_scene_pair_pointer");
+      const { filter, forget } = filter_of(
+        core,
+        options,
+        C.jostle_scene_filter,
+        "_jostle_js_accept_scene_pair_pointer",
+      );
       const blocks = core.struct(C.jostle_blocks);
       this.#pairs.count = 0;
       try {
         core.with_values([a], options.dim, () =>
-          core.call("jostle_finder_find_scenes", this.#finder(options.accept !== undefined), space_of(options.dim, a.type),
-            core.boxes(a, options.dim), table.pointer, BigInt(places.length - 1), filter, blocks));
+          core.call(
+            "jostle_finder_find_scenes",
+            this.#finder(options.accept !== undefined),
+            space_of(options.dim, a.type),
+            core.boxes(a, options.dim),
+            table.pointer,
+            BigInt(places.length - 1),
+            filter,
+            blocks,
+          ),
+        );
       } finally {
         forget();
       }
@@ -266,7 +324,9 @@ export function checksum(core, pairs) {
 export function validate(core, boxes, { dim }) {
   core.within(() => {
     const [a] = place_sets(core, boxes, undefined, dim);
-    core.with_values([a], dim, () => core.call("jostle_boxes_validate", space_of(dim, a.type), core.boxes(a, dim)));
+    core.with_values([a], dim, () =>
+      core.call("jostle_boxes_validate", space_of(dim, a.type), core.boxes(a, dim)),
+    );
   });
 }
 
@@ -279,12 +339,25 @@ export function find_periodic_pairs(core, finder, boxes, period, options) {
     for (let d = 0; d < dim; ++d) {
       lengths[d] = period[d];
       if (lengths[d] !== period[d] && !Number.isNaN(lengths[d]))
-        refuse(`period[${d}] is ${period[d]}, which ${a.type} doesn't have: give ${lengths[d]}, or boxes of float64`);
+        refuse(
+          `period[${d}] is ${period[d]}, which ${a.type} doesn't have: ` +
+            `give ${lengths[d]}, or boxes of float64`,
+        );
     }
-    const images = new Owned(core, "_jostle_images_free", core.make("jostle_images_new", space, core.options()));
+    const images = new Owned(
+      core,
+      "_jostle_images_free",
+      core.make("jostle_images_new", space, core.options()),
+    );
     try {
       core.with_values([a], dim, () =>
-        core.call("jostle_images_build", images.pointer, core.boxes(a, dim), core.place(lengths, "period", [a.type]).pointer));
+        core.call(
+          "jostle_images_build",
+          images.pointer,
+          core.boxes(a, dim),
+          core.place(lengths, "period", [a.type]).pointer,
+        ),
+      );
       const view = core.struct(C.jostle_images_view);
       core.call("jostle_images_view_read", images.pointer, view);
       const { filter, forget } = filter_of(core, options, C.jostle_filter, "_jostle_js_accept_pair_pointer");
@@ -293,8 +366,18 @@ export function find_periodic_pairs(core, finder, boxes, period, options) {
         return core.with_results((results) => {
           core.data.setBigUint64(wish, BigInt(C.jostle_filter.sizeof), true);
           core.call("jostle_images_filter", images.pointer, filter, wish);
-          // The images' own filter is a callback of the module's; one of JavaScript's is called on this thread.
-          core.call("jostle_finder_take", finder, space, view + C.jostle_images_view.boxes, 0, wish, options.sort ? 1 : 0, results);
+          // The images' own filter is a callback of the module's; one of JavaScript's is called on this
+          // thread.
+          core.call(
+            "jostle_finder_take",
+            finder,
+            space,
+            view + C.jostle_images_view.boxes,
+            0,
+            wish,
+            options.sort ? 1 : 0,
+            results,
+          );
           const found = core.pairs_of_results(results);
           const count = core.u64(view + C.jostle_images_view.boxes + C.jostle_boxes.count);
           const origin = core.view("uint32", core.u32(view + C.jostle_images_view.origin), count);
@@ -320,7 +403,9 @@ export function find_periodic_pairs(core, finder, boxes, period, options) {
 export function bricks(core, boxes, { dim }) {
   return core.within(() => {
     const [a] = place_sets(core, boxes, undefined, dim);
-    const view = core.with_values([a], dim, () => core.make("jostle_js_bricks_new", space_of(dim, a.type), a.pointer, a.count));
+    const view = core.with_values([a], dim, () =>
+      core.make("jostle_js_bricks_new", space_of(dim, a.type), a.pointer, a.count),
+    );
     try {
       const [count, records, sweepAxis] = [0, 4, 8].map((at) => core.u32(view + at));
       const axes = [...Array(dim).keys()];

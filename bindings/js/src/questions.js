@@ -7,7 +7,13 @@ import * as C from "./structs.js";
 
 const KINDS = { rays: 1, sweeps: 2, boxes: 3, spheres: 4, frustums: 5, nearest: 6, nearestToBoxes: 7 };
 const REGIONS = ["rays", "sweeps", "boxes", "spheres", "frustums"];
-const CALLS = { first: ["rays", "sweeps"], all: Object.keys(KINDS), any: REGIONS, count: REGIONS, visit: Object.keys(KINDS) };
+const CALLS = {
+  first: ["rays", "sweeps"],
+  all: Object.keys(KINDS),
+  any: REGIONS,
+  count: REGIONS,
+  visit: Object.keys(KINDS),
+};
 const ALL = 2n ** 64n - 1n;
 
 /** Numbers of each question of a kind. */
@@ -17,14 +23,23 @@ function width_of(kind, dim) {
 
 /** Questions in the module's memory: { kind, pointer, count, size } of one. */
 function place_questions(core, questions, dim, type, call) {
-  const name = questions === null || typeof questions !== "object" ? undefined : Object.keys(KINDS).find((each) => each in questions);
-  if (name === undefined) refuse(`questions are ${describe(questions)}: they must be { rays } or { boxes } or another kind of question`);
-  if (!CALLS[call].includes(name)) refuse(`${name} is no question of ${call}(): ask one of ${CALLS[call].join(", ")}`);
+  const name =
+    questions === null || typeof questions !== "object"
+      ? undefined
+      : Object.keys(KINDS).find((each) => each in questions);
+  if (name === undefined)
+    refuse(
+      `questions are ${describe(questions)}: they must be { rays } or { boxes } or another kind of question`,
+    );
+  if (!CALLS[call].includes(name))
+    refuse(`${name} is no question of ${call}(): ask one of ${CALLS[call].join(", ")}`);
   const kind = KINDS[name];
   if (name === "frustums") return place_frustums(core, questions.frustums, dim, type);
   const rows = core.rows(questions[name], name, width_of(kind, dim), type);
-  if (kind < KINDS.nearest) return { kind, pointer: rows.pointer, count: rows.count, size: width_of(kind, dim) * size_of(type) };
-  const layout = C[`jostle_nearest_${kind === KINDS.nearest ? "" : "to_box_"}${dim}${type === "float64" ? "d" : "f"}`];
+  if (kind < KINDS.nearest)
+    return { kind, pointer: rows.pointer, count: rows.count, size: width_of(kind, dim) * size_of(type) };
+  const layout =
+    C[`jostle_nearest_${kind === KINDS.nearest ? "" : "to_box_"}${dim}${type === "float64" ? "d" : "f"}`];
   const wanted = whole(questions.count ?? 1, "count");
   const most = questions.maxDistance ?? Infinity;
   if (typeof most !== "number") refuse(`maxDistance is ${describe(most)}: it must be a number`);
@@ -42,12 +57,17 @@ function place_questions(core, questions, dim, type, call) {
 }
 
 function place_frustums(core, frustums, dim, type) {
-  if (!Array.isArray(frustums)) refuse(`frustums are ${describe(frustums)}: they must be a list of arrays of planes`);
+  if (!Array.isArray(frustums))
+    refuse(`frustums are ${describe(frustums)}: they must be a list of arrays of planes`);
   const pointer = core.scratch.take(C.jostle_frustum.sizeof * frustums.length);
   frustums.forEach((planes, i) => {
     const rows = core.rows(planes, `frustums[${i}]`, dim + 1, type);
     core.data.setUint32(pointer + i * C.jostle_frustum.sizeof + C.jostle_frustum.planes, rows.pointer, true);
-    core.data.setBigUint64(pointer + i * C.jostle_frustum.sizeof + C.jostle_frustum.count, BigInt(rows.count), true);
+    core.data.setBigUint64(
+      pointer + i * C.jostle_frustum.sizeof + C.jostle_frustum.count,
+      BigInt(rows.count),
+      true,
+    );
   });
   return { kind: KINDS.frustums, pointer, count: frustums.length, size: C.jostle_frustum.sizeof };
 }
@@ -58,7 +78,8 @@ export function query_filter(core, options, accept) {
   if (asker === undefined && exclude === undefined && accept === undefined) return 0;
   const filter = core.struct(C.jostle_query_filter);
   for (const name of ["category", "mask", "owner"])
-    if (options[name] !== undefined) core.set_values(filter + C.jostle_query_filter[name], core.integers(options[name], name));
+    if (options[name] !== undefined)
+      core.set_values(filter + C.jostle_query_filter[name], core.integers(options[name], name));
   if (asker !== undefined) {
     const at = core.scratch.take(C.jostle_asker.sizeof);
     core.data.setUint32(at + C.jostle_asker.category, whole(asker.category ?? 1, "asker.category"), true);
@@ -73,7 +94,11 @@ export function query_filter(core, options, accept) {
     core.data.setUint32(filter + C.jostle_query_filter.exclude, at, true);
   }
   if (accept !== undefined) {
-    core.data.setUint32(filter + C.jostle_query_filter.accept, core.module._jostle_js_accept_answer_pointer(), true);
+    core.data.setUint32(
+      filter + C.jostle_query_filter.accept,
+      core.module._jostle_js_accept_answer_pointer(),
+      true,
+    );
     core.data.setUint32(filter + C.jostle_query_filter.context, accept, true);
   }
   return filter;
@@ -92,8 +117,9 @@ export class Asked {
   }
 
   /**
-   * Calls inside(questions, filter) with all questions at once or, where a callback is asked and there are threads that it must not
-   * be called on, with one after the other. `done(question)` tells the number of the first.
+   * Calls inside(questions, filter) with all questions at once or, where a callback is asked and there are
+   * threads that it must not be called on, with one after the other. `done(question)` tells the number of the
+   * first.
    */
   ask(call, given, options, inside) {
     const core = this.owner.core;
@@ -103,14 +129,17 @@ export class Asked {
         refuse(`there are ${questions.count} questions: visit() takes one`, "size_mismatch");
       let first = 0;
       const accept = options.accept;
-      if (accept !== undefined && typeof accept !== "function") refuse(`accept is ${describe(accept)}: it must be a function`);
+      if (accept !== undefined && typeof accept !== "function")
+        refuse(`accept is ${describe(accept)}: it must be a function`);
       const number = accept && core.remember((question, id) => accept(first + question, this.id(id)));
       try {
         const filter = query_filter(core, options, number);
         if (accept === undefined || core.threads === 1) return [inside(questions, filter)];
         const parts = [];
         for (; first < questions.count; ++first)
-          parts.push(inside({ ...questions, pointer: questions.pointer + first * questions.size, count: 1 }, filter));
+          parts.push(
+            inside({ ...questions, pointer: questions.pointer + first * questions.size, count: 1 }, filter),
+          );
         return parts;
       } finally {
         if (number !== undefined) core.forget(number);
@@ -131,13 +160,18 @@ export class Asked {
       }
       return { ids, at };
     });
-    const ids = joined(BigUint64Array, parts.map((part) => part.ids)), at = joined(Float64Array, parts.map((part) => part.at));
-    return { ids: this.one(ids), at };
+    return {
+      ids: this.one(joined_members(BigUint64Array, parts, "ids")),
+      at: joined_members(Float64Array, parts, "at"),
+    };
   }
 
   all(given, options = {}) {
     const core = this.owner.core;
-    const most = options.maxResults === undefined || options.maxResults === Infinity ? ALL : BigInt(whole(options.maxResults, "maxResults"));
+    const most =
+      options.maxResults === undefined || options.maxResults === Infinity
+        ? ALL
+        : BigInt(whole(options.maxResults, "maxResults"));
     const parts = this.ask("all", given, options, ({ kind, pointer, count }, filter) =>
       core.with_results((results) => {
         core.call(this.names.all, this.owner.pointer, kind, pointer, BigInt(count), filter, most, results);
@@ -147,12 +181,16 @@ export class Asked {
   }
 
   answers(parts) {
-    if (parts.length === 1) return new Answers(parts[0].first, this.narrow(parts[0].ids), parts[0].at, parts[0].more);
+    if (parts.length === 1)
+      return new Answers(parts[0].first, this.narrow(parts[0].ids), parts[0].at, parts[0].more);
     const first = [0];
     for (const part of parts) first.push(first.at(-1) + part.first[1]);
-    return new Answers(Float64Array.from(first), this.narrow(joined(BigUint64Array, parts.map((part) => part.ids))),
-      parts.some((part) => part.at === undefined) ? undefined : joined(Float64Array, parts.map((part) => part.at)),
-      joined(Uint8Array, parts.map((part) => part.more)));
+    return new Answers(
+      Float64Array.from(first),
+      this.narrow(joined_members(BigUint64Array, parts, "ids")),
+      parts.some((part) => part.at === undefined) ? undefined : joined_members(Float64Array, parts, "at"),
+      joined_members(Uint8Array, parts, "more"),
+    );
   }
 
   visit(given, visit, options = {}) {
@@ -202,6 +240,13 @@ function joined(Array, parts) {
   return all;
 }
 
+function joined_members(Array, parts, member) {
+  return joined(
+    Array,
+    parts.map((part) => part[member]),
+  );
+}
+
 export class Answers {
   constructor(first, ids, at, more) {
     this.first = first;
@@ -223,9 +268,16 @@ export function rays(origins, directions, { dim, maxFraction = Infinity } = {}) 
   space_of(dim, "float64");
   const Array = origins?.constructor;
   if ((Array !== Float32Array && Array !== Float64Array) || directions?.constructor !== Array)
-    refuse(`origins and directions are ${describe(origins)} and ${describe(directions)}: they must both be Float32Array or Float64Array`);
+    refuse(
+      `origins and directions are ${describe(origins)} and ${describe(directions)}: ` +
+        "they must both be Float32Array or Float64Array",
+    );
   if (origins.length % dim !== 0 || directions.length !== origins.length)
-    refuse(`origins and directions have ${origins.length} and ${directions.length} numbers: they must have ${dim} for each ray`, "size_mismatch");
+    refuse(
+      `origins and directions have ${origins.length} and ${directions.length} numbers: ` +
+        `they must have ${dim} for each ray`,
+      "size_mismatch",
+    );
   const count = origins.length / dim, width = 2 * dim + 1;
   const each = typeof maxFraction !== "number";
   if (each && maxFraction.length !== count)

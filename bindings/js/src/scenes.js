@@ -8,7 +8,10 @@ import * as C from "./structs.js";
 
 /** What scenes there are. */
 export function scene_list(core) {
-  return list(core, "_jostle_js_scene_info", (info) => ({ pairsPerObject: core.f64(info + 16), hostile: core.u32(info + 24) !== 0 }));
+  return list(core, "_jostle_js_scene_info", (info) => ({
+    pairsPerObject: core.f64(info + 16),
+    hostile: core.u32(info + 24) !== 0,
+  }));
 }
 export function simulation_list(core) {
   return list(core, "_jostle_js_simulation_info", () => ({}));
@@ -18,7 +21,13 @@ function list(core, name, more) {
     const info = core.scratch.take(32);
     const found = [];
     for (let i = 0; i < core.module[name](i, info); ++i)
-      found.push(Object.freeze({ name: core.text(core.u32(info), core.u32(info + 4)), summary: core.text(core.u32(info + 8), core.u32(info + 12)), ...more(info) }));
+      found.push(
+        Object.freeze({
+          name: core.text(core.u32(info), core.u32(info + 4)),
+          summary: core.text(core.u32(info + 8), core.u32(info + 12)),
+          ...more(info),
+        }),
+      );
     return Object.freeze(found);
   });
 }
@@ -35,13 +44,26 @@ export class Scene extends Owned {
     const space = space_of(dim, type);
     super(core, "_jostle_js_scene_free", core.within(() => {
       const text = core.utf8(name);
-      return core.make("jostle_js_scene_new", space, text.pointer, text.size, whole(length, "length"), seed_of(seed));
+      return core.make(
+        "jostle_js_scene_new",
+        space,
+        text.pointer,
+        text.size,
+        whole(length, "length"),
+        seed_of(seed),
+      );
     }));
     this.info = scene_list(core).find((info) => info.name === name);
     this.dim = dim;
     this.length = length;
     this.frame = 0;
-    this.boxes = new MemoryArray(core, type, 2 * dim * length, this, (scene) => core.module._jostle_js_scene_boxes(scene.pointer) >>> 0);
+    this.boxes = new MemoryArray(
+      core,
+      type,
+      2 * dim * length,
+      this,
+      (scene) => core.module._jostle_js_scene_boxes(scene.pointer) >>> 0,
+    );
   }
   step() {
     this.core.call("jostle_js_scene_step", this.pointer);
@@ -57,7 +79,14 @@ export class Simulation extends Owned {
   constructor(core, { scene = "spheres", bodies = 1000, seed = 1 } = {}) {
     super(core, "_jostle_js_simulation_free", core.within(() => {
       const text = core.utf8(scene);
-      return core.make("jostle_js_simulation_new", text.pointer, text.size, whole(bodies, "bodies"), seed_of(seed), core.executor);
+      return core.make(
+        "jostle_js_simulation_new",
+        text.pointer,
+        text.size,
+        whole(bodies, "bodies"),
+        seed_of(seed),
+        core.executor,
+      );
     }));
     this.frame = 0;
     this.bodies = bodies;
@@ -97,18 +126,33 @@ export class Simulation extends Owned {
   }
   get times() {
     return this.#read((numbers) => {
-      const [boxes, pairs, contacts, responses, motion] = [6, 7, 8, 9, 10].map((i) => this.core.f64(numbers + 8 * i));
+      const [boxes, pairs, contacts, responses, motion] = [6, 7, 8, 9, 10].map((i) =>
+        this.core.f64(numbers + 8 * i),
+      );
       return { boxes, pairs, contacts, responses, motion };
     });
   }
   get hash() {
-    return this.#read((numbers) => this.core.data.getBigUint64(numbers + 88, true).toString(16).padStart(16, "0"));
+    return this.#read((numbers) =>
+      this.core.data
+        .getBigUint64(numbers + 88, true)
+        .toString(16)
+        .padStart(16, "0"),
+    );
   }
   get boxes() {
-    return this.core.view("float32", this.core.make("jostle_js_simulation_boxes", this.pointer), 6 * this.bodies);
+    return this.core.view(
+      "float32",
+      this.core.make("jostle_js_simulation_boxes", this.pointer),
+      6 * this.bodies,
+    );
   }
   get poses() {
-    return this.core.view("float32", this.core.module._jostle_js_simulation_poses(this.pointer) >>> 0, 7 * this.bodies);
+    return this.core.view(
+      "float32",
+      this.core.module._jostle_js_simulation_poses(this.pointer) >>> 0,
+      7 * this.bodies,
+    );
   }
   get velocities() {
     return this.core.within(() => {

@@ -43,27 +43,50 @@ export function shape_makers(core) {
   return {
     sphere: (radius, dim = 3) => made("jostle_shape_sphere", checked_dim(dim), number(radius, "radius")),
     capsule: (halfLength, radius, dim = 3) =>
-      made("jostle_shape_capsule", checked_dim(dim), number(halfLength, "halfLength"), number(radius, "radius")),
+      made(
+        "jostle_shape_capsule",
+        checked_dim(dim),
+        number(halfLength, "halfLength"),
+        number(radius, "radius"),
+      ),
     box: (half) => halves("jostle_shape_box", half),
     roundedBox: (half, radius) => halves("jostle_shape_rounded_box", half, number(radius, "radius")),
-    cylinder: (halfLength, radius) => made("jostle_shape_cylinder", number(halfLength, "halfLength"), number(radius, "radius")),
-    cone: (halfLength, radius) => made("jostle_shape_cone", number(halfLength, "halfLength"), number(radius, "radius")),
+    cylinder: (halfLength, radius) =>
+      made("jostle_shape_cylinder", number(halfLength, "halfLength"), number(radius, "radius")),
+    cone: (halfLength, radius) =>
+      made("jostle_shape_cone", number(halfLength, "halfLength"), number(radius, "radius")),
     ellipsoid: (half) => halves("jostle_shape_ellipsoid", half),
     halfSpace: (normal, offset = 0) => halves("jostle_shape_half_space", normal, number(offset, "offset")),
     hull: (points, dim) => of_points("jostle_shape_hull", points, dim),
-    roundedHull: (points, radius, dim) => of_points("jostle_shape_rounded_hull", points, dim, number(radius, "radius")),
+    roundedHull: (points, radius, dim) =>
+      of_points("jostle_shape_rounded_hull", points, dim, number(radius, "radius")),
     mesh: (vertices, elements, dim) =>
       core.within(() => {
         checked_dim(dim);
-        const rows = core.rows(vertices, "vertices", dim), corners = core.rows(elements, "elements", dim, "uint32");
-        return made("jostle_shape_mesh", space_of(dim, rows.type), rows.pointer, BigInt(rows.count), corners.pointer,
-          BigInt(corners.count));
+        const rows = core.rows(vertices, "vertices", dim),
+          corners = core.rows(elements, "elements", dim, "uint32");
+        return made(
+          "jostle_shape_mesh",
+          space_of(dim, rows.type),
+          rows.pointer,
+          BigInt(rows.count),
+          corners.pointer,
+          BigInt(corners.count),
+        );
       }),
     heightField: (heights, columns, { spacingX = 1, spacingZ = 1, thickness = 0 } = {}) =>
       core.within(() => {
         const rows = core.rows(heights, "heights", whole(columns, "columns", 1));
-        return made("jostle_shape_height_field", space_of(3, rows.type), rows.pointer, columns, rows.count,
-          number(spacingX, "spacingX"), number(spacingZ, "spacingZ"), number(thickness, "thickness"));
+        return made(
+          "jostle_shape_height_field",
+          space_of(3, rows.type),
+          rows.pointer,
+          columns,
+          rows.count,
+          number(spacingX, "spacingX"),
+          number(spacingZ, "spacingZ"),
+          number(thickness, "thickness"),
+        );
       }),
     compound: (shapes, poses) =>
       core.within(() => {
@@ -71,7 +94,8 @@ export function shape_makers(core) {
           refuse(`shapes are ${describe(shapes)}: they must be a list of at least one shape`);
         const { dim } = shapes[0];
         const rows = core.rows(poses, "poses", dim === 3 ? 7 : 4, "float64");
-        if (rows.count !== shapes.length) refuse(`there are ${shapes.length} shapes and ${rows.count} poses`, "size_mismatch");
+        if (rows.count !== shapes.length)
+          refuse(`there are ${shapes.length} shapes and ${rows.count} poses`, "size_mismatch");
         const children = core.scratch.take(4 * shapes.length);
         shapes.forEach((shape, i) => core.data.setUint32(children + 4 * i, shape.pointer, true));
         return made("jostle_shape_compound", dim, children, rows.pointer, BigInt(shapes.length));
@@ -105,8 +129,10 @@ export class Shapes extends Owned {
   }
   addCapsules(halfLengths, radii) {
     this.core.within(() => {
-      const a = this.core.rows(halfLengths, "halfLengths", 1, "float64"), b = this.core.rows(radii, "radii", 1, "float64");
-      if (a.count !== b.count) refuse(`there are ${a.count} halfLengths and ${b.count} radii`, "size_mismatch");
+      const a = this.core.rows(halfLengths, "halfLengths", 1, "float64"),
+        b = this.core.rows(radii, "radii", 1, "float64");
+      if (a.count !== b.count)
+        refuse(`there are ${a.count} halfLengths and ${b.count} radii`, "size_mismatch");
       this.core.call("jostle_shapes_add_capsules", this.pointer, a.pointer, b.pointer, BigInt(a.count));
     });
   }
@@ -125,13 +151,17 @@ export class Shapes extends Owned {
 }
 
 function shape_pointer(shape) {
-  if (!(shape instanceof Shape)) refuse(`the shape is ${describe(shape)}: it must be made by sphere(), box() or another of Jostle's functions`);
+  if (!(shape instanceof Shape))
+    refuse(
+      `the shape is ${describe(shape)}: it must be made by sphere(), box() or another of Jostle's functions`,
+    );
   return shape.pointer;
 }
 
 /** A jostle_objects, and the rows of their poses. */
 export function place_objects(core, objects, type, moving = false) {
-  if (!(objects?.shapes instanceof Shapes)) refuse(`objects are ${describe(objects)}: they must be { shapes, poses }`);
+  if (!(objects?.shapes instanceof Shapes))
+    refuse(`objects are ${describe(objects)}: they must be { shapes, poses }`);
   const { dim } = objects.shapes;
   const width = (dim === 3 ? 7 : 4) + (moving ? (dim === 3 ? 6 : 3) : 0);
   const rows = core.rows(objects.poses, moving ? "motions" : "poses", width, type);
@@ -149,7 +179,14 @@ export function bounds(core, objects, { margin = 0 } = {}) {
     const length = objects.shapes.length;
     if (rows.count !== length) refuse(`there are ${length} shapes and ${rows.count} poses`, "size_mismatch");
     const out = core.scratch.take(2 * dim * length * size_of(rows.type));
-    core.call("jostle_bounds", space_of(dim, rows.type), placed.pointer, number(margin, "margin"), core.executor, out);
+    core.call(
+      "jostle_bounds",
+      space_of(dim, rows.type),
+      placed.pointer,
+      number(margin, "margin"),
+      core.executor,
+      out,
+    );
     return core.view(rows.type, out, 2 * dim * length).slice();
   });
 }
@@ -159,10 +196,14 @@ export function poses(positions, { dim, rotations } = {}) {
   checked_dim(dim);
   if (!(positions instanceof Float32Array || positions instanceof Float64Array))
     refuse(`positions are ${describe(positions)}: they must be a Float32Array or a Float64Array`);
-  if (positions.length % dim !== 0) refuse(`positions has ${positions.length} numbers: it must be a multiple of ${dim}`, "size_mismatch");
+  if (positions.length % dim !== 0)
+    refuse(`positions has ${positions.length} numbers: it must be a multiple of ${dim}`, "size_mismatch");
   const count = positions.length / dim, turn = dim === 3 ? 4 : 1, width = dim === 3 ? 7 : 4;
   if (rotations !== undefined && rotations.length !== count * turn)
-    refuse(`rotations has ${rotations.length} numbers: it must have ${turn} for each of ${count} positions`, "size_mismatch");
+    refuse(
+      `rotations has ${rotations.length} numbers: it must have ${turn} for each of ${count} positions`,
+      "size_mismatch",
+    );
   const packed = new_floats(type_of(positions), count * width);
   for (let i = 0; i < count; ++i) {
     for (let d = 0; d < dim; ++d) packed[i * width + d] = positions[i * dim + d];

@@ -20,45 +20,110 @@ export const jostle_nearest_to_box_2d = { sizeof: 48, lo: 0, hi: 16, count: 32, 
 export const jostle_nearest_to_box_3d = { sizeof: 64, lo: 0, hi: 24, count: 48, max_distance: 56 };
 export const jostle_allocator = { sizeof: 24, struct_size: 0, context: 8, allocate: 12, deallocate: 16 };
 export const jostle_options = { sizeof: 24, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16 };
-export const jostle_filter = { sizeof: 160, struct_size: 0, category: 8, mask: 32, owner: 56, category_b: 80, mask_b: 104, owner_b: 128, accept: 152, context: 156 };
-export const jostle_scene_filter = { sizeof: 88, struct_size: 0, category: 8, mask: 32, owner: 56, accept: 80, context: 84 };
-export const jostle_stats = { sizeof: 112, struct_size: 0, objects: 8, pairs: 16, records: 24, candidates: 32, ties: 40, bricks: 48, nested_grids: 56, bytes_reserved: 64, ms_total: 72, ms_tune: 80, ms_scatter: 88, ms_sweep: 96, ms_finish: 104 };
+export const jostle_filter = {
+  sizeof: 160, struct_size: 0, category: 8, mask: 32, owner: 56, category_b: 80, mask_b: 104, owner_b: 128,
+  accept: 152, context: 156,
+};
+export const jostle_scene_filter = {
+  sizeof: 88, struct_size: 0, category: 8, mask: 32, owner: 56, accept: 80, context: 84,
+};
+export const jostle_stats = {
+  sizeof: 112, struct_size: 0, objects: 8, pairs: 16, records: 24, candidates: 32, ties: 40, bricks: 48,
+  nested_grids: 56, bytes_reserved: 64, ms_total: 72, ms_tune: 80, ms_scatter: 88, ms_sweep: 96,
+  ms_finish: 104,
+};
 export const jostle_images_view = { sizeof: 56, boxes: 0, origin: 40, shift: 44, originals: 48 };
 export const jostle_asker = { sizeof: 12, category: 0, mask: 4, owner: 8 };
-export const jostle_query_filter = { sizeof: 96, struct_size: 0, category: 8, mask: 32, owner: 56, asker: 80, exclude: 84, accept: 88, context: 92 };
-export const jostle_index_stats = { sizeof: 72, struct_size: 0, objects: 8, pages: 16, leaves: 24, nodes: 32, depth: 40, bytes: 48, sorts: 56, splits: 64 };
+export const jostle_query_filter = {
+  sizeof: 104, struct_size: 0, category: 8, mask: 32, owner: 56, asker: 80, exclude: 84, accept: 88,
+  context: 92, count: 96,
+};
+export const jostle_index_stats = {
+  sizeof: 72, struct_size: 0, objects: 8, pages: 16, leaves: 24, nodes: 32, depth: 40, bytes: 48, sorts: 56,
+  splits: 64,
+};
 export const jostle_object_filter = { sizeof: 16, category: 0, mask: 4, owner: 8, is_static: 12 };
-export const jostle_world_options = { sizeof: 48, struct_size: 0, common: 8, margin: 16, accept: 24, context: 28, pair_slots: 32, ignore_odd_boxes: 36, slack: 40 };
-export const jostle_object_options = { sizeof: 40, struct_size: 0, filter: 8, margin: 16, disabled: 24, user_data: 32 };
+export const jostle_world_options = {
+  sizeof: 48, struct_size: 0, common: 8, margin: 16, accept: 24, context: 28, pair_slots: 32,
+  ignore_odd_boxes: 36, slack: 40,
+};
+export const jostle_object_options = {
+  sizeof: 40, struct_size: 0, filter: 8, margin: 16, disabled: 24, user_data: 32,
+};
 export const jostle_id_pair = { sizeof: 16, a: 0, b: 8 };
 export const jostle_ended_pair = { sizeof: 24, a: 0, b: 8, reason: 16, reserved: 20 };
-export const jostle_world_stats = { sizeof: 208, struct_size: 0, objects: 8, resting: 16, active: 24, disabled: 32, refused: 40, commands: 48, dropped: 56, changed: 64, woken: 72, settled: 80, candidates: 88, false_positives: 96, listed: 104, began: 112, persisted: 120, ended: 128, bytes_reserved: 136, us_total: 144, us_apply: 152, us_active: 160, us_resting: 168, us_events: 176, us_index: 184, padded: 192, odd: 200 };
-export const jostle_shape_info = { sizeof: 56, dim: 0, type: 4, radius: 8, size: 16, offset: 40, context: 48 };
+export const jostle_world_stats = {
+  sizeof: 208, struct_size: 0, objects: 8, resting: 16, active: 24, disabled: 32, refused: 40, commands: 48,
+  dropped: 56, changed: 64, woken: 72, settled: 80, candidates: 88, false_positives: 96, listed: 104,
+  began: 112, persisted: 120, ended: 128, bytes_reserved: 136, us_total: 144, us_apply: 152, us_active: 160,
+  us_resting: 168, us_events: 176, us_index: 184, padded: 192, odd: 200,
+};
+export const jostle_shape_info = {
+  sizeof: 56, dim: 0, type: 4, radius: 8, size: 16, offset: 40, context: 48,
+};
 export const jostle_objects = { sizeof: 32, shapes: 0, poses: 8 };
 export const jostle_contact_point_2f = { sizeof: 24, from_a: 0, from_b: 8, depth: 16, feature: 20 };
-export const jostle_contact_2f = { sizeof: 76, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 24, point: 28 };
+export const jostle_contact_2f = {
+  sizeof: 76, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 24, point: 28,
+};
 export const jostle_contact_point_3f = { sizeof: 32, from_a: 0, from_b: 12, depth: 24, feature: 28 };
-export const jostle_contact_3f = { sizeof: 160, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 28, point: 32 };
+export const jostle_contact_3f = {
+  sizeof: 160, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 28, point: 32,
+};
 export const jostle_contact_point_2d = { sizeof: 48, from_a: 0, from_b: 16, depth: 32, feature: 40 };
-export const jostle_contact_2d = { sizeof: 136, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 32, point: 40 };
+export const jostle_contact_2d = {
+  sizeof: 136, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 32, point: 40,
+};
 export const jostle_contact_point_3d = { sizeof: 64, from_a: 0, from_b: 24, depth: 48, feature: 56 };
-export const jostle_contact_3d = { sizeof: 304, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 40, point: 48 };
-export const jostle_pair_test_input = { sizeof: 128, shape_a: 0, shape_b: 56, pose_a: 112, pose_b: 116, margin: 120 };
-export const jostle_point_contact_2f = { sizeof: 48, pair: 0, part_a: 8, part_b: 12, normal: 16, from_a: 24, from_b: 32, depth: 40, feature: 44 };
-export const jostle_point_contact_3f = { sizeof: 60, pair: 0, part_a: 8, part_b: 12, normal: 16, from_a: 28, from_b: 40, depth: 52, feature: 56 };
-export const jostle_point_contact_2d = { sizeof: 80, pair: 0, part_a: 8, part_b: 12, normal: 16, from_a: 32, from_b: 48, depth: 64, feature: 72 };
-export const jostle_point_contact_3d = { sizeof: 104, pair: 0, part_a: 8, part_b: 12, normal: 16, from_a: 40, from_b: 64, depth: 88, feature: 96 };
-export const jostle_cast_hit_2f = { sizeof: 28, fraction: 0, normal: 4, point: 12, part: 20, moving_part: 24 };
-export const jostle_cast_hit_3f = { sizeof: 36, fraction: 0, normal: 4, point: 16, part: 28, moving_part: 32 };
-export const jostle_cast_hit_2d = { sizeof: 48, fraction: 0, normal: 8, point: 24, part: 40, moving_part: 44 };
-export const jostle_cast_hit_3d = { sizeof: 64, fraction: 0, normal: 8, point: 32, part: 56, moving_part: 60 };
+export const jostle_contact_3d = {
+  sizeof: 304, pair: 0, part_a: 8, part_b: 12, normal: 16, count: 40, point: 48,
+};
+export const jostle_pair_test_input = {
+  sizeof: 128, shape_a: 0, shape_b: 56, pose_a: 112, pose_b: 116, margin: 120,
+};
+export const jostle_point_contact_2f = {
+  sizeof: 48, pair: 0, part_a: 8, part_b: 12, normal: 16, from_a: 24, from_b: 32, depth: 40, feature: 44,
+};
+export const jostle_point_contact_3f = {
+  sizeof: 60, pair: 0, part_a: 8, part_b: 12, normal: 16, from_a: 28, from_b: 40, depth: 52, feature: 56,
+};
+export const jostle_point_contact_2d = {
+  sizeof: 80, pair: 0, part_a: 8, part_b: 12, normal: 16, from_a: 32, from_b: 48, depth: 64, feature: 72,
+};
+export const jostle_point_contact_3d = {
+  sizeof: 104, pair: 0, part_a: 8, part_b: 12, normal: 16, from_a: 40, from_b: 64, depth: 88, feature: 96,
+};
+export const jostle_cast_hit_2f = {
+  sizeof: 28, fraction: 0, normal: 4, point: 12, part: 20, moving_part: 24,
+};
+export const jostle_cast_hit_3f = {
+  sizeof: 36, fraction: 0, normal: 4, point: 16, part: 28, moving_part: 32,
+};
+export const jostle_cast_hit_2d = {
+  sizeof: 48, fraction: 0, normal: 8, point: 24, part: 40, moving_part: 44,
+};
+export const jostle_cast_hit_3d = {
+  sizeof: 64, fraction: 0, normal: 8, point: 32, part: 56, moving_part: 60,
+};
 export const jostle_casts = { sizeof: 56, rays: 0, moving: 24, displacements: 32 };
 export const jostle_process_options = { sizeof: 24, struct_size: 0, executor: 8, block_items: 16 };
 export const jostle_work_plan = { sizeof: 24, items: 0, block_items: 8, blocks: 16, slots: 20 };
 export const jostle_work = { sizeof: 8, slot: 0, block: 4 };
-export const jostle_responses_options = { sizeof: 24, struct_size: 0, common: 8, form: 12, merge: 16, context: 20 };
+export const jostle_responses_options = {
+  sizeof: 24, struct_size: 0, common: 8, form: 12, merge: 16, context: 20,
+};
 
-export const jostle_status = { 0: "ok", 1: "nan_coordinate", 2: "inverted_box", 3: "too_many_objects", 4: "size_mismatch", 5: "invalid_argument", 6: "stale_id", 7: "bad_snapshot", 8: "file_error", 100: "out_of_memory", 101: "bad_handle", 102: "callback_failed", 103: "internal_error" };
+export const jostle_status = {
+  0: "ok", 1: "nan_coordinate", 2: "inverted_box", 3: "too_many_objects", 4: "size_mismatch",
+  5: "invalid_argument", 6: "stale_id", 7: "bad_snapshot", 8: "file_error", 100: "out_of_memory",
+  101: "bad_handle", 102: "callback_failed", 103: "internal_error",
+};
 export const jostle_end_reason = { 0: "moved_apart", 1: "removed", 2: "disabled", 3: "filtered" };
-export const jostle_shape_type = { 0: "sphere", 1: "capsule", 2: "box", 3: "convex", 4: "half_space", 5: "mesh", 6: "height_field", 7: "compound", 8: "rounded_box", 9: "rounded_hull", 10: "cylinder", 11: "cone", 12: "ellipsoid", 16: "first_custom" };
-export const jostle_question = { 1: "ray", 2: "sweep", 3: "box", 4: "sphere", 5: "frustum", 6: "nearest", 7: "nearest_to_box" };
+export const jostle_shape_type = {
+  0: "sphere", 1: "capsule", 2: "box", 3: "convex", 4: "half_space", 5: "mesh", 6: "height_field",
+  7: "compound", 8: "rounded_box", 9: "rounded_hull", 10: "cylinder", 11: "cone", 12: "ellipsoid",
+  16: "first_custom",
+};
+export const jostle_question = {
+  1: "ray", 2: "sweep", 3: "box", 4: "sphere", 5: "frustum", 6: "nearest", 7: "nearest_to_box",
+};

@@ -5,7 +5,11 @@ import { Asked, query_filter } from "./questions.js";
 import * as C from "./structs.js";
 
 const FUNCTIONS = {
-  first: "jostle_world_first", all: "jostle_world_all", visit: "jostle_world_visit", any: "jostle_world_any", count: "jostle_world_count",
+  first: "jostle_world_first",
+  all: "jostle_world_all",
+  visit: "jostle_world_visit",
+  any: "jostle_world_any",
+  count: "jostle_world_count",
 };
 const same = (ids) => ids;
 
@@ -21,7 +25,8 @@ export class World extends Owned {
     const space = space_of(dim, type);
     let { pointer, accept } = forked ?? {};
     if (forked === undefined) {
-      accept = options.accept === undefined ? undefined : { number: core.remember(options.accept), worlds: 0 };
+      accept =
+        options.accept === undefined ? undefined : { number: core.remember(options.accept), worlds: 0 };
       try {
         pointer = make_world(core, space, options, accept);
       } catch (error) {
@@ -30,7 +35,12 @@ export class World extends Owned {
       }
     }
     if (accept !== undefined) ++accept.worlds;
-    super(core, "_jostle_world_free", pointer, accept && (() => --accept.worlds === 0 && core.forget(accept.number)));
+    super(
+      core,
+      "_jostle_world_free",
+      pointer,
+      accept && (() => --accept.worlds === 0 && core.forget(accept.number)),
+    );
     this.dim = dim;
     this.type = type;
     this.#accept = accept;
@@ -45,7 +55,8 @@ export class World extends Owned {
   /** Ids, and as many rows. */
   #with(ids, given, what, width) {
     const of = this.core.ids(ids), rows = this.#rows(given, what, width);
-    if (of.count !== rows.count) refuse(`there are ${of.count} ids and ${rows.count} ${what}`, "size_mismatch");
+    if (of.count !== rows.count)
+      refuse(`there are ${of.count} ids and ${rows.count} ${what}`, "size_mismatch");
     return [of, rows];
   }
 
@@ -53,13 +64,20 @@ export class World extends Owned {
     const core = this.core;
     return core.within(() => {
       const rows = this.#rows(boxes, "boxes", 2 * this.dim);
-      const made = core.struct(C.jostle_object_options), filter = core.scratch.take(C.jostle_object_filter.sizeof);
+      const made = core.struct(C.jostle_object_options),
+        filter = core.scratch.take(C.jostle_object_filter.sizeof);
       write_filter(core, filter, options);
       core.data.setUint32(made + C.jostle_object_options.filter, filter, true);
-      core.data.setFloat64(made + C.jostle_object_options.margin, number(options.margin ?? 0, "margin"), true);
+      core.data.setFloat64(
+        made + C.jostle_object_options.margin,
+        number(options.margin ?? 0, "margin"),
+        true,
+      );
       core.data.setInt32(made + C.jostle_object_options.disabled, options.enabled === false ? 1 : 0, true);
       const ids = core.scratch.take(8 * rows.count);
-      core.with_values([rows], this.dim, () => core.call("jostle_world_add", this.pointer, core.boxes(rows, this.dim), made, ids));
+      core.with_values([rows], this.dim, () =>
+        core.call("jostle_world_add", this.pointer, core.boxes(rows, this.dim), made, ids),
+      );
       return core.wide(ids, rows.count);
     });
   }
@@ -73,10 +91,22 @@ export class World extends Owned {
     const core = this.core;
     core.within(() => {
       const [of, rows] = this.#with(ids, boxes, "boxes", 2 * this.dim);
-      const by = displacements === undefined ? { pointer: 0, count: of.count } : this.#rows(displacements, "displacements", this.dim);
-      if (by.count !== of.count) refuse(`there are ${of.count} ids and ${by.count} displacements`, "size_mismatch");
+      const by =
+        displacements === undefined
+          ? { pointer: 0, count: of.count }
+          : this.#rows(displacements, "displacements", this.dim);
+      if (by.count !== of.count)
+        refuse(`there are ${of.count} ids and ${by.count} displacements`, "size_mismatch");
       core.with_values([rows], this.dim, () =>
-        core.call("jostle_world_move", this.pointer, of.pointer, core.boxes(rows, this.dim), by.pointer, order(sequence)));
+        core.call(
+          "jostle_world_move",
+          this.pointer,
+          of.pointer,
+          core.boxes(rows, this.dim),
+          by.pointer,
+          order(sequence),
+        ),
+      );
     });
   }
   teleport(ids, boxes, { sequence } = {}) {
@@ -84,29 +114,54 @@ export class World extends Owned {
     core.within(() => {
       const [of, rows] = this.#with(ids, boxes, "boxes", 2 * this.dim);
       core.with_values([rows], this.dim, () =>
-        core.call("jostle_world_teleport", this.pointer, of.pointer, core.boxes(rows, this.dim), order(sequence)));
+        core.call(
+          "jostle_world_teleport",
+          this.pointer,
+          of.pointer,
+          core.boxes(rows, this.dim),
+          order(sequence),
+        ),
+      );
     });
   }
   resize(ids, sizes, { sequence } = {}) {
     this.core.within(() => {
       const [of, rows] = this.#with(ids, sizes, "sizes", this.dim);
-      this.core.call("jostle_world_resize", this.pointer, of.pointer, BigInt(of.count), rows.pointer, order(sequence));
+      this.core.call(
+        "jostle_world_resize",
+        this.pointer,
+        of.pointer,
+        BigInt(of.count),
+        rows.pointer,
+        order(sequence),
+      );
     });
   }
   setFilter(ids, filter, { sequence } = {}) {
     const core = this.core;
     core.within(() => {
-      const of = core.ids(ids), size = C.jostle_object_filter.sizeof, filters = core.scratch.take(size * of.count);
-      if (filter === null || typeof filter !== "object") refuse(`filter is ${describe(filter)}: it must be an object`);
+      const of = core.ids(ids),
+        size = C.jostle_object_filter.sizeof,
+        filters = core.scratch.take(size * of.count);
+      if (filter === null || typeof filter !== "object")
+        refuse(`filter is ${describe(filter)}: it must be an object`);
       for (let i = 0; i < of.count; ++i) write_filter(core, filters + i * size, filter);
-      core.call("jostle_world_set_filter", this.pointer, of.pointer, BigInt(of.count), filters, order(sequence));
+      core.call(
+        "jostle_world_set_filter",
+        this.pointer,
+        of.pointer,
+        BigInt(of.count),
+        filters,
+        order(sequence),
+      );
     });
   }
   /** One value for all objects, or an array with one for each. */
   #each(ids, given, Array, what) {
     const of = this.core.ids(ids);
     const values = given instanceof Array ? given : new Array(of.count).fill(given);
-    if (values.length !== of.count) refuse(`there are ${of.count} ids and ${values.length} ${what}`, "size_mismatch");
+    if (values.length !== of.count)
+      refuse(`there are ${of.count} ids and ${values.length} ${what}`, "size_mismatch");
     const pointer = this.core.scratch.take(values.byteLength);
     this.core.bytes.set(new Uint8Array(values.buffer, values.byteOffset, values.byteLength), pointer);
     return [of, pointer];
@@ -115,21 +170,42 @@ export class World extends Owned {
     this.core.within(() => {
       if (!(margin instanceof Float64Array)) number(margin, "margin");
       const [of, margins] = this.#each(ids, margin, Float64Array, "margins");
-      this.core.call("jostle_world_set_margin", this.pointer, of.pointer, BigInt(of.count), margins, order(sequence));
+      this.core.call(
+        "jostle_world_set_margin",
+        this.pointer,
+        of.pointer,
+        BigInt(of.count),
+        margins,
+        order(sequence),
+      );
     });
   }
   setEnabled(ids, enabled, { sequence } = {}) {
     this.core.within(() => {
       const given = enabled instanceof Uint8Array ? enabled : enabled ? 1 : 0;
       const [of, each] = this.#each(ids, given, Uint8Array, "values");
-      this.core.call("jostle_world_set_enabled", this.pointer, of.pointer, BigInt(of.count), each, order(sequence));
+      this.core.call(
+        "jostle_world_set_enabled",
+        this.pointer,
+        of.pointer,
+        BigInt(of.count),
+        each,
+        order(sequence),
+      );
     });
   }
   setUserData(ids, data) {
     this.core.within(() => {
       const of = this.core.ids(ids), values = this.core.ids(data, "data");
-      if (of.count !== values.count) refuse(`there are ${of.count} ids and ${values.count} values`, "size_mismatch");
-      this.core.call("jostle_world_set_user_data", this.pointer, of.pointer, BigInt(of.count), values.pointer);
+      if (of.count !== values.count)
+        refuse(`there are ${of.count} ids and ${values.count} values`, "size_mismatch");
+      this.core.call(
+        "jostle_world_set_user_data",
+        this.pointer,
+        of.pointer,
+        BigInt(of.count),
+        values.pointer,
+      );
     });
   }
   userData(ids) {
@@ -141,8 +217,10 @@ export class World extends Owned {
   }
   reportAgain(ids, others) {
     this.core.within(() => {
-      const of = this.core.ids(ids), with_ = others === undefined ? { pointer: 0, count: of.count } : this.core.ids(others, "others");
-      if (of.count !== with_.count) refuse(`there are ${of.count} ids and ${with_.count} others`, "size_mismatch");
+      const of = this.core.ids(ids),
+        with_ = others === undefined ? { pointer: 0, count: of.count } : this.core.ids(others, "others");
+      if (of.count !== with_.count)
+        refuse(`there are ${of.count} ids and ${with_.count} others`, "size_mismatch");
       this.core.call("jostle_world_report_again", this.pointer, of.pointer, with_.pointer, BigInt(of.count));
     });
   }
@@ -241,8 +319,15 @@ export class World extends Owned {
       return core.with_results((results) => {
         const rows = this.#rows(boxes, "boxes", 2 * this.dim);
         if (accept !== undefined && core.threads > 1) refuse("join with accept needs a module of one thread");
-        core.with_values([rows], this.dim, () => core.call("jostle_world_join", this.pointer, core.boxes(rows, this.dim),
-          query_filter(core, options, accept), results));
+        core.with_values([rows], this.dim, () =>
+          core.call(
+            "jostle_world_join",
+            this.pointer,
+            core.boxes(rows, this.dim),
+            query_filter(core, options, accept),
+            results,
+          ),
+        );
         return core.pairs_of_results(results);
       });
     } finally {
@@ -335,8 +420,12 @@ export class World extends Owned {
       const [out, count] = this.#of("jostle_world_filters", ids, at.sizeof);
       return Array.from({ length: count }, (_, i) => {
         const filter = out + i * at.sizeof;
-        return { category: core.u32(filter + at.category), mask: core.u32(filter + at.mask), owner: core.u32(filter + at.owner),
-          isStatic: core.u32(filter + at.is_static) !== 0 };
+        return {
+          category: core.u32(filter + at.category),
+          mask: core.u32(filter + at.mask),
+          owner: core.u32(filter + at.owner),
+          isStatic: core.u32(filter + at.is_static) !== 0,
+        };
       });
     });
   }
@@ -358,7 +447,8 @@ export class World extends Owned {
   }
   #restore(name, snapshot) {
     const core = this.core;
-    if (!(snapshot instanceof Uint8Array)) refuse(`the snapshot is ${describe(snapshot)}: it must be a Uint8Array`);
+    if (!(snapshot instanceof Uint8Array))
+      refuse(`the snapshot is ${describe(snapshot)}: it must be a Uint8Array`);
     core.within(() => {
       const pointer = core.scratch.take(snapshot.length);
       core.bytes.set(snapshot, pointer);

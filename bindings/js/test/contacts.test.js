@@ -18,10 +18,12 @@ for (const [kind, loaded] of Object.entries(modules)) {
     const objects = { shapes, poses: poses(at, { dim: 3 }) };
     const pairs = jostle.findPairs(jostle.bounds(objects), { dim: 3, sort: true });
     const finder = new jostle.ContactFinder({ dim: 3 });
-    const gap = (a, b) => Math.hypot(...[0, 1, 2].map((d) => at[3 * a + d] - at[3 * b + d])) - radii[a] - radii[b];
+    const gap = (a, b) =>
+      Math.hypot(...[0, 1, 2].map((d) => at[3 * a + d] - at[3 * b + d])) - radii[a] - radii[b];
     const contacts = finder.find(objects, pairs);
     const expected = [];
-    for (let k = 0; k < pairs.length; k += 2) if (gap(pairs[k], pairs[k + 1]) <= 0) expected.push(pairs[k], pairs[k + 1]);
+    for (let k = 0; k < pairs.length; k += 2)
+      if (gap(pairs[k], pairs[k + 1]) <= 0) expected.push(pairs[k], pairs[k + 1]);
     assert.ok(expected.length > 100);
     assert.deepEqual([...contacts.pairs], expected);
     assert.equal(contacts.length, expected.length / 2);
@@ -31,7 +33,8 @@ for (const [kind, loaded] of Object.entries(modules)) {
       near(contacts.depths[contacts.first[i]], -gap(a, b));
       const normal = contacts.normals.subarray(3 * i, 3 * i + 3);
       near(Math.hypot(...normal), 1);
-      for (let d = 0; d < 3; ++d) near(normal[d] * (gap(a, b) + radii[a] + radii[b]), at[3 * b + d] - at[3 * a + d], 1e-4);
+      for (let d = 0; d < 3; ++d)
+        near(normal[d] * (gap(a, b) + radii[a] + radii[b]), at[3 * b + d] - at[3 * a + d], 1e-4);
     }
     const touching = finder.touching(objects, pairs), far = finder.distances(objects, pairs);
     for (let k = 0; k < pairs.length / 2; ++k) {
@@ -46,14 +49,44 @@ for (const [kind, loaded] of Object.entries(modules)) {
 test("every kind of shape, one pair each", async () => {
   const jostle = await modules.simd();
   const cube = Float32Array.from({ length: 24 }, (_, i) => ((i / 3) >> (i % 3)) & 1 ? 1 : -1);
-  const made = [jostle.sphere(1), jostle.capsule(1, 0.5), jostle.box([1, 1, 1]), jostle.roundedBox([1, 1, 1], 0.25), jostle.cylinder(1, 1),
-    jostle.cone(1, 1), jostle.ellipsoid([1, 2, 3]), jostle.halfSpace([0, 1, 0], -5), jostle.hull(cube, 3), jostle.roundedHull(cube, 0.5, 3),
+  const made = [
+    jostle.sphere(1),
+    jostle.capsule(1, 0.5),
+    jostle.box([1, 1, 1]),
+    jostle.roundedBox([1, 1, 1], 0.25),
+    jostle.cylinder(1, 1),
+    jostle.cone(1, 1),
+    jostle.ellipsoid([1, 2, 3]),
+    jostle.halfSpace([0, 1, 0], -5),
+    jostle.hull(cube, 3),
+    jostle.roundedHull(cube, 0.5, 3),
     jostle.mesh(Float32Array.of(-1, 0, -1, 1, 0, -1, 0, 0, 1), Uint32Array.of(0, 1, 2), 3),
     jostle.heightField(Float64Array.of(0, 0, 0, 0), 2),
-    jostle.compound([jostle.sphere(1), jostle.box([1, 1, 1])], Float64Array.of(0, 0, 0, 0, 0, 0, 1, 3, 0, 0, 0, 0, 0, 1))];
-  assert.deepEqual(made.map((shape) => shape.type), ["sphere", "capsule", "box", "rounded_box", "cylinder", "cone", "ellipsoid",
-    "half_space", "convex", "rounded_hull", "mesh", "height_field", "compound"]);
-  // A small ball at each one's place, but for what has nothing there: half-spaces and height fields lie below.
+    jostle.compound(
+      [jostle.sphere(1), jostle.box([1, 1, 1])],
+      Float64Array.of(0, 0, 0, 0, 0, 0, 1, 3, 0, 0, 0, 0, 0, 1),
+    ),
+  ];
+  assert.deepEqual(
+    made.map((shape) => shape.type),
+    [
+      "sphere",
+      "capsule",
+      "box",
+      "rounded_box",
+      "cylinder",
+      "cone",
+      "ellipsoid",
+      "half_space",
+      "convex",
+      "rounded_hull",
+      "mesh",
+      "height_field",
+      "compound",
+    ],
+  );
+  // A small ball at each one's place, but for what has nothing there: half-spaces and height fields lie
+  // below.
   const shapes = new jostle.Shapes({ shapes: [jostle.sphere(0.1), ...made] });
   assert.equal(shapes.length, made.length + 1);
   const objects = { shapes, poses: poses(new Float32Array(3 * (made.length + 1)), { dim: 3 }) };
@@ -63,7 +96,8 @@ test("every kind of shape, one pair each", async () => {
   made.forEach((shape, i) => assert.equal(touching[i], shape.type === "half_space" ? 0 : 1, shape.type));
   const contacts = finder.find(objects, pairs, { margin: 0.01 });
   assert.ok(contacts.length >= made.length - 1);
-  for (const array of [contacts.normals, contacts.depths, contacts.fromA]) assert.ok(array.every(Number.isFinite));
+  for (const array of [contacts.normals, contacts.depths, contacts.fromA])
+    assert.ok(array.every(Number.isFinite));
 
   const flat = new jostle.Shapes({ dim: 2 });
   flat.addBoxes(Float64Array.of(1, 1, 1, 1));
@@ -71,7 +105,10 @@ test("every kind of shape, one pair each", async () => {
   flat.add(jostle.ellipsoid([1, 2]), 2);
   assert.equal(flat.length, 4);
   const in_plane = new jostle.ContactFinder({ dim: 2, type: "float64" });
-  const placed = { shapes: flat, poses: poses(Float64Array.of(0, 0, 1.25, 0, 9, 9, 20, 20), { dim: 2, rotations: [0, 1, 2, 3] }) };
+  const placed = {
+    shapes: flat,
+    poses: poses(Float64Array.of(0, 0, 1.25, 0, 9, 9, 20, 20), { dim: 2, rotations: [0, 1, 2, 3] }),
+  };
   const one = in_plane.find(placed, Uint32Array.of(0, 1));
   near(one.depths[0], 0.25, 1e-12);
   near(one.normals[0], 1, 1e-12);
@@ -121,6 +158,11 @@ test("the simulation tells where its bodies are, what they are and where they to
   const contacts = simulation.contacts();
   assert.ok(contacts.length > 20 && contacts.pairs.every((object) => object < 90 + 5));
   assert.ok(contacts.normals.every(Number.isFinite));
-  assert.ok(simulation.pairs > 0 && simulation.contactPoints > 0 && simulation.energy > 0 && simulation.times.contacts >= 0);
+  assert.ok(
+    simulation.pairs > 0 &&
+      simulation.contactPoints > 0 &&
+      simulation.energy > 0 &&
+      simulation.times.contacts >= 0,
+  );
   simulation.dispose();
 });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The same answers, in the same order, as the library gives on every other platform: tests/platforms/golden/table.txt, by way of
-// the package; and the checksums that `jostle bench` prints on this machine.
+// The same answers, in the same order, as the library gives on every other platform:
+// tests/platforms/golden/table.txt, by way of the package; and the checksums that `jostle bench` prints on
+// this machine.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync } from "node:fs";
@@ -10,7 +11,12 @@ import test from "node:test";
 
 import { Hash, modules } from "./help.js";
 
-const table = new Map(readFileSync(process.env.JOSTLE_GOLDEN, "utf8").trim().split("\n").map((line) => line.split(" ")));
+const table = new Map(
+  readFileSync(process.env.JOSTLE_GOLDEN, "utf8")
+    .trim()
+    .split("\n")
+    .map((line) => line.split(" ")),
+);
 
 /** As hash_of_pairs there. */
 function hash_of_pairs(jostle, finder, name, options) {
@@ -46,7 +52,9 @@ function hash_of_events(jostle, name) {
     const began = world.began().slice(), ended = world.ended(), persisted = world.persisted();
     hash.add(began.length / 2, ended.reasons.length, persisted.length / 2);
     for (let k = 0; k < began.length; ++k) hash.add(index(began[k]), generation(began[k]));
-    ended.reasons.forEach((reason, k) => hash.add(index(ended.pairs[2 * k]), index(ended.pairs[2 * k + 1]), reason));
+    ended.reasons.forEach((reason, k) =>
+      hash.add(index(ended.pairs[2 * k]), index(ended.pairs[2 * k + 1]), reason),
+    );
     for (const number of persisted) hash.add(number);
     scene.step();
   }
@@ -84,7 +92,20 @@ test("checksums are those of the command", async () => {
   const jostle = await modules.simd();
   const file = join(mkdtempSync(join(tmpdir(), "jostle-")), "bench.json");
   const names = jostle.scenes.filter(({ hostile }) => !hostile).map(({ name }) => name);
-  execFileSync(process.env.JOSTLE_COMMAND, ["bench", ...names, "-n", "5000", "--seed", "7", "--frames", "1", "--threads", "1", "--json", file]);
+  execFileSync(process.env.JOSTLE_COMMAND, [
+    "bench",
+    ...names,
+    "-n",
+    "5000",
+    "--seed",
+    "7",
+    "--frames",
+    "1",
+    "--threads",
+    "1",
+    "--json",
+    file,
+  ]);
   const rows = JSON.parse(readFileSync(file, "utf8"));
   assert.equal(rows.length, names.length);
   const finder = new jostle.PairFinder();

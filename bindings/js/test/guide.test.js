@@ -4,7 +4,9 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import test from "node:test";
 
-const prelude = 'import { JostleError, endReasons, load, poses, rays, support } from "jostle";\nconst jostle = await load();\n';
+const prelude =
+  'import { JostleError, endReasons, load, poses, rays, support } from "jostle";\n' +
+  "const jostle = await load();\n";
 
 for (const page of process.env.JOSTLE_PAGES.split(":"))
   test(`the code of ${page.split("/").slice(-3).join("/")}`, async () => {

@@ -20,12 +20,18 @@ export function random(seed) {
   };
 }
 
-export function random_boxes(count, dim, seed, { Array = Float32Array, world = Math.cbrt(count) * 2, whole = false } = {}) {
+export function random_boxes(
+  count,
+  dim,
+  seed,
+  { Array = Float32Array, world = Math.cbrt(count) * 2, whole = false } = {},
+) {
   const next = random(seed);
   const boxes = new Array(2 * dim * count);
   for (let i = 0; i < count; ++i)
     for (let d = 0; d < dim; ++d) {
-      const lo = next() * world, edge = next() * 3;
+      const lo = next() * world,
+        edge = next() * 3;
       boxes[2 * dim * i + d] = whole ? Math.floor(lo) : lo;
       boxes[2 * dim * i + dim + d] = boxes[2 * dim * i + d] + (whole ? Math.floor(edge) : edge);
     }
@@ -34,7 +40,11 @@ export function random_boxes(count, dim, seed, { Array = Float32Array, world = M
 
 export function overlaps(boxes, i, others, j, dim) {
   for (let d = 0; d < dim; ++d)
-    if (boxes[2 * dim * i + d] > others[2 * dim * j + dim + d] || others[2 * dim * j + d] > boxes[2 * dim * i + dim + d]) return false;
+    if (
+      boxes[2 * dim * i + d] > others[2 * dim * j + dim + d] ||
+      others[2 * dim * j + d] > boxes[2 * dim * i + dim + d]
+    )
+      return false;
   return true;
 }
 
@@ -43,13 +53,15 @@ export function slow_pairs(boxes, dim, wanted = () => true) {
   const pairs = [];
   const count = boxes.length / (2 * dim);
   for (let i = 0; i < count; ++i)
-    for (let j = i + 1; j < count; ++j) if (overlaps(boxes, i, boxes, j, dim) && wanted(i, j)) pairs.push(i, j);
+    for (let j = i + 1; j < count; ++j)
+      if (overlaps(boxes, i, boxes, j, dim) && wanted(i, j)) pairs.push(i, j);
   return pairs;
 }
 export function slow_pairs_between(boxes, others, dim, wanted = () => true) {
   const pairs = [];
   for (let i = 0; i < boxes.length / (2 * dim); ++i)
-    for (let j = 0; j < others.length / (2 * dim); ++j) if (overlaps(boxes, i, others, j, dim) && wanted(i, j)) pairs.push(i, j);
+    for (let j = 0; j < others.length / (2 * dim); ++j)
+      if (overlaps(boxes, i, others, j, dim) && wanted(i, j)) pairs.push(i, j);
   return pairs;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What users get wrong: each mistake is a JostleError that says what and where, and leaves everything as it was.
+// What users get wrong: each mistake is a JostleError that says what and where, and leaves everything as it
+// was.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
@@ -29,21 +30,57 @@ for (const [kind, loaded] of Object.entries(modules)) {
     nan[10] = NaN;
     inverted[9] = -1;
     for (const engine of ["grid", "chapter", "uniform", "brute"])
-      refuses(() => finder.find(nan, { dim: 3, engine }), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
+      refuses(() => finder.find(nan, { dim: 3, engine }), /NaN/, {
+        status: "nan_coordinate",
+        index: 1,
+        value: [0, 0, 0, 1, NaN, 1],
+      });
     assert.equal(finder.pairs.length, 0);
-    refuses(() => jostle.findPairs(inverted, { dim: 3 }), /box 1/, { status: "inverted_box", index: 1, value: [0, 0, 0, -1, 1, 1] });
-    refuses(() => jostle.findPairs(good, nan, { dim: 3 }), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
-    refuses(() => jostle.findPairs(nan, good, { dim: 3 }), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
-    refuses(() => jostle.validate(nan, { dim: 3 }), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
-    refuses(() => jostle.bricks(nan, { dim: 3 }), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
-    refuses(() => jostle.findScenes(nan, [0, 1, 2], { dim: 3 }), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
-    refuses(() => finder.stream(nan, { dim: 3 }, () => {}), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
+    refuses(() => jostle.findPairs(inverted, { dim: 3 }), /box 1/, {
+      status: "inverted_box",
+      index: 1,
+      value: [0, 0, 0, -1, 1, 1],
+    });
+    refuses(() => jostle.findPairs(good, nan, { dim: 3 }), /NaN/, {
+      status: "nan_coordinate",
+      index: 1,
+      value: [0, 0, 0, 1, NaN, 1],
+    });
+    refuses(() => jostle.findPairs(nan, good, { dim: 3 }), /NaN/, {
+      status: "nan_coordinate",
+      index: 1,
+      value: [0, 0, 0, 1, NaN, 1],
+    });
+    refuses(() => jostle.validate(nan, { dim: 3 }), /NaN/, {
+      status: "nan_coordinate",
+      index: 1,
+      value: [0, 0, 0, 1, NaN, 1],
+    });
+    refuses(() => jostle.bricks(nan, { dim: 3 }), /NaN/, {
+      status: "nan_coordinate",
+      index: 1,
+      value: [0, 0, 0, 1, NaN, 1],
+    });
+    refuses(() => jostle.findScenes(nan, [0, 1, 2], { dim: 3 }), /NaN/, {
+      status: "nan_coordinate",
+      index: 1,
+      value: [0, 0, 0, 1, NaN, 1],
+    });
+    refuses(() => finder.stream(nan, { dim: 3 }, () => {}), /NaN/, {
+      status: "nan_coordinate",
+      index: 1,
+      value: [0, 0, 0, 1, NaN, 1],
+    });
     const world = new jostle.World({ dim: 3 });
     refuses(() => world.add(nan), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
     world.update();
     assert.equal(world.size, 0);
     const index = new jostle.BoxIndex({ dim: 3 });
-    refuses(() => index.build(nan), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
+    refuses(() => index.build(nan), /NaN/, {
+      status: "nan_coordinate",
+      index: 1,
+      value: [0, 0, 0, 1, NaN, 1],
+    });
     assert.equal(index.size, 0);
     assert.deepEqual([...finder.find(good, { dim: 3 })], [0, 1]); // and it goes on
     for (const each of [finder, world, index]) each.dispose();
@@ -61,9 +98,15 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.throws(() => jostle.findScenes(boxes, [0, 600], { dim: 3, accept: thrower }), is_mine);
     const inner = jostle.findPairs(boxes, { dim: 3 });
     let calls = 0;
-    const found = jostle.findPairs(boxes, { dim: 3, accept: () => (calls++ > 2 || jostle.findPairs(boxes, { dim: 3 }).length === inner.length) });
+    const found = jostle.findPairs(boxes, {
+      dim: 3,
+      accept: () => calls++ > 2 || jostle.findPairs(boxes, { dim: 3 }).length === inner.length,
+    });
     assert.deepEqual(found, inner);
-    refuses(() => finder.find(boxes, { dim: 3, accept: () => finder.find(boxes, { dim: 3, accept: () => true }) }), /call/);
+    refuses(
+      () => finder.find(boxes, { dim: 3, accept: () => finder.find(boxes, { dim: 3, accept: () => true }) }),
+      /call/,
+    );
     assert.deepEqual(finder.find(boxes, { dim: 3 }).slice(), inner);
     finder.dispose();
   });
@@ -72,34 +115,59 @@ for (const [kind, loaded] of Object.entries(modules)) {
 test("arguments of the wrong kind", async () => {
   const jostle = await modules.simd();
   const finder = new jostle.PairFinder();
-  refuses(() => jostle.findPairs([0, 0, 1, 1], { dim: 2 }), /boxes is a Array: it must be Float32Array or Float64Array/);
+  refuses(
+    () => jostle.findPairs([0, 0, 1, 1], { dim: 2 }),
+    /boxes is a Array: it must be Float32Array or Float64Array/,
+  );
   refuses(() => jostle.findPairs(null, { dim: 2 }), /boxes is null/);
   refuses(() => jostle.findPairs(good), /options are undefined: they must say dim/);
   refuses(() => jostle.findPairs(good, {}), /dim is undefined: it must be 2 or 3/);
   refuses(() => jostle.findPairs(good, { dim: 4 }), /dim is 4/);
-  refuses(() => jostle.findPairs(good.subarray(1), { dim: 3 }), /boxes has 11 numbers: it must be a multiple of 6/, { status: "size_mismatch" });
+  refuses(
+    () => jostle.findPairs(good.subarray(1), { dim: 3 }),
+    /boxes has 11 numbers: it must be a multiple of 6/,
+    { status: "size_mismatch" },
+  );
   refuses(() => jostle.findPairs(good, { dim: 3, engine: "octree" }), /engine is "octree"/);
   refuses(() => jostle.findPairs(good, { dim: 3, engine: "uniform", cellSize: -1 }), /cellSize is -1/);
-  refuses(() => jostle.findPairs(good, { dim: 3, engine: "brute", owner: Uint32Array.of(1, 2) }), /only the engine grid/);
-  refuses(() => jostle.findPairs(good, { dim: 3, owner: Uint32Array.of(1) }), /owner/, { status: "size_mismatch" });
+  refuses(
+    () => jostle.findPairs(good, { dim: 3, engine: "brute", owner: Uint32Array.of(1, 2) }),
+    /only the engine grid/,
+  );
+  refuses(() => jostle.findPairs(good, { dim: 3, owner: Uint32Array.of(1) }), /owner/, {
+    status: "size_mismatch",
+  });
   refuses(() => jostle.findPairs(good, { dim: 3, owner: [1, 2] }), /owner is a Array/);
-  refuses(() => jostle.findPairs(good, { dim: 3, category: Uint32Array.of(1, 2) }), /mask/, { status: "size_mismatch" });
+  refuses(() => jostle.findPairs(good, { dim: 3, category: Uint32Array.of(1, 2) }), /mask/, {
+    status: "size_mismatch",
+  });
   refuses(() => jostle.findPairs(good, { dim: 3, accept: 5 }), /5 is no function/);
   refuses(() => finder.stream(good, { dim: 3 }), /undefined is no function/);
   refuses(() => jostle.findScenes(good, [0, 3], { dim: 3 }), /offset/, { status: "size_mismatch", index: 1 });
   refuses(() => jostle.findScenes(good, [0, 0.5, 2], { dim: 3 }), /offsets\[1\] is 0.5/);
-  refuses(() => jostle.findScenes(good, [], { dim: 3 }), /offsets has no numbers/, { status: "size_mismatch" });
-  refuses(() => jostle.findPeriodicPairs(good, [10, 10, 0.1], { dim: 3 }), /period\[2\] is 0.1, which float32 doesn't have/);
+  refuses(() => jostle.findScenes(good, [], { dim: 3 }), /offsets has no numbers/, {
+    status: "size_mismatch",
+  });
+  refuses(
+    () => jostle.findPeriodicPairs(good, [10, 10, 0.1], { dim: 3 }),
+    /period\[2\] is 0.1, which float32 doesn't have/,
+  );
   refuses(() => jostle.findPeriodicPairs(good, [1, 0, 0], { dim: 3 }), /period/, { index: 0 });
-  refuses(() => jostle.checksum(Uint32Array.of(1)), /pairs has 1 numbers: it must be an even number/, { status: "size_mismatch" });
+  refuses(() => jostle.checksum(Uint32Array.of(1)), /pairs has 1 numbers: it must be an even number/, {
+    status: "size_mismatch",
+  });
   refuses(() => jostle.array("int8", 3), /type is "int8"/);
   refuses(() => jostle.array("float32", -1), /length is -1/);
   refuses(() => jostle.scene("nowhere", 10), /nowhere/);
   refuses(() => jostle.scene("uniform", 10, -1), /seed is -1/);
   refuses(() => jostle.simulation({ scene: "nowhere" }), /nowhere is not a scene; choose spheres, boxes/);
   refuses(() => rays(good, good, { dim: 4 }), /dim is 4/);
-  refuses(() => rays(good, Float32Array.of(1), { dim: 3 }), /origins and directions have 12 and 1 numbers/, { status: "size_mismatch" });
-  refuses(() => poses(Float32Array.of(1, 2), { dim: 3 }), /positions has 2 numbers/, { status: "size_mismatch" });
+  refuses(() => rays(good, Float32Array.of(1), { dim: 3 }), /origins and directions have 12 and 1 numbers/, {
+    status: "size_mismatch",
+  });
+  refuses(() => poses(Float32Array.of(1, 2), { dim: 3 }), /positions has 2 numbers/, {
+    status: "size_mismatch",
+  });
   finder.dispose();
 });
 
@@ -111,7 +179,9 @@ test("worlds, indexes and contacts", async () => {
   const stale = BigUint64Array.of(ids[0], 12345n);
   refuses(() => world.move(stale, good), /12345/, { status: "stale_id", index: 12345 });
   refuses(() => world.remove(stale), /12345/, { status: "stale_id", index: 12345 });
-  refuses(() => world.move(ids, good.subarray(6)), /there are 2 ids and 1 boxes/, { status: "size_mismatch" });
+  refuses(() => world.move(ids, good.subarray(6)), /there are 2 ids and 1 boxes/, {
+    status: "size_mismatch",
+  });
   refuses(() => world.move([1n], good), /ids is a Array: it must be a BigUint64Array/);
   refuses(() => world.add(Float64Array.from(good)), /boxes is a Float64Array: it must be Float32Array/);
   refuses(() => world.add(good, { category: -1 }), /category is -1/);
@@ -131,21 +201,28 @@ test("worlds, indexes and contacts", async () => {
   index.build(good);
   refuses(() => index.insert(good.subarray(6), Uint32Array.of(1)), /1/, { index: 0 });
   refuses(() => index.erase(Uint32Array.of(0, 7)), /7/, { index: 1 });
-  refuses(() => index.move(good, Uint32Array.of(0)), /there are 1 ids and 2 boxes/, { status: "size_mismatch" });
+  refuses(() => index.move(good, Uint32Array.of(0)), /there are 1 ids and 2 boxes/, {
+    status: "size_mismatch",
+  });
   assert.equal(index.size, 2);
 
   refuses(() => jostle.sphere(-1), /radius/);
   refuses(() => jostle.sphere("1"), /radius is "1"/);
   refuses(() => jostle.box([1]), /dim is 1/);
   refuses(() => jostle.hull(new Float32Array(0), 3), /point/);
-  refuses(() => jostle.compound([], new Float64Array(0)), /shapes are a Array: they must be a list of at least one/);
+  refuses(
+    () => jostle.compound([], new Float64Array(0)),
+    /shapes are a Array: they must be a list of at least one/,
+  );
   const shapes = new jostle.Shapes({ shapes: [jostle.sphere(1)] });
   refuses(() => shapes.add({}), /the shape is a Object/);
   refuses(() => shapes.set(4, jostle.sphere(1)), /none of number 4/, { index: 4 });
   const finder = new jostle.ContactFinder({ dim: 3 });
   const one = { shapes, poses: poses(new Float32Array(3), { dim: 3 }) };
   refuses(() => finder.find(one, Uint32Array.of(0, 1)), /pair 0 names objects 0 and 1/, { index: 1 });
-  refuses(() => finder.find({ shapes, poses: new Float32Array(14) }, Uint32Array.of(0, 0)), /./, { status: "size_mismatch" });
+  refuses(() => finder.find({ shapes, poses: new Float32Array(14) }, Uint32Array.of(0, 0)), /./, {
+    status: "size_mismatch",
+  });
   refuses(() => finder.find(one, Uint32Array.of(0, 0), { margin: "no" }), /margin is "no"/);
   refuses(() => jostle.bounds({}), /objects are a Object: they must be/);
   for (const each of [world, index, shapes, finder]) each.dispose();
@@ -153,7 +230,9 @@ test("worlds, indexes and contacts", async () => {
 
 test("what was disposed of, what is another module's, what memory has left behind", async () => {
   const jostle = await load(), other = await load();
-  const finder = new jostle.PairFinder(), boxes = other.array("float32", 12), stale = jostle.array("float32", 12).view;
+  const finder = new jostle.PairFinder(),
+    boxes = other.array("float32", 12),
+    stale = jostle.array("float32", 12).view;
   boxes.view.set(good);
   assert.deepEqual([...other.findPairs(boxes, { dim: 3 })], [0, 1]);
   refuses(() => jostle.findPairs(boxes, { dim: 3 }), /boxes lies in the memory of another module/);
@@ -174,7 +253,8 @@ test("what was disposed of, what is another module's, what memory has left behin
 });
 
 test("loading", async () => {
-  const rejects = (options, message) => assert.rejects(load(options), (error) => error instanceof JostleError && message.test(error.message));
+  const rejects = (options, message) =>
+    assert.rejects(load(options), (error) => error instanceof JostleError && message.test(error.message));
   await rejects({ threads: -1 }, /threads is -1/);
   await rejects({ maxMemory: 1 }, /maxMemory is 1/);
   await rejects({ wasm: 5 }, /wasm is 5/);
@@ -187,8 +267,13 @@ test("loading", async () => {
   assert.equal(pairs.scene("uniform", 1000).length, 1000);
   assert.equal(pairs.World, undefined);
   const bytes = readFileSync(new URL("./node_modules/jostle/dist/jostle.wasm", import.meta.url));
-  for (const wasm of [bytes, await WebAssembly.compile(bytes), "./node_modules/jostle/dist/jostle.wasm", new Response(bytes),
-    Promise.resolve(new Response(bytes, { headers: { "content-type": "application/wasm" } }))])
+  for (const wasm of [
+    bytes,
+    await WebAssembly.compile(bytes),
+    "./node_modules/jostle/dist/jostle.wasm",
+    new Response(bytes),
+    Promise.resolve(new Response(bytes, { headers: { "content-type": "application/wasm" } })),
+  ])
     assert.deepEqual([...(await load({ wasm })).findPairs(good, { dim: 3 })], [0, 1]);
   const all = await load({ threads: 0 });
   assert.ok(all.threads >= 1);

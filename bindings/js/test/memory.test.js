@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Memory is given back: what is disposed of at once, what is forgotten by the garbage collector; and a refused growth is an error.
+// Memory is given back: what is disposed of at once, what is forgotten by the garbage collector; and a
+// refused growth is an error.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import test from "node:test";
@@ -68,7 +69,9 @@ test("failures leak nothing", async () => {
   let bytes;
   for (let round = 0; round < 200; ++round) {
     assert.throws(() => jostle.findPairs(bad, { dim: 3 }), { status: "nan_coordinate", index: 10_000 });
-    assert.throws(() => new jostle.World({ dim: 3, margin: -1, accept: () => true }), { status: "invalid_argument" });
+    assert.throws(() => new jostle.World({ dim: 3, margin: -1, accept: () => true }), {
+      status: "invalid_argument",
+    });
     if (round === 9) bytes = jostle.memoryBytes;
   }
   assert.equal(jostle.memoryBytes, bytes);
@@ -78,8 +81,13 @@ test("memory that is refused is an error, and the module goes on", async () => {
   for (const options of [{}, { threads: 2 }]) {
     const jostle = await load({ ...options, maxMemory: 32 * 2 ** 20 });
     const good = new Float32Array([0, 0, 0, 1, 1, 1, 0, 0, 0, 1, 1, 1]);
-    assert.throws(() => jostle.array("float64", 100_000_000), { name: "JostleError", status: "out_of_memory" });
-    assert.throws(() => jostle.findPairs(new Float32Array(60_000_000), { dim: 3 }), { status: "out_of_memory" });
+    assert.throws(() => jostle.array("float64", 100_000_000), {
+      name: "JostleError",
+      status: "out_of_memory",
+    });
+    assert.throws(() => jostle.findPairs(new Float32Array(60_000_000), { dim: 3 }), {
+      status: "out_of_memory",
+    });
     const scene = jostle.scene("identical", 3000); // 4,498,500 pairs: 36 MB
     assert.throws(() => jostle.findPairs(scene.boxes, { dim: 3 }), { status: "out_of_memory" });
     assert.throws(() => jostle.scene("uniform", 10_000_000), { status: "out_of_memory" });
@@ -93,27 +101,61 @@ test("the types name what there is", async () => {
   const jostle = await load();
   const types = readFileSync(new URL("./node_modules/jostle/jostle.d.ts", import.meta.url), "utf8");
   const boxes = random_boxes(10, 3, 1);
-  const world = new jostle.World({ dim: 3 }), finder = new jostle.PairFinder(), index = new jostle.BoxIndex({ dim: 3 });
+  const world = new jostle.World({ dim: 3 }),
+    finder = new jostle.PairFinder(),
+    index = new jostle.BoxIndex({ dim: 3 });
   const scene = jostle.scene("uniform", 10), simulation = jostle.simulation({ bodies: 3 });
   const shapes = new jostle.Shapes({ shapes: [jostle.sphere(1)] });
   index.build(boxes);
   finder.find(boxes, { dim: 3 });
-  const made = { Jostle: jostle, World: world, PairFinder: finder, BoxIndex: index, Scene: scene, Simulation: simulation, Shapes: shapes,
-    Shape: jostle.sphere(1), ContactFinder: new jostle.ContactFinder({ dim: 3 }), MemoryArray: scene.boxes, FindStats: finder.stats,
-    WorldStats: world.stats, Bricks: jostle.bricks(boxes, { dim: 3 }), SceneInfo: scene.info, SimulationInfo: jostle.simulations[0],
-    Contacts: simulation.contacts(), Hits: index.first({ rays: new Float32Array(7).fill(1) }), Answers: index.all({ boxes }), EndedPairs: world.ended(),
-    ScenePairs: jostle.findScenes(boxes, [0, 10], { dim: 3 }) };
+  const made = {
+    Jostle: jostle,
+    World: world,
+    PairFinder: finder,
+    BoxIndex: index,
+    Scene: scene,
+    Simulation: simulation,
+    Shapes: shapes,
+    Shape: jostle.sphere(1),
+    ContactFinder: new jostle.ContactFinder({ dim: 3 }),
+    MemoryArray: scene.boxes,
+    FindStats: finder.stats,
+    WorldStats: world.stats,
+    Bricks: jostle.bricks(boxes, { dim: 3 }),
+    SceneInfo: scene.info,
+    SimulationInfo: jostle.simulations[0],
+    Contacts: simulation.contacts(),
+    Hits: index.first({ rays: new Float32Array(7).fill(1) }),
+    Answers: index.all({ boxes }),
+    EndedPairs: world.ended(),
+    ScenePairs: jostle.findScenes(boxes, [0, 10], { dim: 3 }),
+  };
   const members_of = (name) => {
-    const [, parents, body] = new RegExp(`^export interface ${name}\\b([^{]*)\\{\\n(.*?)^\\}`, "ms").exec(types) ?? assert.fail(name);
+    const [, parents, body] =
+      new RegExp(`^export interface ${name}\\b([^{]*)\\{\\n(.*?)^\\}`, "ms").exec(types) ?? assert.fail(name);
     const plain = body.replace(/\/\*\*.*?\*\//gs, "").replace(/\{[^{}\n]*\}/g, "{}");
     const own = [...plain.matchAll(/(?:^  |; )(?:readonly )?(\w+)[(:<?]/gm)].map((found) => found[1]);
-    return [...own, ...[...parents.matchAll(/\b(Disposable|JostlePairs)\b/g)].flatMap((parent) => members_of(parent[1]))];
+    return [
+      ...own,
+      ...[...parents.matchAll(/\b(Disposable|JostlePairs)\b/g)].flatMap((parent) => members_of(parent[1])),
+    ];
   };
   for (const [name, value] of Object.entries(made)) {
     const members = members_of(name);
     assert.ok(members.length > 0, name);
     for (const member of members) assert.ok(member in value, `${name}.${member}`);
-    const known = new Set([...members, "core", "type", "pointer", "first", "all", "any", "count", "owner", "reserved"]);
+    const known = new Set([
+      ...members,
+      "core",
+      "type",
+      "pointer",
+      "first",
+      "all",
+      "any",
+      "count",
+      "owner",
+      "reserved",
+    ]);
     for (const member of Object.keys(value)) assert.ok(known.has(member), `${name}.${member} has no type`);
   }
 });

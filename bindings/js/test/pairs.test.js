@@ -17,9 +17,17 @@ for (const [kind, loaded] of Object.entries(modules)) {
           const others = random_boxes(count >> 1, dim, 3 * count + dim, { Array });
           const what = `${count} boxes in ${dim}D, ${Array.name}`;
           assert.deepEqual([...jostle.findPairs(boxes, { dim, ...sorted })], slow_pairs(boxes, dim), what);
-          assert.deepEqual([...jostle.findPairs(boxes, others, { dim, ...sorted })], slow_pairs_between(boxes, others, dim), what);
+          assert.deepEqual(
+            [...jostle.findPairs(boxes, others, { dim, ...sorted })],
+            slow_pairs_between(boxes, others, dim),
+            what,
+          );
           for (const engine of ["chapter", "uniform", "brute"])
-            assert.deepEqual([...jostle.findPairs(boxes, { dim, engine, ...sorted })], slow_pairs(boxes, dim), `${what}, ${engine}`);
+            assert.deepEqual(
+              [...jostle.findPairs(boxes, { dim, engine, ...sorted })],
+              slow_pairs(boxes, dim),
+              `${what}, ${engine}`,
+            );
         }
   });
 
@@ -27,7 +35,9 @@ for (const [kind, loaded] of Object.entries(modules)) {
     const jostle = await loaded();
     const boxes = random_boxes(400, 3, 5), next = random(9);
     const column = (most) => Uint32Array.from({ length: 400 }, () => Math.floor(next() * most));
-    const category = column(8), mask = column(8), owner = column(20).map((each) => (each === 0 ? 0xffffffff : each));
+    const category = column(8),
+      mask = column(8),
+      owner = column(20).map((each) => (each === 0 ? 0xffffffff : each));
     const agree = (i, j) => (category[i] & mask[j]) !== 0 && (category[j] & mask[i]) !== 0;
     const strangers = (i, j) => owner[i] !== owner[j] || owner[i] === 0xffffffff;
     const found = (options) => [...jostle.findPairs(boxes, { dim: 3, sort: true, ...options })];
@@ -36,8 +46,14 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.deepEqual(found({ category, mask, owner, accept: (a, b) => (a + b) % 3 !== 0 }),
       slow_pairs(boxes, 3, (i, j) => agree(i, j) && strangers(i, j) && (i + j) % 3 !== 0));
     const others = random_boxes(300, 3, 6);
-    const between = jostle.findPairs(boxes, others, { dim: 3, sort: true, category, mask, categoryB: category.subarray(0, 300),
-      maskB: mask.subarray(0, 300) });
+    const between = jostle.findPairs(boxes, others, {
+      dim: 3,
+      sort: true,
+      category,
+      mask,
+      categoryB: category.subarray(0, 300),
+      maskB: mask.subarray(0, 300),
+    });
     assert.deepEqual([...between], slow_pairs_between(boxes, others, 3, agree));
   });
 
@@ -62,11 +78,18 @@ test("the module with pairs alone finds the same", async () => {
   const [jostle, whole] = [await load({ only: "pairs" }), await modules.simd()];
   for (const { name } of whole.scenes) {
     const scene = jostle.scene(name, 500, 2), same = whole.scene(name, 500, 2);
-    assert.deepEqual(jostle.findPairs(scene.boxes, { dim: 3 }), whole.findPairs(same.boxes, { dim: 3 }), name);
+    assert.deepEqual(
+      jostle.findPairs(scene.boxes, { dim: 3 }),
+      whole.findPairs(same.boxes, { dim: 3 }),
+      name,
+    );
   }
   const boxes = random_boxes(300, 2, 4);
   assert.deepEqual(jostle.bricks(boxes, { dim: 2 }), whole.bricks(boxes, { dim: 2 }));
-  assert.throws(() => jostle.findPairs(new Float32Array([0, 0, NaN, 0]), { dim: 2 }), { status: "nan_coordinate", index: 0 });
+  assert.throws(() => jostle.findPairs(new Float32Array([0, 0, NaN, 0]), { dim: 2 }), {
+    status: "nan_coordinate",
+    index: 0,
+  });
 });
 
 test("memory of the module's is read in place, and a steady frame takes no more of it", async () => {
@@ -95,8 +118,13 @@ test("statistics tell of the last search", async () => {
   const stats = finder.stats;
   assert.equal(stats.objects, 30_000);
   assert.equal(stats.pairs, pairs);
-  assert.ok(stats.records >= 30_000 && stats.candidates > pairs && stats.bricks > 1 && stats.bytesReserved > 0);
-  assert.ok(stats.msTotal > 0 && stats.msTune + stats.msScatter + stats.msSweep + stats.msFinish <= stats.msTotal * 1.01);
+  assert.ok(
+    stats.records >= 30_000 && stats.candidates > pairs && stats.bricks > 1 && stats.bytesReserved > 0,
+  );
+  assert.ok(
+    stats.msTotal > 0 &&
+      stats.msTune + stats.msScatter + stats.msSweep + stats.msFinish <= stats.msTotal * 1.01,
+  );
   finder.find(scene.boxes, { dim: 3, engine: "chapter" });
   assert.deepEqual([finder.stats.objects, finder.stats.pairs, finder.stats.bricks], [30_000, pairs, 0]);
   assert.equal(finder.checksum, jostle.checksum(jostle.findPairs(scene.boxes, { dim: 3 })));
@@ -109,8 +137,14 @@ test("many scenes", async () => {
     const found = jostle.findScenes(boxes, offsets, { dim: 2 });
     assert.equal(found.length, 4);
     for (let k = 0; k < 4; ++k)
-      assert.deepEqual(found.of(k), jostle.findPairs(boxes.slice(4 * offsets[k], 4 * offsets[k + 1]), { dim: 2 }));
-    const odd = jostle.findScenes(boxes, offsets, { dim: 2, accept: (scene, a, b) => (scene + a + b) % 2 === 1 });
+      assert.deepEqual(
+        found.of(k),
+        jostle.findPairs(boxes.slice(4 * offsets[k], 4 * offsets[k + 1]), { dim: 2 }),
+      );
+    const odd = jostle.findScenes(boxes, offsets, {
+      dim: 2,
+      accept: (scene, a, b) => (scene + a + b) % 2 === 1,
+    });
     const all = [...Array(4).keys()].map((k) => [...odd.of(k)]);
     assert.deepEqual(all, [...Array(4).keys()].map((k) => {
       const pairs = [...found.of(k)];
@@ -121,7 +155,8 @@ test("many scenes", async () => {
 
 test("space that repeats itself", async () => {
   const jostle = await modules.simd();
-  const boxes = new Float64Array([0.1, 4, 1, 5, 9, 4, 10.2, 5, 4, 4, 5, 5]); // the second reaches over the end of x
+  // The second reaches over the end of x.
+  const boxes = new Float64Array([0.1, 4, 1, 5, 9, 4, 10.2, 5, 4, 4, 5, 5]);
   const { pairs, shifts } = jostle.findPeriodicPairs(boxes, [10, 0], { dim: 2 });
   assert.deepEqual([...pairs], [0, 1]);
   assert.deepEqual([...shifts], [-10, 0]);
@@ -140,11 +175,17 @@ test("space that repeats itself", async () => {
         }
     }
   const text = [];
-  for (let k = 0; k < found.pairs.length; k += 2) text.push(found.pairs.slice(k, k + 2).sort().join(" "));
+  for (let k = 0; k < found.pairs.length; k += 2)
+    text.push(
+      found.pairs
+        .slice(k, k + 2)
+        .sort()
+        .join(" "),
+    );
   assert.deepEqual(text.sort(), expected.sort());
 });
 
-test("bricks are the engine's: every box lies in every brick that it touches, and every pair in one that owns it", async () => {
+test("bricks: boxes lie in all that they touch, pairs in the one that owns them", async () => {
   const jostle = await modules.simd();
   for (const dim of [2, 3])
     for (const name of ["uniform", "mixed", "flat"]) {
@@ -168,12 +209,16 @@ test("bricks are the engine's: every box lies in every brick that it touches, an
           for (let d = 0; d < dim; ++d) {
             const [lo, hi] = bricks.bounds.subarray(2 * (dim * r + d));
             assert.ok(lo <= hi && hi <= bricks.quanta);
-            const start = bricks.origin[d] + place[d] * bricks.edge[d], quantum = bricks.edge[d] / bricks.quanta;
+            const start = bricks.origin[d] + place[d] * bricks.edge[d],
+              quantum = bricks.edge[d] / bricks.quanta;
             const copy = (bricks.copies[r] >> d) & 1;
             // Inside the grid, bounds in quanta are those of the box.
             const low = boxes[2 * dim * object + d];
             if (!copy && low > bricks.origin[d] && place[d] + 1 < bricks.cells[d] && quantum > 0)
-              assert.ok(Math.abs(start + lo * quantum - low) <= 2 * quantum, `${name} ${dim}D: box ${object}`);
+              assert.ok(
+                Math.abs(start + lo * quantum - low) <= 2 * quantum,
+                `${name} ${dim}D: box ${object}`,
+              );
             if (copy) assert.equal(lo, 0);
           }
           for (let s = bricks.first[brick]; s < r; ++s) {

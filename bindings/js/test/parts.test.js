@@ -25,7 +25,8 @@ for (const [only, dim] of [["2d", 2], ["3d", 3]])
     const same = (work) => assert.deepEqual(work(jostle), work(whole));
     for (const { name } of whole.scenes)
       same((module) => module.findPairs(module.scene(name, 500, 2, { dim }).boxes, { dim }));
-    for (const engine of ["chapter", "uniform", "brute"]) same((module) => module.findPairs(boxes, { dim, engine }));
+    for (const engine of ["chapter", "uniform", "brute"])
+      same((module) => module.findPairs(boxes, { dim, engine }));
     same((module) => module.findPeriodicPairs(boxes, new Array(dim).fill(100), { dim }));
     same((module) => module.bricks(boxes, { dim }));
     same((module) => {
@@ -40,8 +41,11 @@ for (const [only, dim] of [["2d", 2], ["3d", 3]])
     same((module) => {
       const index = new module.BoxIndex({ dim });
       index.build(boxes);
-      return [index.first({ rays: Float32Array.of(...new Array(dim).fill(-1), ...new Array(dim).fill(1), 100) }),
-        index.all({ nearest: new Float32Array(dim), count: 9 }).of(0), index.join(moved)];
+      return [
+        index.first({ rays: Float32Array.of(...new Array(dim).fill(-1), ...new Array(dim).fill(1), 100) }),
+        index.all({ nearest: new Float32Array(dim), count: 9 }).of(0),
+        index.join(moved),
+      ];
     });
     same((module) => {
       const next = random(dim), count = 100;

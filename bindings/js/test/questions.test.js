@@ -52,9 +52,13 @@ for (const [kind, loaded] of Object.entries(modules)) {
         assert.equal(any[i], expected(i).length > 0 ? 1 : 0);
       }
       for (const asked of [index, world]) {
-        const region = { boxes: regions.subarray(0, 2 * dim) }, near = { nearest: regions.subarray(0, dim), count: 20 };
+        const region = { boxes: regions.subarray(0, 2 * dim) },
+          near = { nearest: regions.subarray(0, dim), count: 20 };
         const visited = [];
-        assert.equal(asked.visit(region, (id) => void visited.push(Number(BigInt.asUintN(32, BigInt(id))))), true);
+        assert.equal(
+          asked.visit(region, (id) => void visited.push(Number(BigInt.asUintN(32, BigInt(id))))),
+          true,
+        );
         assert.deepEqual(visited.sort((a, b) => a - b), expected(0));
         const in_order = asked.all(near), seen = [], at = [];
         assert.equal(asked.visit(near, (id, distance) => seen.push(id) < 0 || at.push(distance) < 5), false);
@@ -67,7 +71,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
         asked.visit(region, (id) => void even.push(id), { accept: (_, id) => Number(id) % 2 === 0 });
         assert.equal(even.length, expected(0).filter((i) => i % 2 === 0).length);
         assert.throws(() => asked.visit(region, () => { throw new Error("enough"); }), { message: "enough" });
-        assert.throws(() => asked.visit({ boxes: regions }, () => true), /there are 40 questions: visit\(\) takes one/);
+        assert.throws(
+          () => asked.visit({ boxes: regions }, () => true),
+          /there are 40 questions: visit\(\) takes one/,
+        );
         assert.throws(() => asked.visit(region, 5), /visit is 5: it must be a function/);
       }
       const few = index.all({ boxes: regions }, { maxResults: 2 });
@@ -88,7 +95,9 @@ for (const [kind, loaded] of Object.entries(modules)) {
       const every = index.all(lines);
       for (let i = 0; i < asked; ++i) {
         const ray = lines.rays.subarray((2 * dim + 1) * i);
-        const met = [...Array(count).keys()].map((j) => [enters(ray, box(j), dim), j]).filter(([at]) => at !== undefined);
+        const met = [...Array(count).keys()]
+          .map((j) => [enters(ray, box(j), dim), j])
+          .filter(([at]) => at !== undefined);
         met.sort((x, y) => x[0] - y[0] || x[1] - y[1]);
         assert.equal(every.of(i).length, met.length);
         if (met.length === 0) {
@@ -105,7 +114,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
       const near_boxes = world.all({ nearestToBoxes: regions, count: 3 });
       for (let i = 0; i < asked; ++i) {
         const point = from.subarray(dim * i);
-        const far = [...Array(count).keys()].map((j) => squared_distance(point, box(j), dim)).filter((at) => at <= 36).sort((x, y) => x - y);
+        const far = [...Array(count).keys()]
+          .map((j) => squared_distance(point, box(j), dim))
+          .filter((at) => at <= 36)
+          .sort((x, y) => x - y);
         const found = near.at.subarray(near.first[i], near.first[i + 1]);
         assert.equal(found.length, Math.min(5, far.length));
         found.forEach((at, k) => assert.ok(Math.abs(at - far[k]) < 1e-9));
@@ -122,7 +134,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
       const in_balls = index.count({ spheres: balls }), ahead = index.count({ frustums: planes });
       for (let i = 0; i < asked; ++i) {
         const point = from.subarray(dim * i);
-        assert.equal(in_balls[i], [...Array(count).keys()].filter((j) => squared_distance(point, box(j), dim) <= 16).length);
+        assert.equal(
+          in_balls[i],
+          [...Array(count).keys()].filter((j) => squared_distance(point, box(j), dim) <= 16).length,
+        );
         assert.equal(ahead[i], [...Array(count).keys()].filter((j) => box(j)[dim] >= point[0]).length);
       }
       for (const each of [index, world]) each.dispose();
@@ -142,12 +157,23 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.deepEqual(lists({}), [[10, 20, 30, 40], [10, 20, 30]]);
     assert.deepEqual(lists({ exclude: 20 }), [[10, 30, 40], [10, 30]]);
     const calls = [];
-    assert.deepEqual(lists({ accept: (question, id) => (calls.push(`${question} ${id}`), id !== 10) }), [[20, 30, 40], [20, 30]]);
+    assert.deepEqual(lists({ accept: (question, id) => (calls.push(`${question} ${id}`), id !== 10) }), [
+      [20, 30, 40],
+      [20, 30],
+    ]);
     assert.deepEqual(calls.sort(), ["0 10", "0 20", "0 30", "0 40", "1 10", "1 20", "1 30"]);
     const category = new Uint32Array(41).fill(1), mask = new Uint32Array(41).fill(1);
     category[30] = 2;
     assert.deepEqual(lists({ asker: { category: 1, mask: 1 }, category, mask }), [[10, 20, 40], [10, 20]]);
-    assert.throws(() => lists({ accept: () => { throw new TypeError("mine"); } }), { name: "TypeError", message: "mine" });
+    assert.throws(
+      () =>
+        lists({
+          accept: () => {
+            throw new TypeError("mine");
+          },
+        }),
+      { name: "TypeError", message: "mine" },
+    );
     assert.deepEqual([...index.contains(Uint32Array.of(10, 11))], [1, 0]);
     index.move(new Float32Array([7, 7, 8, 8]), Uint32Array.of(10));
     assert.deepEqual([...index.boxes(Uint32Array.of(10))], [7, 7, 8, 8]);

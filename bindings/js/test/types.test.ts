@@ -4,10 +4,18 @@ import { endReasons, JostleError, load, poses, rays, support } from "jostle";
 import type { Answers, Bricks, Contacts, FindOptions, Jostle, MemoryArray, PairFinder, World } from "jostle";
 
 async function game(): Promise<void> {
-  const jostle: Jostle = await load({ threads: support.threads ? 0 : 1, wasm: new URL("jostle.wasm", "https://example.org/") });
+  const jostle: Jostle = await load({
+    threads: support.threads ? 0 : 1,
+    wasm: new URL("jostle.wasm", "https://example.org/"),
+  });
   const boxes: MemoryArray<Float32Array> = jostle.array("float32", 6 * 1000);
   const finder: PairFinder = new jostle.PairFinder();
-  const options: FindOptions = { dim: 3, sort: true, owner: new Uint32Array(1000), accept: (a, b) => a + b > 3 };
+  const options: FindOptions = {
+    dim: 3,
+    sort: true,
+    owner: new Uint32Array(1000),
+    accept: (a, b) => a + b > 3,
+  };
   const pairs: Uint32Array = finder.find(boxes, options);
   finder.find(boxes, new Float64Array(12), { dim: 3, engine: "chapter" });
   const went_on: boolean = finder.stream(boxes, { dim: 3 }, (some) => some.length < 10);
@@ -23,15 +31,32 @@ async function game(): Promise<void> {
   const id: bigint = hits.ids[0];
 
   const index = new jostle.BoxIndex({ dim: 3, type: "float64" });
-  const near: Answers<Uint32Array> = index.all({ nearest: new Float64Array(3), count: 8 }, { maxResults: Infinity });
+  const near: Answers<Uint32Array> = index.all(
+    { nearest: new Float64Array(3), count: 8 },
+    { maxResults: Infinity },
+  );
   const none: boolean = index.first({ rays: new Float64Array(7) }).ids[0] === -1;
 
   const shapes = new jostle.Shapes({ shapes: [jostle.sphere(1), jostle.box([1, 2, 3])] });
-  const contacts: Contacts = new jostle.ContactFinder({ dim: 3 }).find({ shapes, poses: poses(new Float32Array(6), { dim: 3 }) }, pairs);
+  const contacts: Contacts = new jostle.ContactFinder({ dim: 3 }).find(
+    { shapes, poses: poses(new Float32Array(6), { dim: 3 }) },
+    pairs,
+  );
   const bricks: Bricks = jostle.bricks(boxes, { dim: 3 });
   const scene = jostle.scene("uniform", 1000, 7n);
   scene.step();
-  console.log(went_on, ms, began, reason, id, near.of(0), none, contacts.first, bricks.cells, jostle.simulation({ bodies: 3 }).poses);
+  console.log(
+    went_on,
+    ms,
+    began,
+    reason,
+    id,
+    near.of(0),
+    none,
+    contacts.first,
+    bricks.cells,
+    jostle.simulation({ bodies: 3 }).poses,
+  );
 
   try {
     jostle.findPairs(new Float32Array(5), { dim: 2 });

@@ -7,7 +7,8 @@ import { modules, random, random_boxes, slow_pairs } from "./help.js";
 
 const pairs_of = (numbers) => {
   const pairs = [];
-  for (let i = 0; i < numbers.length; i += 2) pairs.push(`${Number(numbers[i] & 0xffffffffn)} ${Number(numbers[i + 1] & 0xffffffffn)}`);
+  for (let i = 0; i < numbers.length; i += 2)
+    pairs.push(`${Number(numbers[i] & 0xffffffffn)} ${Number(numbers[i + 1] & 0xffffffffn)}`);
   return pairs;
 };
 const wide = (numbers) => BigUint64Array.from(numbers, BigInt);
@@ -44,7 +45,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
         const now = new Set(pairs_of(wide(slow_pairs(boxes, dim))));
         const began = pairs_of(world.began()), ended = world.ended();
         assert.deepEqual(new Set(began), new Set([...now].filter((pair) => !before.has(pair))));
-        assert.deepEqual(new Set(pairs_of(ended.pairs)), new Set([...before].filter((pair) => !now.has(pair))));
+        assert.deepEqual(
+          new Set(pairs_of(ended.pairs)),
+          new Set([...before].filter((pair) => !now.has(pair))),
+        );
         assert.ok([...ended.reasons].every((reason) => endReasons[reason] === "moved_apart"));
         assert.deepEqual(new Set(pairs_of(wide(world.pairs()))), now);
         assert.ok(pairs_of(wide(world.persisted())).every((pair) => before.has(pair) && now.has(pair)));
@@ -58,7 +62,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
   test(`a world of one object each: ${kind}`, async () => {
     const jostle = await loaded();
     const world = new jostle.World({ dim: 2, margin: 0.25, pairSlots: true });
-    const [a, b, c] = world.add(new Float32Array([0, 0, 1, 1, 1.4, 0, 2, 1, 8, 8, 9, 9]), { category: 2, mask: 6 });
+    const [a, b, c] = world.add(new Float32Array([0, 0, 1, 1, 1.4, 0, 2, 1, 8, 8, 9, 9]), {
+      category: 2,
+      mask: 6,
+    });
     const of = (...ids) => BigUint64Array.from(ids);
     world.update();
     assert.deepEqual([...world.began()], [a, b]); // 0.4 apart, and each a quarter wider
@@ -78,7 +85,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
 
     world.setEnabled(of(b), false);
     world.update();
-    assert.deepEqual(world.ended(), { pairs: of(a, b), reasons: Uint8Array.of(endReasons.indexOf("disabled")) });
+    assert.deepEqual(world.ended(), {
+      pairs: of(a, b),
+      reasons: Uint8Array.of(endReasons.indexOf("disabled")),
+    });
     assert.deepEqual([...world.enabled(of(a, b))], [1, 0]);
     world.setEnabled(of(b), true);
     world.setFilter(of(b), { category: 8 });

@@ -1,4 +1,5 @@
-// Files of boxes. What can't be read is refused with the words of `jostle pairs`, which reads the same formats.
+// Files of boxes. What can't be read is refused with the words of `jostle pairs`, which reads the same
+// formats.
 
 export type Numbers = Float32Array<ArrayBuffer> | Float64Array<ArrayBuffer>;
 
@@ -7,7 +8,10 @@ export interface Boxes {
   readonly dim: 2 | 3;
   /** 1 but for recordings. */
   readonly frames: number;
-  /** For each box of a frame `dim` lower bounds, then `dim` upper ones. Frames are cheap to read one after another. */
+  /**
+   * For each box of a frame `dim` lower bounds, then `dim` upper ones. Frames are cheap to read one after
+   * another.
+   */
   read(frame: number): Numbers;
 }
 
@@ -38,7 +42,8 @@ export async function readBoxes(bytes: Uint8Array<ArrayBuffer>, name: string): P
       return (await import("./mesh")).readMesh(bytes, name);
     default:
       throw new FileError(
-        `${name}: ${extension ? `can't read ${extension} files` : "the name has no extension"}; give .jrec, .csv, .npy, .obj or .glb`,
+        `${name}: ${extension ? `can't read ${extension} files` : "the name has no extension"}; ` +
+          "give .jrec, .csv, .npy, .obj or .glb",
       );
   }
 }

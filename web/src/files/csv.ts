@@ -1,4 +1,5 @@
-// Boxes as comma-separated values: RFC 4180, and also spaces around fields, blank lines, any line ends, a byte order mark.
+// Boxes as comma-separated values: RFC 4180, and also spaces around fields, blank lines, any line ends, a
+// byte order mark.
 import { FileError, quoted, shortened, type Boxes } from "./boxes";
 
 /** One row at a time. */
@@ -72,7 +73,8 @@ class Rows {
 }
 
 const coordinates = ["lo_x", "lo_y", "lo_z", "hi_x", "hi_y", "hi_z"];
-const advice = "the first line must name the columns: lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z] and maybe id, in any order";
+const advice =
+  "the first line must name the columns: lo_x,lo_y[,lo_z],hi_x,hi_y[,hi_z] and maybe id, in any order";
 
 /** Of each coordinate the column, -1 where there is none; the last is that of ids. */
 function readHeader(rows: Rows): number[] {
@@ -88,7 +90,8 @@ function readHeader(rows: Rows): number[] {
   });
   const flat = columns[2]! < 0 && columns[5]! < 0;
   coordinates.forEach((name, which) => {
-    if (columns[which]! < 0 && (which % 3 !== 2 || !flat)) rows.fail(rows.fields.length, `column ${name} is missing; ${advice}`);
+    if (columns[which]! < 0 && (which % 3 !== 2 || !flat))
+      rows.fail(rows.fields.length, `column ${name} is missing; ${advice}`);
   });
   return columns;
 }
@@ -98,14 +101,16 @@ function number(rows: Rows, column: number, name: string): number {
   if (text === "") rows.fail(column, `${name} is empty; write a number`);
   const infinite = /^([+-]?)inf(inity)?$/i.exec(text);
   if (infinite) return infinite[1] === "-" ? -Infinity : Infinity;
-  if (/^[+-]?nan$/i.test(text)) rows.fail(column, `${name} is NaN; every bound must be a number (inf is allowed)`);
+  if (/^[+-]?nan$/i.test(text))
+    rows.fail(column, `${name} is NaN; every bound must be a number (inf is allowed)`);
   if (!/^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(text))
     rows.fail(column, `${name} is ${quoted(text)}, which is not a number; write one like -12.5, 1e-3 or inf`);
   const value = Number(text);
   if (!Number.isFinite(value))
     rows.fail(
       column,
-      `${name} is ${quoted(text)}, which is more than a double can hold; write inf if it is meant to be unbounded`,
+      `${name} is ${quoted(text)}, which is more than a double can hold; ` +
+        "write inf if it is meant to be unbounded",
     );
   return value;
 }
@@ -136,7 +141,8 @@ export function readCsv(bytes: Uint8Array, name: string): Boxes {
       if (box[axis]! > box[axis + dim]!)
         rows.fail(
           lo,
-          `${least} = ${shortened(fields[lo]!)} is greater than ${most} = ${shortened(fields[hi]!)}; swap them or drop the box`,
+          `${least} = ${shortened(fields[lo]!)} is greater than ${most} = ${shortened(fields[hi]!)}; ` +
+            "swap them or drop the box",
         );
     }
     const column = columns[6]!;
@@ -147,7 +153,8 @@ export function readCsv(bytes: Uint8Array, name: string): Boxes {
       if (earlier !== undefined)
         rows.fail(
           column,
-          `id ${quoted(id)} already names box ${earlier} (the first is 0); make them differ, or leave the column out`,
+          `id ${quoted(id)} already names box ${earlier} (the first is 0); ` +
+            "make them differ, or leave the column out",
         );
       ids.set(id, ids.size);
     }

@@ -17,7 +17,9 @@ export async function readMesh(bytes: Uint8Array<ArrayBuffer>, name: string): Pr
   try {
     scene = await load(bytes, name);
   } catch (error) {
-    throw new FileError(`${name}: isn't a mesh that can be read: ${error instanceof Error ? error.message : error}`);
+    throw new FileError(
+      `${name}: isn't a mesh that can be read: ${error instanceof Error ? error.message : error}`,
+    );
   }
   scene.updateMatrixWorld(true);
   const numbers: number[] = [];
@@ -32,7 +34,9 @@ export async function readMesh(bytes: Uint8Array<ArrayBuffer>, name: string): Pr
       const lo = [Infinity, Infinity, Infinity];
       const hi = [-Infinity, -Infinity, -Infinity];
       for (let i = first; i < first + 3; ++i) {
-        corner.fromBufferAttribute(positions, index === null ? i : index.getX(i)).applyMatrix4(part.matrixWorld);
+        corner
+          .fromBufferAttribute(positions, index === null ? i : index.getX(i))
+          .applyMatrix4(part.matrixWorld);
         corner.toArray().forEach((value, axis) => {
           lo[axis] = Math.min(lo[axis]!, value);
           hi[axis] = Math.max(hi[axis]!, value);

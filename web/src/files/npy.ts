@@ -50,7 +50,8 @@ export function readNpy(bytes: Uint8Array<ArrayBuffer>, name: string): Boxes {
   if (bytes.length < start) fail(short);
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
   const length = version === 1 ? view.getUint16(8, true) : view.getUint32(8, true);
-  if (length > 2 ** 20) fail("the NPY header is longer than a megabyte; save the array again with numpy.save");
+  if (length > 2 ** 20)
+    fail("the NPY header is longer than a megabyte; save the array again with numpy.save");
   if (bytes.length < start + length) fail(short);
   const { descr, fortranOrder, shape } = parseHeader(
     new TextDecoder("latin1").decode(bytes.subarray(start, start + length)),
@@ -61,7 +62,8 @@ export function readNpy(bytes: Uint8Array<ArrayBuffer>, name: string): Boxes {
   const nested = shape.length === 3 && shape[1] === 2 && (shape[2] === 2 || shape[2] === 3);
   if (!flat && !nested)
     fail(
-      `has shape ${shortened(pythonTuple(shape))}; n boxes in d dimensions (2 or 3) are (n, 2, d) or (n, 2 * d), lo before hi`,
+      `has shape ${shortened(pythonTuple(shape))}; ` +
+        "n boxes in d dimensions (2 or 3) are (n, 2, d) or (n, 2 * d), lo before hi",
     );
   if (!/^[<>=]f[48]$/.test(descr))
     fail(`has numbers of type ${quoted(descr)}; convert them with .astype('float32') or .astype('float64')`);
@@ -83,8 +85,8 @@ export function readNpy(bytes: Uint8Array<ArrayBuffer>, name: string): Boxes {
   const number = size === 4 ? () => view.getFloat32(at, little) : () => view.getFloat64(at, little);
   if (!fortranOrder) for (let i = 0; i < boxes.length; ++i, at += size) boxes[i] = number();
   else
-    // One coordinate of all boxes after another, the last index slowest: in an array of shape (n, 2, d) lo.x, hi.x, lo.y, ...,
-    // in one of shape (n, 2 * d) lo.x, lo.y, ...
+    // One coordinate of all boxes after another, the last index slowest: in an array of shape (n, 2, d) lo.x,
+    // hi.x, lo.y, ..., in one of shape (n, 2 * d) lo.x, lo.y, ...
     for (let c = 0; c < 2 * dim; ++c) {
       const place = nested ? (c % 2) * dim + Math.floor(c / 2) : c;
       for (let box = 0; box < count; ++box, at += size) boxes[box * 2 * dim + place] = number();

@@ -1,5 +1,6 @@
-// Recordings of moving boxes, .jrec: version 1, which `jostle simulate --record` writes, is compressed, version 2, of
-// jostle::Recorder, is plain. Both are described in scenes/recording.cpp and docs/guide/tool.md.
+// Recordings of moving boxes, .jrec: version 1, which `jostle simulate --record` writes, is compressed,
+// version 2, of jostle::Recorder, is plain. Both are described in scenes/recording.cpp and
+// docs/guide/tool.md.
 import { ZSTDDecoder } from "three/addons/libs/zstddec.module.js";
 
 import { FileError, type Boxes, type Numbers } from "./boxes";
@@ -53,7 +54,9 @@ class Recording implements Boxes {
       this.fail("is no recording of moving boxes (.jrec); give one");
     const version = bytes[7]!;
     if (version !== 1 && version !== 2)
-      this.fail(`is a recording of version ${version} and this program reads versions 1 and 2; use a newer one`);
+      this.fail(
+        `is a recording of version ${version} and this program reads versions 1 and 2; use a newer one`,
+      );
     this.plain = version === 2;
     const description = view.getUint32(20, true);
     const altered = "was altered in its header; copy or record it again";
@@ -81,7 +84,9 @@ class Recording implements Boxes {
   }
   private require(size: number): void {
     if (this.at + size > this.bytes.length)
-      this.fail(`is truncated: it ends inside frame ${this.next + 1} of ${this.frames}; copy or record it again`);
+      this.fail(
+        `is truncated: it ends inside frame ${this.next + 1} of ${this.frames}; copy or record it again`,
+      );
   }
 
   /** Of a recorder that wasn't closed: the frames that are complete. */
@@ -164,7 +169,8 @@ class Recording implements Boxes {
     visit: (coordinate: number, object: number, expected: number) => number,
   ): void {
     const { dim, objects, next } = this;
-    const finite = (expected: number, otherwise: number): number => (Number.isFinite(expected) ? expected : otherwise);
+    const finite = (expected: number, otherwise: number): number =>
+      Number.isFinite(expected) ? expected : otherwise;
     for (let axis = 0; axis < dim; ++axis)
       for (let i = 0; i < objects; ++i) {
         const lo = 2 * dim * i + axis;
