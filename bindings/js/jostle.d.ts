@@ -22,27 +22,34 @@ export class JostleError extends Error {
   readonly index: number | undefined;
   /**
    * "nan_coordinate", "inverted_box", "size_mismatch", "invalid_argument", "stale_id", "bad_snapshot",
-   * "out_of_memory", ...
+   * "bad_file", "out_of_memory", ...
    */
   readonly status: string;
   /** What was given there: the box's numbers for a bad box; undefined where no single value is at fault. */
-  readonly value: number | number[] | undefined;
-  constructor(message: string, status?: string, index?: number, value?: number | number[]);
+  readonly value: number | number[] | string | undefined;
+  constructor(message: string, status?: string, index?: number, value?: number | number[] | string);
 }
 
 export interface LoadOptions {
   /**
    * A smaller module: "2d" or "3d" has everything in float32 and that many dimensions, but for the
-   * simulations, which are of 3D; "pairs" has what JostlePairs has. Where there are to be threads it is the
-   * whole one.
+   * simulations, which are of 3D; "pairs" has what JostlePairs has. Where there are to be threads, and where
+   * there is no SIMD, it is the whole one.
    */
   only?: "pairs" | "2d" | "3d";
   /**
    * The module, where it doesn't lie beside the package's own files: its bytes, its address, a response, or a
-   * compiled module. It must be the one that the other options ask for: jostle.wasm, jostle-threads.wasm, or
-   * that of `only`, such as jostle-3d.wasm.
+   * compiled module. It must be the one that the other options ask for: jostle.wasm, jostle-threads.wasm,
+   * that of `only`, such as jostle-3d.wasm, or with `simd: false` jostle-plain.wasm. A function is given such
+   * a name.
    */
-  wasm?: URL | string | ArrayBuffer | Uint8Array | WebAssembly.Module | Response | PromiseLike<Response>;
+  wasm?: ModuleSource | ((file: string) => ModuleSource);
+  /**
+   * false: the module without SIMD, which gives the same answers, in four times the time, on one thread.
+   * true: one with SIMD or an error. Left out, the one that this browser understands; `instructionSet` says
+   * which it is.
+   */
+  simd?: boolean;
   /**
    * 1 by default. More need a page that is cross-origin isolated (`support.threads` says); 0 for one per
    * core.
@@ -52,13 +59,42 @@ export interface LoadOptions {
   maxMemory?: number;
 }
 
+/** Where a module's code comes from. */
+export type ModuleSource =
+  URL | string | ArrayBuffer | Uint8Array | WebAssembly.Module | Response | PromiseLike<Response>;
+
 /** What this browser, or node, has. */
 export const support: {
-  /** SIMD instructions, and exceptions: what every module needs. */
+  /** SIMD instructions, and exceptions: what every module but jostle-plain.wasm needs. */
   readonly simd: boolean;
   /** Shared memory: more than one thread. */
   readonly threads: boolean;
 };
+
+/** Boxes that were read from a file. */
+export interface BoxFile {
+  readonly dim: Dimension;
+  /** Of a recording; else 1. */
+  readonly frames: number;
+  /** The boxes of the first frame, as the file has them: float64 from CSV, else what is in it. */
+  readonly boxes: FloatArray;
+  /** What a table's column `id` calls the boxes; undefined where there is none. */
+  readonly ids: readonly string[] | undefined;
+  /** The boxes of a frame, counted from 0. Going through them in order is the fastest. */
+  frame(number: number): FloatArray;
+}
+/**
+ * Reads boxes from what is in a file; its name's extension says what it is:
+ *
+ * .csv   a table, whose first line is lo_x,lo_y,hi_x,hi_y or lo_x,lo_y,lo_z,hi_x,hi_y,hi_z, and maybe id
+ * .npy   an array of NumPy's, float32 or float64, of shape (n, 2, dim) or (n, 2 * dim)
+ * .jrec  a recording, of `jostle simulate --record` or of a program with `jostle::Recorder`
+ *
+ * A JostleError with the status "bad_file" begins with the name, of a table also with the line and the
+ * column; it has the box as `index` and the text that stands there as `value`. NaN and inverted boxes are
+ * refused in tables; in other files a search refuses them, or `validate`.
+ */
+export function readBoxes(content: ArrayBuffer | ArrayBufferView | string, name: string): BoxFile;
 
 /** Loads the module. Modules are independent: each has memory and threads of its own. */
 export function load(options: LoadOptions & { only: "pairs" }): Promise<JostlePairs>;
@@ -693,6 +729,7 @@ export interface JostlePairs extends Disposable {
   readonly version: string;
   /** How many threads searches run on. */
   readonly threads: number;
+  /** "scalar" is the module without SIMD. */
   readonly instructionSet: "wasm_simd" | "scalar";
   /** Its memory, in bytes, as it is now: it grows and never shrinks. */
   readonly memoryBytes: number;

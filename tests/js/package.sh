@@ -8,11 +8,12 @@ mkdir -p "$scratch/consumer"
 cd "$scratch"
 npm pack --silent ./jostle
 tarball=$(ls jostle-*.tgz)
-for file in jostle.d.ts LICENSE README.md package.json src/index.js dist/jostle{,-2d,-3d,-pairs,-threads}.{js,wasm} dist/jostle-threads.worker.js; do
+for file in jostle.d.ts LICENSE README.md package.json src/index.js \
+    dist/jostle{,-2d,-3d,-pairs,-plain,-threads}.{js,wasm} dist/jostle-threads.worker.js; do
     tar -tzf "$tarball" "package/$file" >/dev/null # is in it
 done
 # The sizes that the guide tells, in kB.
-for module in dist/jostle{,-2d,-3d,-pairs,-threads}.wasm; do
+for module in dist/jostle{,-2d,-3d,-pairs,-plain,-threads}.wasm; do
     kilobytes=$(($(gzip -9c "jostle/$module" | wc -c) / 1000))
     told=$(sed -n "s/^| .$(basename $module). .* | \([0-9]*\) kB |$/\1/p" "$bindings/../../docs/guide/javascript.md")
     ((told > 0 && kilobytes <= told + told / 20 && kilobytes >= told - told / 20)) ||

@@ -13,7 +13,7 @@ import type {
   RaceOutcome,
   SceneChoice,
 } from "./messages";
-import { FileError, readBoxes } from "./files/boxes";
+import { openBoxes } from "./files/boxes";
 import { pathOf } from "./path";
 import { FileSource, LiveSource, openScene, type Source } from "./sources";
 
@@ -52,7 +52,7 @@ export class Engine {
         })),
       ],
       threads: jostle.threads,
-      mostThreads,
+      mostThreads: jostle.instructionSet === "scalar" ? 1 : mostThreads,
       instructionSet: jostle.instructionSet,
       version: jostle.version,
     };
@@ -80,11 +80,11 @@ export class Engine {
   /** Opens a file's boxes. If it can't be read, the scene stays as it was. */
   async openFile(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<Frame> {
     const jostle = this.loaded;
-    const source = new FileSource(await readBoxes(bytes, name));
+    const source = new FileSource(await openBoxes(bytes, name));
     try {
       jostle.validate(source.boxes, { dim: source.dim });
     } catch (error) {
-      throw new FileError(`${name}: ${error instanceof Error ? error.message : error}`);
+      throw new Error(`${name}: ${error instanceof Error ? error.message : error}`);
     }
     this.close();
     this.source = source;

@@ -1,7 +1,7 @@
 // Where boxes come from: seeded scenes, simulations, files.
-import type { Floats, Jostle, MemoryArray, Scene, Simulation } from "jostle";
+import { readBoxes } from "jostle";
+import type { BoxFile, FloatArray, Floats, Jostle, MemoryArray, Scene, Simulation } from "jostle";
 
-import { readBoxes, type Boxes, type Numbers } from "./files/boxes";
 import { sizeFactors, resize } from "./sizes";
 import { bodiesPerRow, contactsPerRow, type Bodies, type SceneChoice } from "./messages";
 
@@ -169,12 +169,12 @@ export class FileSource implements Source {
   readonly frames;
   frame = 0;
 
-  numbers: Numbers;
+  numbers: FloatArray;
 
-  constructor(private readonly file: Boxes) {
+  constructor(private readonly file: BoxFile) {
     this.dim = file.dim;
     this.frames = file.frames;
-    this.numbers = file.read(0);
+    this.numbers = file.boxes;
   }
   get boxes(): Floats {
     return this.numbers;
@@ -184,7 +184,7 @@ export class FileSource implements Source {
   }
   go(frame: number): void {
     const wanted = Math.min(Math.max(frame, 0), this.frames - 1);
-    this.numbers = this.file.read(wanted);
+    this.numbers = this.file.frame(wanted);
     this.frame = wanted;
   }
   dispose(): void {}
@@ -198,16 +198,16 @@ export class LiveSource implements Source {
   readonly dim;
   readonly frames = undefined;
   readonly title;
-  numbers: Numbers;
+  numbers: FloatArray;
   frame;
   ended = false;
-  private next: { numbers: Numbers; frame: number } | undefined;
+  private next: { numbers: FloatArray; frame: number } | undefined;
   private failed: unknown;
   private readonly leaving = new AbortController();
 
-  private constructor(private readonly address: string, first: Response, boxes: Boxes) {
+  private constructor(private readonly address: string, first: Response, boxes: BoxFile) {
     this.dim = boxes.dim;
-    this.numbers = boxes.read(0);
+    this.numbers = boxes.boxes;
     this.frame = frameOf(first);
     this.title = first.headers.get("Jostle-Title") ?? "live";
     void this.ask();
@@ -223,7 +223,7 @@ export class LiveSource implements Source {
       while (this.next === undefined && !this.ended) {
         const response = await fetch(`${this.address}?after=${this.frame}`, { signal: this.leaving.signal });
         if (response.status === 200)
-          this.next = { numbers: (await boxesOf(response)).read(0), frame: frameOf(response) };
+          this.next = { numbers: (await boxesOf(response)).boxes, frame: frameOf(response) };
         else if (response.status === 204) this.ended = response.headers.has("Jostle-Ended");
         else throw new Error(gone);
       }
@@ -248,6 +248,6 @@ export class LiveSource implements Source {
 }
 const gone = "the program that this page showed has ended.";
 const frameOf = (response: Response): number => Number(response.headers.get("Jostle-Frame"));
-async function boxesOf(response: Response): Promise<Boxes> {
+async function boxesOf(response: Response): Promise<BoxFile> {
   return readBoxes(new Uint8Array(await response.arrayBuffer()), "frame.npy");
 }

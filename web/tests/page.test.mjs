@@ -345,6 +345,48 @@ test("an address whose file or program is gone: words, and the scene", async () 
   });
 });
 
+test("a table that is pasted is read, or complained of", async () => {
+  await onPage(still("uniform", 1000, 1), desktop, async (page) => {
+    const paste = (text) =>
+      page.evaluate((text) => {
+        const clipboardData = new DataTransfer();
+        clipboardData.setData("text/plain", text);
+        window.dispatchEvent(new ClipboardEvent("paste", { clipboardData }));
+      }, text);
+    const words = () => shown(page, "message").textContent();
+    const before = await stats(page);
+    await paste("lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n1,zero,2,2\n");
+    await page.waitForFunction(() => !document.getElementById("message").hidden);
+    const complaint = /^pasted.csv:3:2: lo_y is "zero", which is not a number; write one like/;
+    assert.match(await words(), complaint);
+    assert.deepEqual(await stats(page), before);
+    await paste("lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n1,1,2,2\n");
+    await page.waitForFunction(() => window.jostle.stats().scene === "pasted.csv");
+    assert.deepEqual([await words(), (await stats(page)).pairs], ["", 1]);
+  });
+});
+
+test("without SIMD in WebAssembly the page finds the same pairs, and says what that costs", async () => {
+  const prepare = (page) =>
+    page.route(/engine\.worker.*\.js$/, async (route) => {
+      const response = await route.fetch();
+      const refuse = "WebAssembly.validate = () => false;";
+      await route.fulfill({ response, body: refuse + (await response.text()) });
+    });
+  for (const server of ["plain", "isolated"])
+    await onPage(still("powerlaw", 3000, 7), { ...desktop, prepare, server }, async (page) => {
+      const { pairs, checksum, threads, instructionSet } = await stats(page);
+      const expected = { ...natively("powerlaw", 3000, 7), threads: 1, instructionSet: "scalar" };
+      assert.deepEqual({ pairs, checksum, threads, instructionSet }, expected);
+      assert.match(await shown(page, "threads-note").textContent(), /^Without SIMD/);
+      assert.equal(await shown(page, "threads").isDisabled(), true);
+    });
+  await onPage(still("uniform", 1000, 1), desktop, async (page) => {
+    assert.equal((await stats(page)).instructionSet, "wasm_simd");
+    assert.equal(await shown(page, "threads-note").isVisible(), false);
+  });
+});
+
 test("the keyboard alone does everything", async () => {
   await onPage(still("uniform", 2000, 1, 0), desktop, async (page) => {
     await page.keyboard.press("Tab");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 export { JostleError } from "./error.js";
+export { readBoxes } from "./files.js";
 export { load, support } from "./load.js";
 export { rays } from "./questions.js";
 export { poses } from "./shapes.js";

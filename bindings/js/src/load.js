@@ -13,23 +13,27 @@ const in_node =
 
 // Addresses stand here in full, so that bundlers find the files.
 const MODULES = {
-  simd: {
+  jostle: {
     glue: () => import("../dist/jostle.js"),
     wasm: () => new URL("../dist/jostle.wasm", import.meta.url),
   },
-  pairs: {
+  "jostle-plain": {
+    glue: () => import("../dist/jostle-plain.js"),
+    wasm: () => new URL("../dist/jostle-plain.wasm", import.meta.url),
+  },
+  "jostle-pairs": {
     glue: () => import("../dist/jostle-pairs.js"),
     wasm: () => new URL("../dist/jostle-pairs.wasm", import.meta.url),
   },
-  "2d": {
+  "jostle-2d": {
     glue: () => import("../dist/jostle-2d.js"),
     wasm: () => new URL("../dist/jostle-2d.wasm", import.meta.url),
   },
-  "3d": {
+  "jostle-3d": {
     glue: () => import("../dist/jostle-3d.js"),
     wasm: () => new URL("../dist/jostle-3d.wasm", import.meta.url),
   },
-  threads: {
+  "jostle-threads": {
     glue: () => import("../dist/jostle-threads.js"),
     wasm: () => new URL("../dist/jostle-threads.wasm", import.meta.url),
   },
@@ -130,27 +134,55 @@ async function worker_maker() {
   };
 }
 
+/** The glue and the code of one of MODULES, from where `wasm` says. */
+async function fetch_module(name, wasm) {
+  const { glue, wasm: own } = MODULES[name];
+  const address = typeof wasm === "function" ? wasm(`${name}.wasm`) : (wasm ?? own());
+  const [{ default: create }, compiled] = await Promise.all([glue(), compile(address)]);
+  return { file: name, create, compiled };
+}
+
+/**
+ * The module that is wanted or, where it can't be compiled, the one without SIMD: what `support` tells is
+ * learnt from small modules, and this one is the proof.
+ */
+async function understood_module(name, wasm) {
+  try {
+    return await fetch_module(name, wasm);
+  } catch (error) {
+    const given = wasm !== undefined && typeof wasm !== "function"; // and no other
+    if (given || !(error instanceof WebAssembly.CompileError)) throw error;
+    return fetch_module("jostle-plain", wasm);
+  }
+}
+
 /** Loads the module: see jostle.d.ts. */
-export async function load({ only, wasm, threads = 1, maxMemory = MOST_MEMORY } = {}) {
+export async function load({ only, wasm, simd, threads = 1, maxMemory = MOST_MEMORY } = {}) {
   if (only !== undefined && !["pairs", "2d", "3d"].includes(only))
     refuse(`only is ${describe(only)}: it must be "pairs", "2d" or "3d", or left out for everything`);
+  if (simd !== undefined && typeof simd !== "boolean")
+    refuse(`simd is ${describe(simd)}: it must be true or false, or left out for what there is`);
   whole(threads, "threads", 0, 1024);
   whole(maxMemory, "maxMemory", INITIAL_MEMORY, MOST_MEMORY);
-  if (!support.simd)
+  const plain = !(simd ?? support.simd);
+  if (plain && simd === undefined && wasm !== undefined && typeof wasm !== "function")
     refuse(
-      "this browser has no SIMD instructions, or no exceptions, in WebAssembly: " +
-        "browsers since 2023 have both",
+      "this browser has no SIMD instructions, or no exceptions, in WebAssembly, and wasm is one module: " +
+        "let it be a function from a file's name to its address, or give jostle-plain.wasm with simd: false",
     );
+  if (threads > 1 && plain) refuse(`threads is ${threads}, and the module without SIMD has one`);
   if (threads > 1 && !support.threads)
     refuse(
       `threads is ${threads}, and there is no shared memory here: the page must be cross-origin isolated`,
     );
   const cores =
     globalThis.navigator?.hardwareConcurrency ?? (in_node ? (await of_node("os")).availableParallelism() : 1);
-  const count = threads !== 0 ? threads : support.threads ? cores : 1;
-  const { glue, wasm: address } = MODULES[count > 1 ? "threads" : only ?? "simd"];
-
-  const [{ default: create }, compiled] = await Promise.all([glue(), compile(wasm ?? address())]);
+  const wanted = threads !== 0 ? threads : !plain && support.threads ? cores : 1;
+  const name = wanted > 1 ? "jostle-threads" : only === undefined ? "jostle" : `jostle-${only}`;
+  const { create, compiled, file } = await (simd === undefined && !plain
+    ? understood_module(name, wasm)
+    : fetch_module(plain ? "jostle-plain" : name, wasm));
+  const count = file === "jostle-threads" ? wanted : 1;
   const memory = new_memory(maxMemory, count > 1);
   let failed;
   const failure = new Promise((_, reject) => (failed = reject));

@@ -5,6 +5,7 @@ import { load } from "jostle";
 /** The modules there are, each loaded once. */
 export const modules = {
   simd: () => (loaded.simd ??= load()),
+  plain: () => (loaded.plain ??= load({ simd: false })),
   threads: () => (loaded.threads ??= load({ threads: 3 })),
 };
 const loaded = {};

@@ -29,58 +29,27 @@ for (const [kind, loaded] of Object.entries(modules)) {
     const nan = good.slice(), inverted = Float64Array.from(good);
     nan[10] = NaN;
     inverted[9] = -1;
+    const of_nan = { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] };
     for (const engine of ["grid", "chapter", "uniform", "brute"])
-      refuses(() => finder.find(nan, { dim: 3, engine }), /NaN/, {
-        status: "nan_coordinate",
-        index: 1,
-        value: [0, 0, 0, 1, NaN, 1],
-      });
+      refuses(() => finder.find(nan, { dim: 3, engine }), /NaN/, of_nan);
     assert.equal(finder.pairs.length, 0);
     refuses(() => jostle.findPairs(inverted, { dim: 3 }), /box 1/, {
       status: "inverted_box",
       index: 1,
       value: [0, 0, 0, -1, 1, 1],
     });
-    refuses(() => jostle.findPairs(good, nan, { dim: 3 }), /NaN/, {
-      status: "nan_coordinate",
-      index: 1,
-      value: [0, 0, 0, 1, NaN, 1],
-    });
-    refuses(() => jostle.findPairs(nan, good, { dim: 3 }), /NaN/, {
-      status: "nan_coordinate",
-      index: 1,
-      value: [0, 0, 0, 1, NaN, 1],
-    });
-    refuses(() => jostle.validate(nan, { dim: 3 }), /NaN/, {
-      status: "nan_coordinate",
-      index: 1,
-      value: [0, 0, 0, 1, NaN, 1],
-    });
-    refuses(() => jostle.bricks(nan, { dim: 3 }), /NaN/, {
-      status: "nan_coordinate",
-      index: 1,
-      value: [0, 0, 0, 1, NaN, 1],
-    });
-    refuses(() => jostle.findScenes(nan, [0, 1, 2], { dim: 3 }), /NaN/, {
-      status: "nan_coordinate",
-      index: 1,
-      value: [0, 0, 0, 1, NaN, 1],
-    });
-    refuses(() => finder.stream(nan, { dim: 3 }, () => {}), /NaN/, {
-      status: "nan_coordinate",
-      index: 1,
-      value: [0, 0, 0, 1, NaN, 1],
-    });
+    refuses(() => jostle.findPairs(good, nan, { dim: 3 }), /NaN/, of_nan);
+    refuses(() => jostle.findPairs(nan, good, { dim: 3 }), /NaN/, of_nan);
+    refuses(() => jostle.validate(nan, { dim: 3 }), /NaN/, of_nan);
+    refuses(() => jostle.bricks(nan, { dim: 3 }), /NaN/, of_nan);
+    refuses(() => jostle.findScenes(nan, [0, 1, 2], { dim: 3 }), /NaN/, of_nan);
+    refuses(() => finder.stream(nan, { dim: 3 }, () => {}), /NaN/, of_nan);
     const world = new jostle.World({ dim: 3 });
-    refuses(() => world.add(nan), /NaN/, { status: "nan_coordinate", index: 1, value: [0, 0, 0, 1, NaN, 1] });
+    refuses(() => world.add(nan), /NaN/, of_nan);
     world.update();
     assert.equal(world.size, 0);
     const index = new jostle.BoxIndex({ dim: 3 });
-    refuses(() => index.build(nan), /NaN/, {
-      status: "nan_coordinate",
-      index: 1,
-      value: [0, 0, 0, 1, NaN, 1],
-    });
+    refuses(() => index.build(nan), /NaN/, of_nan);
     assert.equal(index.size, 0);
     assert.deepEqual([...finder.find(good, { dim: 3 })], [0, 1]); // and it goes on
     for (const each of [finder, world, index]) each.dispose();

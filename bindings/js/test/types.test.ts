@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Compiled, not run: a program that uses the types as their comments say.
-import { endReasons, JostleError, load, poses, rays, support } from "jostle";
+import { endReasons, JostleError, load, poses, rays, readBoxes, support } from "jostle";
 import type { Answers, Bricks, Contacts, FindOptions, Jostle, MemoryArray, PairFinder, World } from "jostle";
 
 async function game(): Promise<void> {
@@ -67,7 +67,7 @@ async function game(): Promise<void> {
 }
 
 async function mistakes(jostle: Jostle): Promise<void> {
-  const flat: Jostle = await load({ only: "2d" });
+  const flat: Jostle = await load({ only: "2d", simd: false, wasm: (file) => `https://example.org/${file}` });
   const few = await load({ only: "pairs" });
   few.findPairs(new Float32Array(4), { dim: 2 });
   // @ts-expect-error: it has pairs alone

@@ -1,7 +1,7 @@
 // One box around each triangle of a mesh, read by three.js's loaders.
 import { Mesh, Vector3, type Object3D } from "three";
 
-import { FileError, type Boxes } from "./boxes";
+import type { BoxFile } from "jostle";
 
 async function load(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<Object3D> {
   if (/\.obj$/i.test(name)) {
@@ -12,12 +12,12 @@ async function load(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<Objec
   return (await new GLTFLoader().parseAsync(bytes.buffer, "")).scene;
 }
 
-export async function readMesh(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<Boxes> {
+export async function readMesh(bytes: Uint8Array<ArrayBuffer>, name: string): Promise<BoxFile> {
   let scene: Object3D;
   try {
     scene = await load(bytes, name);
   } catch (error) {
-    throw new FileError(
+    throw new Error(
       `${name}: isn't a mesh that can be read: ${error instanceof Error ? error.message : error}`,
     );
   }
@@ -45,7 +45,7 @@ export async function readMesh(bytes: Uint8Array<ArrayBuffer>, name: string): Pr
       numbers.push(...lo, ...hi); // six at a time
     }
   });
-  if (numbers.length === 0) throw new FileError(`${name}: has no triangles`);
+  if (numbers.length === 0) throw new Error(`${name}: has no triangles`);
   const boxes = Float32Array.from(numbers);
-  return { dim: 3, frames: 1, read: () => boxes };
+  return { dim: 3, frames: 1, boxes, ids: undefined, frame: () => boxes };
 }
