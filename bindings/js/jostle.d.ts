@@ -110,6 +110,19 @@ export type Integers = Uint32Array | MemoryArray<Uint32Array>;
 /** Ids of a world's objects. */
 export type Ids = BigUint64Array;
 
+declare global {
+  // What a program may do without: TypeScript has it in its library "dom", and node's types have some of it.
+  interface Response {}
+  interface URL {}
+  namespace WebAssembly {
+    interface Module {}
+  }
+  interface SymbolConstructor {
+    /** As TypeScript has it from 5.2 on, for `using`. */
+    readonly dispose: unique symbol;
+  }
+}
+
 /**
  * What gives its memory back: `using finder = new jostle.PairFinder()` does so, too, where there is
  * Symbol.dispose.
@@ -117,6 +130,8 @@ export type Ids = BigUint64Array;
 export interface Disposable {
   /** Gives all memory back. Any later use is a JostleError; disposing again does nothing. */
   dispose(): void;
+  /** The same, where there is Symbol.dispose. */
+  [Symbol.dispose](): void;
   readonly disposed: boolean;
 }
 
