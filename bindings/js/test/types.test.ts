@@ -1,7 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Compiled, not run: a program that uses the types as their comments say.
 import { endReasons, JostleError, load, poses, rays, readBoxes, support } from "jostle";
-import type { Answers, BoxFile, Bricks, Contacts, FindOptions, Jostle, MemoryArray, PairFinder, World } from "jostle";
+import type {
+  Answers,
+  BoxFile,
+  Bricks,
+  Contacts,
+  FindOptions,
+  Jostle,
+  MemoryArray,
+  PairFinder,
+  World,
+} from "jostle";
 
 async function game(): Promise<void> {
   const jostle: Jostle = await load({
@@ -64,7 +74,9 @@ async function game(): Promise<void> {
     if (error instanceof JostleError) console.log(error.index, error.status, error.value);
   }
   const file: BoxFile = readBoxes(new Uint8Array(100), "boxes.csv");
-  const frames = Array.from({ length: file.frames }, (_, k) => jostle.findPairs(file.frame(k), { dim: file.dim }));
+  const frames = Array.from({ length: file.frames }, (_, k) =>
+    jostle.findPairs(file.frame(k), { dim: file.dim }),
+  );
   console.log(frames, file.ids?.[0], readBoxes("lo_x,lo_y,hi_x,hi_y", "none.csv").boxes.length);
   finder[Symbol.dispose]();
   jostle.dispose();
