@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <numeric>
 #include <string>
 #include <variant>
 #include <vector>
@@ -21,6 +20,7 @@
 #include "commands.hpp"
 #include "io/boxes.hpp"
 #include "jostle/find_pairs.hpp"
+#include "jostle/spatial_order.hpp"
 #include "jostle/world.hpp"
 #include "numbers.hpp"
 #include "progress.hpp"
@@ -214,43 +214,17 @@ Stages typical_stages(const Measured& measured)
     return typical;
 }
 
-/// The boxes in the order of their centres' places along a Z-curve (Morton, 1966), as they lie in the first
-/// frame: neighbours in space become neighbours in memory.
+/// The boxes in the order in which they lie along space in the first frame.
 template <int Dim, class T>
 Motion<Dim, T> by_place(const Motion<Dim, T>& motion)
 {
-    constexpr int bits = 63 / Dim;
     Motion<Dim, T> result;
     result.most = motion.most;
     std::vector<std::uint32_t> order;
     for (const auto& boxes : motion.frames) {
         if (order.size() != boxes.size()) {
-            double lo[Dim], hi[Dim];
-            for (int d = 0; d < Dim; ++d)
-                lo[d] = 1e300, hi[d] = -1e300;
-            const auto centre = [&](const Aabb<Dim, T>& box, int d) {
-                const double middle = double{box.lo[d]} / 2 + double{box.hi[d]} / 2;
-                return middle == middle ? std::clamp(middle, -1e299, 1e299) : 0.0; // infinite on both sides
-            };
-            for (const auto& box : boxes)
-                for (int d = 0; d < Dim; ++d) {
-                    lo[d] = std::min(lo[d], centre(box, d));
-                    hi[d] = std::max(hi[d], centre(box, d));
-                }
-            std::vector<std::uint64_t> key(boxes.size(), 0);
-            for (std::size_t i = 0; i < boxes.size(); ++i)
-                for (int d = 0; d < Dim; ++d) {
-                    const double part = hi[d] > lo[d] ? (centre(boxes[i], d) - lo[d]) / (hi[d] - lo[d]) : 0;
-                    const auto cell = static_cast<std::uint64_t>(
-                        part * static_cast<double>((std::uint64_t{1} << bits) - 1));
-                    for (int bit = 0; bit < bits; ++bit)
-                        key[i] |= (cell >> bit & 1) << (bit * Dim + d);
-                }
             order.resize(boxes.size());
-            std::iota(order.begin(), order.end(), 0u);
-            std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-                return std::tie(key[a], a) < std::tie(key[b], b);
-            });
+            jostle::spatial_order(jostle::box_view(boxes), order);
         }
         auto& sorted = result.frames.emplace_back();
         for (const std::uint32_t i : order)
@@ -322,7 +296,7 @@ std::vector<std::string> advice(const std::vector<Measured>& all, double by_plac
             std::snprintf(
                 text, sizeof text,
                 "If the boxes lay in memory by their place in space, the search would be %.2g times as fast: "
-                "sort your objects now and then.",
+                "sort your objects now and then (jostle::spatial_order).",
                 gain);
             advice.emplace_back(text);
         }

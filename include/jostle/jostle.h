@@ -537,6 +537,12 @@ JOSTLE_C_API jostle_status jostle_find_pairs_brute_force(jostle_space space, con
                                                          const jostle_boxes* b, const jostle_filter* filter,
                                                          jostle_results* results, jostle_error* error);
 
+/// Writes an order of the boxes along space into `order`, one number per box: order[k] is the position of the
+/// box that comes k-th. See jostle::spatial_order. `options` may be NULL.
+JOSTLE_C_API jostle_status jostle_spatial_order(jostle_space space, const jostle_boxes* boxes,
+                                                const jostle_options* options, uint32_t* order,
+                                                jostle_error* error);
+
 // ---------------------------------------------------------------------------------------------------------
 // Space that repeats itself: periodic.hpp
 // ---------------------------------------------------------------------------------------------------------

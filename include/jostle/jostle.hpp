@@ -6,6 +6,7 @@
 /// | header                | what it is for                                                      | settled |
 /// |-----------------------|---------------------------------------------------------------------|---------|
 /// | find_pairs.hpp        | all pairs of touching boxes, of one set or of two                   | yes     |
+/// | spatial_order.hpp     | neighbours in space made neighbours in memory                       | mostly  |
 /// | periodic.hpp          | images, for pairs across the borders of periodic space              | mostly  |
 /// | world.hpp             | objects that come, move, rest and go; begin and end events          | yes     |
 /// | query.hpp             | rays, sweeps, overlaps, nearest, views: what can be asked           | yes     |
@@ -48,6 +49,7 @@
 #include "jostle/shape_hits.hpp"
 #include "jostle/shape_query.hpp"
 #include "jostle/shapes.hpp"
+#include "jostle/spatial_order.hpp"
 #include "jostle/stats.hpp"
 #include "jostle/vec.hpp"
 #include "jostle/version.hpp"

@@ -810,6 +810,17 @@ static void test_index_and_world(jostle_space space)
     check_answers(space, index, world, ids, &memory);
     check_closest(space, index, world);
 
+    { /* Every box has its place in the order. */
+        uint32_t order[boxes_made];
+        uint8_t has[boxes_made] = {0};
+        OK(jostle_spatial_order(space, &boxes, NULL, order, &error));
+        for (i = 0; i < boxes_made; ++i) {
+            CHECK(order[i] < boxes_made && has[order[i]] == 0);
+            has[order[i]] = 1;
+        }
+        FAILS(jostle_spatial_order(space, &boxes, NULL, NULL, &error), JOSTLE_INVALID_ARGUMENT, "order");
+    }
+
     OK(jostle_find_pairs_brute_force(space, &boxes, NULL, NULL, expected, &error));
     OK(jostle_results_blocks(expected, &right, &error));
     OK(jostle_world_began(world, &began, &count, &error));

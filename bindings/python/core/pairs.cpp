@@ -125,6 +125,20 @@ py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offse
     return py::make_tuple(copy_pairs(pairs), first);
 }
 
+py::array spatial_order(const py::array& boxes, std::uint32_t threads)
+{
+    const Boxes given = boxes_of(boxes, "boxes");
+    const Executor executor = executor_of(threads);
+    Interruptible memory;
+    const jostle_options options = options_of(executor, memory.allocator());
+    Packed<std::uint32_t> order(static_cast<py::ssize_t>(given.view.count));
+    std::uint32_t* const to = order.mutable_data();
+    memory.call([&](jostle_error* error) {
+        return jostle_spatial_order(given.space, &given.view, &options, to, error);
+    });
+    return order;
+}
+
 } // namespace
 
 void define_pairs(py::module_& m)
@@ -135,6 +149,7 @@ void define_pairs(py::module_& m)
                      std::uint32_t threads) { return find(boxes, other, filter, sorted, threads); });
     m.def("find_periodic", &find_periodic);
     m.def("find_scenes", &find_scenes);
+    m.def("spatial_order", &spatial_order);
 }
 
 } // namespace jostle_python

@@ -23,7 +23,7 @@ from ._core import instruction_sets, version
 from ._errors import Error, NoSuchObjectError, StaleIdError
 from ._index import BoxIndex
 from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._pairs import ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join
+from ._pairs import ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join, spatial_order
 from ._plot import plot
 from ._questions import Questions, frustums, nearest, nearest_to_boxes, overlapping, rays, spheres, sweeps
 from ._shape_queries import ShapeSweeps
@@ -38,5 +38,5 @@ __all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "
            "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
            "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",
            "instruction_sets", "iter_pairs", "join", "mesh", "nearest", "nearest_to_boxes", "overlapping", "plot", "poses",
-           "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "sphere", "spheres",
+           "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "spatial_order", "sphere", "spheres",
            "sum_by_object", "sweeps", "touching", "version"]

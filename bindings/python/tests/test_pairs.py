@@ -90,6 +90,27 @@ def test_wrong_offsets_are_named():
 
 
 @pytest.mark.parametrize("dim,dtype", KINDS)
+def test_spatial_order(dim, dtype):
+    boxes = some_boxes(3000, dim, dtype)
+    order = jostle.spatial_order(boxes)
+    assert order.dtype == np.uint32 and np.array_equal(np.sort(order), np.arange(3000))
+    assert np.array_equal(order, jostle.spatial_order(boxes, threads=1))
+
+    def way(of):
+        return np.abs(np.diff(of[:, 0], axis=0)).sum()
+
+    assert way(boxes[order]) < 0.4 * way(boxes)
+    # The pairs are the same ones, by other names.
+    pairs = np.sort(order[jostle.find_pairs(boxes[order])], axis=1)
+    assert np.array_equal(pairs[np.lexsort(pairs.T[::-1])], jostle.find_pairs(boxes, order="sorted"))
+    assert len(jostle.spatial_order([])) == 0
+    boxes[7, 1, 0] = np.nan
+    with pytest.raises(jostle.Error) as error:
+        jostle.spatial_order(boxes)
+    assert error.value.index == 7
+
+
+@pytest.mark.parametrize("dim,dtype", KINDS)
 def test_two_sets(dim, dtype):
     a, b = some_boxes(300, dim, dtype, 1), some_boxes(200, dim, dtype, 2)
     assert np.array_equal(jostle.find_pairs(a, b, order="sorted"), by_definition(a, b))

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory_resource>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "base/buffer.hpp"
+#include "base/radix.hpp"
+#include "index/key.hpp"
+#include "jostle/process.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace index {
+
+/// A frame for these boxes, and for others that lie about where they do.
+template <int Dim, class T>
+Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
+{
+    constexpr double furthest = 1e300;
+    const std::size_t samples = std::min<std::size_t>(boxes.size(), 2048);
+    std::vector<double> center(samples), size(samples, 0.0);
+    Frame<Dim> frame;
+    double world = 0;
+    for (int d = 0; d < Dim; ++d) {
+        for (std::size_t k = 0; k < samples; ++k) {
+            // Somewhere in the k-th part of all: regular patterns of the user's mustn't show.
+            const std::size_t begin = boxes.size() * k / samples, end = boxes.size() * (k + 1) / samples;
+            const std::size_t i =
+                begin + static_cast<std::size_t>(((k + 1) * 0x9e3779b97f4a7c15u) >> 32) % (end - begin);
+            const double lo = std::max(-furthest, std::min(static_cast<double>(boxes.lo(d, i)), furthest));
+            const double hi = std::max(-furthest, std::min(static_cast<double>(boxes.hi(d, i)), furthest));
+            center[k] = 0.5 * lo + 0.5 * hi;
+            size[k] = std::max(size[k], hi - lo);
+        }
+        const auto at = [&](std::size_t rank) {
+            std::nth_element(center.begin(), center.begin() + static_cast<std::ptrdiff_t>(rank),
+                             center.end());
+            return center[rank];
+        };
+        const double low = at(samples / 64), high = at(samples - 1 - samples / 64);
+        frame.origin[d] = 0.5 * low + 0.5 * high;
+        world = std::max(world, high - low);
+    }
+    std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(samples / 2), size.end());
+    const double common = size[samples / 2];
+    if (!(world > 0)) world = common; // all in one place
+    if (!(world > 0)) world = 1;
+    world = std::max(world, 1e-280);
+    frame.scale = Frame<Dim>::world_quanta / world;
+    for (double& origin : frame.origin)
+        origin -= world;
+    // Sixteen to a page's edge if most have no size.
+    frame.common_size = std::max(8 * common, world * 1e-4);
+    return frame;
+}
+
+/// Boxes on their way into an order along space: sorted by the digits of their keys as far as is needed.
+template <int Dim, class T>
+struct KeyOrder
+{
+    struct Entry
+    {
+        std::uint64_t digits; // of its key, from the first on in which those around it differ
+        std::uint32_t box;
+    };
+    const Frame<Dim>& frame;
+    std::span<const std::uint32_t> ids; // of the boxes; empty: their positions
+    const BoxView<Dim, T>& boxes;
+    Executor* executor;
+    Buffer<Entry> memory, memory_to;
+    std::span<Entry> entries, sorted; // what is sorted, and room for as many
+
+    KeyOrder(const Frame<Dim>& given_frame, std::span<const std::uint32_t> given_ids,
+             const BoxView<Dim, T>& given, Executor* given_executor, std::pmr::memory_resource* resource)
+        : frame(given_frame),
+          ids(given_ids),
+          boxes(given),
+          executor(given_executor),
+          memory(resource),
+          memory_to(resource),
+          entries(memory.reserve_exactly(given.size()), given.size()),
+          sorted(memory_to.reserve_exactly(given.size()), given.size())
+    {
+    }
+
+    [[nodiscard]] Key<Dim> key(const Entry& entry) const noexcept
+    {
+        return key_of(frame, boxes[entry.box], ids.empty() ? entry.box : ids[entry.box]);
+    }
+
+    /// Works on the parts of some entries, which depend on their number alone: body(part, first, last).
+    template <class Body>
+    void in_parts(std::size_t count, const Body& body) const
+    {
+        constexpr std::size_t least_part = 8192;
+        process_items(count,
+                      [&](std::uint64_t from, std::uint64_t to, Work work) { body(work.block, from, to); },
+                      {executor, std::max(least_part, (count + most_parts - 1) / most_parts)});
+    }
+    static constexpr std::size_t most_parts = 8;
+    static constexpr int per_axis = 60 / Dim; // digits of an axis in an entry
+    static constexpr int class_shift = 60;
+
+    /// Makes the entries, with the digits that they differ in if all boxes lie about where they were
+    /// expected, within twice `Frame::world_quanta`; else without digits, so that `look_closer` is asked
+    /// next.
+    void make_entries()
+    {
+        constexpr int expected = 43; // digits of an axis
+        static_assert(std::uint64_t{1} << (expected - 1) ==
+                      static_cast<std::uint64_t>(Frame<Dim>::world_quanta));
+        constexpr double end = 2 * Frame<Dim>::world_quanta;
+        constexpr double to_cell = 1 / static_cast<double>(std::uint64_t{1} << (expected - per_axis));
+        bool beyond[most_parts] = {};
+        in_parts(boxes.size(), [&](std::uint32_t part, std::size_t first, std::size_t last) {
+            constexpr std::size_t at_once = 128;
+            double size[at_once], place[at_once];
+            std::int32_t cell[Dim][at_once];
+            bool outside = false;
+            for (std::size_t begin = first; begin < last; begin += at_once) {
+                const std::size_t count = std::min(at_once, last - begin);
+                std::fill_n(size, count, 0.0);
+                for (int d = 0; d < Dim; ++d) {
+                    // As in key_of. What it cuts off is beyond anyway, or as wide as the greatest class.
+                    for (std::size_t k = 0; k < count; ++k) {
+                        const auto lo = static_cast<double>(boxes.lo(d, begin + k));
+                        const auto hi = static_cast<double>(boxes.hi(d, begin + k));
+                        size[k] = size[k] > hi - lo ? size[k] : hi - lo;
+                        place[k] = place_of(frame, d, lo, hi);
+                    }
+                    int inside = 1;
+                    for (std::size_t k = 0; k < count; ++k)
+                        inside &= static_cast<int>(place[k] >= 0) & static_cast<int>(place[k] < end);
+                    outside |= inside == 0;
+                    if (outside) break;
+                    for (std::size_t k = 0; k < count; ++k)
+                        cell[d][k] = static_cast<std::int32_t>(place[k] * to_cell);
+                }
+                if (outside) break;
+                for (std::size_t k = 0; k < count; ++k) {
+                    std::uint64_t digits = 0;
+                    for (int d = 0; d < Dim; ++d)
+                        digits |= spread<Dim>(static_cast<std::uint64_t>(cell[d][k])) << (Dim - 1 - d);
+                    entries[begin + k] = {digits, static_cast<std::uint32_t>(begin + k)};
+                }
+                for (std::size_t k = 0; k < count; ++k)
+                    if (size[k] > frame.common_size)
+                        entries[begin + k].digits |= std::uint64_t{class_of(frame, size[k])} << class_shift;
+            }
+            beyond[part] = outside;
+        });
+        if (std::find(beyond, beyond + most_parts, true) == beyond + most_parts) return;
+        in_parts(boxes.size(), [&](std::uint32_t, std::size_t first, std::size_t last) {
+            for (std::size_t k = first; k < last; ++k)
+                entries[k] = {0, static_cast<std::uint32_t>(k)};
+        });
+    }
+
+    /// Gives entries that don't differ in their digits some in which they do.
+    void look_closer(std::size_t begin, std::size_t end)
+    {
+        const Key<Dim> first = key(entries[begin]);
+        std::uint64_t centers[most_parts] = {};
+        std::uint32_t classes[most_parts] = {};
+        in_parts(end - begin, [&](std::uint32_t part, std::size_t from, std::size_t to) {
+            std::uint64_t differing = 0;
+            for (const Entry& entry : entries.subspan(begin + from, to - from)) {
+                const Key<Dim> here = key(entry);
+                for (int d = 0; d < Dim; ++d)
+                    differing |= here.center[d] ^ first.center[d];
+                classes[part] |= here.size_class ^ first.size_class;
+            }
+            centers[part] = differing;
+        });
+        const std::uint64_t differing =
+            std::accumulate(centers, centers + most_parts, std::uint64_t{0}, std::bit_or<>());
+        const bool by_id =
+            differing == 0 && std::accumulate(classes, classes + most_parts, 0u, std::bit_or<>()) == 0;
+        const int shift = std::max(0, static_cast<int>(std::bit_width(differing)) - per_axis);
+        in_parts(end - begin, [&](std::uint32_t, std::size_t from, std::size_t to) {
+            for (Entry& entry : entries.subspan(begin + from, to - from)) {
+                const Key<Dim> here = key(entry);
+                std::uint64_t digits = here.size_class;
+                digits <<= class_shift;
+                for (int d = 0; d < Dim; ++d)
+                    digits |= spread<Dim>((here.center[d] >> shift) & ((1u << per_axis) - 1))
+                              << (Dim - 1 - d);
+                entry.digits = by_id ? here.id : digits;
+            }
+        });
+    }
+
+    /// In which digits entries differ.
+    [[nodiscard]] std::uint64_t differing(std::size_t begin, std::size_t end) const
+    {
+        std::uint64_t parts[most_parts] = {};
+        const std::uint64_t one = entries[begin].digits;
+        in_parts(end - begin, [&](std::uint32_t part, std::size_t from, std::size_t to) {
+            std::uint64_t differing = 0;
+            for (const Entry& entry : entries.subspan(begin + from, to - from))
+                differing |= entry.digits ^ one;
+            parts[part] = differing;
+        });
+        return std::accumulate(parts, parts + most_parts, std::uint64_t{0}, std::bit_or<>());
+    }
+
+    /// Sorts entries by a few digits, mostly enough that not many more than `to_a_cell` have the same ones.
+    /// Returns how many low digits it didn't look at.
+    int sort(std::size_t begin, std::size_t end, std::size_t to_a_cell)
+    {
+        constexpr int most_digits = 16;
+        std::uint64_t differ = differing(begin, end);
+        while (differ == 0) {
+            look_closer(begin, end);
+            differ = differing(begin, end);
+        }
+        const int wanted = std::min(static_cast<int>(std::bit_width((end - begin) / to_a_cell)), most_digits);
+        const int shift = std::max(0, static_cast<int>(std::bit_width(differ)) - wanted);
+        // In two passes: what is written to hundreds of places at a time stays in the cache.
+        const int low = (wanted + 1) / 2;
+        pass(entries.subspan(begin, end - begin), sorted.subspan(begin, end - begin), shift, low);
+        pass(sorted.subspan(begin, end - begin), entries.subspan(begin, end - begin), shift + low, low);
+        return shift;
+    }
+    /// Sorts by `digits` of the digits from `shift` on; what has the same ones keeps its order.
+    void pass(std::span<Entry> from, std::span<Entry> to, int shift, int digits) const
+    {
+        constexpr std::size_t most_cells = 256;
+        std::uint32_t places[most_parts * most_cells] = {}; // by part and digits: how many, then where to
+        const std::size_t cells = std::size_t{1} << digits;
+        const auto cell_of = [&](const Entry& entry) {
+            return static_cast<std::size_t>(entry.digits >> shift) & (cells - 1);
+        };
+        in_parts(from.size(), [&](std::uint32_t part, std::size_t first, std::size_t last) {
+            std::uint32_t* const count = places + part * cells;
+            for (const Entry& entry : from.subspan(first, last - first))
+                ++count[cell_of(entry)];
+        });
+        exclusive_sum_of_parts(places, most_parts, cells, std::uint32_t{0});
+        in_parts(from.size(), [&](std::uint32_t part, std::size_t first, std::size_t last) {
+            std::uint32_t next[most_cells]; // others count nearby
+            std::copy_n(places + part * cells, cells, next);
+            for (const Entry& entry : from.subspan(first, last - first))
+                to[next[cell_of(entry)]++] = entry;
+        });
+    }
+};
+
+} // namespace index
+JOSTLE_NAMESPACE_END

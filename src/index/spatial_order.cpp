@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+// An order of boxes along space: that in which an index is built, but for what it does inside its pages.
+#include "jostle/spatial_order.hpp"
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "base/checks.hpp"
+#include "index/key_order.hpp"
+#include "jostle/error.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace {
+
+/// So many boxes are about what one brick of a search has: more order than that gains nothing.
+constexpr std::size_t near_enough = 64, to_a_cell = 16;
+
+/// Sorts entries of which all but the last `unsorted` digits are sorted, until no more than a few lie in one
+/// place, unless they can't be told apart.
+template <int Dim, class T>
+void sort_further(index::KeyOrder<Dim, T>& order, std::size_t begin, std::size_t end, int unsorted)
+{
+    const auto& entries = order.entries;
+    while (begin < end) {
+        const std::uint64_t place = entries[begin].digits >> unsorted;
+        std::size_t next = begin + 1;
+        while (next < end && entries[next].digits >> unsorted == place)
+            ++next;
+        if (next - begin > near_enough) sort_further(order, begin, next, order.sort(begin, next, to_a_cell));
+        begin = next;
+    }
+}
+
+} // namespace
+
+template <int Dim, Coordinate T>
+void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order, const FinderOptions& options)
+{
+    if (boxes.size() > std::numeric_limits<std::uint32_t>::max())
+        throw Error(ErrorCode::too_many_objects,
+                    std::to_string(boxes.size()) + " boxes; an order has at most 4294967295, sort parts");
+    if (boxes.size() != order.size())
+        throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(boxes.size()) +
+                                                  " boxes and room for " + std::to_string(order.size()) +
+                                                  " positions; give one for each");
+    validate_boxes(boxes);
+    check_memory(options.memory);
+    if (boxes.size() == 0) return;
+    const index::Frame<Dim> frame = index::choose_frame(boxes);
+    Executor& executor = options.executor != nullptr ? *options.executor : default_executor();
+    index::KeyOrder<Dim, T> sorted(frame, {}, boxes, &executor, options.memory);
+    sorted.make_entries();
+    sort_further(sorted, 0, boxes.size(), std::numeric_limits<std::uint64_t>::digits - 1);
+    for (std::size_t k = 0; k < order.size(); ++k)
+        order[k] = sorted.entries[k].box;
+}
+
+void detail::throw_not_ordered(std::size_t order, std::size_t size, std::size_t array)
+{
+    throw Error(ErrorCode::size_mismatch, "array " + std::to_string(array) + " has " + std::to_string(size) +
+                                              " elements, and the order " + std::to_string(order) +
+                                              "; give one for each");
+}
+
+void detail::check_order(std::span<const std::uint32_t> order)
+{
+    std::vector<bool> is_there(order.size());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+        const std::uint32_t position = order[k];
+        if (position >= order.size())
+            throw Error(ErrorCode::invalid_argument,
+                        "order[" + std::to_string(k) + "] is " + std::to_string(position) +
+                            ", but there are " + std::to_string(order.size()) +
+                            " elements; it must have every position once",
+                        k);
+        if (is_there[position])
+            throw Error(ErrorCode::invalid_argument,
+                        "order[" + std::to_string(k) + "] is " + std::to_string(position) +
+                            ", which came before; it must have every position once",
+                        k);
+        is_there[position] = true;
+    }
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template JOSTLE_API void spatial_order(const BoxView<Dim, T>&, std::span<std::uint32_t>,                 \
+                                           const FinderOptions&);
+JOSTLE_INSTANTIATE(2, float)
+JOSTLE_INSTANTIATE(2, double)
+JOSTLE_INSTANTIATE(3, float)
+JOSTLE_INSTANTIATE(3, double)
+#undef JOSTLE_INSTANTIATE
+
+JOSTLE_NAMESPACE_END
