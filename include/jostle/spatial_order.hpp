@@ -21,8 +21,8 @@
 /// because whatever belongs together is fetched together.
 ///
 ///     std::vector<std::uint32_t> order(boxes.size());
-///     jostle::spatial_order(jostle::box_view(boxes), order);     // now and then, such as every 100 frames
-///     jostle::apply_order(order, boxes, positions, velocities);  // everything that is numbered like the boxes
+///     jostle::spatial_order(jostle::box_view(boxes), order);    // now and then, such as every 100 frames
+///     jostle::apply_order(order, boxes, positions, velocities); // all that is numbered like the boxes
 
 JOSTLE_NAMESPACE_BEGIN
 
