@@ -28,8 +28,8 @@ JOSTLE_NAMESPACE_BEGIN
 
 /// Writes an order of the boxes along space: order[k] is the position of the box that comes k-th.
 ///
-/// Order     boxes that lie near each other come near each other, along a Z-curve through their centres. Boxes
-///           much larger than most come behind all others. Where a few boxes lie in about the same place, they
+/// Order     boxes that lie near each other come near each other, along a Z-curve through their centres.
+///           Boxes much larger than most come behind all others. A few boxes that lie in about the same place
 ///           keep their order, so that sorted boxes which have moved a bit stay almost as they are. The order
 ///           depends on the boxes alone, not on threads or instruction set.
 /// Cost      linear; 1,000,000 boxes take about as long as searching them once. 32 bytes a box of memory.
