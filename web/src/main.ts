@@ -352,7 +352,8 @@ class Page {
       input.setAttribute("aria-valuetext", text);
       element(`${id}-shown`).textContent = text;
     };
-    range("n", partOf(n, ...limits.n), grouped(n), this.file !== undefined);
+    const bodies = this.file === undefined ? n : (this.frame?.count ?? 0);
+    range("n", partOf(bodies, ...limits.n), grouped(bodies), this.file !== undefined);
     range("ratio", partOf(ratio, ...limits.ratio), ratio === 1 ? "as in the scene" : `1 : ${grouped(ratio)}`,
       this.file !== undefined || simulated);
     element<HTMLInputElement>("motion").value = String(motion);
@@ -459,6 +460,7 @@ class Page {
     on("cut", "input", cut);
     on("cut-axis", "change", cut);
     on("race", "click", () => void this.race());
+    on("message", "click", () => message(""));
     on("theme", "click", () => {
       this.theme = this.theme === "dark" ? "light" : "dark";
       this.applyTheme();
@@ -486,6 +488,7 @@ class Page {
       const takesKeys = target instanceof HTMLElement && target.matches("button, input, select, textarea");
       if (event.key === " " && !takesKeys) this.pause(!this.state.paused);
       else if (event.key === "." && !takesKeys) void this.stepOnce();
+      else if (event.key === "Escape" && !element("message").hidden) message("");
       else if (event.key === "Escape" && this.chosen !== undefined) this.choose(undefined);
       else return;
       event.preventDefault();

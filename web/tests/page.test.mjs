@@ -213,6 +213,7 @@ test("files: a recording, a table, an array and a mesh show the native command's
     const table = "id,lo_x,lo_y,hi_x,hi_y\na,0,0,2,1\nb,2,1,3,3\nc,9,9,9,9\n";
     await choose(page, "boxes.csv", table);
     await same("boxes.csv", ofFile("boxes.csv", table));
+    assert.equal(await shown(page, "n-shown").textContent(), "3");
 
     const header = "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2, 3), }".padEnd(117) + "\n";
     const numbers = Float64Array.of(1e9, 0, 0, 1e9 + 1, 1, 1, 1e9 + 1, 1, 1, 1e9 + 2, 2, 2);
@@ -256,6 +257,8 @@ test("files that can't be read get the native command's complaint, and the scene
     await choose(page, "bad.glb", "glTF, or so it says");
     await page.waitForFunction(() => document.getElementById("message").textContent.startsWith("bad.glb: "));
     assert.deepEqual(await stats(page), before);
+    await page.keyboard.press("Escape");
+    assert.equal(await shown(page, "message").isVisible(), false);
   });
 });
 
@@ -519,6 +522,19 @@ test("phone: nothing is wider than the screen, controls fit fingers, a touch pic
         all.filter((one) => one.getBoundingClientRect().height < 44).map((one) => one.id),
       );
     assert.deepEqual(small, []);
+    // A complaint lies over what is written there, until it is closed.
+    await choose(page, "bad.csv", "lo_x,lo_y,hi_x\n");
+    await shown(page, "message").waitFor();
+    const covers = await shown(page, "message").evaluate((message) => {
+      document.querySelector("header").style.pointerEvents = "auto"; // else it would never be hit
+      const { left, top, width, height } = message.getBoundingClientRect();
+      const parts = [[0.3, 0.1], [0.5, 0.3], [0.9, 0.9]];
+      const points = parts.map(([x, y]) => [left + x * width, top + y * height]);
+      return points.every(([x, y]) => document.elementFromPoint(x, y) === message);
+    });
+    assert.ok(covers);
+    await shown(page, "message").tap();
+    assert.equal(await shown(page, "message").isVisible(), false);
     await page.touchscreen.tap(195, 260);
     await page.waitForFunction(() => window.jostle.stats().chosen !== undefined);
   });
@@ -532,10 +548,12 @@ test("follows the window's size", async () => {
         const canvas = document.getElementById("canvas");
         return canvas.width === Math.floor(canvas.clientWidth * window.jostle.stats().drawn.resolution);
       });
-      assert.ok(
-        await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth),
-        `${width} x ${height}`,
-      );
+      const reaches = await page.evaluate(() => {
+        const { scrollWidth, scrollHeight } = document.documentElement;
+        return { aside: scrollWidth > innerWidth, down: scrollHeight > innerHeight };
+      });
+      // On a narrow screen the controls are below the picture, else beside it.
+      assert.deepEqual(reaches, { aside: false, down: width <= 760 }, `${width} x ${height}`);
     }
   });
 });
