@@ -45,7 +45,7 @@ export interface LoadOptions {
    */
   wasm?: ModuleSource | ((file: string) => ModuleSource);
   /**
-   * false: the module without SIMD, which gives the same answers, more slowly and on one thread.
+   * false: the module without SIMD, which gives the same answers, in about twice the time, on one thread.
    * true: one with SIMD or an error. Left out, the one that this browser understands; `instructionSet` says
    * which it is.
    */

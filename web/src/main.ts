@@ -318,7 +318,7 @@ class Page {
     note.textContent =
       instructionSet === "scalar"
         ? "Without SIMD, which this browser's WebAssembly hasn't, and on one thread: " +
-          "searches take longer. The pairs are the same."
+          "searches take about twice as long. The pairs are the same."
         : crossOriginIsolated
           ? ""
           : "One thread: this page's server doesn't isolate it from other origins, " +

@@ -87,6 +87,20 @@ HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn:
     const unsigned zero = mask(_mm_cmpeq_epi8(bytes0, none), _mm_cmpeq_epi8(bytes1, none));
     return {~(mask(bytes0, bytes1) | zero), zero};
 }
+#elif HWY_TARGET == HWY_WASM
+HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn::Vec<Words> (&gap1)[parts])
+{
+    // As for SSE4.
+    const v128_t bytes0 = wasm_i8x16_narrow_i16x8(gap0[0].raw, gap0[1].raw);
+    const v128_t bytes1 = wasm_i8x16_narrow_i16x8(gap1[0].raw, gap1[1].raw);
+    const v128_t none = wasm_i8x16_splat(0);
+    const auto mask = [](v128_t low, v128_t high) {
+        return static_cast<unsigned>(wasm_i8x16_bitmask(low)) |
+               (static_cast<unsigned>(wasm_i8x16_bitmask(high)) << 16);
+    };
+    const unsigned zero = mask(wasm_i8x16_eq(bytes0, none), wasm_i8x16_eq(bytes1, none));
+    return {~(mask(bytes0, bytes1) | zero), zero};
+}
 #else
 HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn::Vec<Words> (&gap1)[parts])
 {
@@ -166,9 +180,14 @@ HWY_ATTR HWY_INLINE hn::Vec<Objects> to_front(hn::Vec<Objects> all, unsigned bit
             hn::PromoteTo(d, hn::LoadU(hn::Rebind<std::uint8_t, Objects>(), compress_order.of8[bits]));
         return hn::TableLookupLanes(all, hn::IndicesFromVec(d, order));
     } else {
+#if HWY_TARGET == HWY_WASM
+        // Highway looks bytes up one by one here, which made the sweep slower than one without vectors.
+        return hn::Vec<Objects>{wasm_i8x16_swizzle(all.raw, wasm_v128_load(compress_order.of4[bits]))};
+#else
         const hn::Repartition<std::uint8_t, Objects> bytes;
         return hn::BitCast(
             d, hn::TableLookupBytes(hn::BitCast(bytes, all), hn::Load(bytes, compress_order.of4[bits])));
+#endif
     }
 }
 
