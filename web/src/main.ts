@@ -496,7 +496,9 @@ class Page {
     this.listenForDrops();
     window.addEventListener("paste", ({ clipboardData }) => {
       const text = clipboardData?.getData("text/plain");
-      const file = clipboardData?.files[0] ?? (text ? new File([text], "pasted.csv") : undefined);
+      // What spreadsheets copy has tabs between its fields.
+      const table = text?.includes(",") ? text : text?.replaceAll("\t", ",");
+      const file = clipboardData?.files[0] ?? (table ? new File([table], "pasted.csv") : undefined);
       if (file) void this.openFile(file);
     });
   }

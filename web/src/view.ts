@@ -355,14 +355,17 @@ export class View {
     const least = new Vector3();
     const most = new Vector3();
     let area = 0;
+    let depth = 0;
     for (let i = 0; i < numbers.length; i += 6) {
       least.fromArray(numbers, i);
       most.fromArray(numbers, i + 3);
       area += Math.max(0, (most.x - least.x) * (most.y - least.y)) || 0;
+      depth = Math.max(depth, most.z - least.z);
       const middle = least.add(most).multiplyScalar(0.5);
       if (middle.toArray().every(Number.isFinite)) bounds.expandByPoint(middle);
     }
     if (bounds.isEmpty()) bounds.expandByPoint(new Vector3());
+    depth += bounds.max.z - bounds.min.z;
     const edge = Math.sqrt(area / Math.max(frame.count, 1));
     this.uniforms.needle!.value = 0.6 * edge;
     bounds.expandByScalar(Number.isFinite(edge) ? Math.max(edge / 2, 1e-6) : 1);
@@ -372,11 +375,12 @@ export class View {
     const layers = area / Math.max(size.x * size.y, 1e-12);
     this.uniforms.opacity!.value = Math.min(0.4, Math.max(0.008, 0.4 / Math.max(layers, 1e-3)));
 
-    const flat = size.z < 0.01 * Math.max(size.x, size.y);
+    const flat = depth < 0.01 * Math.max(size.x, size.y);
     const direction = flat ? new Vector3(0, 0, 1) : new Vector3(0.62, 0.42, 1).normalize();
     const { radius, center } = this.ball;
     const reach = Math.min(1, this.camera.aspect); // a narrow window wants more distance
-    const away = (0.92 * radius) / Math.sin((this.camera.fov / 360) * Math.PI) / reach;
+    const room = flat ? 1.05 : 0.92; // what is turned leaves its corners empty
+    const away = (room * radius) / Math.sin((this.camera.fov / 360) * Math.PI) / reach;
     // The scene stands above the figures, which lie over the lower part of the picture.
     this.controls.target.copy(center).setY(center.y - 0.1 * radius);
     this.camera.position.copy(this.controls.target).addScaledVector(direction, away);

@@ -363,9 +363,33 @@ test("a table that is pasted is read, or complained of", async () => {
     const complaint = /^pasted.csv:3:2: lo_y is "zero", which is not a number; write one like/;
     assert.match(await words(), complaint);
     assert.deepEqual(await stats(page), before);
-    await paste("lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n1,1,2,2\n");
-    await page.waitForFunction(() => window.jostle.stats().scene === "pasted.csv");
-    assert.deepEqual([await words(), (await stats(page)).pairs], ["", 1]);
+    const all = ["0 0 1 1", "1 1 2 2", "2 2 3 3"];
+    for (const [rows, separator] of [[all.slice(1), ","], [all, "\t"]]) {
+      await paste(["lo_x lo_y hi_x hi_y", ...rows, ""].join("\n").replaceAll(" ", separator));
+      await page.waitForFunction((n) => window.jostle.stats().n === n, rows.length);
+      const { scene, pairs } = await stats(page);
+      assert.deepEqual([await words(), scene, pairs], ["", "pasted.csv", rows.length - 1]);
+    }
+  });
+});
+
+test("boxes in a plane are looked at straight on", async () => {
+  await onPage(still("uniform", 1000, 1), desktop, async (page) => {
+    await page.addStyleTag({ content: "header, .figures, .stage::after { display: none !important }" });
+    await choose(page, "flat.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n");
+    await page.waitForFunction(() => window.jostle.stats().scene === "flat.csv");
+    await page.waitForTimeout(500);
+    const { width, height, data } = PNG.sync.read(await page.locator("canvas").screenshot());
+    const brightness = (x, y) => [0, 1, 2].reduce((sum, c) => sum + data[4 * (y * width + x) + c], 0);
+    /** Where, from above, a column of the picture meets the box. */
+    const top = (part) => {
+      const x = Math.round(part * width);
+      for (let y = 1; y < height; ++y) if (Math.abs(brightness(x, y) - brightness(x, 0)) > 20) return y;
+      return Infinity;
+    };
+    const [left, right] = [top(0.4), top(0.6)];
+    assert.ok(left > 0.05 * height && left < 0.4 * height, `${left} of ${height}`);
+    assert.ok(Math.abs(left - right) <= 2, `${left}, ${right}`);
   });
 });
 
