@@ -151,11 +151,6 @@ HWY_ATTR HWY_INLINE unsigned mask_bits(Mask<T> mask)
 {
 #if HWY_TARGET == HWY_AVX3
     return static_cast<unsigned>(mask.raw.raw);
-#elif HWY_TARGET == HWY_WASM // Highway goes through memory
-    if constexpr (sizeof(T) == 4)
-        return wasm_i32x4_bitmask(mask.raw.raw);
-    else
-        return wasm_i64x2_bitmask(mask.raw.raw);
 #else
     std::uint8_t bytes[8] = {};
     hn::StoreMaskBits(Tag<T>(), mask.raw, bytes);
