@@ -1077,6 +1077,9 @@ JOSTLE_C_API jostle_status jostle_shapes_add_capsules(jostle_shapes* shapes, con
                                                       jostle_error* error);
 JOSTLE_C_API jostle_status jostle_shapes_add_boxes(jostle_shapes* shapes, const double* halves,
                                                    uint64_t count, jostle_error* error);
+/// Appends `count` shapes of another list, or of the same one, beginning with shape `first`.
+JOSTLE_C_API jostle_status jostle_shapes_add_from(jostle_shapes* shapes, const jostle_shapes* from,
+                                                  uint64_t first, uint64_t count, jostle_error* error);
 /// Gives one object another shape.
 JOSTLE_C_API jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object,
                                              const jostle_shape* shape, jostle_error* error);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "c_api/shapes.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 namespace jostle::c_api {
@@ -56,14 +57,25 @@ ShapesContent& open_shapes(jostle_shapes* shapes)
     return open(shapes);
 }
 
-/// Appends what make(i) makes for each i, or nothing: then the error says which.
-template <int Dim, class F>
-void append(ManyShapes<Dim>& many, std::uint64_t count, F&& make)
+/// Makes room for `count` more shapes, of which `owning`, counted from the first, may point to something.
+template <int Dim>
+void make_room(ManyShapes<Dim>& many, std::uint64_t count, std::uint64_t owning)
 {
     const std::size_t before = many.shapes.size();
     if (count > UINT32_MAX || before + count > UINT32_MAX)
         refuse("more than 2^32 - 1 shapes", JOSTLE_TOO_MANY_OBJECTS);
     many.shapes.reserve(before + static_cast<std::size_t>(count));
+    if (owning == 0) return;
+    many.owned.reserve(before + static_cast<std::size_t>(owning));
+    many.owned.resize(before);
+}
+
+/// Appends what make(i) makes for each i, or nothing: then the error says which. They point to nothing.
+template <int Dim, class F>
+void append(ManyShapes<Dim>& many, std::uint64_t count, F&& make)
+{
+    make_room(many, count, 0);
+    const std::size_t before = many.shapes.size();
     for (std::uint64_t i = 0; i < count; ++i)
         try {
             many.shapes.push_back(make(i));
@@ -365,8 +377,10 @@ jostle_status jostle_shapes_add(jostle_shapes* shapes, const jostle_shape* shape
         std::visit(
             [&]<int Dim>(ManyShapes<Dim>& many) {
                 const OneShape<Dim>& one = shape_of<Dim>(shape, "shape");
-                if (one.owned != nullptr && count != 0) many.owned.insert(one.owned);
-                append(many, count, [&](std::uint64_t) { return one.shape; });
+                make_room(many, count, one.owned == nullptr ? 0 : count);
+                many.shapes.insert(many.shapes.end(), static_cast<std::size_t>(count), one.shape);
+                if (one.owned != nullptr)
+                    many.owned.insert(many.owned.end(), static_cast<std::size_t>(count), one.owned);
             },
             open_shapes(shapes).shapes);
     });
@@ -410,6 +424,29 @@ jostle_status jostle_shapes_add_boxes(jostle_shapes* shapes, const double* halve
             open_shapes(shapes).shapes);
     });
 }
+jostle_status jostle_shapes_add_from(jostle_shapes* shapes, const jostle_shapes* from, uint64_t first,
+                                     uint64_t count, jostle_error* error)
+{
+    return guarded(error, [&] {
+        std::visit(
+            [&]<int Dim>(ManyShapes<Dim>& many) {
+                const auto* const given = std::get_if<ManyShapes<Dim>>(&open(from).shapes);
+                if (given == nullptr) refuse("from isn't a list of shapes in " + std::to_string(Dim) + "D");
+                const std::uint64_t size = given->shapes.size();
+                if (first > size || count > size - first)
+                    refuse("first is " + std::to_string(first) + " and count " + std::to_string(count) +
+                           ", and from has " + std::to_string(size) + " shapes");
+                const std::uint64_t owning_end = std::min<std::uint64_t>(first + count, given->owned.size());
+                make_room(many, count, owning_end > first ? owning_end - first : 0);
+                // By number: both may be the same list.
+                for (auto i = static_cast<std::size_t>(first); i < first + count; ++i)
+                    many.shapes.push_back(given->shapes[i]);
+                for (auto i = static_cast<std::size_t>(first); i < owning_end; ++i)
+                    many.owned.push_back(given->owned[i]);
+            },
+            open_shapes(shapes).shapes);
+    });
+}
 jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object, const jostle_shape* shape,
                                 jostle_error* error)
 {
@@ -421,8 +458,10 @@ jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object, const jo
                     refuse("there are " + std::to_string(many.shapes.size()) +
                                " shapes, and none of number " + std::to_string(object),
                            JOSTLE_INVALID_ARGUMENT, object);
-                if (one.owned != nullptr) many.owned.insert(one.owned);
-                many.shapes[static_cast<std::size_t>(object)] = one.shape;
+                const auto place = static_cast<std::size_t>(object);
+                if (one.owned != nullptr && many.owned.size() <= place) many.owned.resize(place + 1);
+                if (place < many.owned.size()) many.owned[place] = one.owned;
+                many.shapes[place] = one.shape;
             },
             open_shapes(shapes).shapes);
     });

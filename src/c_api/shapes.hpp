@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <optional>
-#include <set>
 #include <variant>
 #include <vector>
 
@@ -63,12 +62,13 @@ class ShapeContent final : public Content
     std::variant<OneShape<2>, OneShape<3>> shape;
 };
 
-/// One shape per object, and what they point to, once each.
+/// One shape per object. owned[i] is what shapes[i] points to; those beyond its end point to nothing, so that
+/// a list of spheres needs no memory for it.
 template <int Dim>
 struct ManyShapes
 {
     std::vector<Shape<Dim>> shapes;
-    std::set<std::shared_ptr<const Owned<Dim>>> owned;
+    std::vector<std::shared_ptr<const Owned<Dim>>> owned;
 };
 
 class ShapesContent final : public Content

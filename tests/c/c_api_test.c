@@ -1174,7 +1174,7 @@ static void test_shapes_and_contacts(void)
     jostle_shape *sphere, *box, *capsule, *space_below, *hull, *mesh, *field, *compound, *custom, *flat,
         *bad = NULL;
     const jostle_shape* children[2];
-    jostle_shapes *shapes, *flat_shapes;
+    jostle_shapes *shapes, *flat_shapes, *some_shapes;
     jostle_objects objects;
     jostle_pair pairs[2] = {{0, 1}, {0, 2}};
     jostle_block block = {0, 0};
@@ -1266,6 +1266,15 @@ static void test_shapes_and_contacts(void)
     OK(jostle_shapes_set(shapes, 0, compound, &error)); /* at 0: a sphere of 1; at 2: a cube up to 3 */
     OK(jostle_shape_free(compound, &error));            /* the list keeps what it needs */
     OK(jostle_shape_free(hull, &error));
+    OK(jostle_shapes_new(3, &some_shapes, &error));
+    OK(jostle_shapes_add_from(some_shapes, shapes, 0, 3, &error));
+    FAILS(jostle_shapes_add_from(some_shapes, shapes, 2, 2, &error), JOSTLE_INVALID_ARGUMENT, "3 shapes");
+    FAILS(jostle_shapes_add_from(some_shapes, shapes, UINT64_MAX, 2, &error), JOSTLE_INVALID_ARGUMENT,
+          "3 shapes");
+    FAILS(jostle_shapes_add_from(some_shapes, flat_shapes, 0, 0, &error), JOSTLE_INVALID_ARGUMENT, "3D");
+    FAILS(jostle_shapes_add_from(some_shapes, NULL, 0, 0, &error), JOSTLE_INVALID_ARGUMENT, "is NULL");
+    OK(jostle_shapes_free(shapes, &error)); /* the other list keeps it, too */
+    shapes = some_shapes;
 
     objects.shapes = shapes;
     objects.poses.data = poses;

@@ -160,6 +160,42 @@ TEST_F(CShapes, HaveTheBoundsOfTheirTwins)
     check(more_shapes, more_twins, more_motions);
 }
 
+TEST_F(CShapes, CopiedFromOtherListsKeepWhatTheyPointTo)
+{
+    jostle_shapes* copied = nullptr;
+    ASSERT_EQ(jostle_shapes_new(3, &copied, &error), JOSTLE_OK);
+    const std::size_t count = twins.size();
+    ASSERT_EQ(jostle_shapes_add_from(copied, more_shapes, 1, 2, &error), JOSTLE_OK); // they point to nothing
+    ASSERT_EQ(jostle_shapes_add_from(copied, shapes, 3, count - 3, &error), JOSTLE_OK);
+    ASSERT_EQ(jostle_shapes_add_from(copied, copied, 1, count - 2, &error), JOSTLE_OK);
+    ASSERT_EQ(jostle_shapes_set(copied, 1, nullptr, &error), JOSTLE_INVALID_ARGUMENT);
+    for (const std::uint64_t first : {std::uint64_t{3}, count, count + 1, UINT64_MAX}) {
+        EXPECT_EQ(jostle_shapes_add_from(copied, shapes, first, count - 2, &error), JOSTLE_INVALID_ARGUMENT);
+        EXPECT_NE(std::strstr(error.message, std::to_string(first).c_str()), nullptr) << error.message;
+    }
+    EXPECT_EQ(jostle_shapes_clear(shapes, &error),
+              JOSTLE_OK); // their hulls and meshes are kept by the others
+
+    std::vector<jostle::Shape3> expected(more_twins.begin() + 1, more_twins.begin() + 3);
+    expected.insert(expected.end(), twins.begin() + 3, twins.end());
+    const std::vector<jostle::Shape3> again(expected.begin() + 1,
+                                            expected.begin() + std::ptrdiff_t(count) - 1);
+    expected.insert(expected.end(), again.begin(), again.end());
+    Random random(7);
+    std::vector<jostle::Pose3f> poses;
+    for (const jostle::Shape3& shape : expected) {
+        poses.push_back(random_motion(random).pose);
+        if (shape.type() == jostle::ShapeTypes::half_space) poses.back() = {};
+    }
+    std::vector<Aabb3f> bounds(expected.size()), expected_bounds(expected.size());
+    const jostle_objects objects{copied, values_of(poses)};
+    ASSERT_EQ(jostle_bounds(JOSTLE_3F, &objects, 0, nullptr, bounds.data(), &error), JOSTLE_OK)
+        << error.message;
+    jostle::bounds<3, float>(expected, poses, expected_bounds, 0);
+    expect_same_bytes(bounds, expected_bounds);
+    EXPECT_EQ(jostle_shapes_free(copied, &error), JOSTLE_OK);
+}
+
 TEST_F(CShapes, MeetAsTheirTwinsDo)
 {
     const std::vector<jostle::Pose3f> poses = poses_of(motions), more_poses = poses_of(more_motions);

@@ -5,6 +5,7 @@
 
 #include "core/interrupts.hpp"
 #include "core/module.hpp"
+#include "core/pair_groups.hpp"
 #include "core/shapes.hpp"
 
 namespace jostle_python {
@@ -154,21 +155,28 @@ class ContactFinder
     {
         if (length_of(offsets, "offsets") == 0)
             refuse("offsets has the shape (0,): it must have one number more than there are groups");
-        const py::ssize_t count = offsets.shape(0) - 1;
-        const std::uint64_t* const bounds = offsets.data();
-        Packed<std::uint64_t> numbers(count);
-        py::array rows(number_of(space), {max_distance ? count : 0, py::ssize_t(3 * dim_of(space) + 1)});
-        std::uint64_t* const which = numbers.mutable_data();
-        void* const data = rows.mutable_data();
-        const auto groups = static_cast<std::uint64_t>(count);
-        work(shapes_a, poses_a, shapes_b, poses_b, pairs, [&](auto* a, auto* b, auto* all, auto* error) {
-            return max_distance
-                       ? jostle_contact_finder_least_distances(handle.get(), a, b, all, bounds, groups,
-                                                               *max_distance, data, which, error)
-                       : jostle_contact_finder_first_touching(handle.get(), a, b, all, bounds, groups, which,
-                                                              error);
-        });
-        return py::make_tuple(numbers, rows);
+        const Given given(space, shapes_a, poses_a, shapes_b, poses_b, pairs, false);
+        const jostle_block& all = given.all.block;
+        PairGroups groups(offsets, max_distance, space);
+        const auto ask = [&](std::uint64_t first, std::uint64_t last, const auto& bounds, double limit,
+                             void* distances, std::uint64_t* numbers, jostle_error* error) {
+            const jostle_block block{static_cast<const jostle_pair*>(all.items) + first, last - first};
+            const jostle_blocks some{&block, 1, block.count, sizeof(jostle_pair)};
+            const jostle_objects* const b = given.b ? &given.b->view : nullptr;
+            const std::uint64_t count = bounds.size() - 1;
+            return max_distance ? jostle_contact_finder_least_distances(handle.get(), &given.a.view, b, &some,
+                                                                        bounds.data(), count, limit,
+                                                                        distances, numbers, error)
+                                : jostle_contact_finder_first_touching(handle.get(), &given.a.view, b, &some,
+                                                                       bounds.data(), count, numbers, error);
+        };
+        if (groups.can_be_cut(all.count))
+            call_in_parts(all.count, nullptr, [&](auto first, auto count, jostle_error* error) {
+                return groups.ask_some(first, first + count, error, ask);
+            });
+        else // the library says what is wrong with them
+            call([&](jostle_error* error) { return groups.ask_all(all.count, error, ask); });
+        return groups.answers();
     }
     /// Rays, or shapes that move by displacements where `moving` is given, against objects.
     py::array casts(const Shapes* moving, const std::optional<py::array>& moving_poses,

@@ -171,6 +171,56 @@ void ask_in_parts(std::uint64_t count, AskFilter& filter, F&& ask)
     });
 }
 
+/// Lists of answers, one for each question, which were asked in parts.
+class FoundLists
+{
+  public:
+    /// Calls ask(results) about the questions from number `first` on.
+    template <class F>
+    jostle_status add(std::uint64_t first, jostle_error* error, F&& ask)
+    {
+        if (first == 0) parts_.clear();
+        jostle_results* results = nullptr;
+        const jostle_status status = jostle_results_new(nullptr, &results, error);
+        if (status != JOSTLE_OK) return status;
+        parts_.emplace_back(results);
+        return ask(results);
+    }
+    [[nodiscard]] const std::vector<Results>& parts() const { return parts_; }
+    /// Where each list begins, and their end; the ids; where they are, or None; which questions have more.
+    [[nodiscard]] py::tuple joined(std::uint64_t questions) const
+    {
+        std::vector<jostle_lists> lists(parts_.size());
+        std::uint64_t count = 0;
+        bool has_at = true;
+        for (std::size_t i = 0; i < parts_.size(); ++i) {
+            call(
+                [&](jostle_error* error) { return jostle_results_lists(parts_[i].get(), &lists[i], error); });
+            count += lists[i].count;
+            has_at = has_at && lists[i].at != nullptr;
+        }
+        Packed<std::uint64_t> begins(static_cast<py::ssize_t>(questions + 1));
+        Packed<std::uint64_t> ids(static_cast<py::ssize_t>(count));
+        Packed<double> at(static_cast<py::ssize_t>(has_at ? count : 0));
+        Packed<std::uint8_t> more(static_cast<py::ssize_t>(questions));
+        std::uint64_t question = 0, answer = 0;
+        for (const jostle_lists& one : lists) {
+            for (std::uint64_t i = 0; i < one.questions; ++i)
+                begins.mutable_data()[question + i] = answer + one.first[i];
+            std::copy_n(one.more, one.questions, more.mutable_data() + question);
+            std::copy_n(one.ids, one.count, ids.mutable_data() + answer);
+            if (has_at) std::copy_n(one.at, one.count, at.mutable_data() + answer);
+            question += one.questions;
+            answer += one.count;
+        }
+        begins.mutable_data()[question] = answer;
+        return py::make_tuple(begins, ids, has_at ? py::object(at) : py::object(py::none()), more);
+    }
+
+  private:
+    std::vector<Results> parts_;
+};
+
 /// The functions of an index or a world.
 template <class Handle>
 struct Asked
@@ -207,39 +257,14 @@ struct Asked
     py::tuple ask_all(const Handle* handle, const Questions& questions, AskFilter& filter,
                       std::uint64_t max_results) const
     {
-        std::vector<Results> parts;
+        FoundLists found;
         ask_in_parts(questions.count, filter, [&](auto from, auto number, auto* error) {
-            jostle_results* results = nullptr;
-            const jostle_status status = jostle_results_new(nullptr, &results, error);
-            if (status != JOSTLE_OK) return status;
-            parts.emplace_back(results);
-            return all(handle, questions.kind, questions.from(from), number, filter.from(from, number),
-                       max_results, results, error);
+            return found.add(from, error, [&](jostle_results* results) {
+                return all(handle, questions.kind, questions.from(from), number, filter.from(from, number),
+                           max_results, results, error);
+            });
         });
-        std::vector<jostle_lists> lists(parts.size());
-        std::uint64_t count = 0;
-        bool has_at = true;
-        for (std::size_t i = 0; i < parts.size(); ++i) {
-            call([&](jostle_error* error) { return jostle_results_lists(parts[i].get(), &lists[i], error); });
-            count += lists[i].count;
-            has_at = has_at && lists[i].at != nullptr;
-        }
-        Packed<std::uint64_t> begins(static_cast<py::ssize_t>(questions.count + 1));
-        Packed<std::uint64_t> ids(static_cast<py::ssize_t>(count));
-        Packed<double> at(static_cast<py::ssize_t>(has_at ? count : 0));
-        Packed<std::uint8_t> more(static_cast<py::ssize_t>(questions.count));
-        std::uint64_t question = 0, answer = 0;
-        for (const jostle_lists& one : lists) {
-            for (std::uint64_t i = 0; i < one.questions; ++i)
-                begins.mutable_data()[question + i] = answer + one.first[i];
-            std::copy_n(one.more, one.questions, more.mutable_data() + question);
-            std::copy_n(one.ids, one.count, ids.mutable_data() + answer);
-            if (has_at) std::copy_n(one.at, one.count, at.mutable_data() + answer);
-            question += one.questions;
-            answer += one.count;
-        }
-        begins.mutable_data()[question] = answer;
-        return py::make_tuple(begins, ids, has_at ? py::object(at) : py::object(py::none()), more);
+        return found.joined(questions.count);
     }
     py::array ask_any(const Handle* handle, const Questions& questions, AskFilter& filter) const
     {

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <vector>
 
+#include "core/interrupts.hpp"
 #include "core/module.hpp"
 
 namespace jostle_python {
@@ -14,6 +15,18 @@ template <class F>
 Shape make_shape(int dim, F&& f)
 {
     return {dim, make<ShapeHandle>(f)};
+}
+/// The same of what takes long where it has many points; f has all that it reads.
+template <class F>
+Shape make_shape_of(std::uint64_t points, int dim, F f)
+{
+    constexpr std::uint64_t few = 1000; // a millisecond or so
+    return points <= few ? make_shape(dim, std::move(f)) : Shape(dim, make_apart<ShapeHandle>(std::move(f)));
+}
+std::vector<char> copy_of(const py::array& array)
+{
+    const auto* const bytes = static_cast<const char*>(array.data());
+    return {bytes, bytes + array.nbytes()};
 }
 
 } // namespace
@@ -108,18 +121,16 @@ void define_shapes(py::module_& m)
     m.def("hull", [](jostle_space space, const Array& points) {
         want_rows(points, space, dim_of(space),
                   static_cast<std::uint64_t>(points.ndim() == 2 ? points.shape(0) : 0), "points");
-        const void* const data = points.data();
         const auto count = static_cast<std::uint64_t>(points.shape(0));
-        return make_shape(dim_of(space), [&](auto** out, auto* error) {
-            return jostle_shape_hull(space, data, count, out, error);
+        return make_shape_of(count, dim_of(space), [=, data = copy_of(points)](auto** out, auto* error) {
+            return jostle_shape_hull(space, data.data(), count, out, error);
         });
     });
     m.def("rounded_hull", [](jostle_space space, const Array& points, double radius) {
         const auto count = static_cast<std::uint64_t>(points.ndim() == 2 ? points.shape(0) : 0);
         want_rows(points, space, dim_of(space), count, "points");
-        const void* const data = points.data();
-        return make_shape(dim_of(space), [&](auto** out, auto* error) {
-            return jostle_shape_rounded_hull(space, data, count, radius, out, error);
+        return make_shape_of(count, dim_of(space), [=, data = copy_of(points)](auto** out, auto* error) {
+            return jostle_shape_rounded_hull(space, data.data(), count, radius, out, error);
         });
     });
     m.def("mesh", [](jostle_space space, const Array& vertices, const U32& elements) {
@@ -128,12 +139,14 @@ void define_shapes(py::module_& m)
         if (elements.ndim() != 2 || elements.shape(1) != dim_of(space))
             refuse("elements has the shape " + shape_text(elements) + ": it must be (m, " +
                    std::to_string(dim_of(space)) + ")");
-        const void* const data = vertices.data();
-        const std::uint32_t* const indices = elements.data();
+        std::vector<std::uint32_t> indices(elements.data(), elements.data() + elements.size());
         const auto element_count = static_cast<std::uint64_t>(elements.shape(0));
-        return make_shape(dim_of(space), [&](auto** out, auto* error) {
-            return jostle_shape_mesh(space, data, count, indices, element_count, out, error);
-        });
+        return make_shape_of(
+            element_count, dim_of(space),
+            [=, data = copy_of(vertices), indices = std::move(indices)](auto** out, auto* error) {
+                return jostle_shape_mesh(space, data.data(), count, indices.data(), element_count, out,
+                                         error);
+            });
     });
     m.def("height_field", [](const F64& heights, double spacing_x, double spacing_z, double thickness) {
         if (heights.ndim() != 2)
@@ -173,6 +186,13 @@ void define_shapes(py::module_& m)
                      return jostle_shapes_add(self.handle.get(), shape.handle.get(), count, error);
                  });
              })
+        .def("add_from",
+             [](Shapes& self, const Shapes& from) {
+                 const std::uint64_t count = from.size();
+                 call([&](jostle_error* error) {
+                     return jostle_shapes_add_from(self.handle.get(), from.handle.get(), 0, count, error);
+                 });
+             })
         .def("set",
              [](Shapes& self, std::uint64_t object, const Shape& shape) {
                  call([&](jostle_error* error) {
@@ -207,14 +227,19 @@ void define_shapes(py::module_& m)
             });
         });
     m.def("bounds", [](jostle_space space, const Shapes& shapes, const Array& poses, double margin) {
-        const Objects objects(shapes, poses, space, false, "poses");
+        Objects objects(shapes, poses, space, false, "poses");
+        objects.want_pose_each("poses");
         Array out(number_of(space),
                   {static_cast<py::ssize_t>(shapes.size()), py::ssize_t(2), py::ssize_t(dim_of(space))});
-        void* const data = out.mutable_data();
+        auto* const data = static_cast<char*>(out.mutable_data());
+        const auto size = static_cast<std::uint64_t>(out.strides(0));
         const Executor executor =
             make<Executor>([](auto** made, auto* error) { return jostle_executor_default(made, error); });
-        call([&](jostle_error* error) {
-            return jostle_bounds(space, &objects.view, margin, executor.get(), data, error);
+        call_in_parts(shapes.size(), nullptr, [&](auto first, auto count, jostle_error* error) {
+            jostle_objects some;
+            const jostle_status status = objects.part_of(first, count, some, error);
+            if (status != JOSTLE_OK) return status;
+            return jostle_bounds(space, &some, margin, executor.get(), data + first * size, error);
         });
         return out;
     });

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <string>
 #include <utility>
 
 #include "core/arrays.hpp"
@@ -13,7 +15,7 @@ class Shape
   public:
     Shape(int given_dim, ShapeHandle given) : dim(given_dim), handle(std::move(given)) {}
     int dim;
-    ShapeHandle handle;
+    std::shared_ptr<jostle_shape> handle; // shared with what is being made of it
 };
 
 class Shapes
@@ -38,9 +40,12 @@ class Shapes
 struct Objects
 {
     Objects(const Shapes& shapes, const py::array& rows, jostle_space space, bool moving, const char* name)
-        : kept(rows)
+        : kept(rows), dim_(dim_of(space))
     {
-        const bool flat = dim_of(space) == 2;
+        if (shapes.dim != dim_)
+            refuse("the shapes are in " + std::to_string(shapes.dim) + "D, and they must be in " +
+                   std::to_string(dim_) + "D");
+        const bool flat = dim_ == 2;
         const py::ssize_t width = moving ? (flat ? 7 : 13) : (flat ? 4 : 7);
         want_number(rows, space, name);
         if (rows.ndim() != 2 || rows.shape(1) != width || rows.strides(1) != rows.itemsize())
@@ -49,8 +54,45 @@ struct Objects
         view.shapes = shapes.handle.get();
         view.poses = {rows.data(), static_cast<std::uint64_t>(rows.shape(0)), rows.strides(0)};
     }
+    Objects(const Objects&) = delete;
+
+    /// Makes `part` some of the objects, of which there are as many shapes as poses, until the next call.
+    jostle_status part_of(std::uint64_t first, std::uint64_t count, jostle_objects& part, jostle_error* error)
+    {
+        part = view;
+        if (count == view.poses.count) return JOSTLE_OK;
+        jostle_shapes* some = some_.get();
+        jostle_status status = JOSTLE_OK;
+        if (some == nullptr) {
+            status = jostle_shapes_new(dim_, &some, error);
+            if (status == JOSTLE_OK) some_.reset(some);
+        } else {
+            status = jostle_shapes_clear(some, error);
+        }
+        if (status == JOSTLE_OK) status = jostle_shapes_add_from(some, view.shapes, first, count, error);
+        part.shapes = some;
+        part.poses.count = count;
+        part.poses.data =
+            static_cast<const char*>(view.poses.data) + static_cast<std::int64_t>(first) * view.poses.stride;
+        return status;
+    }
+    /// Refuses another number of shapes than of poses.
+    void want_pose_each(const char* name) const
+    {
+        std::uint64_t count = 0;
+        call([&](jostle_error* error) { return jostle_shapes_size(view.shapes, &count, error); });
+        if (count != view.poses.count)
+            raise_error("size_mismatch",
+                        std::string(name) + " has " + std::to_string(view.poses.count) +
+                            " rows, and there are " + std::to_string(count) + " shapes",
+                        py::none());
+    }
     py::array kept;
     jostle_objects view{};
+
+  private:
+    int dim_;
+    ShapesHandle some_;
 };
 
 } // namespace jostle_python

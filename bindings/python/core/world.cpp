@@ -136,7 +136,7 @@ void define_world(py::module_& m)
         .def("first_hits",
              [](const World& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
                 const Shapes& shapes, const Array& poses, AskFilter& filter, const py::dtype& type) {
-                 const Casts casts(moving, moving_poses, given, self.space);
+                 Casts casts(moving, moving_poses, given, self.space);
                  return shapes_of_world.ask_first(self.handle.get(), self.space, casts, shapes, poses, filter,
                                                   type);
              })
@@ -144,7 +144,7 @@ void define_world(py::module_& m)
              [](const World& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
                 const Shapes& shapes, const Array& poses, AskFilter& filter, std::uint64_t limit,
                 const py::dtype& type) {
-                 const Casts casts(moving, moving_poses, given, self.space);
+                 Casts casts(moving, moving_poses, given, self.space);
                  return shapes_of_world.ask_all(self.handle.get(), self.space, casts, shapes, poses, filter,
                                                 limit, type);
              })

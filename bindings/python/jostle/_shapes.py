@@ -138,7 +138,10 @@ class Shapes:
             raise Error(f"count is {count}")
         self._shapes.add(shape, count)
 
-    def extend(self, shapes: Sequence[Shape]) -> None:
+    def extend(self, shapes: Sequence[Shape] | Shapes) -> None:
+        """Adds an object for each of these shapes."""
+        if isinstance(shapes, Shapes):
+            return self._shapes.add_from(shapes._shapes)
         for shape in shapes:
             self._shapes.add(shape, 1)
 

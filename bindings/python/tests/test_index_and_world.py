@@ -2,7 +2,6 @@
 """BoxIndex and World: every function, against NumPy."""
 import copy
 import pickle
-import signal
 import threading
 
 import numpy as np
@@ -555,30 +554,3 @@ def test_questions_asked_in_parts():
         with pytest.raises(jostle.Error, match="25000") as raised:
             call(many)
         assert raised.value.index == 25_000
-
-
-def test_an_update_that_a_signal_ends_leaves_the_world_as_it_was():
-    boxes = np.zeros((100_000, 2, 3))
-    boxes[:, 1] = 1  # all of them touch: 5 billion pairs
-    world = jostle.World(3)
-    first = world.add(boxes[:2])
-    world.update()
-    ids = world.add(boxes)
-
-    def handler(number, frame):
-        raise TimeoutError("enough")
-
-    before = signal.signal(signal.SIGALRM, handler)
-    try:
-        for update in (world.update, lambda: world.update(first, boxes[:2] + 0.5)):
-            signal.setitimer(signal.ITIMER_REAL, 0.2)
-            with pytest.raises(TimeoutError, match="enough"):
-                update()
-            assert len(world) == 2 and np.array_equal(world.ids(), first) and np.array_equal(world.pairs(), [[0, 1]])
-            assert np.array_equal(world.boxes(first), boxes[:2])
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-    world.remove(ids[2:])  # what was queued still is
-    world.update()
-    assert len(world) == 4 and len(world.began()) == 5 and np.array_equal(world.boxes(first), boxes[:2])

@@ -2,9 +2,6 @@
 """find_pairs, iter_pairs, join: against the definition, on whatever holds numbers."""
 import array
 import os
-import signal
-import subprocess
-import sys
 import threading
 import time
 
@@ -322,70 +319,3 @@ def test_the_lock_is_released():
     assert np.array_equal(found[0], found[1])
     inside = [tick for tick in ticks if begin < tick < end]
     assert len(inside) > 3  # Python went on meanwhile
-
-
-LONG = """
-import sys, numpy as np, jostle
-boxes = np.zeros((120_000, 2, 3)); boxes[:, 1] = 1   # all of them touch: 7 billion pairs
-print("begun", flush=True)
-{call}
-"""
-
-
-@pytest.mark.parametrize("call", [
-    "jostle.find_pairs(boxes)",
-    "for part in jostle.iter_pairs(boxes): pass",
-    "world = jostle.World(3); world.add(boxes); world.update()",
-    "world = jostle.World(3); world.update(world.add(boxes), boxes)",
-    "jostle.BoxIndex(boxes).join(boxes)",
-    "jostle.BoxIndex(boxes).count(boxes, accept=None, exclude=0)",
-    "jostle.BoxIndex(boxes).pairs()",
-])
-def test_ctrl_c_ends_a_long_call(call):
-    expect_interrupted(LONG.format(call=call))
-
-
-LONG_SHAPES = """
-import numpy as np, jostle
-n = 2_000
-poses = jostle.poses(np.random.default_rng(1).random((n, 3)) * 3)
-corners = np.random.default_rng(2).normal(size=(60, 3))
-shapes = jostle.Shapes.same(jostle.hull(corners / np.linalg.norm(corners, axis=1, keepdims=True)), n)
-motions = np.concatenate([poses, np.full((n, 6), 0.5)], axis=1)
-pairs = np.stack(np.triu_indices(n, 1), axis=1).astype(np.uint32)    # 2 million, each of some microseconds
-pairs = np.concatenate([pairs] * 10)
-finder = jostle.ContactFinder(3, np.float64)
-small = np.array([[0, 1]], np.uint32)
-before = finder.distances(shapes, poses, small)
-print("begun", flush=True)
-try:
-    {call}
-finally:
-    assert (finder.distances(shapes, poses, small) == before).all()    # it goes on
-"""
-
-
-@pytest.mark.parametrize("call", [
-    "finder.find(shapes, poses, pairs)",
-    "finder.find_points(shapes, poses, pairs)",
-    "finder.touching(shapes, poses, pairs)",
-    "finder.distances(shapes, poses, pairs)",
-    "finder.impacts(shapes, motions, pairs)",
-    "finder.ray_casts(jostle.rays(np.zeros((n, 3)), np.ones((n, 3)), 10), shapes, poses, pairs)",
-    "finder.shape_casts(shapes, poses, np.ones((n, 3)), shapes, poses, pairs)",
-    "jostle.ContactFinder(3, np.float64, threads=1).distances(shapes, poses, pairs)",
-])
-def test_ctrl_c_ends_a_long_call_about_shapes(call):
-    expect_interrupted(LONG_SHAPES.format(call=call))
-
-
-def expect_interrupted(program):
-    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                             text=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
-    assert child.stdout.readline() == "begun\n"
-    time.sleep(0.3)
-    child.send_signal(signal.SIGINT)
-    begin = time.perf_counter()
-    _, told = child.communicate(timeout=60)
-    assert "KeyboardInterrupt" in told and child.returncode != 0
-    assert time.perf_counter() - begin < 30
