@@ -29,7 +29,7 @@ class Jostle(ConanFile):
                                 for part in ("MAJOR", "MINOR", "PATCH"))
 
     def export_sources(self):
-        for pattern in ("CMakeLists.txt", "*.md", "LICENSE", "include/*", "src/*", "cmake/*", "docs/*", "examples/*",
+        for pattern in ("CMakeLists.txt", "*.md", "LICENSE", "include/*", "src/*", "adapters/*", "cmake/*", "docs/*", "examples/*",
                         "tests/c/reach.txt"):
             copy(self, pattern, str(self._root), self.export_sources_folder)
 
@@ -48,7 +48,7 @@ class Jostle(ConanFile):
     def generate(self):
         CMakeDeps(self).generate()
         toolchain = CMakeToolchain(self)
-        for option in ("TOOL", "TESTS", "EXAMPLES"):
+        for option in ("TOOL", "TESTS", "EXAMPLES", "MPI"):
             toolchain.cache_variables[f"JOSTLE_{option}"] = False
         toolchain.cache_variables["JOSTLE_TBB"] = bool(self.options.with_tbb)
         toolchain.cache_variables["JOSTLE_SIMD"] = bool(self.options.with_simd)

@@ -3,7 +3,7 @@ get_filename_component(SOURCE_PATH "${CURRENT_PORT_DIR}/../../.." ABSOLUTE)
 
 vcpkg_check_features(OUT_FEATURE_OPTIONS FEATURE_OPTIONS FEATURES tbb JOSTLE_TBB)
 vcpkg_cmake_configure(SOURCE_PATH "${SOURCE_PATH}"
-  OPTIONS ${FEATURE_OPTIONS} -DJOSTLE_TOOL=OFF -DJOSTLE_TESTS=OFF -DJOSTLE_EXAMPLES=OFF)
+  OPTIONS ${FEATURE_OPTIONS} -DJOSTLE_TOOL=OFF -DJOSTLE_TESTS=OFF -DJOSTLE_EXAMPLES=OFF -DJOSTLE_MPI=OFF)
 vcpkg_cmake_install()
 vcpkg_cmake_config_fixup(PACKAGE_NAME jostle CONFIG_PATH lib/cmake/jostle)
 vcpkg_fixup_pkgconfig()
