@@ -2,7 +2,7 @@
 """Builds the package's wheel and source distribution: PEP 517, with nothing but Python, CMake and a compiler.
 
 `pip install .` in the source, `python -m build`, or by hand `python backend.py FOLDER [BUILT]`. The setting `built`
-(`-C built=FOLDER`) names a build folder of Jostle's whose library is linked; without it the library is built, too.
+(`--config-settings built=FOLDER`) names a build folder of Jostle's whose library is linked; without it the library is built, too.
 """
 from __future__ import annotations
 
