@@ -2,6 +2,7 @@
 """Conversion of arguments: any source of numbers becomes a NumPy array, without a copy where that is possible."""
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,8 @@ def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
         if weak and out.dtype.kind in "iu":
             out = out.astype(np.float64)
         else:
+            if out.dtype.kind not in "iufb":
+                raise Error(f"{name} has the dtype {out.dtype}, from {type(given).__name__}: it must be an array of float32 or float64")
             raise Error(f"{name} has the dtype {out.dtype}: it must be float32 or float64, as "
                         f"{name}.astype(numpy.float64) is")
     if dtype is not None and out.dtype != dtype:
@@ -96,6 +99,14 @@ def optional_integers(given: Any, name: str) -> np.ndarray | None:
 
 def packed(given: Any, name: str, dtype: Any) -> np.ndarray:
     return np.ascontiguousarray(integers(given, name, dtype))
+
+
+def whole(given: Any, name: str) -> int:
+    """A whole number of 32 bits."""
+    number = operator.index(given)
+    if not 0 <= number < 2**32:
+        raise Error(f"{name} is {number}: it must be from 0 to {2**32 - 1}")
+    return number
 
 
 def ids(given: Any, name: str = "ids") -> np.ndarray:

@@ -39,7 +39,7 @@ class ContactFinder:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a contact finder is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._finder = _core.ContactFinder(_arrays.SPACES[self.dim, self.dtype], threads)
+        self._finder = _core.ContactFinder(_arrays.SPACES[self.dim, self.dtype], _arrays.whole(threads, "threads"))
 
     def _given(self, shapes: Shapes, rows: Any, pairs: Any, shapes_b: Shapes | None,
                rows_b: Any) -> tuple[Any, np.ndarray, Any, np.ndarray | None, np.ndarray]:
@@ -192,5 +192,6 @@ def sum_by_object(objects: Any, values: Any, count: int, threads: int = 0) -> np
         given = given.astype(np.int64)
     flat = given.ndim == 1
     sums = _core.sum_by_object(_arrays.packed(objects, "objects", np.uint32),
-                               np.ascontiguousarray(given[:, None] if flat else given), count, threads)
+                               np.ascontiguousarray(given[:, None] if flat else given), _arrays.whole(count, "count"),
+                               _arrays.whole(threads, "threads"))
     return sums[:, 0] if flat else sums

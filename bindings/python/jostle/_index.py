@@ -9,7 +9,7 @@ import numpy as np
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
 from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._questions import ALL, AcceptAnswer, Asker, Exclude, Questions, asking, question
+from ._questions import ALL, LINES, NOT_NEAREST, AcceptAnswer, Asker, Exclude, Questions, asking, question
 from ._shape_queries import ShapeSweeps
 from ._shapes import Shapes
 from ._visits import Visit, all_pairs, first_pairs
@@ -32,7 +32,7 @@ class BoxIndex:
         self.dtype = np.dtype(np.float64 if given is None and dtype is None else dtype if given is None else given.dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"an index is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._index = _core.BoxIndex(_arrays.SPACES[self.dim, self.dtype], threads)
+        self._index = _core.BoxIndex(_arrays.SPACES[self.dim, self.dtype], _arrays.whole(threads, "threads"))
         if given is not None:
             self._index.build(None if ids is None else _arrays.packed(ids, "ids", np.uint32), given)
 
@@ -88,7 +88,7 @@ class BoxIndex:
     def first(self, questions: Questions, *, category: Any = None, mask: Any = None, owner: Any = None,
               asker: Asker | None = None, exclude: Exclude = None, accept: AcceptAnswer | None = None) -> Hits:
         """What each ray or sweep hits first."""
-        ids, at = self._index.first(question(questions)._packed(self.dim, self.dtype),
+        ids, at = self._index.first(question(questions, LINES)._packed(self.dim, self.dtype),
                                     asking(asker, exclude, accept, category, mask, owner))
         return Hits(ids.view(np.int64), at)
 
@@ -103,13 +103,13 @@ class BoxIndex:
     def any(self, questions: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
             exclude: Exclude = None, accept: AcceptAnswer | None = None) -> np.ndarray:
         """Whether each query has any result: (n,) bool."""
-        return self._index.any(question(questions)._packed(self.dim, self.dtype),
+        return self._index.any(question(questions, NOT_NEAREST)._packed(self.dim, self.dtype),
                                asking(asker, exclude, accept, category, mask, owner)).astype(bool)
 
     def count(self, questions: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
               exclude: Exclude = None, accept: AcceptAnswer | None = None) -> np.ndarray:
         """How many results each query has: (n,) uint64."""
-        return self._index.count(question(questions)._packed(self.dim, self.dtype),
+        return self._index.count(question(questions, NOT_NEAREST)._packed(self.dim, self.dtype),
                                  asking(asker, exclude, accept, category, mask, owner))
 
     def visit(self, questions: Any, visit: Visit, *, chunk: int = 64, category: Any = None, mask: Any = None, owner: Any = None,

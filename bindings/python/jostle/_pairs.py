@@ -55,7 +55,7 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
     """
     a, b = _two(boxes, other)
     wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, accept))
-    return _core.find(a, b, wish, _is_sorted(order), threads)
+    return _core.find(a, b, wish, _is_sorted(order), _arrays.whole(threads, "threads"))
 
 
 def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: Any = None, owner: Any = None,
@@ -74,7 +74,7 @@ def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: 
     if not np.array_equal(rounded, lengths, equal_nan=True):
         raise Error(f"period is {lengths.tolist()}, which {a.dtype} doesn't have: give {rounded.tolist()}, or boxes of float64")
     wish = _core.PairFilter(*_filter(category, mask, owner, None, None, None, accept))
-    return _core.find_periodic(a, lengths, wish, _is_sorted(order), threads)
+    return _core.find_periodic(a, lengths, wish, _is_sorted(order), _arrays.whole(threads, "threads"))
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,8 @@ def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = N
     places = _arrays.packed(offsets, "offsets", np.uint64)
     return ScenePairs(*_core.find_scenes(
         _arrays.boxes(boxes), places, _arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
-        _arrays.optional_integers(owner, "owner"), accept, threads))
+        _arrays.optional_integers(owner, "owner"), accept,
+        _arrays.whole(threads, "threads")))
 
 
 def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, category: Any = None, mask: Any = None,
@@ -129,7 +130,8 @@ def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, categor
     if chunk < 1:
         raise Error(f"chunk is {chunk}: it must be at least 1")
     a, b = _two(boxes, other)
-    stream = _core.PairStream(a, b, *_filter(category, mask, owner, category_b, mask_b, owner_b, accept), chunk, threads)
+    stream = _core.PairStream(a, b, *_filter(category, mask, owner, category_b, mask_b, owner_b, accept), chunk,
+                              _arrays.whole(threads, "threads"))
 
     def each() -> Iterator[np.ndarray]:
         try:
@@ -151,7 +153,7 @@ def spatial_order(boxes: Any, *, threads: int = 0) -> np.ndarray:
     about the same place keep their order. The order is the same for any number of threads. It takes about as long as finding the
     pairs.
     """
-    return _core.spatial_order(_arrays.boxes(boxes), threads)
+    return _core.spatial_order(_arrays.boxes(boxes), _arrays.whole(threads, "threads"))
 
 
 def join(points: Any, radii: Any, other: Any = None, other_radii: Any = None, *, order: str = "canonical",
@@ -177,11 +179,11 @@ def join(points: Any, radii: Any, other: Any = None, other_radii: Any = None, *,
 
     a, radii_a = spheres(points, radii, "points")
     if other is None:
-        return _core.join(a, None, radii_a, None, _is_sorted(order), threads)
+        return _core.join(a, None, radii_a, None, _is_sorted(order), _arrays.whole(threads, "threads"))
     if other_radii is None:
         raise Error("other needs other_radii")
     b, radii_b = spheres(other, other_radii, "other")
     if a.dtype != b.dtype:
         wide = np.promote_types(a.dtype, b.dtype)
         a, b = a.astype(wide, copy=False), b.astype(wide, copy=False)
-    return _core.join(a, b, radii_a, radii_b, _is_sorted(order), threads)
+    return _core.join(a, b, radii_a, radii_b, _is_sorted(order), _arrays.whole(threads, "threads"))

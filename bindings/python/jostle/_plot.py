@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import _arrays
+from ._errors import Error, NoSuchObjectError
 
 
 def plot(boxes: Any, pairs: Any = None, *, ax: Any = None, axes: tuple[int, int] = (0, 1)) -> Any:
@@ -18,12 +19,17 @@ def plot(boxes: Any, pairs: Any = None, *, ax: Any = None, axes: tuple[int, int]
 
     given = _arrays.boxes(boxes)
     dim = _arrays.dim_of(given)
+    if any(axis not in range(dim) for axis in axes):
+        raise Error(f"axes is {axes}: the boxes have the axes 0 to {dim - 1}")
     at = given.reshape(-1, 2, dim)[:, :, list(axes)]
     if ax is None:
         ax = pyplot.gca()
     paired = np.zeros(len(at), bool)
     if pairs is not None and len(pairs):
         named = _arrays.pairs(pairs)
+        if named.max() >= len(at):
+            i = int(np.argmax((named >= len(at)).any(axis=1)))
+            raise NoSuchObjectError(f"pairs[{i}] is {named[i].tolist()}, and there are {len(at)} boxes", i)
         paired[named.reshape(-1)] = True
         centers = at.mean(axis=1)
         ax.add_collection(LineCollection(centers[named], colors="tab:red", linewidths=0.8, zorder=3))

@@ -79,12 +79,12 @@ def frustums(planes: Sequence[Any]) -> Questions:
 
 def nearest(points: Any, count: int = 1, max_distance: Any = np.inf) -> Questions:
     """The `count` boxes that are nearest to each point."""
-    return Questions(6, (points, max_distance), count=count)
+    return Questions(6, (points, max_distance), count=_arrays.whole(count, "count"))
 
 
 def nearest_to_boxes(boxes: Any, count: int = 1, max_distance: Any = np.inf) -> Questions:
     """The `count` boxes that are nearest to each of these boxes; one that touches it is at distance 0."""
-    return Questions(7, (boxes, max_distance), count=count)
+    return Questions(7, (boxes, max_distance), count=_arrays.whole(count, "count"))
 
 
 Asker = Sequence[int]
@@ -102,5 +102,14 @@ def asking(asker: Asker | None, exclude: Any, accept: AcceptAnswer | None, categ
                            None if one else _arrays.packed(exclude, "exclude", np.uint64), accept)
 
 
-def question(asked: Any) -> Questions:
-    return asked if isinstance(asked, Questions) else overlapping(asked)
+KINDS = {1: "rays", 2: "sweeps", 3: "overlapping", 4: "spheres", 5: "frustums", 6: "nearest", 7: "nearest_to_boxes"}
+LINES = (1, 2)
+NOT_NEAREST = (1, 2, 3, 4, 5)
+
+
+def question(asked: Any, takes: Sequence[int] = tuple(KINDS)) -> Questions:
+    """The queries, or those for what overlaps boxes; they must be of one of the kinds."""
+    given = asked if isinstance(asked, Questions) else overlapping(asked)
+    if given._kind not in takes:
+        raise Error(f"the queries are of the kind {KINDS[given._kind]}: this call takes {', '.join(KINDS[kind] for kind in takes)}")
+    return given

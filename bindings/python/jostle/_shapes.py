@@ -89,6 +89,12 @@ def _space(given: np.ndarray, name: str, dim: int) -> int:
     return _arrays.SPACES[dim, given.dtype]
 
 
+def _shape(given: Any, i: int) -> Shape:
+    if not isinstance(given, Shape):
+        raise Error(f"shapes[{i}] is of the type {type(given).__name__}: it must be a Shape, as jostle.sphere and others make them", i)
+    return given
+
+
 class Shapes:
     """One shape per object, at the object's position.
 
@@ -98,7 +104,9 @@ class Shapes:
     """
 
     def __init__(self, shapes: Sequence[Shape] = (), dim: int | None = None) -> None:
-        self._shapes = _core.Shapes(dim if dim is not None else shapes[0].dim if len(shapes) else 3)
+        if dim is None:
+            dim = _shape(shapes[0], 0).dim if len(shapes) else 3
+        self._shapes = _core.Shapes(dim)
         self.extend(shapes)
 
     @classmethod
@@ -142,8 +150,8 @@ class Shapes:
         """Adds an object for each of these shapes."""
         if isinstance(shapes, Shapes):
             return self._shapes.add_from(shapes._shapes)
-        for shape in shapes:
-            self._shapes.add(shape, 1)
+        for i, shape in enumerate(shapes):
+            self._shapes.add(_shape(shape, i), 1)
 
     def clear(self) -> None:
         self._shapes.clear()

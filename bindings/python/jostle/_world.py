@@ -9,7 +9,7 @@ import numpy as np
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
 from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._questions import ALL, AcceptAnswer, Asker, Exclude, Questions, asking, question
+from ._questions import ALL, LINES, NOT_NEAREST, AcceptAnswer, Asker, Exclude, Questions, asking, question
 from ._shape_queries import ShapeSweeps
 from ._shapes import Shapes
 from ._visits import Visit, first_pairs
@@ -50,8 +50,8 @@ class World:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._threads, self._kept = threads, (pair_slots, ignore_odd_boxes, slack)
-        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, accept, threads, *self._kept)
+        self._threads, self._kept = _arrays.whole(threads, "threads"), (pair_slots, ignore_odd_boxes, slack)
+        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, accept, self._threads, *self._kept)
 
     @staticmethod
     def index(ids: Any) -> np.ndarray:
@@ -197,7 +197,7 @@ class World:
     def first(self, questions: Questions, *, asker: Asker | None = None, exclude: Exclude = None,
               accept: AcceptAnswer | None = None) -> Hits:
         """What each ray or sweep hits first."""
-        return Hits(*self._world.first(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept)))
+        return Hits(*self._world.first(question(questions, LINES)._packed(self.dim, self.dtype), asking(asker, exclude, accept)))
 
     def all(self, questions: Any, max_results: int | None = None, *, asker: Asker | None = None, exclude: Exclude = None,
             accept: AcceptAnswer | None = None) -> Answers:
@@ -209,13 +209,13 @@ class World:
     def any(self, questions: Any, *, asker: Asker | None = None, exclude: Exclude = None,
             accept: AcceptAnswer | None = None) -> np.ndarray:
         """Whether each query has any result: (n,) bool."""
-        return self._world.any(question(questions)._packed(self.dim, self.dtype),
+        return self._world.any(question(questions, NOT_NEAREST)._packed(self.dim, self.dtype),
                                asking(asker, exclude, accept)).astype(bool)
 
     def count(self, questions: Any, *, asker: Asker | None = None, exclude: Exclude = None,
               accept: AcceptAnswer | None = None) -> np.ndarray:
         """How many results each query has: (n,) uint64."""
-        return self._world.count(question(questions)._packed(self.dim, self.dtype), asking(asker, exclude, accept))
+        return self._world.count(question(questions, NOT_NEAREST)._packed(self.dim, self.dtype), asking(asker, exclude, accept))
 
     def visit(self, questions: Any, visit: Visit, *, chunk: int = 64, asker: Asker | None = None, exclude: int | None = None,
               accept: AcceptAnswer | None = None) -> bool:

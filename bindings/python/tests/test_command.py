@@ -63,6 +63,10 @@ def test_plot():
     axes = jostle.plot(boxes, jostle.find_pairs(boxes))
     lines, lone, paired = axes.collections
     assert len(lines.get_segments()) == 1 and len(lone.get_paths()) == 1 and len(paired.get_paths()) == 2
+    with pytest.raises(jostle.Error, match=r"pairs\[1\] is \[0, 3\]"):
+        jostle.plot(boxes, [[0, 1], [0, 3]])
+    with pytest.raises(jostle.Error, match="axes 0 to 1"):
+        jostle.plot(boxes, axes=(0, 2))
     jostle.plot(np.random.default_rng(1).random((1, 2, 3)).cumsum(axis=1), axes=(0, 2))
 
 

@@ -245,6 +245,8 @@ def test_mistakes_name_the_object():
                         (lambda: jostle.bounds(shapes, poses[:1]), "shapes"), (lambda: jostle.bounds(shapes, poses, -1), "-1"),
                         (lambda: jostle.sum_by_object([5], [1.0], 5), "5"),
                         (lambda: jostle.sum_by_object([1], [[1.0] * 9], 5), "9"),
+                        (lambda: jostle.Shapes([jostle.sphere(1), 2]), r"shapes\[1\] is of the type int"), (lambda: jostle.Shapes([2]), r"shapes\[0\]"),
+                        (lambda: jostle.sum_by_object([1], [1.0], -5), "count is -5"),
                         (lambda: jostle.Shapes([jostle.sphere(1), jostle.sphere(1, 2)]), "3D")):
         with pytest.raises(jostle.Error, match=words):
             call()

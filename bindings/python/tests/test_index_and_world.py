@@ -370,8 +370,11 @@ def test_mistakes_name_the_object():
                         (lambda: world.resize(ids, boxes[:, 0, :2]), "shape"),
                         (lambda: world.all(jostle.rays([[0, 0, 0]], [0, 0, 0])), "direction"),
                         (lambda: world.all(jostle.rays([[0, 0]], [1, 0, 0])), "shape"),
-                        (lambda: world.first(boxes), "kind"),
-                        (lambda: world.count(jostle.nearest([[0, 0, 0]])), "kind"),
+                        (lambda: world.first(boxes), "overlapping: this call takes rays, sweeps"),
+                        (lambda: world.count(jostle.nearest([[0, 0, 0]])), "nearest: this call takes rays"),
+                        (lambda: jostle.BoxIndex(boxes).any(jostle.nearest_to_boxes(boxes)), "nearest_to_boxes: this call"),
+                        (lambda: jostle.nearest([[0, 0, 0]], -1), "count is -1"), (lambda: jostle.World(threads=-1), "threads is -1"),
+                        (lambda: jostle.BoxIndex(boxes, threads=2**32), "threads is 4294967296"),
                         (lambda: world.all(jostle.rays(np.zeros((2, 3)), np.ones((3, 3)))), "2 and 3")):
         with pytest.raises(jostle.Error, match=words):
             call()

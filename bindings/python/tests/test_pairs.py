@@ -281,6 +281,9 @@ def test_join(dim, dtype):
     (lambda: jostle.find_pairs(np.zeros((3, 4)), owner_b=[1, 2, 3]), "second", None),
     (lambda: jostle.find_pairs(np.zeros((3, 4)), order="random"), "random", None),
     (lambda: jostle.iter_pairs(np.zeros((3, 4)), chunk=0), "chunk", None),
+    (lambda: jostle.find_pairs(np.zeros((3, 4)), threads=-1), "threads is -1", None),
+    (lambda: jostle.find_pairs("boxes.csv"), "from str: it must be an array", None),
+    (lambda: jostle.find_pairs(None), "from NoneType", None),
 ])
 def test_mistakes_are_said(call, words, index):
     with pytest.raises(ValueError) as raised:
