@@ -151,6 +151,12 @@ HWY_ATTR HWY_INLINE unsigned mask_bits(Mask<T> mask)
 {
 #if HWY_TARGET == HWY_AVX3
     return static_cast<unsigned>(mask.raw.raw);
+#elif HWY_TARGET == HWY_WASM // Highway goes through memory
+    static_assert(sizeof(T) == 2 || sizeof(T) == 4); // doubles are in wasm_doubles-inl.hpp
+    if constexpr (sizeof(T) == 2)
+        return wasm_i16x8_bitmask(mask.raw.raw);
+    else
+        return wasm_i32x4_bitmask(mask.raw.raw);
 #else
     std::uint8_t bytes[8] = {};
     hn::StoreMaskBits(Tag<T>(), mask.raw, bytes);
