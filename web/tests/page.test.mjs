@@ -66,6 +66,7 @@ async function onPage(
     ...options,
   });
   const page = await context.newPage();
+  page.setDefaultTimeout(120_000); // machines that test have other work, too
   const wrong = [];
   const { address } = servers[server] ?? { address: server };
   page.on("pageerror", (error) => wrong.push(error.message));
