@@ -96,10 +96,10 @@ struct Outcome
     std::uint16_t sure, ties;
 };
 
-/// The hot loops of one instruction set. All sets leave the same bytes.
 /// How many numbers Kernels::sort_few takes.
 inline constexpr std::uint32_t most_few = 128;
 
+/// The hot loops of one instruction set. All sets leave the same bytes.
 struct Kernels
 {
     InstructionSet set;
