@@ -56,6 +56,7 @@ rays = jostle.rays(rng.random((many, 3)) * 3, rng.normal(size=(many, 3)), 10)
 some = jostle.Shapes.same(jostle.hull(sphere(60)), many)
 starts = jostle.poses(rng.random((many, 3)) * 3)
 sweeps = jostle.ShapeSweeps(some, starts, rng.normal(size=(many, 3)))
+round_shapes = jostle.Shapes.same(jostle.hull(sphere(2_000)), n)
 round_hull = jostle.Shapes.same(jostle.hull(sphere(2_000)), many)
 cube = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij")).reshape(3, -1).T.astype(float)
 sides = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4],
@@ -110,15 +111,15 @@ finder.impacts(shapes, motions, pairs)
 finder.ray_casts(jostle.rays(np.zeros((n, 3)), np.ones((n, 3)), 10), shapes, poses, pairs)
 finder.shape_casts(shapes, poses, np.ones((n, 3)), shapes, poses, pairs)
 jostle.ContactFinder(3, np.float64, threads=1).distances(shapes, poses, pairs)
-finder.first_touching(shapes, poses, pairs, np.arange(len(pairs) + 1))
+finder.first_touching(shells, still, same_pair, np.arange(len(same_pair) + 1))
 finder.first_touching(shells, still, same_pair, [0, 0, len(same_pair)])
 finder.least_distances(shapes, poses, pairs, np.arange(0, len(pairs) + 1, 10))
 finder.least_distances(shells, still, same_pair, [0, 0, len(same_pair)])
-index.first_hits(rays, shapes, poses)
+index.first_hits(rays, round_shapes, poses)
 index.first_hits(sweeps, shapes, poses)
 index.all_hits(rays, shapes, poses)
 index.nearest_shapes(some, starts, shapes, poses)
-world.first_hits(rays, shapes, poses)
+world.first_hits(rays, round_shapes, poses)
 world.all_hits(sweeps, shapes, poses)
 world.nearest_shapes(some, starts, shapes, poses)
 solid.contains(points)
@@ -139,7 +140,7 @@ def test_ctrl_c_ends_a_long_call(before, call):
     child = subprocess.Popen([sys.executable, "-c", before + LONG.format(call=call)], stdout=subprocess.PIPE, text=True,
                              preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
     assert child.stdout.readline() == "begun\n"
-    time.sleep(0.3)
+    time.sleep(0.1)
     # Seconds of the processor's: others may be at work on this machine.
     used = sum(map(int, open(f"/proc/{child.pid}/stat").read().rpartition(")")[2].split()[11:13])) / os.sysconf("SC_CLK_TCK")
     child.send_signal(signal.SIGINT)
@@ -147,7 +148,7 @@ def test_ctrl_c_ends_a_long_call(before, call):
     _, status, usage = os.wait4(child.pid, 0)
     child.returncode = status
     assert told == "interrupted\n" and status == 0
-    assert usage.ru_utime + usage.ru_stime - used < 1.5  # to the end, each would take several
+    assert usage.ru_utime + usage.ru_stime - used < 1  # to the end, each would take several
 
 
 def seconds(call):
