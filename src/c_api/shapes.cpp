@@ -64,9 +64,13 @@ void make_room(ManyShapes<Dim>& many, std::uint64_t count, std::uint64_t owning)
     const std::size_t before = many.shapes.size();
     if (count > UINT32_MAX || before + count > UINT32_MAX)
         refuse("more than 2^32 - 1 shapes", JOSTLE_TOO_MANY_OBJECTS);
-    many.shapes.reserve(before + static_cast<std::size_t>(count));
+    // By half at least: to add shapes one by one mustn't copy all of them each time.
+    const auto reserve_more = [](auto& list, std::size_t wanted) {
+        if (wanted > list.capacity()) list.reserve(std::max(wanted, list.capacity() + list.capacity() / 2));
+    };
+    reserve_more(many.shapes, before + static_cast<std::size_t>(count));
     if (owning == 0) return;
-    many.owned.reserve(before + static_cast<std::size_t>(owning));
+    reserve_more(many.owned, before + static_cast<std::size_t>(owning));
     many.owned.resize(before);
 }
 

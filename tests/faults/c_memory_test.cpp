@@ -256,6 +256,30 @@ TEST_P(Starved, EveryCallEndsWithOutOfMemoryAndTheNextOneWorks)
     EXPECT_EQ(jostle_executor_free(serial, nullptr), JOSTLE_OK);
 }
 
+// With an allocation for each, all would be copied each time, and 40,000 took ten seconds.
+TEST(Shapes, AddedOneByOneAreSeldomCopied)
+{
+    if (!can_fail()) return;
+    const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, half[3] = {1, 1, 1};
+    jostle_shape *hull = nullptr, *box = nullptr;
+    jostle_shapes* shapes = nullptr;
+    ASSERT_EQ(jostle_shape_hull(JOSTLE_3D, corners, 4, &hull, nullptr), JOSTLE_OK);
+    ASSERT_EQ(jostle_shape_box(3, half, &box, nullptr), JOSTLE_OK);
+    ASSERT_EQ(jostle_shapes_new(3, &shapes, nullptr), JOSTLE_OK);
+    fail_after(100);
+    jostle_status status = JOSTLE_OK;
+    for (int i = 0; i < 10'000 && status == JOSTLE_OK; ++i)
+        status = jostle_shapes_add(shapes, i % 2 == 0 ? hull : box, 1, nullptr);
+    fail_after(never);
+    EXPECT_EQ(status, JOSTLE_OK);
+    std::uint64_t size = 0;
+    EXPECT_EQ(jostle_shapes_size(shapes, &size, nullptr), JOSTLE_OK);
+    EXPECT_EQ(size, 10'000u);
+    EXPECT_EQ(jostle_shapes_free(shapes, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_shape_free(box, nullptr), JOSTLE_OK);
+    EXPECT_EQ(jostle_shape_free(hull, nullptr), JOSTLE_OK);
+}
+
 INSTANTIATE_TEST_SUITE_P(, Starved, testing::Bool(),
                          [](const auto& each) { return each.param ? "OfItsAllocator" : "OfNew"; });
 
