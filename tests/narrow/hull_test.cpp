@@ -586,4 +586,59 @@ TEST(TinyAndHugeHulls, AnswerWithoutHarm)
     }
 }
 
+/// The hull's own lists against the definition: each direction of an edge once, in the order of the edges,
+/// and for each face the corner that is furthest along its normal.
+void check_lists(const std::vector<Vec<3, double>>& points, std::size_t directions)
+{
+    const ConvexHull<3> hull(points);
+    const auto& data = narrow::ShapeAccess::data_of(hull);
+    std::vector<Vec3> known;
+    for (const auto& edge : data.edge) {
+        const Vec3 along = narrow::load(data.corners[edge.v[1]]) - narrow::load(data.corners[edge.v[0]]);
+        const Vec3 unit = along * (1 / narrow::length(along));
+        if (std::none_of(known.begin(), known.end(), [&](const Vec3& each) {
+                return narrow::length2(narrow::cross(each, unit)) < 1e-20;
+            }))
+            known.push_back(unit);
+    }
+    EXPECT_TRUE(directions == 0 || directions == known.size()) << known.size();
+    ASSERT_EQ(data.direction.size(), known.size());
+    for (std::size_t k = 0; k < known.size(); ++k)
+        ASSERT_LT(narrow::length(narrow::cross(known[k], data.direction[k])), 1e-9) << k;
+    const narrow::Polytope& p = data.polytope;
+    for (std::uint32_t face = 0; face < p.faces; ++face) {
+        const Vec3 normal{p.nx[face], p.nx[p.face_stride + face], p.nx[2 * p.face_stride + face]};
+        double furthest = -HUGE_VAL;
+        for (const auto& corner : data.corners)
+            furthest = std::max(furthest, narrow::dot(normal, narrow::load(corner)));
+        ASSERT_EQ(p.offset[face], furthest) << face;
+    }
+}
+
+TEST(HullLists, HaveEachDirectionOnceAndHowFarFacesReach)
+{
+    const auto prism = [](int sides) {
+        std::vector<Vec<3, double>> points;
+        for (int i = 0; i < sides; ++i)
+            for (const double z : {-1.0, 2.0}) {
+                const double angle = 2 * 3.14159265358979323846 * i / sides;
+                points.push_back({std::cos(angle), std::sin(angle), z});
+            }
+        return points;
+    };
+    check_lists(prism(6), 4); // opposite sides are parallel
+    check_lists(prism(600), 301);
+    check_lists(prism(601), 602);
+    Random random(seed(9));
+    for (const std::size_t count : {std::size_t{4}, std::size_t{40}, std::size_t{1500}}) {
+        std::vector<Vec<3, double>> points;
+        while (points.size() < count) {
+            const Vec3 p{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+            const double size = narrow::length(p);
+            if (size > 0.1) points.push_back({p.x / size, p.y / size, p.z / size});
+        }
+        check_lists(points, 0);
+    }
+}
+
 } // namespace

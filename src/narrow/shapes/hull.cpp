@@ -3,8 +3,11 @@
 // decision 010.
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <cstdint>
 #include <limits>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "base/exact_floats.hpp"
@@ -19,14 +22,87 @@ namespace narrow::hull {
 
 namespace {
 
-void add_direction(std::vector<Vec3>& directions, const Vec3& d)
+/// The directions of edges, each once, whichever way along it: an edge is left out if it is within 1e-10 of
+/// one that came before it.
+class Directions
 {
-    const double size = length(d);
-    if (!(size > 0)) return;
-    const Vec3 unit = d * (1 / size);
-    for (const Vec3& known : directions)
-        if (length2(cross(known, unit)) < 1e-20) return;
-    directions.push_back(unit);
+  public:
+    explicit Directions(std::vector<Vec3>& found) : found_(found) {}
+
+    void add(const Vec3& d)
+    {
+        const double size = length(d);
+        if (!(size > 0)) return;
+        const Vec3 unit = d * (1 / size);
+        if (found_.size() < few ? is_known(unit) : is_known_nearby(unit)) return;
+        found_.push_back(unit);
+        if (found_.size() == few)
+            for (std::uint32_t k = 0; k < few; ++k)
+                by_place_.emplace(place_of(cell_of(found_[k])), k);
+        else if (found_.size() > few)
+            by_place_.emplace(place_of(cell_of(unit)), static_cast<std::uint32_t>(found_.size() - 1));
+    }
+
+  private:
+    // Hulls mostly have a few dozen directions; with 20,000 corners to compare each with all takes seconds.
+    static constexpr std::size_t few = 256;
+    static constexpr std::int64_t cells = 1024; // to a length of 1, which is far more than 1e-10 each
+    struct Cell
+    {
+        std::int64_t at[3];
+    };
+
+    static bool same(const Vec3& a, const Vec3& b) { return length2(cross(a, b)) < 1e-20; }
+    [[nodiscard]] bool is_known(const Vec3& unit) const
+    {
+        return std::any_of(found_.begin(), found_.end(),
+                           [&](const Vec3& known) { return same(known, unit); });
+    }
+    static Cell cell_of(const Vec3& unit)
+    {
+        Cell cell{};
+        for (int d = 0; d < 3; ++d)
+            cell.at[d] = static_cast<std::int64_t>(std::floor(unit[d] * static_cast<double>(cells)));
+        return cell;
+    }
+    static std::uint64_t place_of(const Cell& cell)
+    {
+        std::uint64_t place = 0; // 21 bits each
+        for (const std::int64_t at : cell.at)
+            place = place << 21 | static_cast<std::uint64_t>(at + 2 * cells);
+        return place;
+    }
+    /// Looks at the cells around it, and around its opposite.
+    [[nodiscard]] bool is_known_nearby(const Vec3& unit) const
+    {
+        for (const double way : {1.0, -1.0}) {
+            const Cell cell = cell_of(unit * way);
+            for (int k = 0; k < 27; ++k) {
+                const auto [first, last] = by_place_.equal_range(
+                    place_of({{cell.at[0] + k % 3 - 1, cell.at[1] + k / 3 % 3 - 1, cell.at[2] + k / 9 - 1}}));
+                for (auto each = first; each != last; ++each)
+                    if (same(found_[each->second], unit)) return true;
+            }
+        }
+        return false;
+    }
+
+    std::vector<Vec3>& found_;
+    std::unordered_multimap<std::uint64_t, std::uint32_t> by_place_;
+};
+
+/// How far the corners reach along a direction: the greatest of what dot() says of each.
+double reach_along(const Vec3& n, const double* coordinates, Index stride)
+{
+    constexpr Index at_once = 4; // a hull's padding repeats its first corner
+    double most[at_once] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    const double *const x = coordinates, *const y = x + stride, *const z = y + stride;
+    for (Index i = 0; i < stride; i += at_once)
+        for (Index k = 0; k < at_once; ++k) {
+            const double here = n.x * x[i + k] + n.y * y[i + k] + n.z * z[i + k];
+            most[k] = here > most[k] ? here : most[k];
+        }
+    return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
 }
 
 /// Corners in the order given; of points in a line or a place, which have no faces, those that are `kept`.
@@ -53,6 +129,7 @@ void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& p
     const Index face_count = static_cast<Index>(faces.size()), face_stride = padded(face_count);
     data.normals.assign(std::size_t{3} * face_stride, 0);
     data.loop_begin.push_back(0);
+    Directions directions(data.direction);
     for (Index f = 0; f < face_stride && face_count > 0; ++f)
         for (Index d = 0; d < 3; ++d)
             data.normals[std::size_t{d} * face_stride + f] =
@@ -64,20 +141,17 @@ void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& p
             data.loop.push_back(number[v]);
             if (beyond < f) continue; // it has the edge
             data.edge.push_back({{number[v], number[w]}, {f, beyond}});
-            add_direction(data.direction, points[w] - points[v]);
+            directions.add(points[w] - points[v]);
         }
         data.loop_begin.push_back(static_cast<Index>(data.loop.size()));
     }
     for (Index f = 0; f < face_stride && face_count > 2; ++f) {
         const Vec3 n = faces[f < face_count ? f : 0].normal;
-        double offset = -HUGE_VAL;
-        for (const auto& corner : data.corners)
-            offset = std::max(offset, dot(n, load(corner)));
-        data.offsets.push_back(offset);
+        data.offsets.push_back(reach_along(n, data.coordinates.data(), stride));
     }
     if (faces.empty() && count == 2) {
         data.edge.push_back({{0, 1}, {0, 0}});
-        add_direction(data.direction, points[kept[1]] - points[kept[0]]);
+        directions.add(points[kept[1]] - points[kept[0]]);
     }
     Polytope& p = data.polytope;
     p.vertices = count;
