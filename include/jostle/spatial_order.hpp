@@ -31,8 +31,8 @@ JOSTLE_NAMESPACE_BEGIN
 /// Order     boxes that lie near each other come near each other, along a Z-curve through their centres.
 ///           Boxes much larger than most come behind all others. A few boxes that lie in about the same place
 ///           keep their order, so that sorted boxes which have moved a bit stay almost as they are. The order
-///           depends on the boxes alone, not on threads or instruction set.
-/// Cost      linear; 1,000,000 boxes take about as long as searching them once. 32 bytes a box of memory.
+///           depends on the boxes alone, not on threads, instruction set, or a host that flushes denormals.
+/// Cost      linear, and up to one and a half times that of searching them once. 32 bytes a box of memory.
 /// Errors    `Error` for the lowest box that is NaN or inverted; size_mismatch unless `order` has one element
 ///           per box, and too_many_objects for more than 2^32 - 1 boxes. Nothing is written then.
 /// Threads   may be called by several threads at a time.

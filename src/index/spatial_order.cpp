@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/checks.hpp"
+#include "base/exact_floats.hpp"
 #include "index/key_order.hpp"
 #include "jostle/error.hpp"
 
@@ -15,6 +16,26 @@ namespace {
 
 /// So many boxes are about what one brick of a search has: more order than that gains nothing.
 constexpr std::size_t near_enough = 64, to_a_cell = 16;
+
+/// The user's threads, none of which flushes denormal numbers to zero meanwhile: keys that some threads
+/// compute in another way than others would have no order at all.
+class ExactExecutor final : public Executor
+{
+  public:
+    explicit ExactExecutor(Executor& given) : given_(given) {}
+    [[nodiscard]] std::uint32_t concurrency() const noexcept override { return given_.concurrency(); }
+    void run(std::uint32_t count, FunctionRef<void(std::uint32_t)> task) override
+    {
+        const auto exactly = [&](std::uint32_t number) {
+            const ExactFloats exact;
+            task(number);
+        };
+        given_.run(count, exactly);
+    }
+
+  private:
+    Executor& given_;
+};
 
 /// Sorts entries of which all but the last `unsorted` digits are sorted, until no more than a few lie in one
 /// place, unless they can't be told apart.
@@ -44,11 +65,12 @@ void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
         throw Error(ErrorCode::size_mismatch, "there are " + std::to_string(boxes.size()) +
                                                   " boxes and room for " + std::to_string(order.size()) +
                                                   " positions; give one for each");
-    validate_boxes(boxes);
     check_memory(options.memory);
+    const ExactFloats exact;
+    validate_boxes(boxes);
     if (boxes.size() == 0) return;
     const index::Frame<Dim> frame = index::choose_frame(boxes);
-    Executor& executor = options.executor != nullptr ? *options.executor : default_executor();
+    ExactExecutor executor(options.executor != nullptr ? *options.executor : default_executor());
     index::KeyOrder<Dim, T> sorted(frame, {}, boxes, &executor, options.memory);
     sorted.make_entries();
     sort_further(sorted, 0, boxes.size(), std::numeric_limits<std::uint64_t>::digits - 1);

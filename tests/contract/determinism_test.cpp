@@ -236,6 +236,13 @@ TEST(Order, SameWhereTheHostFlushesDenormals)
     }
     const std::vector<Pair> expected = jostle::find_pairs(boxes).to_vector();
     EXPECT_EQ(expected.size(), 10'000u);
+    std::vector<jostle::Aabb3f> tiny;
+    for (int i = 0; i < 20'000; ++i) {
+        const auto x = static_cast<float>(i * 7919 % 20'000) * 1e-42f;
+        tiny.push_back({{x, 0, 0}, {x, 0, 0}});
+    }
+    std::vector<std::uint32_t> expected_order(tiny.size()), order(tiny.size());
+    jostle::spatial_order(jostle::box_view(tiny), expected_order);
     const auto run = [](void*, std::uint32_t count, void (*task)(void*, std::uint32_t), void* context) {
         std::vector<std::thread> threads;
         for (std::uint32_t i = 0; i < count; ++i)
@@ -257,6 +264,8 @@ TEST(Order, SameWhereTheHostFlushesDenormals)
             const Flushing flushing;
             const unsigned mode = _mm_getcsr();
             EXPECT_EQ(finder.find(boxes).to_vector(), expected) << jostle::name(set);
+            jostle::spatial_order(jostle::box_view(tiny), order, options);
+            EXPECT_EQ(order, expected_order);
             EXPECT_EQ(_mm_getcsr() & 0x8040u, mode & 0x8040u) << "it must be left as it was";
         }
 }

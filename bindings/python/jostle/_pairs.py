@@ -150,8 +150,8 @@ def spatial_order(boxes: Any, *, threads: int = 0) -> np.ndarray:
 
     With `order = jostle.spatial_order(boxes)`, boxes[order] and velocities[order] have neighbours in space as neighbours in memory,
     so that work on pairs is faster. Put everything in order that is numbered like the boxes, every hundred frames or so. Boxes in
-    about the same place keep their order. The order is the same for any number of threads. It takes about as long as finding the
-    pairs.
+    about the same place keep their order. The order is the same for any number of threads. It takes up to one and a
+    half times as long as finding the pairs.
     """
     return _core.spatial_order(_arrays.boxes(boxes), _arrays.whole(threads, "threads"))
 
