@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What `jostle distribute` starts with mpiexec; rows of JSON on the first rank's stdout.
-//   jostle_distribute run SCENE N THREADS FRAMES SEED     over all ranks, beside an all-gather of its boxes
+//   jostle_distribute run SCENE N THREADS FRAMES SEED     over all ranks, beside an all-gather of its
+//                                                         boxes and slabs that never change
 //   jostle_distribute predict SCENE N SEED RANKS...       counted: what each of so many ranks would do
 #include <algorithm>
 #include <chrono>
@@ -9,6 +10,8 @@
 #include <exception>
 #include <limits>
 #include <numeric>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -93,6 +96,155 @@ double timed_ms(const Call& call)
     return greatest(std::chrono::duration<double, std::milli>(Clock::now() - before).count());
 }
 
+/// What needs no thought: everybody gets all boxes and searches a share of them.
+Timed run_allgather(const std::string& name, std::uint64_t n, jostle::Executor& executor, int frames,
+                    std::uint64_t seed)
+{
+    const std::uint64_t rank = static_cast<std::uint64_t>(rank_of_this()),
+                        ranks = static_cast<std::uint64_t>(rank_count());
+    Timed gather;
+    Scene<3, float> scene(name, n, seed);
+    jostle::PairFinder finder({.executor = &executor});
+    std::vector<Aabb3f> all(n);
+    std::vector<int> counts, starts;
+    for (std::uint64_t other = 0; other < ranks; ++other) {
+        starts.push_back(static_cast<int>(other * n / ranks * sizeof(Aabb3f)));
+        counts.push_back(static_cast<int>((other + 1) * n / ranks * sizeof(Aabb3f)) - starts.back());
+    }
+    const std::uint64_t first = rank * n / ranks, last = (rank + 1) * n / ranks;
+    for (int frame = 0; frame < warm_up + frames; ++frame) {
+        if (frame > 0) scene.step();
+        std::uint64_t pairs = 0, check = 0;
+        const double ms = timed_ms([&] {
+            MPI_Allgatherv(scene.boxes().data() + first, counts[rank], MPI_BYTE, all.data(), counts.data(),
+                           starts.data(), MPI_BYTE, MPI_COMM_WORLD);
+            const jostle::BoxView<3, float> boxes(all);
+            const auto later = [first](std::uint32_t a, std::uint32_t b) { return first + a < b; };
+            jostle::CrossFilter filter;
+            filter.accept = later;
+            std::vector<jostle::Pair> found;
+            for (jostle::Pair pair : finder.find(boxes.subview(first, last - first), boxes, filter))
+                found.push_back({static_cast<std::uint32_t>(first + pair.a), pair.b});
+            pairs = found.size();
+            if (frame == warm_up) check = jostle::pair_checksum(found);
+        });
+        if (frame < warm_up) continue;
+        gather.ms.push_back(ms);
+        if (frame == warm_up) {
+            gather.pairs = sum(pairs);
+            gather.checksum = sum(check);
+        }
+    }
+    gather.bytes = n * sizeof(Aabb3f) * (ranks - 1);
+    return gather;
+}
+
+/// The places between which slabs of equal width lie along x, from the scene as it begins.
+class Slabs
+{
+  public:
+    Slabs(std::span<const Aabb3f> boxes, int count) : count_(count)
+    {
+        for (const Aabb3f& box : boxes) {
+            const double x = jostle::mpi::Partition::middle(box)[0];
+            lo_ = std::min(lo_, x);
+            hi_ = std::max(hi_, x);
+        }
+    }
+    [[nodiscard]] int at(double x) const
+    {
+        const double at = hi_ > lo_ ? (x - lo_) / (hi_ - lo_) * count_ : 0;
+        return static_cast<int>(std::clamp(at, 0.0, count_ - 1.0));
+    }
+    [[nodiscard]] int home(const Aabb3f& box) const { return at(jostle::mpi::Partition::middle(box)[0]); }
+
+  private:
+    int count_;
+    double lo_ = std::numeric_limits<double>::infinity(), hi_ = -lo_;
+};
+
+/// What is written first where space is divided by hand: slabs along x that never change. In each frame a
+/// rank sends what touches other slabs, and searches all that touches its own.
+Timed run_slabs(const std::string& name, std::uint64_t n, jostle::Executor& executor, int frames,
+                std::uint64_t seed)
+{
+    struct Ghost
+    {
+        std::uint64_t id;
+        Aabb3f box;
+    };
+    const int rank = rank_of_this();
+    const auto ranks = static_cast<std::size_t>(rank_count());
+    Timed timed;
+    Scene<3, float> scene(name, n, seed);
+    jostle::PairFinder finder({.executor = &executor});
+    const Slabs slabs(scene.boxes(), rank_count());
+    std::vector<std::uint64_t> mine, ids;
+    for (std::uint64_t i = 0; i < n; ++i)
+        if (slabs.home(scene.boxes()[i]) == rank) mine.push_back(i);
+    std::vector<std::vector<Ghost>> to(ranks);
+    std::vector<Ghost> out, in;
+    std::vector<Aabb3f> boxes;
+    std::vector<int> counts(ranks), starts(ranks), counts_in(ranks), starts_in(ranks);
+    std::vector<double> bytes;
+    for (int frame = 0; frame < warm_up + frames; ++frame) {
+        if (frame > 0) scene.step();
+        std::vector<jostle::Pair> found;
+        const double ms = timed_ms([&] {
+            ids.clear();
+            boxes.clear();
+            for (auto& each : to)
+                each.clear();
+            std::size_t staying = 0;
+            for (const std::uint64_t id : mine) {
+                const Aabb3f& box = scene.boxes()[id];
+                const int first = slabs.at(box.lo[0]), last = slabs.at(box.hi[0]);
+                for (int slab = first; slab <= last; ++slab)
+                    if (slab != rank) to[static_cast<std::size_t>(slab)].push_back({id, box});
+                if (first <= rank && rank <= last) {
+                    ids.push_back(id);
+                    boxes.push_back(box);
+                }
+                if (slabs.home(box) == rank) mine[staying++] = id;
+            }
+            mine.resize(staying);
+            out.clear();
+            for (std::size_t other = 0; other < ranks; ++other) {
+                starts[other] = static_cast<int>(out.size() * sizeof(Ghost));
+                counts[other] = static_cast<int>(to[other].size() * sizeof(Ghost));
+                out.insert(out.end(), to[other].begin(), to[other].end());
+            }
+            MPI_Alltoall(counts.data(), 1, MPI_INT, counts_in.data(), 1, MPI_INT, MPI_COMM_WORLD);
+            std::exclusive_scan(counts_in.begin(), counts_in.end(), starts_in.begin(), 0);
+            in.resize(static_cast<std::size_t>(starts_in.back() + counts_in.back()) / sizeof(Ghost));
+            MPI_Alltoallv(out.data(), counts.data(), starts.data(), MPI_BYTE, in.data(), counts_in.data(),
+                          starts_in.data(), MPI_BYTE, MPI_COMM_WORLD);
+            for (const Ghost& ghost : in) {
+                ids.push_back(ghost.id);
+                boxes.push_back(ghost.box);
+                if (slabs.home(ghost.box) == rank) mine.push_back(ghost.id);
+            }
+            for (const jostle::Pair pair : finder.find(boxes)) {
+                const Aabb3f &a = boxes[pair.a], &b = boxes[pair.b];
+                if (slabs.at(std::max(a.lo[0], b.lo[0])) != rank)
+                    continue; // the slab in which they begin to touch
+                const auto x = static_cast<std::uint32_t>(ids[pair.a]),
+                           y = static_cast<std::uint32_t>(ids[pair.b]);
+                found.push_back({std::min(x, y), std::max(x, y)});
+            }
+        });
+        if (frame < warm_up) continue;
+        timed.ms.push_back(ms);
+        bytes.push_back(static_cast<double>(sum(out.size() * sizeof(Ghost))));
+        if (frame == warm_up) {
+            timed.pairs = sum(found.size());
+            timed.checksum = sum(jostle::pair_checksum(found));
+        }
+    }
+    timed.bytes = static_cast<std::uint64_t>(median(bytes));
+    return timed;
+}
+
 void run(const std::string& name, std::uint64_t n, std::uint32_t threads, int frames, std::uint64_t seed)
 {
     const auto executor = jostle::make_thread_executor(threads);
@@ -154,44 +306,13 @@ void run(const std::string& name, std::uint64_t n, std::uint32_t threads, int fr
     }
     print_row("jostle-mpi", name, n, threads, seed, ours, more);
 
-    // What needs no thought: everybody gets all boxes and searches a share of them.
-    Timed gather;
-    Scene<3, float> scene(name, n, seed);
-    jostle::PairFinder finder({.executor = executor.get()});
-    std::vector<Aabb3f> all(n);
-    std::vector<int> counts, starts;
-    for (std::uint64_t other = 0; other < ranks; ++other) {
-        starts.push_back(static_cast<int>(other * n / ranks * sizeof(Aabb3f)));
-        counts.push_back(static_cast<int>((other + 1) * n / ranks * sizeof(Aabb3f)) - starts.back());
+    for (const auto& [system, other] :
+         {std::pair("allgather", run_allgather(name, n, *executor, frames, seed)),
+          std::pair("slabs", run_slabs(name, n, *executor, frames, seed))}) {
+        print_row(system, name, n, threads, seed, other, "");
+        if (other.pairs != ours.pairs || other.checksum != ours.checksum)
+            throw std::runtime_error(std::string(system) + " finds other pairs");
     }
-    const std::uint64_t first = rank * n / ranks, last = (rank + 1) * n / ranks;
-    for (int frame = 0; frame < warm_up + frames; ++frame) {
-        if (frame > 0) scene.step();
-        std::uint64_t pairs = 0, check = 0;
-        const double ms = timed_ms([&] {
-            MPI_Allgatherv(scene.boxes().data() + first, counts[rank], MPI_BYTE, all.data(), counts.data(),
-                           starts.data(), MPI_BYTE, MPI_COMM_WORLD);
-            const jostle::BoxView<3, float> boxes(all);
-            const auto later = [first](std::uint32_t a, std::uint32_t b) { return first + a < b; };
-            jostle::CrossFilter filter;
-            filter.accept = later;
-            std::vector<jostle::Pair> found;
-            for (jostle::Pair pair : finder.find(boxes.subview(first, last - first), boxes, filter))
-                found.push_back({static_cast<std::uint32_t>(first + pair.a), pair.b});
-            pairs = found.size();
-            if (frame == warm_up) check = jostle::pair_checksum(found);
-        });
-        if (frame < warm_up) continue;
-        gather.ms.push_back(ms);
-        if (frame == warm_up) {
-            gather.pairs = sum(pairs);
-            gather.checksum = sum(check);
-        }
-    }
-    gather.bytes = n * sizeof(Aabb3f) * (ranks - 1);
-    print_row("allgather", name, n, threads, seed, gather, "");
-    if (gather.pairs != ours.pairs || gather.checksum != ours.checksum)
-        throw std::runtime_error("the two find different pairs");
 }
 
 /// What each of many ranks would search and receive if every object moved.
@@ -245,28 +366,22 @@ void predict(const std::string& name, std::uint64_t n, std::uint64_t seed, int r
 {
     const Scene<3, float> scene(name, n, seed);
     jostle::mpi::WeightedPoints points(std::pmr::get_default_resource());
-    double lo = std::numeric_limits<double>::infinity(), hi = -lo;
     for (const Aabb3f& box : scene.boxes()) {
         const auto middle = jostle::mpi::Partition::middle(box);
         points.points.insert(points.points.end(), middle.begin(), middle.end());
         points.weights.push_back(1);
-        lo = std::min(lo, middle[0]);
-        hi = std::max(hi, middle[0]);
     }
     const jostle::mpi::Partition partition(MPI_COMM_WORLD, 3, points, ranks);
-    const auto slab = [&](double x) {
-        const double at = hi > lo ? (x - lo) / (hi - lo) * ranks : 0;
-        return static_cast<int>(std::clamp(at, 0.0, ranks - 1.0));
-    };
+    const Slabs in_slabs(scene.boxes(), ranks);
     Load divided(static_cast<std::size_t>(ranks)), slabs(static_cast<std::size_t>(ranks));
     jostle::mpi::Ranks touched;
     for (const Aabb3f& box : scene.boxes()) {
         partition.touched(box, touched);
         divided.add(partition.at_middle_of(box), touched);
         touched.clear();
-        for (int each = slab(box.lo[0]); each <= slab(box.hi[0]); ++each)
+        for (int each = in_slabs.at(box.lo[0]); each <= in_slabs.at(box.hi[0]); ++each)
             touched.push_back(each);
-        slabs.add(slab(jostle::mpi::Partition::middle(box)[0]), touched);
+        slabs.add(in_slabs.home(box), touched);
     }
     divided.print("jostle-mpi-counted", name, n, seed);
     slabs.print("slabs-counted", name, n, seed);

@@ -12,7 +12,9 @@
 #include "exchange.hpp"
 #include "lists.hpp"
 #include "owned.hpp"
+#include "owned_index.hpp"
 #include "partition.hpp"
+#include "questions.hpp"
 #include "rebalancing.hpp"
 #include "region.hpp"
 
@@ -77,6 +79,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
           margin(static_cast<T>(given.margin)),
           rank(rank_in(handle)),
           owned(given.memory),
+          owned_index(executor, given.memory),
           region(rank, executor, given.memory),
           directory(given.memory),
           exchange(handle, given.memory),
@@ -102,6 +105,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     int rank, ranks = 1;
     std::exception_ptr noted; ///< what was wrong with a command, the first one since the last update
     Owned<Dim, T> owned;
+    OwnedIndex<Dim, T> owned_index;
     Region<Dim, T> region;
     Directory directory;
     Partition partition;
@@ -109,6 +113,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     Rebalancing rebalancing;
     Lists<Dim, T> lists, coming; ///< of the last update, and of the one under way
     WorldStats stats;
+    QuestionStats question_stats;
     Ranks was, is;                  ///< working memory of route()
     std::vector<std::byte> payload; ///< of one object; a std::vector because the user's `pack` gets it
 
@@ -173,6 +178,37 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
         put(bytes, pair.bounds_b);
         put(bytes, std::int32_t{pair.rank_of_b});
     }
+
+    // Questions about all objects.
+
+    template <class Line>
+    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out, const Filters& filters);
+    template <class Question, class Item>
+    void list(Purpose purpose, std::span<const Question> questions, Answers<Item>& out,
+              const Filters& filters, std::uint64_t most);
+    template <class Question>
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out, const Filters& filters);
+
+    /// ask(index, found, filter) refills `found`, of the index's ids, which become `out`. Returns what that
+    /// returns.
+    template <class Item, class Ask>
+    bool ask_owned(std::vector<Item>& out, const QueryFilter& given, const Ask& ask)
+    {
+        constexpr bool is_hit = std::is_same_v<Item, ObjectHit<T>>;
+        std::vector<std::conditional_t<is_hit, Hit<T>, std::uint32_t>> found;
+        out.clear();
+        const bool more = owned_index.with(owned, margin, given, [&](const auto& index, const auto& filter) {
+            return ask(index, found, filter);
+        });
+        for (const auto& each : found)
+            if constexpr (is_hit)
+                out.push_back({owned_index.id(each.id), rank, each.at});
+            else
+                out.push_back({owned_index.id(each), rank});
+        return more;
+    }
+
+    // The steps of an update.
 
     void update();
     void collect(WeightedPoints& points) const;

@@ -50,6 +50,8 @@ class Owned
     }
     [[nodiscard]] std::span<const Entry> entries() const noexcept { return entries_; }
     [[nodiscard]] std::span<const Pending> pending() const noexcept { return pending_; }
+    /// Another one after each update that changed something.
+    [[nodiscard]] std::uint64_t version() const noexcept { return version_; }
 
     /// Only for an id that has no entry, or one of an object that neither exists nor will.
     void add(std::uint64_t id, const Object<Dim, T>& object)
@@ -91,6 +93,7 @@ class Owned
     /// What was queued is what is. Those of `departed` are gone.
     void keep(std::span<const std::uint64_t> departed) noexcept
     {
+        version_ += arriving_ != 0 || !pending_.empty() || !departed.empty();
         for (std::size_t i = entries_.size() - arriving_; i < entries_.size(); ++i)
             entries_[i].exists = true;
         arriving_ = 0;
@@ -140,6 +143,7 @@ class Owned
     std::pmr::vector<Entry> entries_; // those on their way here are the last
     std::pmr::vector<Pending> pending_;
     std::size_t arriving_ = 0;
+    std::uint64_t version_ = 0;
 };
 
 } // namespace mpi

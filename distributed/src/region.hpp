@@ -114,6 +114,25 @@ class Region
     /// Makes the local world anew where an update failed after it had changed it.
     void recover();
 
+    // Questions to what is searched here: the local world's, and what its ids stand for.
+
+    [[nodiscard]] const jostle::World<Dim, T>& searched() const noexcept { return *world_; }
+    [[nodiscard]] Found found(ObjectId local) const noexcept
+    {
+        const Member& member = members_[local.index];
+        return {member.id, member.home};
+    }
+    [[nodiscard]] const Aabb<Dim, T>& bounds(ObjectId local) const noexcept
+    {
+        return members_[local.index].state.bounds;
+    }
+    /// `ObjectId{}` for an object that isn't searched here.
+    [[nodiscard]] ObjectId local(std::uint64_t id) const noexcept
+    {
+        const auto at = places_.find(id);
+        return at == places_.end() ? ObjectId{} : members_[at->second].local;
+    }
+
     // An update: hear() all notices, search(), tell(); then keep() it or undo() it.
 
     void hear(Reader& from);

@@ -2,34 +2,14 @@
 // A collective update: what this rank's objects have to say goes to the regions that they touch, each region
 // is searched, and pairs go to the ranks that are told. Nothing that users see changes before all have
 // agreed.
-#include <chrono>
 #include <span>
 
 #include "agreement.hpp"
+#include "clock.hpp"
 #include "implementation.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace mpi {
-namespace {
-
-class Clock
-{
-  public:
-    /// Microseconds since the last call.
-    double lap() noexcept
-    {
-        const auto now = std::chrono::steady_clock::now();
-        const double us = std::chrono::duration<double, std::micro>(now - last_).count();
-        last_ = now;
-        return us;
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-} // namespace
-
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::update()
 {

@@ -398,6 +398,11 @@ void World<Dim, T>::restore(std::span<const std::vector<std::byte>> parts)
 }
 
 template <int Dim, Coordinate T>
+const QuestionStats& World<Dim, T>::question_stats() const noexcept
+{
+    return implementation_->question_stats;
+}
+template <int Dim, Coordinate T>
 const WorldStats& World<Dim, T>::stats() const noexcept
 {
     return implementation_->stats;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
 // What goes wrong on one rank is told on all, in the same words, and changes nothing.
-#include <atomic>
-
 #include "exchange.hpp"
 #include "scene.hpp"
 
@@ -182,25 +180,6 @@ TEST(Faults, PackThatThrows)
         good = good && !scene.world->contains(id);
     EXPECT_TRUE(good);
 }
-
-/// Has no memory once it has given some number of times.
-class FailingMemory : public std::pmr::memory_resource
-{
-  public:
-    std::atomic<std::int64_t> left{std::numeric_limits<std::int64_t>::max()};
-
-  private:
-    void* do_allocate(std::size_t bytes, std::size_t alignment) override
-    {
-        if (left.fetch_sub(1) <= 0) throw std::bad_alloc();
-        return std::pmr::new_delete_resource()->allocate(bytes, alignment);
-    }
-    void do_deallocate(void* place, std::size_t bytes, std::size_t alignment) override
-    {
-        std::pmr::new_delete_resource()->deallocate(place, bytes, alignment);
-    }
-    bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
-};
 
 /// Fails at each allocation of an update in turn, on one rank.
 void fail_everywhere(bool divides, int failing)

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <cstdlib>
+#include <random>
+#include <string>
 
 #include "jostle/mpi.hpp"
 
@@ -30,6 +33,10 @@ int main(int count, char** arguments)
     int provided = 0, rank = 0;
     MPI_Init_thread(&count, &arguments, MPI_THREAD_FUNNELED, &provided);
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    // RapidCheck draws the same on all ranks, which it can't know.
+    std::uint64_t seed = std::random_device()();
+    MPI_Bcast(&seed, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+    setenv("RC_PARAMS", ("max_success=15 seed=" + std::to_string(seed)).c_str(), 0);
     testing::InitGoogleTest(&count, arguments);
     auto& listeners = testing::UnitTest::GetInstance()->listeners();
     if (rank != 0) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -85,6 +86,25 @@ std::string failure_of(const Call& call)
     EXPECT_EQ(std::string(first.c_str()), text) << "other ranks say something else";
     return text;
 }
+
+/// Has no memory once it has given some number of times.
+class FailingMemory : public std::pmr::memory_resource
+{
+  public:
+    std::atomic<std::int64_t> left{std::numeric_limits<std::int64_t>::max()};
+
+  private:
+    void* do_allocate(std::size_t bytes, std::size_t alignment) override
+    {
+        if (left.fetch_sub(1) <= 0) throw std::bad_alloc();
+        return std::pmr::new_delete_resource()->allocate(bytes, alignment);
+    }
+    void do_deallocate(void* place, std::size_t bytes, std::size_t alignment) override
+    {
+        std::pmr::new_delete_resource()->deallocate(place, bytes, alignment);
+    }
+    bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+};
 
 template <int Dim, class T>
 class Scene
@@ -193,6 +213,9 @@ class Scene
         const bool enabled = random.below(2) != 0;
         say(id, [&](auto& each, auto name) { each.set_enabled(name, enabled); });
     }
+
+    /// Whose an object is, as of the last update.
+    int owner(std::uint64_t id) const { return owners_.at(id); }
 
     /// Updates both. The same answer on all ranks.
     testing::AssertionResult update()

@@ -15,6 +15,7 @@
 #include <functional>
 #include <memory>
 #include <memory_resource>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,7 @@
 #include "jostle/box.hpp"
 #include "jostle/error.hpp"
 #include "jostle/executor.hpp"
+#include "jostle/query.hpp"
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"
 
@@ -76,6 +78,65 @@ struct Arrival
     std::span<const std::byte> payload; ///< what `pack` wrote there
 };
 
+/// Says which objects a question is about, as ObjectQueryFilter does. A part that is left as it is filters
+/// nothing.
+struct QueryFilter
+{
+    /// The asker's own, if given: both masks must meet the other's category.
+    std::uint32_t category = ~std::uint32_t{0};
+    std::uint32_t mask = ~std::uint32_t{0};
+    std::uint32_t owner = Filter::no_owner;    ///< objects of this owner don't count
+    std::optional<std::uint64_t> exclude = {}; ///< nor does this one
+};
+
+/// An object that a question has found.
+struct Found
+{
+    std::uint64_t id = 0;
+    int rank = -1; ///< whose it is
+    friend constexpr bool operator==(const Found&, const Found&) = default;
+};
+
+/// An object found along a ray or sweep or near a point.
+template <Coordinate T>
+struct ObjectHit
+{
+    std::uint64_t id = 0;
+    int rank = -1; ///< whose it is; -1 where there is no object
+    T at = 0;      ///< as in `Hit`
+    friend constexpr bool operator==(const ObjectHit&, const ObjectHit&) = default;
+};
+
+/// What was found for each of many questions: list i belongs to question i.
+template <class Item>
+class Answers
+{
+  public:
+    [[nodiscard]] std::size_t size() const noexcept { return ends_.size(); }
+    [[nodiscard]] std::span<const Item> operator[](std::size_t i) const noexcept
+    {
+        const std::size_t first = i == 0 ? 0 : ends_[i - 1];
+        return std::span<const Item>(items_).subspan(first, ends_[i] - first);
+    }
+    /// Whether question i has more results than `max_results`, which list i was cut to.
+    [[nodiscard]] bool more(std::size_t i) const noexcept { return more_[i] != 0; }
+    /// All lists, one behind the other.
+    [[nodiscard]] std::span<const Item> items() const noexcept { return items_; }
+
+  private:
+    template <int Dim, Coordinate T>
+    friend class World;
+    void clear() noexcept
+    {
+        items_.clear();
+        ends_.clear();
+        more_.clear();
+    }
+    std::vector<Item> items_;
+    std::vector<std::size_t> ends_;
+    std::vector<std::uint8_t> more_;
+};
+
 /// When space is divided among the ranks anew.
 enum class Rebalance : std::uint8_t
 {
@@ -123,6 +184,17 @@ struct WorldStats
     double us_search = 0;    ///< the update of this rank's part of the scene
     double us_pairs = 0;     ///< which pair is reported by whom, and sorting them
     double us_wait = 0;      ///< for messages and for other ranks
+};
+
+/// Tells what the last collective question of this rank did; times are wall-clock microseconds.
+struct QuestionStats
+{
+    std::uint64_t asked = 0;    ///< questions that this rank brought
+    std::uint64_t answered = 0; ///< questions that it searched its part of the scene for, its own included
+    std::uint64_t messages = 0; ///< sent to other ranks
+    std::uint64_t bytes = 0;    ///< in them
+    double us_total = 0;
+    double us_wait = 0; ///< for messages and for other ranks
 };
 
 /// World over the ranks of a communicator: objects that live, move and rest, and the pairs between them.
@@ -209,6 +281,76 @@ class JOSTLE_API World
     [[nodiscard]] Box bounds(std::uint64_t id) const;
     [[nodiscard]] ObjectFilter filter(std::uint64_t id) const;
     [[nodiscard]] bool enabled(std::uint64_t id) const;
+
+    // --- Questions about the whole scene, as of the last update: collective ---
+    // They are those of jostle::World, with the same answers, where ids stand for indices; the same for any
+    // number of ranks. Each rank brings as many questions as it likes, or none, and gets the answers to its
+    // own. Questions go to the ranks whose regions they may reach, a frustum to all of them; answers come
+    // back: two exchanges and two reductions, for `nearest` four exchanges, and no other cost for ranks that
+    // aren't reached. Each rank answers on its executor's threads. One filter serves all questions of a
+    // rank, or there is one for each. Ranks that ask for different things at a time, bad questions, or too
+    // few places for answers are a Failure on all ranks; what there is for answers is empty or cut short.
+
+    static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
+
+    /// The first hit on each line, of several at the same place the one with the lowest id. `Line` is
+    /// Ray<Dim, T> or Sweep<Dim, T>.
+    template <class Line>
+    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+               const QueryFilter& filter = {}) const;
+    template <class Line>
+    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+               FilterOfEach<QueryFilter> filters) const;
+    /// All hits on each line, ascending by (at, id), or the first `max_results` of them.
+    template <class Line>
+    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    template <class Line>
+    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, FilterOfEach<QueryFilter> filters,
+             std::uint64_t max_results = no_limit) const;
+    /// What touches each region, ascending by id, or the first `max_results` of it. `Region` is Aabb, Sphere
+    /// or Frustum.
+    template <class Region>
+    void all(std::span<const Region> regions, Answers<Found>& out, const QueryFilter& filter = {},
+             std::uint64_t max_results = no_limit) const;
+    template <class Region>
+    void all(std::span<const Region> regions, Answers<Found>& out, FilterOfEach<QueryFilter> filters,
+             std::uint64_t max_results = no_limit) const;
+    /// The nearest, ascending by (squared distance, id). `Near` is Nearest or NearestToBox.
+    template <class Near>
+    void nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out,
+                 const QueryFilter& filter = {}) const;
+    template <class Near>
+    void nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out,
+                 FilterOfEach<QueryFilter> filters) const;
+    /// How many there are. `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
+    template <class Question>
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
+               const QueryFilter& filter = {}) const;
+    template <class Question>
+    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
+               FilterOfEach<QueryFilter> filters) const;
+
+    [[nodiscard]] const QuestionStats& question_stats() const noexcept;
+
+    // --- The same questions about this rank's objects alone, wherever they are: without other ranks ---
+    // An `Error` names what is wrong with a question. The first one after an update in which one of this
+    // rank's objects changed builds an index of them, which takes about 0.2 us an object.
+
+    template <class Line>
+    [[nodiscard]] std::optional<ObjectHit<T>> first_owned(const Line& line,
+                                                          const QueryFilter& filter = {}) const;
+    template <class Line>
+    bool all_owned(const Line& line, std::vector<ObjectHit<T>>& out, const QueryFilter& filter = {},
+                   std::uint64_t max_results = no_limit) const;
+    template <class Region>
+    bool all_owned(const Region& region, std::vector<Found>& out, const QueryFilter& filter = {},
+                   std::uint64_t max_results = no_limit) const;
+    template <class Near>
+    void nearest_owned(const Near& question, std::vector<ObjectHit<T>>& out,
+                       const QueryFilter& filter = {}) const;
+    template <class Question>
+    [[nodiscard]] std::uint64_t count_owned(const Question& question, const QueryFilter& filter = {}) const;
 
     // --- Snapshots, of the world as of the last update ---
 
