@@ -151,7 +151,7 @@ struct WorldStats
 {
     std::uint64_t objects = 0;  ///< in the world
     std::uint64_t resting = 0;  ///< of these: kept in the index, cost nothing
-    std::uint64_t active = 0;   ///< of these: moved in one of the last updates
+    std::uint64_t active = 0;   ///< of these: moved in one of the last updates, and not just once
     std::uint64_t disabled = 0; ///< of these
     std::uint64_t odd = 0;      ///< of these: enabled, with an odd box; see ignore_odd_boxes
     std::uint64_t refused = 0;  ///< pairs that `accept` has refused and that still touch

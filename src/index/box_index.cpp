@@ -343,6 +343,13 @@ void BoxIndexAccess::insert(BoxIndex<Dim, T>& index, std::span<const std::uint32
 }
 
 template <int Dim, Coordinate T>
+void BoxIndexAccess::move(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
+                          const BoxView<Dim, T>& boxes)
+{
+    index.implementation_->tree.move(ids, boxes);
+}
+
+template <int Dim, Coordinate T>
 void BoxIndexAccess::erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids) noexcept
 {
     index.implementation_->tree.erase(ids);
@@ -649,6 +656,8 @@ JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
                                                                          std::size_t) noexcept;              \
     template void BoxIndexAccess::insert(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                  \
                                          const BoxView<Dim, T>&);                                            \
+    template void BoxIndexAccess::move(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                    \
+                                       const BoxView<Dim, T>&);                                              \
     template void BoxIndexAccess::erase(BoxIndex<Dim, T>&, std::span<const std::uint32_t>) noexcept;         \
     template void BoxIndexAccess::expect_to_come_back(BoxIndex<Dim, T>&) noexcept;                           \
     template void BoxIndexAccess::rebuild(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                 \

@@ -21,10 +21,13 @@ class BoxIndexAccess
     template <int Dim, Coordinate T>
     [[nodiscard]] static std::span<const index::Seen<Dim, T>> around(const BoxIndex<Dim, T>& index,
                                                                      std::size_t k) noexcept;
-    /// BoxIndex::insert and erase of ids and boxes that are known to be good.
+    /// BoxIndex::insert, move and erase of ids and boxes that are known to be good.
     template <int Dim, Coordinate T>
     static void insert(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
                        const BoxView<Dim, T>& boxes);
+    template <int Dim, Coordinate T>
+    static void move(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
+                     const BoxView<Dim, T>& boxes);
     template <int Dim, Coordinate T>
     static void erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids) noexcept;
     /// See Tree::expect_to_come_back.

@@ -188,7 +188,11 @@ std::uint64_t depth_of(const Parts<Dim, T>& parts, Ref ref) noexcept
 
 template <int Dim, class T>
 Tree<Dim, T>::Tree(const IndexOptions& options)
-    : parts_(options), leaving_(options.memory), queues_(options.memory), closest_work_(options.memory)
+    : parts_(options),
+      leaving_(options.memory),
+      before_(options.memory),
+      queues_(options.memory),
+      closest_work_(options.memory)
 {
     show_root(parts_);
 }
@@ -245,11 +249,10 @@ void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
         build_moved(ids, boxes);
         return;
     }
-    std::pmr::vector<Box> before(parts_.memory);
-    before.reserve(ids.size());
+    before_.clear();
+    before_.reserve(ids.size());
     parts_.splits_before = parts_.splits;
-    const auto set = [&](std::uint32_t number, std::uint32_t id, const Aabb<Dim, T>& box) {
-        const Place place = find(parts_, number, id);
+    const auto set = [&](std::uint32_t number, Place place, const Aabb<Dim, T>& box) {
         Page<Dim, T>& page = parts_.pages[number];
         parts_.leaves[page.leaf[place.leaf]].bounds.set(place.lane, box);
         page.changed = static_cast<std::uint16_t>(page.changed | (1u << place.leaf));
@@ -257,14 +260,23 @@ void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
         list(parts_, number);
     };
     try {
+        constexpr std::size_t ahead = 4; // of who is looked for among all who share a page with it
         for (std::size_t i = 0; i < ids.size(); ++i) {
+            if (i + 2 * ahead < ids.size()) prefetch(&parts_.pages[parts_.page_of[ids[i + 2 * ahead]]]);
+            if (i + ahead < ids.size()) {
+                const Page<Dim, T>& page = parts_.pages[parts_.page_of[ids[i + ahead]]];
+                for (std::uint32_t b = 0; b < page.leaves; ++b)
+                    prefetch(parts_.leaves[page.leaf[b]].id);
+            }
             const std::uint32_t id = ids[i];
             const Aabb<Dim, T> box = boxes[i];
             const Key<Dim> key = key_of(parts_.frame, box, id);
-            before.push_back(this->box(id));
-            const Page<Dim, T>& page = parts_.pages[parts_.page_of[id]];
+            const std::uint32_t from = parts_.page_of[id];
+            const Place place = find(parts_, from, id);
+            const Page<Dim, T>& page = parts_.pages[from];
+            before_.push_back(parts_.leaves[page.leaf[place.leaf]].bounds.get(place.lane));
             if (page.parent == none || first_difference(key, page.key) > parts_.forks[page.parent].level) {
-                set(parts_.page_of[id], id, box);
+                set(from, place, box);
                 continue;
             }
             const std::uint32_t to = make_room(parts_, key);
@@ -274,14 +286,14 @@ void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
     } catch (...) {
         // Backwards, so that whatever was pushed out finds its place free again. Pages only got smaller,
         // none was given back, and make_room keeps a leaf for each split.
-        if (before.size() > 0) before.pop_back();
-        for (std::size_t i = before.size(); i-- > 0;) {
-            const std::uint32_t id = ids[i], to = descend(parts_, key_of(parts_.frame, before[i], id));
+        if (!before_.empty()) before_.pop_back();
+        for (std::size_t i = before_.size(); i-- > 0;) {
+            const std::uint32_t id = ids[i], to = descend(parts_, key_of(parts_.frame, before_[i], id));
             if (to == parts_.page_of[id]) {
-                set(to, id, before[i]);
+                set(to, find(parts_, to, id), before_[i]);
             } else {
                 remove_one(parts_, id);
-                put(parts_, to, id, before[i]);
+                put(parts_, to, id, before_[i]);
             }
         }
         finish(parts_);
@@ -408,6 +420,8 @@ void Tree<Dim, T>::release_memory() noexcept
     parts_.listed.shrink_to_fit();
     leaving_.clear();
     leaving_.shrink_to_fit();
+    before_.clear();
+    before_.shrink_to_fit();
     parts_.leaves.release();
     parts_.pages.release();
     parts_.forks.release();
@@ -435,7 +449,8 @@ IndexStats Tree<Dim, T>::stats() const noexcept
     stats.splits = parts_.splits;
     stats.bytes = parts_.leaves.bytes() + parts_.pages.bytes() + parts_.forks.bytes() + parts_.wides.bytes() +
                   (parts_.page_of.capacity() + parts_.listed.capacity()) * sizeof(std::uint32_t) +
-                  leaving_.capacity() * sizeof(Record<Dim, T>) + queues_.bytes() + closest_work_.bytes();
+                  leaving_.capacity() * sizeof(Record<Dim, T>) + before_.capacity() * sizeof(Box) +
+                  queues_.bytes() + closest_work_.bytes();
     return stats;
 }
 

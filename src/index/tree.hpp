@@ -70,6 +70,7 @@ class Tree
 
     Parts<Dim, T> parts_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
+    std::pmr::vector<Box> before_;             // working memory of move
     mutable QueueShelf<Dim, T> queues_;
     mutable Shelf<ClosestWork<Dim, T>> closest_work_;
 };

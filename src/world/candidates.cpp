@@ -55,32 +55,33 @@ void find_parked(const Parked<Dim, T>& parked, std::span<const Aabb<Dim, T>> box
     }
 }
 
-/// While it lives, what wakes up has no filter class. It is still in the index, and found there; whoever
-/// finds something without a class looks at the object, and sees that it is found as a changed one already.
+/// While it lives, what has changed and rested has no filter class. It is still in the index as it was, and
+/// found there; whoever finds something without a class looks at the object, and sees that it is found as a
+/// changed one already.
 template <int Dim, class T>
 class WithoutClass
 {
   public:
-    WithoutClass(State<Dim, T>& state, std::span<const std::uint32_t> waking, Arena& arena)
+    WithoutClass(State<Dim, T>& state, std::span<const std::uint32_t> rested, Arena& arena)
         : classes_(state.classes),
-          waking_(waking),
-          kept_(arena.list<FilterClass>("filters that waking objects had"))
+          rested_(rested),
+          kept_(arena.list<FilterClass>("filters of changed objects that rested"))
     {
-        kept_.reserve(waking.size());
-        for (const std::uint32_t index : waking)
+        kept_.reserve(rested.size());
+        for (const std::uint32_t index : rested)
             kept_.push_back(std::exchange(classes_[Index{index}], FilterClass::look));
     }
     WithoutClass(const WithoutClass&) = delete;
     WithoutClass& operator=(const WithoutClass&) = delete;
     ~WithoutClass()
     {
-        for (std::size_t k = 0; k < waking_.size(); ++k)
-            classes_[Index{waking_[k]}] = kept_[k];
+        for (std::size_t k = 0; k < rested_.size(); ++k)
+            classes_[Index{rested_[k]}] = kept_[k];
     }
 
   private:
     FilterClasses& classes_;
-    std::span<const std::uint32_t> waking_;
+    std::span<const std::uint32_t> rested_;
     std::pmr::vector<FilterClass>& kept_;
 };
 
@@ -316,17 +317,17 @@ template <class EntryOf>
 std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last, const Division& division,
                                              const EntryOf& entry_of) noexcept
 {
-    const bool any_waking = !entries_.waking.empty();
+    const bool any_rested = !entries_.rested.empty();
     Pair* kept = first;
     std::uint64_t candidates = 0;
     for (const Pair* each = first; each != last; ++each) {
         const Entry entry = entry_of(each->a);
         const Index index = entries_.index[entry], other{each->b};
-        // What a list holds and has woken up since is found elsewhere, if anywhere; what wakes up in this
-        // update, as a changed one.
+        // What a list holds and has moved or woken up since is found elsewhere, if anywhere; what does so in
+        // this update, as a changed one.
         if (neighbour_lists_.has_left(other, division.created[entry])) continue;
         bool agree = true;
-        if (any_waking || !all_pass_) {
+        if (any_rested || !all_pass_) {
             const FilterClass class_of_other = state_.classes[other];
             if (class_of_other == FilterClass::look && state_.objects[other].has(flag::written)) continue;
             agree = pass(entries_.filter[entry], index, class_of_other, other);
@@ -342,7 +343,7 @@ std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last
 template <int Dim, class T>
 void Search<Dim, T>::among_resting()
 {
-    const WithoutClass<Dim, T> without_class(state_, entries_.waking, arena_);
+    const WithoutClass<Dim, T> without_class(state_, entries_.rested, arena_);
     const Division division = neighbour_lists_.divide(state_, entries_, arena_);
     listed_ = division.listed;
     if (!division.lookups.empty()) find_listed(division);
@@ -494,14 +495,16 @@ std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>
     if (entries.stirring.empty()) return {};
     const std::span<const Aabb<Dim, T>> boxes(entries.boxes_before);
     auto& pairs = arena.list<Pair>("old pairs of stirring objects");
+    // All filters that objects have, or had, are of a class.
+    const bool all_pass = state.classes.all_pass();
     const auto take = [&](Index a, Index b) {
         if (a == b || (state.objects[b].has(flag::written) && b < a)) return; // found from the other side
-        if (passes(changes.old_filter(a), changes.old_filter(b))) pairs.push_back(pair_of(a, b));
+        if (all_pass || passes(changes.old_filter(a), changes.old_filter(b))) pairs.push_back(pair_of(a, b));
     };
     auto& joined = arena.list<Pair>("stirring objects and what rested around them");
     if (state.resting.size() != 0) state.resting.join(BoxView<Dim, T>(boxes), joined);
     for (std::size_t k = 0; k < joined.size(); ++k) {
-        if (k + fetch_ahead < joined.size()) state.objects.prefetch(Index{joined[k + fetch_ahead].b});
+        if (k + fetch_ahead < joined.size()) state.objects[Index{joined[k + fetch_ahead].b}].prefetch_state();
         take(entries.stirring[joined[k].a], Index{joined[k].b});
     }
     auto& beside = arena.list<Pair>("stirring objects and what was parked around them");

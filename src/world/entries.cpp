@@ -29,6 +29,18 @@ void set(Entries<Dim, T>& entries, Entry entry, const State<Dim, T>& state, Inde
     entries.moves_on[entry] = object.place() == Place::active;
 }
 
+// Moving objects within the index is worth it where so few of them change. Then BoxIndex::move doesn't build
+// the index anew, either.
+constexpr std::size_t resting_per_changed = 16;
+
+/// Whether a resting object that has changed stays in the index.
+template <int Dim, class T>
+bool shifts(const State<Dim, T>& state, Index index) noexcept
+{
+    const auto object = state.objects[index];
+    return object.is_there() && !object.has(flag::shifted | flag::refiltered);
+}
+
 // Where so many are active, and so few of them have changed, the others are parked.
 constexpr std::size_t worth_parking = 1024, active_per_changed = 16;
 
@@ -61,10 +73,16 @@ template <int Dim, class T>
 std::uint32_t enter_each(Entries<Dim, T>& entries, State<Dim, T>& state, std::span<const Index> changed)
 {
     std::uint32_t count = 0;
+    const bool any_shifts = changed.size() * resting_per_changed <= state.resting.size();
     for (const Index index : changed) {
         const auto object = state.objects[index];
         const Place place = object.place();
-        if (place == Place::resting) entries.waking.push_back(raw(index));
+        if (place == Place::resting) {
+            const bool shifting = any_shifts && shifts(state, index);
+            object.set(flag::shifting, shifting);
+            entries.rested.push_back(raw(index));
+            (shifting ? entries.shifting : entries.waking).push_back(raw(index));
+        }
         if (place == Place::resting || object.has(flag::parked) ||
             (entries.parks && place == Place::active)) {
             entries.stirring.push_back(index);

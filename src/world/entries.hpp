@@ -22,7 +22,9 @@ struct Entries
           index(arena.take<Table<Entry, Index>>("indices of entries")),
           filter(arena.take<Table<Entry, FilterClass>>("filters of entries")),
           moves_on(arena.take<Table<Entry, std::uint8_t>>("entries that were active")),
+          rested(arena.list<std::uint32_t>("changed objects that rested")),
           waking(arena.list<std::uint32_t>("waking objects")),
+          shifting(arena.list<std::uint32_t>("shifting objects")),
           stirring(arena.list<Index>("stirring objects")),
           boxes_before(arena.list<Aabb<Dim, T>>("boxes that stirring objects had"))
     {
@@ -35,9 +37,11 @@ struct Entries
     Table<Entry, std::uint8_t>& moves_on; // it was active after the last update
     std::size_t changed = 0;              // how many of them are changed objects
 
-    // Changed objects that rested, also removed ones, as ids of the index of resting objects.
-    std::pmr::vector<std::uint32_t>& waking;
-    // Changed objects whose old pairs are in no list: those in `waking`, those that were parked, and all
+    // Changed objects that rested, as ids of the index of resting objects: those that leave it, also removed
+    // ones, and those that move within it.
+    std::pmr::vector<std::uint32_t>& rested;
+    std::pmr::vector<std::uint32_t>&waking, &shifting;
+    // Changed objects whose old pairs are in no list: those in `rested`, those that were parked, and all
     // changed objects in an update that parks others.
     std::pmr::vector<Index>& stirring;
     std::pmr::vector<Aabb<Dim, T>>& boxes_before; // of these

@@ -53,6 +53,7 @@ class Journal
               free(memory),
               active(memory),
               parked(memory),
+              shifted(memory),
               keys(memory),
               read(memory),
               targets(memory),
@@ -70,7 +71,7 @@ class Journal
         }
         std::pmr::vector<std::uint32_t> fresh, indices;
         std::pmr::vector<IdTable::Free> free;
-        std::pmr::vector<typename State<Dim, T>::Active> active, parked;
+        std::pmr::vector<typename State<Dim, T>::Active> active, parked, shifted;
         std::pmr::vector<Key> keys;
         std::pmr::vector<Target> read, targets;
         std::pmr::vector<bool> is_free;

@@ -134,7 +134,7 @@ void MaskedIndexes<Dim, T>::follow(Masked& masked, const State<Dim, T>& state)
 }
 
 template <int Dim, class T>
-void MaskedIndexes<Dim, T>::note(std::span<const std::uint32_t> waking,
+void MaskedIndexes<Dim, T>::note(std::span<const std::uint32_t> rested,
                                  std::span<const std::uint32_t> settling) noexcept
 {
     for (Masked& masked : all_) {
@@ -149,7 +149,7 @@ void MaskedIndexes<Dim, T>::note(std::span<const std::uint32_t> waking,
         }
         if (!masked.is_made_ || !masked.is_worth_it_) continue;
         try {
-            masked.moved_.insert(masked.moved_.end(), waking.begin(), waking.end());
+            masked.moved_.insert(masked.moved_.end(), rested.begin(), rested.end());
             masked.moved_.insert(masked.moved_.end(), settling.begin(), settling.end());
         } catch (...) {
             masked.is_made_ = false; // it is made anew

@@ -56,7 +56,8 @@ class MaskedIndexes
         std::size_t resting_ = 0; // how many there were when that was found out
         std::size_t active_ = 0, of_active_ = 0;
         std::optional<BoxIndex<Dim, T>> index_;
-        std::pmr::vector<std::uint32_t> moved_; // objects that came to rest or woke up since it was fresh
+        std::pmr::vector<std::uint32_t>
+            moved_; // objects that came to rest, moved there or woke up since it was fresh
     };
 
     explicit MaskedIndexes(const IndexOptions& options)
@@ -70,7 +71,7 @@ class MaskedIndexes
                      std::uint64_t questions);
 
     // After an update that has changed something:
-    void note(std::span<const std::uint32_t> waking, std::span<const std::uint32_t> settling) noexcept;
+    void note(std::span<const std::uint32_t> rested, std::span<const std::uint32_t> settling) noexcept;
 
   private:
     Masked* find(std::uint32_t category, std::uint32_t mask) noexcept;

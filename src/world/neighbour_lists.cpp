@@ -56,7 +56,7 @@ void NeighbourLists<Dim, T>::prefetch_listings(Index object) const noexcept
         jostle::prefetch(reinterpret_cast<const char*>(list->listings) + at);
 }
 
-/// Makes a list of what has been seen around the object's way, but for what leaves the index.
+/// Makes a list of what has been seen around the object's way, but for what leaves its place.
 template <int Dim, class T>
 template <class Leaves>
 auto NeighbourLists<Dim, T>::fill(Index object, const Box& way, std::span<const index::Seen<Dim, T>> around,
@@ -88,7 +88,7 @@ index::Lookup<Dim> NeighbourLists<Dim, T>::lookup_in(const List& list, Entry ent
     return lookup;
 }
 
-/// Lists of an update that failed leave out what was to wake up.
+/// Lists of an update that failed leave out what was to move or to wake up.
 template <int Dim, class T>
 void NeighbourLists<Dim, T>::begin_update() noexcept
 {
@@ -137,9 +137,9 @@ auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>&
     }
     if (newcomers.empty()) return {lookups, unlisted, created, 0};
 
-    const bool any_waking = !entries.waking.empty();
+    const bool any_rested = !entries.rested.empty();
     const auto leaves = [&](Index other) {
-        return any_waking && state.classes[other] == FilterClass::look &&
+        return any_rested && state.classes[other] == FilterClass::look &&
                state.objects[other].has(flag::written);
     };
     BoxIndexAccess::look_around(state.resting, BoxView<Dim, T>(std::span<const Box>(ways)));

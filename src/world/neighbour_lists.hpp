@@ -55,15 +55,16 @@ class NeighbourLists
         std::size_t listed;                          // how many new lists were made
     };
     /// Divides the changed entries. Makes lists for some that have none, and keep moving as it seems. While
-    /// it is called, objects that wake up have no filter class.
+    /// it is called, changed objects that rested have no filter class.
     [[nodiscard]] Division divide(State<Dim, T>& state, const Entries<Dim, T>& entries, Arena& arena);
-    /// Whether an object has left the index since a list was made that may still hold it.
+    /// Whether an object has left its place in the index since a list was made that may still hold it.
     [[nodiscard]] bool has_left(Index object, std::uint32_t created) const noexcept
     {
         return created < last_waking_ && rested_at_[object] > created;
     }
 
-    /// Lists that objects about to settle belong into are of no more use. `changed`: how many objects did.
+    /// Lists that objects about to settle or to shift belong into are of no more use. `changed`: how many
+    /// objects did.
     void invalidate(std::span<const Box> settling, std::size_t changed, PairFinder& finder, Arena& arena);
     void invalidate_all() noexcept;
 

@@ -16,15 +16,15 @@ constexpr std::size_t least_settling = 128;
 // compared with them.
 constexpr std::size_t turns = 256;
 
-/// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. None of
-/// them is in the index: what changed, and so may have been, stays active.
+/// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. Who comes
+/// to rest isn't in the index: what changed, and so may be, stays active, or shifts.
 template <int Dim, class T>
 void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, std::size_t most,
             Rest<Dim, T>& rest)
 {
     const auto place_changed = [&](Index index) {
         const auto object = state.objects[index];
-        if (!object.is_there()) return;
+        if (!object.is_there() || object.has(flag::shifting)) return;
         if (object.place() != Place::none)
             rest.active.push_back({index, 0});
         else if (object.has(flag::is_static) && rest.settling.size() < most)
@@ -66,8 +66,8 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
 {
     Rest<Dim, T> rest = {entries.all_of_active,
                          arena.list<typename State<Dim, T>::Active>("objects that will be active"),
-                         arena.list<std::uint32_t>("objects that come to rest"),
-                         arena.list<Aabb<Dim, T>>("boxes of objects that come to rest")};
+                         arena.list<std::uint32_t>("objects that come to rest"), entries.shifting,
+                         arena.list<Aabb<Dim, T>>("boxes of objects that come to rest or shift")};
     // About as many as have changed come to rest, so that no update takes much longer than what it is asked
     // to do; who has waited longest comes first. Those that are due come on top: not many more than had been
     // added in the update before, which took longer.
@@ -81,6 +81,9 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
     rest.parking = entries.parks ? entries.parking : state.parked.staged().size();
     for (const std::uint32_t index : rest.settling)
         rest.boxes.push_back(state.objects[Index{index}].now());
+    for (const std::uint32_t index : rest.shifting)
+        rest.boxes.push_back(state.objects[Index{index}].now());
+    reserve_more(state.shifted, rest.shifting.size());
     neighbour_lists.invalidate(rest.boxes, changes.objects().size(), finder, arena);
     return rest;
 }
@@ -88,9 +91,17 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
 template <int Dim, class T>
 void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
 {
-    if (!rest.settling.empty())
-        BoxIndexAccess::insert(state.resting, rest.settling,
-                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(rest.boxes)));
+    const std::span<const Aabb<Dim, T>> boxes(rest.boxes);
+    const std::span<const std::uint32_t> settling(rest.settling);
+    if (!settling.empty())
+        BoxIndexAccess::insert(state.resting, settling, BoxView<Dim, T>(boxes.first(settling.size())));
+    if (rest.shifting.empty()) return;
+    try {
+        BoxIndexAccess::move(state.resting, rest.shifting, BoxView<Dim, T>(boxes.subspan(settling.size())));
+    } catch (...) {
+        BoxIndexAccess::erase(state.resting, settling);
+        throw;
+    }
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \

@@ -15,19 +15,20 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Which objects are active after an update, and which come to rest.
+/// Which objects are active after an update, which come to rest, and which move where they rest.
 template <int Dim, class T>
 struct Rest
 {
     bool same_active; // those that were, and each has changed: then `active` is empty
     std::pmr::vector<typename State<Dim, T>::Active>& active; // ascending
     std::pmr::vector<std::uint32_t>& settling;                // indices; those that are parked first
-    std::pmr::vector<Aabb<Dim, T>>& boxes;                    // of these
+    std::span<const std::uint32_t> shifting;                  // indices
+    std::pmr::vector<Aabb<Dim, T>>& boxes;                    // of those that settle, then of these
     std::size_t parking = 0; // so many of those that are staged in Parked are parked
 };
 
-/// Puts objects that come to rest into the index; those that wake up are still in it. It comes after all else
-/// that can fail; if it fails itself, the index is as it was.
+/// Puts objects that come to rest into the index, and moves those that shift; those that wake up are still in
+/// it. It comes after all else that can fail; if it fails itself, the index is as it was.
 template <int Dim, class T>
 void settle(State<Dim, T>& state, const Rest<Dim, T>& rest);
 

@@ -128,8 +128,13 @@ template <int Dim, class T>
 class Return
 {
   public:
-    Return(typename World<Dim, T>::Implementation& me, SnapshotReader& in)
-        : me_(me), state_(me.state), journal_(*me.journal), work_(me.journal->work), in_(in)
+    Return(typename World<Dim, T>::Implementation& me, SnapshotReader& in, std::uint32_t version)
+        : me_(me),
+          state_(me.state),
+          journal_(*me.journal),
+          work_(me.journal->work),
+          in_(in),
+          with_shifted_(version == changes_since.version)
     {
     }
 
@@ -178,6 +183,7 @@ class Return
     Journal<Dim, T>& journal_;
     typename Journal<Dim, T>::Work& work_;
     SnapshotReader& in_;
+    const bool with_shifted_;
     std::uint64_t end_ = 0, slots_end_ = 0;
     std::size_t kept_ = 0;
     Census census_;
@@ -251,16 +257,22 @@ void Return<Dim, T>::read_active()
 {
     work_.active.clear();
     work_.parked.clear();
+    work_.shifted.clear();
     const std::uint64_t count = in_.get_count(8);
-    in_.demand(count == census_.active(), "the list of active objects doesn't fit the objects");
     std::uint64_t least = 0;
     for (std::uint64_t k = 0; k < count; ++k) {
         const auto index = in_.get<std::uint32_t>(), idle = in_.get<std::uint32_t>();
-        in_.demand(least <= index && place(index) == Place::active,
+        const Place there = place(index);
+        in_.demand(least <= index && may_be_listed(there, idle, with_shifted_),
                    "the list of active objects doesn't fit the objects");
         least = std::uint64_t{index} + 1;
-        (idle < first_turn ? work_.active : work_.parked).push_back({Index{index}, idle});
+        auto& list = there == Place::resting ? work_.shifted
+                     : idle < first_turn     ? work_.active
+                                             : work_.parked;
+        list.push_back({Index{index}, idle});
     }
+    in_.demand(count - work_.shifted.size() == census_.active(),
+               "the list of active objects doesn't fit the objects");
     std::sort(work_.parked.begin(), work_.parked.end(), [](const auto& x, const auto& y) {
         return x.idle != y.idle ? x.idle < y.idle : x.index < y.index;
     });
@@ -343,6 +355,7 @@ void Return<Dim, T>::make_room()
     me_.neighbour_lists.make_room(state_.objects.capacity());
     state_.active.reserve(work_.active.size());
     state_.parked.reserve(work_.parked.size());
+    state_.shifted.reserve(work_.shifted.size());
     work_.come.clear(), work_.gone.clear(), work_.moved.clear(), work_.changed.clear();
     work_.come_boxes.clear(), work_.moved_boxes.clear(), work_.indices.clear();
     Past<Dim, T> present(state_, me_.applied);
@@ -412,6 +425,8 @@ void Return<Dim, T>::commit() noexcept
         state_.objects[index].set(flag::parked, false);
         return true;
     });
+    for (const auto& each : state_.shifted)
+        state_.objects[each.index].set(flag::shifted, false);
     for (const Target& each : work_.targets) {
         if (state_.objects[each.index].place() == Place::resting) me_.neighbour_lists.note_waking(each.index);
         put_record(state_, each.index, each.record);
@@ -428,6 +443,9 @@ void Return<Dim, T>::commit() noexcept
     state_.disabled = census_.disabled;
     state_.odd = census_.odd;
     state_.active.assign(work_.active.begin(), work_.active.end());
+    state_.shifted.assign(work_.shifted.begin(), work_.shifted.end());
+    for (const auto& each : work_.shifted)
+        state_.objects[each.index].set(flag::shifted);
     state_.parked.clear();
     for (const auto& each : work_.parked) {
         state_.parked.stage(each.index, state_.objects[each.index].now());
@@ -495,7 +513,8 @@ void World<Dim, T>::save_changes(std::vector<std::byte>& out)
     world::SnapshotWriter writer;
     writer.bytes.swap(out); // in its memory
     writer.bytes.clear();
-    writer.begin<Dim, T>(world::changes_since, world::changes_since.version, journal.base);
+    writer.begin<Dim, T>(world::changes_since, me.state.shifted.empty() ? 1 : world::changes_since.version,
+                         journal.base);
     world::write_changes<Dim, T>(writer, me);
     writer.end();
     writer.bytes.swap(out);
@@ -515,7 +534,7 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
                   "; that of this world's is " + std::to_string(journal.base));
 
     // From here on whoever made them knew both checksums. Still nothing is believed that could do harm.
-    world::Return<Dim, T> back(me, in);
+    world::Return<Dim, T> back(me, in, header.version);
     back.read();
     me.take_back(); // what apply() has shown
     back.make_room();

@@ -59,23 +59,29 @@ std::vector<IdTable::Free> read_free_ids(SnapshotReader& in, std::span<const std
 }
 
 template <int Dim, class T>
-void read_active(SnapshotReader& in, State<Dim, T>& state, std::size_t end)
+void read_active(SnapshotReader& in, State<Dim, T>& state, std::size_t end, std::uint32_t version)
 {
+    const bool with_shifted = version == whole_snapshot.version;
     const std::uint64_t count = in.get_count(8);
-    in.demand(count == state.alive - state.disabled - state.odd - state.resting.size(),
-              "the list of active objects doesn't fit the objects");
     std::vector<typename State<Dim, T>::Active> parked;
     std::uint64_t least = 0;
     for (std::uint64_t k = 0; k < count; ++k) {
         const auto index = in.get<std::uint32_t>(), idle = in.get<std::uint32_t>();
-        in.demand(least <= index && index < end && state.objects[Index{index}].place() == Place::active,
+        in.demand(least <= index && index < end &&
+                      may_be_listed(state.objects[Index{index}].place(), idle, with_shifted),
                   "the list of active objects doesn't fit the objects");
         least = std::uint64_t{index} + 1;
-        if (idle < first_turn)
+        if (state.objects[Index{index}].place() == Place::resting)
+            state.shifted.push_back({Index{index}, idle});
+        else if (idle < first_turn)
             state.active.push_back({Index{index}, idle});
         else
             parked.push_back({Index{index}, idle});
     }
+    in.demand(count - state.shifted.size() == state.alive - state.disabled - state.odd - state.resting.size(),
+              "the list of active objects doesn't fit the objects");
+    for (const auto& each : state.shifted)
+        state.objects[each.index].set(flag::shifted);
     std::sort(parked.begin(), parked.end(), [](const auto& x, const auto& y) {
         return x.idle != y.idle ? x.idle < y.idle : x.index < y.index;
     });
@@ -155,8 +161,9 @@ std::vector<std::byte> save(const typename World<Dim, T>::Implementation& me, co
     out.put(std::uint64_t{refused.size()});
     for (const std::uint64_t key : refused)
         out.put(key);
-    if (any_more || any_odd) {
-        out.bytes[8] = static_cast<std::byte>(any_odd ? whole_snapshot.version : 2);
+    const bool any_shifted = !state.shifted.empty();
+    if (any_more || any_odd || any_shifted) {
+        out.bytes[8] = static_cast<std::byte>(any_shifted ? whole_snapshot.version : any_odd ? 3u : 2u);
         const auto& slots = me.pair_slots;
         out.put(std::uint32_t{slots ? 1u : 0u});
         out.put(std::uint64_t{slots ? slots->end() : 0u});
@@ -203,7 +210,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     (void)in.get<std::uint64_t>(); // how much had changed of late, to the versions before 0.2
     const std::vector<std::uint32_t> generations = world::read_objects(in, state, fresh->user_data, version);
     state.ids.restore(generations, world::read_free_ids(in, generations));
-    world::read_active(in, state, generations.size());
+    world::read_active(in, state, generations.size(), version);
     world::read_refused(in, state, generations);
     bool has_slots = false;
     std::vector<world::Key> slots;

@@ -32,9 +32,11 @@ struct SnapshotKind
     const char* name;
     std::uint32_t version;
 };
-// 3 where there are odd boxes, 2 where there are user data or slots, else 1.
-constexpr SnapshotKind whole_snapshot = {{'j', 'o', 's', 't', 'l', 'e', 'w', 'd'}, "snapshot", 3};
-constexpr SnapshotKind changes_since = {{'j', 'o', 's', 't', 'l', 'e', 'c', 'h'}, "changes", 1};
+// 4 where objects that rest have moved of late, 3 where there are odd boxes, 2 where there are user data or
+// slots, else 1.
+constexpr SnapshotKind whole_snapshot = {{'j', 'o', 's', 't', 'l', 'e', 'w', 'd'}, "snapshot", 4};
+// 2 where objects that rest have moved of late, else 1.
+constexpr SnapshotKind changes_since = {{'j', 'o', 's', 't', 'l', 'e', 'c', 'h'}, "changes", 2};
 
 /// Words of 8 bytes, the last filled up with zeros. Each step is a bijection of the sum so far, so a change
 /// within one word always shows.
@@ -230,8 +232,15 @@ constexpr std::uint32_t bits_of(std::uint32_t state) noexcept
 }
 
 /// In the list of active objects, how many updates one has been idle; for those that are parked, from this
-/// number on, whose turn comes when.
+/// number on, whose turn comes when. In the last version of each kind, those that rest and have moved of late
+/// are among them.
 constexpr std::uint32_t first_turn = idle_updates + 1;
+
+/// One of that list, whose object has this place, is possible.
+[[nodiscard]] constexpr bool may_be_listed(Place place, std::uint32_t idle, bool with_shifted) noexcept
+{
+    return place == Place::active || (with_shifted && place == Place::resting && idle < shifted_updates);
+}
 
 /// With its generation in front; of no object, that alone.
 template <int Dim, class T>
@@ -295,7 +304,7 @@ Record<Dim, T> read_record(SnapshotReader& in, std::uint32_t version)
     return record;
 }
 
-/// Active objects ascending, parked ones among them with their turns.
+/// Active objects ascending, parked ones among them with their turns, and those that rest and have moved.
 template <int Dim, class T, class List>
 void write_active(SnapshotWriter& out, const State<Dim, T>& state, List& active)
 {
@@ -305,6 +314,7 @@ void write_active(SnapshotWriter& out, const State<Dim, T>& state, List& active)
         active.push_back({index, turn++});
         return true;
     });
+    active.insert(active.end(), state.shifted.begin(), state.shifted.end());
     std::sort(active.begin(), active.end(), [](const auto& x, const auto& y) { return x.index < y.index; });
     out.put(std::uint64_t{active.size()});
     for (const auto& each : active) {

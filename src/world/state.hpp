@@ -26,6 +26,9 @@ constexpr std::uint32_t idle_updates = 3;
 // New objects need one only, and never wait: what has never moved seldom does, and an index that is filled at
 // once answers faster than one that grows little by little.
 constexpr std::uint32_t due = idle_updates;
+// How many updates a resting object that has moved must stay unchanged before it may move again without
+// waking up: one that moves in every other update is better active.
+constexpr std::uint32_t shifted_updates = 2;
 
 /// The state of a world. The stages of an update say what is to change, and `commit_objects` and
 /// `commit_rest` in update.cpp change it. What stages write before that is undone unless the update is kept:
@@ -42,6 +45,7 @@ struct State
           classes(memory),
           active(memory),
           parked(memory),
+          shifted(memory),
           resting({options.executor, memory, options.instruction_set}),
           refused(memory)
     {
@@ -59,8 +63,10 @@ struct State
         Index index;
         std::uint32_t idle; // updates since it changed, or `due`
     };
-    std::pmr::vector<Active> active;                // ascending; without those that are parked
-    Parked<Dim, T> parked;                          // active ones that are about to rest
+    std::pmr::vector<Active> active; // ascending; without those that are parked
+    Parked<Dim, T> parked;           // active ones that are about to rest
+    // Resting ones that have moved in one of the last updates without waking up. `idle`: as above.
+    std::pmr::vector<Active> shifted;
     BoxIndex<Dim, T> resting;                       // the others that are there; ids are indices
     std::pmr::unordered_set<std::uint64_t> refused; // keys of pairs that touch and that `accept` is against
     std::size_t alive = 0, disabled = 0, odd = 0;   // odd: enabled, but their boxes are none

@@ -18,10 +18,14 @@ void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists
 {
     const auto object = state.objects[index];
     const Place place = object.place();
+    if (place == Place::resting) neighbour_lists.note_waking(index);
+    if (object.has(flag::shifting)) { // it stays what it was
+        object.set(flag::transient, false);
+        return;
+    }
     state.disabled -= place == Place::disabled && !object.has(flag::shut);
     state.odd -= object.has(flag::shut);
     state.alive -= place != Place::none;
-    if (place == Place::resting) neighbour_lists.note_waking(index);
     if (!object.is_there()) neighbour_lists.drop(index);
     if (!object.has(flag::alive)) {
         state.ids.release(state.id_of(index));
@@ -35,7 +39,7 @@ void commit_object(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists
     object.set(flag::shut, !object.is_there() && object.has(flag::enabled));
     state.disabled += !object.has(flag::enabled);
     state.odd += object.has(flag::shut);
-    object.set(flag::transient, false);
+    object.set(flag::transient | flag::shifted, false);
 }
 
 template <int Dim, class T>
@@ -62,6 +66,25 @@ void unpark(State<Dim, T>& state, Index index) noexcept
     object.set(flag::parked, false);
 }
 
+/// Some objects have moved where they rest; those that did so before wait one update less, or have woken up.
+template <int Dim, class T>
+void commit_shifts(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
+                   std::span<const std::uint32_t> shifting) noexcept
+{
+    std::erase_if(state.shifted, [&](auto& each) {
+        const auto object = state.objects[each.index];
+        if (!object.has(flag::shifted)) return true;
+        if (++each.idle < shifted_updates) return false;
+        object.set(flag::shifted, false);
+        return true;
+    });
+    for (const std::uint32_t index : shifting) {
+        state.shifted.push_back({Index{index}, 0});
+        state.objects[Index{index}].set(flag::shifted);
+        neighbour_lists.note_settling(Index{index});
+    }
+}
+
 template <int Dim, class T>
 void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
                  const Entries<Dim, T>& entries, const Rest<Dim, T>& rest) noexcept
@@ -76,6 +99,7 @@ void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
         neighbour_lists.note_settling(Index{index});
     }
     state.parked.close_gaps();
+    commit_shifts(state, neighbour_lists, rest.shifting);
     neighbour_lists.count_update();
     if (rest.same_active) {
         for (auto& each : state.active)
@@ -179,14 +203,14 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     }
     world::commit_rest(state, neighbour_lists, entries, rest);
     queues.forget();
-    next.all_active = rest.settling.empty() && rest.parking == 0;
+    next.all_active = rest.settling.empty() && rest.shifting.empty() && rest.parking == 0;
     shown = 1 - shown;
     change_log.count_update();
     for (const auto& old : changes.old_reaches()) // their boxes may be others, though their bounds aren't
         change_log.note(std::span(&old.index, 1), state.alive);
     if (changed != 0 || !rest.settling.empty()) {
         note(changes.objects(), rest.settling);
-        masked_indexes.note(entries.waking, rest.settling);
+        masked_indexes.note(entries.rested, rest.settling);
     }
     changed_pairs.forget();
     if (any_data) user_data.end_removal();

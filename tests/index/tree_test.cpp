@@ -451,6 +451,60 @@ TEST(Memory, RunningOutLeavesTheTreeAsItWas)
     EXPECT_GT(refusals, 30u);
 }
 
+// Objects leave a crowd, some far, some hardly: there are more and more pages, until the memory is out.
+TEST(Memory, RunningOutInTheMidstOfAMoveUndoesIt)
+{
+    contract::CountingMemory memory;
+    IndexOptions options;
+    options.memory = &memory;
+    Tree tree(options);
+    Random random(8);
+    std::vector<std::uint32_t> ids(8000);
+    std::iota(ids.begin(), ids.end(), 0u);
+    std::vector<Aabb3f> boxes;
+    const auto box_within = [&](double extent) {
+        Aabb3f box;
+        for (int d = 0; d < 3; ++d) {
+            box.lo[d] = static_cast<float>(random.number(0, extent));
+            box.hi[d] = box.lo[d] + 0.25f;
+        }
+        return box;
+    };
+    while (boxes.size() < ids.size())
+        boxes.push_back(box_within(4));
+    tree.insert(ids, View(boxes));
+    std::uint64_t in_the_midst = 0;
+    for (std::uint32_t round = 0; round < 120; ++round) {
+        std::vector<std::uint32_t> moved;
+        std::vector<Aabb3f> to;
+        for (std::uint32_t k = 0; k < 200; ++k) {
+            moved.push_back((round * 200 + k) % 8000);
+            to.push_back(boxes[moved.back()]);
+            if (k % 4 != 0)
+                to.back() = box_within(4 * (1 + round / 10));
+            else
+                to.back().hi[k % 3] += 0.001f;
+        }
+        for (std::uint64_t allowed = 0;; ++allowed) {
+            memory.failing_allocation = memory.allocations + allowed;
+            try {
+                tree.move(moved, View(to));
+                break;
+            } catch (const std::bad_alloc&) {
+                in_the_midst += allowed > 0 || round > 0; // the first makes room for the boxes before
+            }
+            ASSERT_EQ(tree.validate(), nullptr) << "round " << round << ", allocation " << allowed;
+            for (const std::uint32_t id : ids) {
+                const Aabb3f box = tree.box(id);
+                ASSERT_TRUE(box.lo == boxes[id].lo && box.hi == boxes[id].hi) << id << " in round " << round;
+            }
+        }
+        for (std::size_t k = 0; k < moved.size(); ++k)
+            boxes[moved[k]] = to[k];
+    }
+    EXPECT_GT(in_the_midst, 3u);
+}
+
 TEST(Memory, ComesBackWhenReleased)
 {
     contract::CountingMemory memory;

@@ -78,8 +78,14 @@ TEST(World, RestingObjectsCostNothingAndStillMeet)
     world.move(ids[0], cube(2 * 500 + 1.0f));
     world.update();
     EXPECT_EQ(world.stats().changed, 1u);
-    EXPECT_EQ(world.stats().woken, 1u);
+    EXPECT_EQ(world.stats().woken, 0u);
     EXPECT_EQ(began(world), (Began{{ids[0], ids[500]}, {ids[0], ids[501]}}));
+    EXPECT_LE(world.stats().candidates, 4u);
+    world.move(ids[0], cube(2 * 600 + 1.0f));
+    world.update();
+    EXPECT_EQ(world.stats().woken, 1u);
+    EXPECT_EQ(began(world), (Began{{ids[0], ids[600]}, {ids[0], ids[601]}}));
+    EXPECT_EQ(world.stats().ended, 2u);
     EXPECT_LE(world.stats().candidates, 4u);
     EXPECT_EQ(world.stats().active, 1u);
 }
