@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Any bytes as an NPY file. What is read is read again from the plainest file of the same boxes.
+// Any bytes as an NPY file, or as they come through a pipe, whose length nobody tells: what is taken of one
+// is taken of the other. What is read is read again from the plainest file of the same boxes.
 #include <cstring>
 
 #include "read_file.hpp"
@@ -7,8 +8,11 @@
 JOSTLE_FUZZ_TARGET(npy)
 {
     const std::vector<std::uint8_t> bytes = in.rest();
-    const auto read = fuzz::read_or_refuse(bytes, jostle_tool::read_npy);
+    const bool has_size = bytes.size() % 2 == 0;
+    const auto read = fuzz::read_or_refuse(bytes, jostle_tool::read_npy, has_size);
     if (!read) return;
+    const auto other = fuzz::read_or_refuse(bytes, jostle_tool::read_npy, !has_size);
+    fuzz::demand(other && fuzz::same_boxes(*read, *other), "a file and a pipe of the same bytes differ");
     std::string plain;
     std::visit(
         [&](const auto& boxes) {

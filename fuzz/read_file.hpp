@@ -1,58 +1,34 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <cstdint>
-#include <cstdio>
-#include <cstdlib>
+#include <cstring>
 #include <optional>
-#include <span>
 #include <string>
+#include <string_view>
 
 #include "target.hpp"
 #include "tool/commands.hpp"
 #include "tool/io/boxes.hpp"
+#include "tool/io/input_file.hpp"
 
 namespace fuzz {
 
-/// A file that readers can open by its name and that is in memory.
-class MemoryFile
+/// The name that refusals tell.
+inline const std::string input_name = "input";
+
+/// What bytes read as: refused in words that name them, or boxes. To open a file would take longer than to
+/// read it.
+template <class Bytes>
+std::optional<jostle_tool::BoxSet>
+read_or_refuse(const Bytes& bytes, jostle_tool::BoxSet (*read)(jostle_tool::InputFile&), bool has_size = true)
 {
-  public:
-    MemoryFile() : fd_(memfd_create("input", MFD_CLOEXEC)), name_("/proc/self/fd/" + std::to_string(fd_))
-    {
-        if (fd_ < 0) std::perror("memfd_create"), std::exit(2);
-    }
-    MemoryFile(const MemoryFile&) = delete;
-    MemoryFile& operator=(const MemoryFile&) = delete;
-    ~MemoryFile() { close(fd_); }
-
-    [[nodiscard]] const std::string& name() const { return name_; }
-    template <class Bytes>
-    void write(const Bytes& bytes)
-    {
-        if (ftruncate(fd_, 0) != 0 ||
-            pwrite(fd_, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-            std::perror("pwrite"), std::exit(2);
-    }
-
-  private:
-    int fd_;
-    std::string name_;
-};
-
-/// What a file reads as: refused in words that name it, or boxes.
-template <class Bytes, class Read>
-std::optional<jostle_tool::BoxSet> read_or_refuse(const Bytes& bytes, const Read& read)
-{
-    static MemoryFile file;
-    file.write(bytes);
+    jostle_tool::InputFile file(input_name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()},
+                                has_size);
     try {
-        return read(file.name());
+        return read(file);
     } catch (const jostle_tool::UsageError& error) {
-        demand(std::string(error.what()).starts_with(file.name()), "a refusal that doesn't name the file");
+        demand(std::string_view(error.what()).starts_with(input_name),
+               "a refusal that doesn't name the file");
         return std::nullopt;
     }
 }

@@ -5,6 +5,7 @@
 #include <zstd.h>
 
 #include <cstring>
+#include <sstream>
 
 #include "jostle/recorder.hpp"
 #include "read_file.hpp"
@@ -125,11 +126,11 @@ JOSTLE_FUZZ_TARGET(recording)
     const bool raw = in.one_in(8);
     std::optional<File> made;
     if (!raw) made.emplace(in);
-    static fuzz::MemoryFile file;
-    file.write(raw ? in.rest() : made->bytes);
+    const Bytes bytes = raw ? in.rest() : made->bytes;
     std::vector<Bytes> frames;
     try {
-        jostle_scenes::RecordingReader reader(file.name());
+        jostle_scenes::RecordingReader reader(
+            fuzz::input_name, std::make_unique<std::istringstream>(std::string(bytes.begin(), bytes.end())));
         const bool floats = reader.info().coordinate_bytes == 4;
         if (reader.info().dim == 3)
             frames = floats ? read_frames<3, float>(reader) : read_frames<3, double>(reader);
@@ -137,7 +138,7 @@ JOSTLE_FUZZ_TARGET(recording)
             frames = floats ? read_frames<2, float>(reader) : read_frames<2, double>(reader);
     } catch (const std::runtime_error& error) {
         const std::string what = error.what();
-        fuzz::demand(what.starts_with(file.name()), "a refusal that doesn't name the file");
+        fuzz::demand(what.starts_with(fuzz::input_name), "a refusal that doesn't name the file");
         if (made && made->honest) fuzz::fail("a recording without a lie is refused: " + what);
         return;
     }

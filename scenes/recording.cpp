@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <new>
@@ -247,15 +248,20 @@ void RecordingWriter<Dim, T>::finish()
     });
 }
 
-RecordingReader::RecordingReader(std::filesystem::path path) : path_(std::move(path))
+RecordingReader::RecordingReader(std::filesystem::path path)
+    : RecordingReader(path, std::make_unique<std::ifstream>(path, std::ios::binary))
 {
-    file_.open(path_, std::ios::binary);
-    if (!file_) fail("can't be read: " + system_message() + "; check the name and its permissions");
+}
+
+RecordingReader::RecordingReader(std::filesystem::path name, std::unique_ptr<std::istream> bytes)
+    : path_(std::move(name)), file_(std::move(bytes))
+{
+    if (!*file_) fail("can't be read: " + system_message() + "; check the name and its permissions");
 
     std::string header(fixed_header, '\0');
-    file_.read(header.data(), static_cast<std::streamsize>(header.size()));
-    if (file_.bad()) fail("can't be read: " + system_message());
-    if (!file_ || std::memcmp(header.data(), magic, 7) != 0)
+    file_->read(header.data(), static_cast<std::streamsize>(header.size()));
+    if (file_->bad()) fail("can't be read: " + system_message());
+    if (!*file_ || std::memcmp(header.data(), magic, 7) != 0)
         fail("is no recording of moving boxes (.jrec); give one");
     plain_ = header[7] == 2;
     if (header[7] != magic[7] && !plain_)
@@ -284,12 +290,12 @@ RecordingReader::RecordingReader(std::filesystem::path path) : path_(std::move(p
 void RecordingReader::count_frames()
 {
     info_.frames = 0;
-    file_.seekg(0, std::ios::end);
-    const std::streamoff end = file_.tellg();
-    if (!file_ || end < 0) fail("wasn't closed by its recorder, and is a pipe; give a file");
+    file_->seekg(0, std::ios::end);
+    const std::streamoff end = file_->tellg();
+    if (!*file_ || end < 0) fail("wasn't closed by its recorder, and is a pipe; give a file");
     const std::uint64_t box_size = 2 * static_cast<std::uint64_t>(info_.dim * info_.coordinate_bytes);
     for (std::uint64_t at = frames_; at + 12 <= static_cast<std::uint64_t>(end);) {
-        file_.seekg(static_cast<std::streamoff>(at));
+        file_->seekg(static_cast<std::streamoff>(at));
         std::string size_bytes(4, '\0');
         read(size_bytes.data(), 4, "frame");
         const auto boxes = number_at<std::uint32_t>(size_bytes, 0);
@@ -299,7 +305,7 @@ void RecordingReader::count_frames()
         ++info_.frames;
     }
     unfinished_ = true;
-    file_.seekg(static_cast<std::streamoff>(frames_));
+    file_->seekg(static_cast<std::streamoff>(frames_));
 }
 
 void RecordingReader::fail(const std::string& problem) const
@@ -309,8 +315,8 @@ void RecordingReader::fail(const std::string& problem) const
 
 void RecordingReader::read(void* bytes, std::size_t size, const char* where)
 {
-    if (file_.read(static_cast<char*>(bytes), static_cast<std::streamsize>(size))) return;
-    if (file_.bad()) fail("can't be read: " + system_message());
+    if (file_->read(static_cast<char*>(bytes), static_cast<std::streamsize>(size))) return;
+    if (file_->bad()) fail("can't be read: " + system_message());
     fail_truncated(where);
 }
 
@@ -351,8 +357,9 @@ void RecordingReader::unpack(std::size_t unpacked_size)
          "jostle::Recorder wrote");
 #else
     if (ZSTD_getFrameContentSize(packed_.data(), packed_.size()) != unpacked_size) fail_altered();
-    const std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
-    if (!context) throw std::bad_alloc();
+    if (!unpacker_) unpacker_ = {ZSTD_createDCtx(), [](ZSTD_DCtx* context) { ZSTD_freeDCtx(context); }};
+    if (!unpacker_) throw std::bad_alloc();
+    ZSTD_DCtx_reset(unpacker_.get(), ZSTD_reset_session_only); // the frame before may have been a damaged one
     ZSTD_inBuffer in{packed_.data(), packed_.size(), 0};
     ZSTD_outBuffer out{nullptr, 0, 0};
     constexpr std::size_t first_step = std::size_t{1} << 16;
@@ -362,7 +369,7 @@ void RecordingReader::unpack(std::size_t unpacked_size)
         out.dst = planes_.data();
         out.size = std::min(unpacked_size, planes_.size());
         const std::size_t in_before = in.pos, out_before = out.pos;
-        left = ZSTD_decompressStream(context.get(), &out, &in);
+        left = ZSTD_decompressStream(unpacker_.get(), &out, &in);
         const bool stuck = left != 0 && in.pos == in_before && out.pos == out_before;
         if (ZSTD_isError(left) != 0 || stuck) fail_altered();
     }
@@ -400,7 +407,7 @@ bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
         throw std::logic_error("RecordingReader::next: not the dimension and type of the recording");
     if (next_ == info_.frames) {
         boxes.clear();
-        if (!unfinished_ && file_.peek() != std::ifstream::traits_type::eof())
+        if (!unfinished_ && file_->peek() != std::ifstream::traits_type::eof())
             fail("was altered: something follows its last frame; copy or record it again");
         return false;
     }
@@ -447,8 +454,8 @@ bool RecordingReader::next(std::vector<Aabb<Dim, T>>& boxes)
 
 void RecordingReader::rewind()
 {
-    file_.clear();
-    if (!file_.seekg(static_cast<std::streamoff>(frames_)))
+    file_->clear();
+    if (!file_->seekg(static_cast<std::streamoff>(frames_)))
         fail("is a pipe, which can't be read again; give a file");
     next_ = 0;
 }

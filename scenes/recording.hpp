@@ -3,7 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
+#include <istream>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,6 +12,8 @@
 
 #include "jostle/box.hpp"
 #include "system/unfinished_file.hpp"
+
+struct ZSTD_DCtx_s;
 
 /// Recordings of moving boxes: files `.jrec`, exact to the last bit, compact, the same on every platform.
 ///
@@ -73,6 +76,8 @@ class RecordingReader
 {
   public:
     explicit RecordingReader(std::filesystem::path path);
+    /// What a file of this name would hold.
+    RecordingReader(std::filesystem::path name, std::unique_ptr<std::istream> bytes);
 
     [[nodiscard]] const RecordingInfo& info() const noexcept { return info_; }
 
@@ -95,7 +100,7 @@ class RecordingReader
     void read_plain(std::vector<jostle::Aabb<Dim, T>>& boxes, std::uint32_t count);
 
     std::filesystem::path path_;
-    std::ifstream file_;
+    std::unique_ptr<std::istream> file_;
     RecordingInfo info_;
     bool plain_ = false;                            // of a jostle::Recorder
     bool unfinished_ = false;                       // it wasn't closed: its last frame may be cut off
@@ -103,6 +108,7 @@ class RecordingReader
     std::uint64_t next_ = 0;                        // frame
     std::vector<unsigned char> last_, before_last_; // of whatever type
     std::vector<unsigned char> planes_, packed_;
+    std::shared_ptr<ZSTD_DCtx_s> unpacker_; // zstd's, once there is something to unpack
 };
 
 } // namespace jostle_scenes

@@ -3,6 +3,7 @@
 #include "golden.hpp"
 #include "scenes/recording.hpp"
 #include "tool/io/boxes.hpp"
+#include "tool/io/input_file.hpp"
 
 namespace platforms_test {
 namespace {
@@ -41,7 +42,8 @@ TEST(Files, AnArrayOfNumPyIsReadEverywhere)
                 }
         const std::string name = order == '<' ? "little.npy" : "big.npy";
         expect_golden(name, bytes);
-        const jostle_tool::BoxSet set = jostle_tool::read_npy(golden(name));
+        jostle_tool::InputFile file(golden(name));
+        const jostle_tool::BoxSet set = jostle_tool::read_npy(file);
         const auto& boxes = std::get<std::vector<jostle::Aabb3f>>(set.boxes);
         EXPECT_TRUE(std::equal(boxes.begin(), boxes.end(), scene.boxes().begin(), scene.boxes().end(), same));
     }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "input_file.hpp"
 #include "system/system.hpp"
 #include "tool/commands.hpp"
 
@@ -74,8 +75,10 @@ BoxSet read_boxes(const std::string& path, const ReadOptions& options)
         throw UsageError(path + ": --parts is for meshes only; leave it out for this file");
     if (options.frame && extension != ".jrec")
         throw UsageError(path + ": --frame is for recordings (.jrec) only; leave it out for this file");
-    if (extension == ".csv") return read_csv(path);
-    if (extension == ".npy") return read_npy(path);
+    if (extension == ".csv" || extension == ".npy") {
+        InputFile file(path);
+        return extension == ".csv" ? read_csv(file) : read_npy(file);
+    }
     if (extension == ".jrec") return read_recording(path, options.frame.value_or(0));
     if (mesh) return read_mesh(path, options.parts);
     throw UsageError(

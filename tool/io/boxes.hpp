@@ -12,6 +12,8 @@
 
 namespace jostle_tool {
 
+class InputFile;
+
 /// The user's own names of the boxes, one text per box, all different.
 class Ids
 {
@@ -64,8 +66,8 @@ struct ReadOptions
 [[nodiscard]] BoxSet read_boxes(const std::string& path, const ReadOptions& options);
 
 // One reader per format, called by read_boxes.
-[[nodiscard]] BoxSet read_csv(const std::string& path);
-[[nodiscard]] BoxSet read_npy(const std::string& path);
+[[nodiscard]] BoxSet read_csv(InputFile& file);
+[[nodiscard]] BoxSet read_npy(InputFile& file);
 [[nodiscard]] BoxSet read_mesh(const std::string& path, bool parts);
 [[nodiscard]] BoxSet read_recording(const std::string& path, std::uint32_t frame);
 [[nodiscard]] bool is_mesh_extension(const std::string& extension);

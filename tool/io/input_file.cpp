@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "input_file.hpp"
 
+#include <algorithm>
 #include <system_error>
+#include <utility>
 
 #include "system/system.hpp"
 #include "tool/commands.hpp"
@@ -10,7 +12,7 @@ namespace jostle_tool {
 
 namespace {
 
-constexpr int standard_input = 0;
+constexpr int standard_input = 0, no_file = -1;
 
 } // namespace
 
@@ -25,9 +27,15 @@ InputFile::InputFile(const std::string& path) : name_(path == "-" ? "stdin" : pa
     size_ = jostle_system::size_of(file_);
 }
 
+InputFile::InputFile(std::string name, std::span<const char> bytes, bool has_size)
+    : name_(std::move(name)), file_(no_file), memory_(bytes)
+{
+    if (has_size) size_ = bytes.size();
+}
+
 InputFile::~InputFile()
 {
-    if (file_ == standard_input) return;
+    if (file_ == standard_input || file_ == no_file) return;
     try {
         jostle_system::close_file(file_);
     } catch (const std::system_error&) {
@@ -37,6 +45,12 @@ InputFile::~InputFile()
 
 std::size_t InputFile::read(char* to, std::size_t most)
 {
+    if (file_ == no_file) {
+        const std::size_t count = std::min(most, memory_.size());
+        std::copy_n(memory_.begin(), count, to);
+        memory_ = memory_.subspan(count);
+        return count;
+    }
     try {
         return jostle_system::read_some(file_, to, most);
     } catch (const std::system_error& error) {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace jostle_tool {
@@ -14,6 +15,8 @@ class InputFile
 {
   public:
     explicit InputFile(const std::string& path);
+    /// Bytes in memory, which must stay there, as a file of this name or, without a size, a pipe.
+    InputFile(std::string name, std::span<const char> bytes, bool has_size = true);
     ~InputFile();
     InputFile(const InputFile&) = delete;
     InputFile& operator=(const InputFile&) = delete;
@@ -28,6 +31,7 @@ class InputFile
   private:
     std::string name_; // as the user wrote it
     int file_;
+    std::span<const char> memory_; // what is left of it, if there is no file
     std::optional<std::uint64_t> size_;
 };
 

@@ -21,9 +21,9 @@ namespace {
 class CsvReader
 {
   public:
-    explicit CsvReader(const std::string& path)
-        : file_(path),
-          buffer_(std::size_t{1} << 18),
+    explicit CsvReader(InputFile& file)
+        : file_(file),
+          buffer_(std::clamp<std::uint64_t>(file.size().value_or(largest_buffer), 4096, largest_buffer)),
           progress_("reading " + file_.name(), file_.size().value_or(0))
     {
         for (const char expected : {'\xef', '\xbb', '\xbf'}) // UTF-8's byte order mark
@@ -59,6 +59,7 @@ class CsvReader
   private:
     static constexpr int end_of_file = -1;
     static constexpr std::size_t longest_record = std::size_t{1} << 20;
+    static constexpr std::uint64_t largest_buffer = std::uint64_t{1} << 18;
 
     int peek()
     {
@@ -158,7 +159,7 @@ class CsvReader
             fail(ends_.size(), "text follows a closing quote; put a comma there, or double the quote");
     }
 
-    InputFile file_;
+    InputFile& file_;
     std::vector<char> buffer_;
     std::size_t next_ = 0, filled_ = 0;
     bool ended_ = false;
@@ -265,9 +266,9 @@ BoxSet read_rows(CsvReader& csv, const Header& header)
 
 } // namespace
 
-BoxSet read_csv(const std::string& path)
+BoxSet read_csv(InputFile& file)
 {
-    CsvReader csv(path);
+    CsvReader csv(file);
     const Header header = read_header(csv);
     return header.dimension() == 2 ? read_rows<2>(csv, header) : read_rows<3>(csv, header);
 }

@@ -134,7 +134,7 @@ std::string python_tuple(const std::vector<std::uint64_t>& values)
 class NpyFile
 {
   public:
-    explicit NpyFile(const std::string& path) : file_(path) {}
+    explicit NpyFile(InputFile& file) : file_(file) {}
 
     Header read_header()
     {
@@ -208,7 +208,7 @@ class NpyFile
         throw UsageError(file_.name() + ": ends inside the NPY header; save the array again with numpy.save");
     }
 
-    InputFile file_;
+    InputFile& file_;
     std::uint64_t read_ = 0;
     std::vector<char> kept_;
     std::size_t taken_ = 0; // of what is kept
@@ -264,9 +264,10 @@ std::vector<jostle::Aabb<Dim, T>> read_values(NpyFile& file, const std::string& 
 
 } // namespace
 
-BoxSet read_npy(const std::string& path)
+BoxSet read_npy(InputFile& from)
 {
-    NpyFile file(path);
+    const std::string& path = from.name();
+    NpyFile file(from);
     const Header header = file.read_header();
     const auto& shape = header.shape;
     const bool flat = shape.size() == 2 && (shape[1] == 4 || shape[1] == 6);
