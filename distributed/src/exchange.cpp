@@ -67,18 +67,27 @@ void Exchange::start(const Agreement& agreement) noexcept
     }
 }
 
+bool Exchange::receive_one(Agreement& agreement) noexcept
+{
+    int came = 0;
+    MPI_Message message = MPI_MESSAGE_NULL;
+    MPI_Status status;
+    MPI_Improbe(MPI_ANY_SOURCE, tag_, comm_, &came, &message, &status);
+    if (came != 0) receive(agreement, message, status);
+    return came != 0;
+}
+
+void Exchange::advance(Agreement& agreement) noexcept
+{
+    while (receive_one(agreement)) {
+    }
+}
+
 void Exchange::finish(Agreement& agreement) noexcept
 {
     MPI_Request barrier = MPI_REQUEST_NULL;
     for (bool entered = false;;) {
-        int came = 0;
-        MPI_Message message = MPI_MESSAGE_NULL;
-        MPI_Status status;
-        MPI_Improbe(MPI_ANY_SOURCE, tag_, comm_, &came, &message, &status);
-        if (came != 0) {
-            receive(agreement, message, status);
-            continue;
-        }
+        if (receive_one(agreement)) continue;
         int done = 0;
         if (!entered) {
             MPI_Testall(static_cast<int>(sent_.size()), sent_.data(), &done, MPI_STATUSES_IGNORE);

@@ -85,6 +85,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
           exchange(handle, given.memory),
           lists(given.memory),
           coming(given.memory),
+          elsewhere(given.memory),
           was(given.memory),
           is(given.memory)
     {
@@ -112,6 +113,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     Exchange exchange;
     Rebalancing rebalancing;
     Lists<Dim, T> lists, coming; ///< of the last update, and of the one under way
+    Lists<Dim, T> elsewhere;     ///< of the latter: pairs that other ranks have found
     WorldStats stats;
     QuestionStats question_stats;
     Ranks was, is;                  ///< working memory of route()
@@ -141,20 +143,8 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
         return owned.change(*found).next;
     }
 
-    void began(int to, const Pair<Dim, T>& pair) override
-    {
-        if (to == rank)
-            coming.began.push_back(pair);
-        else
-            send(to, Kind::began, pair);
-    }
-    void persisted(int to, const Pair<Dim, T>& pair) override
-    {
-        if (to == rank)
-            coming.persisted.push_back(pair);
-        else
-            send(to, Kind::persisted, pair);
-    }
+    void began(int to, const Pair<Dim, T>& pair) override { send(to, Kind::began, pair); }
+    void persisted(int to, const Pair<Dim, T>& pair) override { send(to, Kind::persisted, pair); }
     void ended(int to, const EndedPair& pair) override
     {
         if (to == rank) return coming.ended.push_back(pair);
@@ -172,9 +162,8 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     void send(int to, Kind kind, const Pair<Dim, T>& pair)
     {
         Exchange::Bytes& bytes = begin(to, kind);
-        put(bytes, pair.a);
+        put(bytes, pair.a); // which the receiver owns, so that it knows the bounds
         put(bytes, pair.b);
-        put(bytes, pair.bounds_a);
         put(bytes, pair.bounds_b);
         put(bytes, std::int32_t{pair.rank_of_b});
     }
@@ -213,6 +202,8 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     void update();
     void collect(WeightedPoints& points) const;
     void stage(const Partition& now, bool divided);
+    [[nodiscard]] bool stays_inside(const Entry& entry) const noexcept;
+    void move_inside(Agreement& agreement);
     void route(std::uint64_t id, const State<Dim, T>& before, const State<Dim, T>& after, int home,
                const Partition& now, bool divided);
     void send_away(std::uint64_t id, const Object<Dim, T>& object, int home);

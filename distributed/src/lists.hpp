@@ -61,10 +61,9 @@ struct Lists
     std::pmr::vector<std::uint64_t> departed;
     std::pmr::vector<std::pmr::vector<std::byte>> payloads; ///< what `arrived` shows
 
+    /// All but pairs that touch: this rank's region has those in order.
     void sort()
     {
-        sort_pairs(began);
-        sort_pairs(persisted);
         sort_pairs(ended);
         std::sort(arrived.begin(), arrived.end(),
                   [](const Arrival& a, const Arrival& b) { return a.id < b.id; });

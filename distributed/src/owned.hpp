@@ -21,8 +21,9 @@ class Owned
     {
         std::uint64_t id;
         Object<Dim, T> now;
-        bool exists;           ///< false: its addition is queued, or it is on its way here
-        std::uint32_t pending; ///< where what it will be lies, or `none`
+        bool exists;                         ///< false: its addition is queued, or it is on its way here
+        std::uint32_t pending;               ///< where what it will be lies, or `none`
+        mutable std::uint32_t member = none; ///< where this rank's region had it last; see Region::hear
     };
     struct Pending
     {
@@ -35,8 +36,13 @@ class Owned
 
     [[nodiscard]] const Entry* find(std::uint64_t id) const noexcept
     {
-        const auto at = places_.find(id);
-        return at == places_.end() ? nullptr : &entries_[at->second];
+        // Who goes through all objects mostly does so in their order.
+        if (next_ >= entries_.size() || entries_[next_].id != id) {
+            const auto at = places_.find(id);
+            if (at == places_.end()) return nullptr;
+            next_ = at->second;
+        }
+        return &entries_[next_++];
     }
     /// Whether it will exist.
     [[nodiscard]] bool will_exist(const Entry& entry) const noexcept
@@ -94,6 +100,7 @@ class Owned
     void keep(std::span<const std::uint64_t> departed) noexcept
     {
         version_ += arriving_ != 0 || !pending_.empty() || !departed.empty();
+        const bool has_arrivals = arriving_ != 0;
         for (std::size_t i = entries_.size() - arriving_; i < entries_.size(); ++i)
             entries_[i].exists = true;
         arriving_ = 0;
@@ -104,13 +111,16 @@ class Owned
             entry.pending = none;
         }
         // From the last entry on, so that those that take the place of others aren't ones that go.
-        std::sort(pending_.begin(), pending_.end(),
+        const auto going = std::partition(pending_.begin(), pending_.end(),
+                                          [](const Pending& change) { return !change.exists; });
+        std::sort(pending_.begin(), going,
                   [](const Pending& a, const Pending& b) { return a.entry > b.entry; });
-        for (const Pending& change : pending_)
-            if (!change.exists) erase(entries_[change.entry].id);
+        for (auto change = pending_.begin(); change != going; ++change)
+            erase(entries_[change->entry].id);
         for (const std::uint64_t id : departed)
             erase(id);
         pending_.clear();
+        if (has_arrivals || !departed.empty()) put_in_order();
     }
     void undo() noexcept
     {
@@ -127,6 +137,14 @@ class Owned
         if (is_new) entries_.push_back({id, {}, false, none});
         return at->second;
     }
+    /// So that who goes through the ids in order goes through memory in order.
+    void put_in_order() noexcept
+    {
+        std::sort(entries_.begin(), entries_.end(),
+                  [](const Entry& a, const Entry& b) { return a.id < b.id; });
+        for (std::size_t i = 0; i < entries_.size(); ++i)
+            places_.find(entries_[i].id)->second = static_cast<std::uint32_t>(i);
+    }
     void erase(std::uint64_t id) noexcept
     {
         const auto at = places_.find(id);
@@ -142,6 +160,7 @@ class Owned
     Places places_;
     std::pmr::vector<Entry> entries_; // those on their way here are the last
     std::pmr::vector<Pending> pending_;
+    mutable std::size_t next_ = 0; // behind the one that was found last
     std::size_t arriving_ = 0;
     std::uint64_t version_ = 0;
 };

@@ -100,6 +100,11 @@ Partition::Partition(MPI_Comm comm, int dimensions, const WeightedPoints& points
         check(Zoltan_RCB_Box(zoltan_, rank_, &known, &region_[0], &region_[1], &region_[2], &region_[3],
                              &region_[4], &region_[5]),
               "tell a region");
+        if (ranks_ == 1) // Zoltan tells none
+            for (std::size_t d = 0; d < 3; ++d) {
+                region_[d] = -infinity();
+                region_[3 + d] = infinity();
+            }
         for (auto d = static_cast<std::size_t>(dimensions); d < 3; ++d) {
             region_[d] = -1;
             region_[3 + d] = 1;

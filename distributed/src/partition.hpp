@@ -53,6 +53,13 @@ class Partition
         else
             ask(bounds, ranks);
     }
+    /// Whether a box, and so all that lies in it, touches this rank's region alone. To be asked first: it
+    /// costs little, and most boxes do.
+    template <int Dim, class T>
+    [[nodiscard]] bool is_inside(const Aabb<Dim, T>& box) const noexcept
+    {
+        return is_interior(widened(box));
+    }
     /// The rank whose region has the middle of the box. A fixed one where several have.
     template <int Dim, class T>
     [[nodiscard]] int at_middle_of(const Aabb<Dim, T>& box) const

@@ -3,6 +3,8 @@
 
 #include <memory_resource>
 #include <optional>
+#include <span>
+#include <tuple>
 #include <vector>
 
 #include "object.hpp"
@@ -101,10 +103,17 @@ class Region
           options_{.executor = executor, .memory = memory},
           world_(std::in_place, options_),
           places_(memory),
+          names_(memory),
           members_(memory),
           touched_(memory),
           touched_of_(memory),
-          ranks_(memory)
+          ranks_(memory),
+          entering_(memory),
+          moved_(memory),
+          moved_to_(memory),
+          began_(memory),
+          persisted_(memory),
+          out_of_order_(memory)
     {
     }
 
@@ -119,8 +128,8 @@ class Region
     [[nodiscard]] const jostle::World<Dim, T>& searched() const noexcept { return *world_; }
     [[nodiscard]] Found found(ObjectId local) const noexcept
     {
-        const Member& member = members_[local.index];
-        return {member.id, member.home};
+        const Name& name = names_[local.index];
+        return {name.id, name.home};
     }
     [[nodiscard]] const Aabb<Dim, T>& bounds(ObjectId local) const noexcept
     {
@@ -136,20 +145,40 @@ class Region
     // An update: hear() all notices, search(), tell(); then keep() it or undo() it.
 
     void hear(Reader& from);
-    void search() { world_->update(); }
-    /// Tells each pair that this rank is to report. `before` says how space was divided before the update.
+    /// For a notice that doesn't come from elsewhere. `guess` is where the object may be, and becomes where
+    /// it is: to look it up costs more than all else.
+    void hear(const Notice& notice, std::uint32_t& guess);
+    void search();
+    /// Tells each pair that this rank is to report to another one, and all that ended; keeps in mind those of
+    /// its own. `before` says how space was divided before the update.
     void tell(const Partition& before, const Partition& now, PairListener<Dim, T>& listener);
+    /// Puts those of its own in order.
+    void sort();
+    /// Refills the lists with those, and with what other ranks have told of this rank's pairs, in order.
+    void list(std::span<const Pair<Dim, T>> began_elsewhere,
+              std::span<const Pair<Dim, T>> persisted_elsewhere, std::pmr::vector<Pair<Dim, T>>& began,
+              std::pmr::vector<Pair<Dim, T>>& persisted) const;
     void keep() noexcept;
     void undo() noexcept;
 
   private:
     static constexpr std::uint32_t none = ~std::uint32_t{0};
-    struct Member
+    /// Apart from the rest, because all pairs look for it.
+    struct Name
     {
         std::uint64_t id;
-        ObjectId local;
         int home;
+    };
+    struct Member
+    {
+        ObjectId local; ///< `ObjectId{}` where there is none
         State<Dim, T> state;
+    };
+    /// A pair of this rank's: ids, and where the objects lie.
+    struct Own
+    {
+        std::uint64_t a, b;
+        std::uint32_t i, j;
     };
     /// A member of which there was a notice.
     struct Touched
@@ -167,7 +196,7 @@ class Region
     [[nodiscard]] int home_before(std::uint32_t index) const noexcept
     {
         const std::uint32_t touched = touched_of_[index];
-        return touched == none ? members_[index].home : touched_[touched].home_before;
+        return touched == none ? names_[index].home : touched_[touched].home_before;
     }
     [[nodiscard]] bool changed(std::uint32_t index) const noexcept
     {
@@ -179,19 +208,31 @@ class Region
     /// it does, else the lowest.
     [[nodiscard]] bool reports(const Partition& partition, const Aabb<Dim, T>& a, const Aabb<Dim, T>& b,
                                int home_of_lower);
-    [[nodiscard]] Pair<Dim, T> pair(const Member& lower, const Member& higher) const noexcept
+    /// Of the members at i and j, of which i has the lower id.
+    [[nodiscard]] Pair<Dim, T> pair(std::uint32_t i, std::uint32_t j) const noexcept
     {
-        return {lower.id, higher.id, lower.state.bounds, higher.state.bounds, higher.home};
+        return {names_[i].id, names_[j].id, members_[i].state.bounds, members_[j].state.bounds,
+                names_[j].home};
     }
+    void enter(const Notice& notice);
+    void forget() noexcept;
+    void sort(std::pmr::vector<Own>& pairs);
+    void list(const std::pmr::vector<Own>& own, std::span<const Pair<Dim, T>> elsewhere,
+              std::pmr::vector<Pair<Dim, T>>& to) const;
 
     int rank_;
     jostle::WorldOptions options_;
     std::optional<jostle::World<Dim, T>> world_;
     Places places_;                              // of members, by id
-    std::pmr::vector<Member> members_;           // by their index in the local world
+    std::pmr::vector<Name> names_;               // of members, by their index in the local world
+    std::pmr::vector<Member> members_;           // likewise
     std::pmr::vector<Touched> touched_;          // in this update
     std::pmr::vector<std::uint32_t> touched_of_; // where each member's lies there, or `none`
     Ranks ranks_;                                // of one question
+    std::pmr::vector<Notice> entering_;          // in this update
+    std::pmr::vector<ObjectId> moved_;           // in this update, by their ids in the local world
+    std::pmr::vector<Aabb<Dim, T>> moved_to_;
+    std::pmr::vector<Own> began_, persisted_, out_of_order_;
     std::size_t ghosts_ = 0;
     bool heard_ = false; // something, in this update
     bool stale_ = false; // the local world isn't what places_ and members_ say

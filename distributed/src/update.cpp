@@ -45,7 +45,10 @@ void World<Dim, T>::Implementation::update()
         exchange.start(agreement);
         next.messages = exchange.messages_sent();
         next.bytes = next.bytes_of_boxes = exchange.bytes_sent();
-        agreement.attempt([&] { hear(exchange.to_myself()); });
+        agreement.attempt([&] {
+            hear(exchange.to_myself());
+            if (!divides) move_inside(agreement);
+        });
         next.us_stage += clock.lap();
         exchange.finish(agreement);
         next.us_wait += clock.lap();
@@ -62,6 +65,7 @@ void World<Dim, T>::Implementation::update()
             exchange.seal();
         });
         exchange.start(agreement);
+        agreement.attempt([&] { region.sort(); });
         next.messages += exchange.messages_sent();
         next.bytes_of_pairs = exchange.bytes_sent();
         next.bytes += next.bytes_of_pairs;
@@ -71,6 +75,9 @@ void World<Dim, T>::Implementation::update()
         agreement.attempt([&] {
             for (const Exchange::Message& message : exchange.received())
                 hear_pairs(message.bytes);
+            sort_pairs(elsewhere.began);
+            sort_pairs(elsewhere.persisted);
+            region.list(elsewhere.began, elsewhere.persisted, coming.began, coming.persisted);
             coming.sort();
         });
         next.us_pairs += clock.lap();
@@ -82,6 +89,7 @@ void World<Dim, T>::Implementation::update()
         directory.undo();
         exchange.clear();
         coming.clear();
+        elsewhere.clear();
         throw;
     }
     owned.keep(coming.departed);
@@ -91,6 +99,7 @@ void World<Dim, T>::Implementation::update()
     if (divides) partition = std::move(now);
     std::swap(lists, coming);
     coming.clear();
+    elsewhere.clear();
     next.objects = owned.entries().size();
     next.members = region.size();
     next.ghosts = region.ghosts();
@@ -121,7 +130,32 @@ void World<Dim, T>::Implementation::collect(WeightedPoints& points) const
     }
 }
 
-/// Writes what this rank's objects have to say to others and to this one.
+/// Whether an object that isn't added, removed or handed over was and is nobody's but this rank's to search.
+template <int Dim, Coordinate T>
+bool World<Dim, T>::Implementation::stays_inside(const Entry& each) const noexcept
+{
+    const Object<Dim, T>& object = owned.next(each);
+    return each.exists && owned.will_exist(each) && each.now.enabled && object.enabled &&
+           partition.is_inside(each.now.bounds(margin)) && partition.is_inside(object.bounds(margin));
+}
+
+/// Says of those objects, the most, what becomes of them, while messages about the others are on their way.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::move_inside(Agreement& agreement)
+{
+    constexpr std::size_t at_a_time = 4096;
+    std::size_t count = 0;
+    for (const auto& change : owned.pending()) {
+        const Entry& each = owned.entries()[change.entry];
+        if (!stays_inside(each)) continue;
+        const Notice<Dim, T> notice{
+            each.id, rank, false, false, false, each.now.state(margin), owned.next(each).state(margin)};
+        if (notice.changed()) region.hear(notice, each.member);
+        if (++count % at_a_time == 0) exchange.advance(agreement);
+    }
+}
+
+/// Writes what this rank's objects have to say to others and to this one, but for those that stay inside.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
 {
@@ -142,7 +176,7 @@ void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
             stage_one(each);
     else
         for (const auto& change : owned.pending())
-            stage_one(owned.entries()[change.entry]);
+            if (const Entry& each = owned.entries()[change.entry]; !stays_inside(each)) stage_one(each);
 }
 
 template <int Dim, Coordinate T>
@@ -229,9 +263,10 @@ void World<Dim, T>::Implementation::hear_pairs(std::span<const std::byte> messag
             coming.ended.push_back({a, b, static_cast<EndReason>(from.take<std::uint8_t>())});
             continue;
         }
-        auto& list = kind == Kind::began ? coming.began : coming.persisted;
-        const auto bounds_a = from.box<Dim, T>(), bounds_b = from.box<Dim, T>();
-        list.push_back({a, b, bounds_a, bounds_b, from.take<std::int32_t>()});
+        auto& list = kind == Kind::began ? elsewhere.began : elsewhere.persisted;
+        const auto bounds_b = from.box<Dim, T>();
+        list.push_back(
+            {a, b, owned.next(*owned.find(a)).bounds(margin), bounds_b, from.take<std::int32_t>()});
     }
 }
 
