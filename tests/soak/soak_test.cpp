@@ -35,6 +35,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::uint32_t commanders = 2, objects_each = 4000;
 constexpr float edge = 24; // of the space: some two pairs an object
 constexpr std::size_t parts = 60;
+constexpr std::uint64_t warm_up = 128; // updates; after them nothing is bigger than anything before
 
 /// Knows how many bytes are out.
 class Meter : public std::pmr::memory_resource
@@ -307,7 +308,7 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
     std::uint64_t updates = 0, restored = 0;
     float worst = 0;
     std::string worst_explained;
-    const auto start = Clock::now();
+    auto start = Clock::now();
     for (bool ended = false; !ended && !HasFailure();) {
         ++turn;
         turn.notify_all();
@@ -316,7 +317,7 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
         world.update();
         const auto ms = static_cast<float>(ms_since(update_start));
         part.ms.push_back(ms);
-        if (ms > worst && updates > 100) {
+        if (ms > worst && updates >= warm_up) {
             worst = ms;
             worst_explained = world.explain() + "\nThe system took a core away " +
                               std::to_string(jostle_system::preemptions() - preempted) + " times meanwhile.";
@@ -325,16 +326,22 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
             for (std::uint64_t now = said[k]; now != turn; now = said[k])
                 said[k].wait(now);
         const double passed = ms_since(start) / 1000;
-        ended = passed >= seconds;
+        ended = passed >= seconds && updates >= 3 * warm_up; // slow machines take longer
         if (++updates % 4 == 0) asker.follow(world);
-        if (updates % 128 == 0 || ended) {
+        if (updates % 128 == 8) {
             const std::vector<std::byte> saved = world.save();
             copy.restore(saved);
             EXPECT_EQ(copy.save(), saved);
             EXPECT_EQ(copy.pairs().to_vector(), pairs_anew(world));
             ++restored;
         }
-        if (!ended && passed < seconds * static_cast<double>(series.size() + 1) / parts) continue;
+        if (updates == warm_up) {
+            start = Clock::now();
+            part = {};
+        }
+        if (updates <= warm_up ||
+            (!ended && passed < seconds * static_cast<double>(series.size() + 1) / parts))
+            continue;
         part.seconds = passed;
         part.bytes = memory.bytes();
         part.resident = resident();
@@ -360,7 +367,7 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
         bytes[third] = std::max(bytes[third], series[k].bytes);
         ms.insert(ms.end(), series[k].ms.begin(), series[k].ms.end());
     }
-    EXPECT_LE(static_cast<double>(bytes[2]), 1.25 * static_cast<double>(bytes[1]));
+    EXPECT_LE(static_cast<double>(bytes[2]), 1.15 * static_cast<double>(bytes[1]));
 
     const float median = quantile(ms, 0.5), rare = quantile(ms, 0.999);
     std::printf("%.0f s: %llu updates of %zu objects, %llu questions, %llu snapshots restored\n"
