@@ -46,11 +46,17 @@ void find_parked(const Parked<Dim, T>& parked, std::span<const Aabb<Dim, T>> box
     for (std::uint32_t first = 0; first < count; first += at_once) {
         const std::uint32_t here = std::min(at_once, count - first);
         for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-            std::uint64_t touching = 0;
-            for (std::uint32_t k = 0; k < here; ++k)
-                touching |= std::uint64_t{overlaps_branchless(boxes[i], others[first + k])} << k;
-            for (; touching != 0; touching &= touching - 1)
-                found.push_back({i, first + static_cast<std::uint32_t>(std::countr_zero(touching))});
+            // Most are apart along the first axis already.
+            std::uint64_t beside = 0;
+            for (std::uint32_t k = 0; k < here; ++k) {
+                const bool is =
+                    (boxes[i].lo[0] <= others[first + k].hi[0]) & (others[first + k].lo[0] <= boxes[i].hi[0]);
+                beside |= std::uint64_t{is} << k;
+            }
+            for (; beside != 0; beside &= beside - 1) {
+                const std::uint32_t place = first + static_cast<std::uint32_t>(std::countr_zero(beside));
+                if (overlaps_branchless(boxes[i], others[place])) found.push_back({i, place});
+            }
         }
     }
 }

@@ -11,10 +11,18 @@ namespace world {
 namespace {
 
 // So many may come to rest in any update besides those that are due ...
-constexpr std::size_t least_settling = 128;
-// ... and one of so many that are parked: that bounds how long they wait, and so for how long who changes is
-// compared with them.
-constexpr std::size_t turns = 256;
+constexpr std::size_t least_settling = 32;
+// ... and for each object that changes, up to `most_counted` of them, one of so many that are parked: that
+// takes about as long as comparing the object with all of them does. More are compared at once.
+constexpr std::size_t compared_per_settling = 1024, most_counted = 8;
+
+/// How many may come to rest besides those that are due: about as many as have changed, so that no update
+/// takes much longer than what it is asked to do.
+std::size_t most_settling(std::size_t changed, std::size_t parked) noexcept
+{
+    const std::size_t counted = std::clamp(changed, std::size_t{1}, most_counted);
+    return std::max({least_settling, changed, parked * counted / compared_per_settling});
+}
 
 /// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. Who comes
 /// to rest isn't in the index: what changed, and so may be, stays active, or shifts.
@@ -68,11 +76,9 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
                          arena.list<typename State<Dim, T>::Active>("objects that will be active"),
                          arena.list<std::uint32_t>("objects that come to rest"), entries.shifting,
                          arena.list<Aabb<Dim, T>>("boxes of objects that come to rest or shift")};
-    // About as many as have changed come to rest, so that no update takes much longer than what it is asked
-    // to do; who has waited longest comes first. Those that are due come on top: not many more than had been
-    // added in the update before, which took longer.
-    const std::size_t most =
-        std::max({least_settling, changes.objects().size(), state.parked.size() / turns});
+    // Who has waited longest comes first. Those that are due come on top: not many more than had been added
+    // in the update before, which took longer.
+    const std::size_t most = most_settling(changes.objects().size(), state.parked.size());
     state.parked.each([&](Index index) {
         if (!state.objects[index].has(flag::written)) rest.settling.push_back(raw(index));
         return rest.settling.size() < most;

@@ -170,7 +170,7 @@ TEST(World, AnExecutorThatFailsFailsTheUpdateWhereverItIs)
             ASSERT_EQ(world.save(), before) << "update " << update << ", after " << runs << " runs";
         }
     }
-    for (int k = 0; k < 80; ++k) // bit by bit
+    for (int k = 0; k < 300; ++k) // bit by bit
         world.update();
     EXPECT_EQ(world.stats().resting, ids.size());
     EXPECT_EQ(world.count(jostle::Aabb3f{{-1, -1, -1}, {101, 101, 2}}), ids.size());
