@@ -56,8 +56,7 @@ class MaskedIndexes
         std::size_t resting_ = 0; // how many there were when that was found out
         std::size_t active_ = 0, of_active_ = 0;
         std::optional<BoxIndex<Dim, T>> index_;
-        std::pmr::vector<std::uint32_t>
-            moved_; // objects that came to rest, moved there or woke up since it was fresh
+        std::pmr::vector<std::uint32_t> moved_; // who came to rest, shifted or woke up since it was fresh
     };
 
     explicit MaskedIndexes(const IndexOptions& options)

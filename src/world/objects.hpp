@@ -48,8 +48,7 @@ constexpr std::uint32_t shifting = 1u << 18;   // it rests, and moves without wa
 // These last, too:
 constexpr std::uint32_t odd = 1u << 16;  // its box or displacement is no good, so it touches nothing
 constexpr std::uint32_t shut = 1u << 17; // enabled, but `disabled` after the last update, as its box was odd
-constexpr std::uint32_t shifted =
-    1u << 19; // it rests, and is in the list of those that have moved there lately
+constexpr std::uint32_t shifted = 1u << 19; // it rests, and has moved there of late
 constexpr std::uint32_t transient =
     written | refiltered | reach_kept | contested | asked | again | again_some | noted | shifting;
 } // namespace flag
