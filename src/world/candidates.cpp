@@ -49,8 +49,8 @@ void find_parked(const Parked<Dim, T>& parked, std::span<const Aabb<Dim, T>> box
             // Most are apart along the first axis already.
             std::uint64_t beside = 0;
             for (std::uint32_t k = 0; k < here; ++k) {
-                const bool is =
-                    (boxes[i].lo[0] <= others[first + k].hi[0]) & (others[first + k].lo[0] <= boxes[i].hi[0]);
+                bool is = boxes[i].lo[0] <= others[first + k].hi[0];
+                is &= others[first + k].lo[0] <= boxes[i].hi[0];
                 beside |= std::uint64_t{is} << k;
             }
             for (; beside != 0; beside &= beside - 1) {
