@@ -52,6 +52,7 @@ std::uint64_t sum(std::uint64_t number)
 }
 double median(std::vector<double> values)
 {
+    if (values.empty()) return 0;
     std::sort(values.begin(), values.end());
     return values[values.size() / 2];
 }
@@ -69,6 +70,47 @@ struct Timed
 {
     std::vector<double> ms;
     std::uint64_t pairs = 0, checksum = 0, bytes = 0;
+};
+
+/// Updates that divided space anew, beside those that didn't.
+class Divisions
+{
+  public:
+    /// Of each frame that is timed: how often space was divided until then.
+    void add(double ms, std::uint64_t partitions, double partition_ms)
+    {
+        const bool divided = partitions != partitions_;
+        partitions_ = partitions;
+        (divided ? dividing_ : other_).push_back(ms);
+        if (divided) partition_times_.push_back(partition_ms);
+    }
+    /// Before the first frame that is timed.
+    void start(std::uint64_t partitions) { partitions_ = partitions; }
+    /// `ms`: an update that divides, the median; `extra_ms`: how much longer than another one it takes;
+    /// `share`: how much of all updates' time went into that.
+    [[nodiscard]] std::string json() const
+    {
+        const double other = median(other_), dividing = median(dividing_);
+        double all = 0, extra = 0;
+        for (const double ms : other_)
+            all += ms;
+        for (const double ms : dividing_) {
+            all += ms;
+            extra += ms - other;
+        }
+        const bool both = !other_.empty() && !dividing_.empty();
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "\"divisions\":{\"times\":%zu,\"ms\":%.3f,\"extra_ms\":%.3f,\"partition_ms\":%.3f,"
+                      "\"share\":%.4f},",
+                      dividing_.size(), dividing, both ? dividing - other : 0, median(partition_times_),
+                      both ? extra / all : 0);
+        return text;
+    }
+
+  private:
+    std::uint64_t partitions_ = 0;
+    std::vector<double> dividing_, other_, partition_times_;
 };
 
 void print_row(const std::string& system, const std::string& scene, std::uint64_t n, std::uint32_t threads,
@@ -263,8 +305,10 @@ void run(const std::string& name, std::uint64_t n, std::uint32_t threads, int fr
         std::vector<Aabb3f> boxes;
         std::vector<std::vector<double>> stages(5);
         std::vector<double> bytes;
+        Divisions divisions;
         for (int frame = 0; frame < warm_up + frames; ++frame) {
             if (frame > 0) scene.step();
+            if (frame == warm_up) divisions.start(world.stats().partitions);
             world.ids(ids);
             boxes.clear();
             for (const std::uint64_t id : ids)
@@ -286,6 +330,7 @@ void run(const std::string& name, std::uint64_t n, std::uint32_t threads, int fr
             for (std::size_t k = 0; k < stages.size(); ++k)
                 stages[k].push_back(greatest(us[k]) / 1000);
             bytes.push_back(static_cast<double>(sum(stats.bytes)));
+            divisions.add(ms, stats.partitions, greatest(stats.us_partition) / 1000);
         }
         const jostle::mpi::WorldStats& stats = world.stats();
         const auto total = static_cast<double>(sum(stats.members));
@@ -302,7 +347,7 @@ void run(const std::string& name, std::uint64_t n, std::uint32_t threads, int fr
                       greatest(static_cast<double>(stats.members)) * static_cast<double>(ranks) / total,
                       whole(stats.partitions), median(stages[0]), median(stages[1]), median(stages[2]),
                       median(stages[3]), median(stages[4]));
-        more = text;
+        more = text + divisions.json();
     }
     print_row("jostle-mpi", name, n, threads, seed, ours, more);
 

@@ -21,6 +21,9 @@ for scene, ranks in (("uniform", 2), ("resting", 3)):
             assert row[field] == bench[field], (field, row, bench)
         assert row["ranks"] == ranks and row["threads"] == 1 and row["bytes"] > 0 and row["median_ms"] > 0, row
     assert rows[0]["ghosts"] > 0 and rows[0]["imbalance"] >= 1, rows[0]
+    divisions = rows[0]["divisions"]
+    assert set(divisions) == {"times", "ms", "extra_ms", "partition_ms", "share"}, divisions
+    assert divisions["times"] <= min(rows[0]["partitions"], 2), rows[0]
     assert set(rows[0]["stages"]) == {"stage", "partition", "search", "pairs", "wait"}, rows[0]
     # A ghost that moves is told of in 35 bytes; whole messages are filled up to eight.
     assert rows[0]["bytes"] == rows[0]["bytes"] // 8 * 8, rows[0]
