@@ -3,7 +3,7 @@
 
 #include <fcntl.h>
 #include <malloc.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/utsname.h>
@@ -12,13 +12,12 @@
 
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <string>
 #include <system_error>
-
-extern char** environ;
 
 namespace jostle_system {
 
@@ -171,18 +170,30 @@ std::optional<Finished> run_program(const std::vector<std::string>& command, Err
     for (const std::string& word : command)
         words.push_back(const_cast<char*>(word.c_str()));
     words.push_back(nullptr);
-    int ends[2];
-    if (pipe(ends) != 0) fail(errno);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    if (errors == Errors::taken) posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
-    for (const int end : ends)
-        posix_spawn_file_actions_addclose(&actions, end);
-    pid_t child = 0;
-    const int failure = posix_spawnp(&child, words[0], &actions, nullptr, words.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
+    int ends[2], refusal[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) fail(errno);
+    if (pipe2(refusal, O_CLOEXEC) != 0) fail(errno);
+    const pid_t here = getpid(), child = fork();
+    int failure = child < 0 ? errno : 0;
+    if (child == 0) {
+        // It ends with this program, whatever ends that: mpiexec would go on, and its ranks.
+        prctl(PR_SET_PDEATHSIG, SIGTERM);
+        if (getppid() != here) _exit(127); // which had ended before
+        dup2(ends[1], STDOUT_FILENO);
+        if (errors == Errors::taken) dup2(ends[1], STDERR_FILENO);
+        execvp(words[0], words.data());
+        const int why = errno;
+        (void)!write(refusal[1], &why, sizeof why);
+        _exit(127);
+    }
     close(ends[1]);
+    close(refusal[1]);
+    // The program's start closes the other end without a word.
+    for (ssize_t told = -1; failure == 0 && told < 0;) {
+        told = read(refusal[0], &failure, sizeof failure);
+        if (told < 0 && errno != EINTR) break;
+    }
+    close(refusal[0]);
     Finished finished;
     std::array<char, 4096> piece;
     while (failure == 0) {
@@ -191,10 +202,10 @@ std::optional<Finished> run_program(const std::vector<std::string>& command, Err
         if (count > 0) finished.output.append(piece.data(), static_cast<std::size_t>(count));
     }
     close(ends[0]);
-    if (failure != 0) return std::nullopt;
     int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
+    if (failure != 0) return std::nullopt;
     finished.well = WIFEXITED(status) && WEXITSTATUS(status) == 0;
     return finished;
 }

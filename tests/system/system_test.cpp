@@ -2,6 +2,13 @@
 #include "system/system.hpp"
 
 #include <gtest/gtest.h>
+#ifdef __linux__
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#endif
 
 #include <cstdlib>
 #include <filesystem>
@@ -43,6 +50,30 @@ TEST(System, ProgramsRunAndSayWhatTheyWrite)
     EXPECT_FALSE(run_program({"jostle-no-such-program"}, Errors::taken).has_value());
     EXPECT_FALSE(run_program({"/no/such/program"}, Errors::shown).has_value());
 }
+
+#ifdef __linux__
+TEST(System, ProgramsEndWithTheOneThatRunsThem)
+{
+    int ends[2];
+    ASSERT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        dup2(ends[1], STDERR_FILENO);
+        close(ends[0]);
+        close(ends[1]);
+        (void)run_program({"/bin/sh", "-c", "echo here >&2; exec sleep 100"}, Errors::shown);
+        _exit(0);
+    }
+    close(ends[1]);
+    char said[5] = {};
+    EXPECT_EQ(read(ends[0], said, 5), 5); // it runs
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    pollfd others{ends[0], POLLIN, 0}; // whoever still runs has the other end open
+    EXPECT_EQ(poll(&others, 1, 20'000), 1) << "it goes on alone";
+    close(ends[0]);
+}
+#endif
 
 TEST(System, ProgramsGetTheirWordsAsTheyAre)
 {
