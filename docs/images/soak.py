@@ -40,6 +40,7 @@ def plot(top, bottom, unit, logarithmic, lines):
 
 
 plot(20, 210, "ms", True, [("worst_ms", "the worst update", "#cc6677"), ("rare_ms", "one in 1,000 is slower", "#ddaa33"),
+                           ("undisturbed_rare_ms", "the same, no core taken", "#117733"),
                            ("median_ms", "one in 2 is slower", "#4477aa")])
 plot(250, 370, "MB", False, [("process_mb", "the process", "#999999"), ("world_mb", "the worlds", "#4477aa")])
 svg.append(f'<text x="{left}" y="392" text-anchor="middle">0</text>'
