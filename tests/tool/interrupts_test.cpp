@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// SIGINT and SIGTERM at any moment of each command that takes long: it ends of the signal, or had ended before;
-// each file is as it was or whole, and no other file and no process stays.
+// SIGINT and SIGTERM at any moment of each command that takes long: it ends of the signal, or had ended
+// before; each file is as it was or whole, and no other file and no process stays.
 #include <poll.h>
 
 #include <algorithm>
