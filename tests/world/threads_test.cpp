@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Commands from many threads at a time: what comes out depends on what was queued alone.
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <thread>
 
 #include "churn.hpp"
@@ -125,11 +127,58 @@ TEST(Threads, TheOutcomeDoesntDependOnWhoWasFirst)
         ASSERT_TRUE(pictures[0][round] == pictures[1][round]) << round;
 }
 
-TEST(Threads, CommandsWhileUpdatesRun)
+/// Waits for as long as a seed says, often not at all: threads meet in another order with each seed.
+class Pauses
 {
-    const std::unique_ptr<jostle::Executor> executor = jostle::make_thread_executor(2);
+  public:
+    explicit Pauses(std::uint64_t seed) : random_(seed) {}
+    void pause()
+    {
+        const std::uint32_t what = random_.below(16);
+        if (what < 4) std::this_thread::yield();
+        if (what == 4) std::this_thread::sleep_for(std::chrono::microseconds(random_.below(100)));
+    }
+
+  private:
+    Random random_;
+};
+
+/// Tasks on threads of their own, each of which begins late.
+class LateThreads final : public jostle::Executor
+{
+  public:
+    explicit LateThreads(std::uint64_t seed) : seed_(seed) {}
+    [[nodiscard]] std::uint32_t concurrency() const noexcept override { return 3; }
+    void run(std::uint32_t count, jostle::FunctionRef<void(std::uint32_t)> task) override
+    {
+        std::atomic<std::uint32_t> next{0};
+        std::vector<std::thread> threads;
+        for (std::uint32_t t = 0; t < std::min(count, 3u); ++t)
+            threads.emplace_back([&, seed = ++seed_] {
+                Pauses pauses(seed);
+                for (std::uint32_t i; pauses.pause(), (i = next++) < count;)
+                    task(i);
+            });
+        for (std::thread& thread : threads)
+            thread.join();
+    }
+
+  private:
+    std::uint64_t seed_;
+};
+
+/// Four threads give so many commands each while updates run. With a seed other than 0 all pause at random:
+/// before commands, and in the middle of updates, in which `accept` is asked.
+void command_while_updates_run(jostle::Executor& executor, int commands, std::uint64_t seed)
+{
     jostle::WorldOptions options;
-    options.executor = executor.get();
+    options.executor = &executor;
+    std::atomic<std::uint64_t> asked{0};
+    const auto slow_accept = [&](ObjectId, ObjectId) {
+        Pauses(seed * 1000 + ++asked).pause();
+        return true;
+    };
+    if (seed != 0) options.accept = slow_accept;
     jostle::World3f world(options);
     std::atomic<bool> stop{false};
     std::atomic<std::uint32_t> speaking{0};
@@ -137,10 +186,12 @@ TEST(Threads, CommandsWhileUpdatesRun)
     std::vector<std::vector<ObjectId>> left(4);
     for (std::uint32_t t = 0; t < 4; ++t)
         threads.emplace_back([&, t] {
-            Random random(t + 1);
+            Random random(seed * 4 + t + 1);
+            Pauses pauses(seed * 4 + t);
             std::vector<ObjectId>& mine = left[t];
             ++speaking;
-            for (int k = 0; k < 1500; ++k) {
+            for (int k = 0; k < commands; ++k) {
+                if (seed != 0) pauses.pause();
                 if (mine.size() < 100 || random.below(8) == 0) {
                     mine.push_back(world.add(random_box<3, float>(random, 12)));
                 } else if (random.below(8) == 0) {
@@ -182,6 +233,21 @@ TEST(Threads, CommandsWhileUpdatesRun)
     std::sort(pairs.begin(), pairs.end());
     EXPECT_EQ(world.pairs().to_vector(), pairs);
     EXPECT_GT(pairs.size(), 100u);
+}
+
+TEST(Threads, CommandsWhileUpdatesRun)
+{
+    const std::unique_ptr<jostle::Executor> executor = jostle::make_thread_executor(2);
+    command_while_updates_run(*executor, 1500, 0);
+}
+
+TEST(Threads, CommandsWhileUpdatesRunOnManySchedules)
+{
+    for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+        SCOPED_TRACE(seed);
+        LateThreads executor(seed * 100'000);
+        command_while_updates_run(executor, 500, seed);
+    }
 }
 
 TEST(Threads, TheFirstWhoAsksForTheChangedPairsMakesTheList)
