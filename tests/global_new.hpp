@@ -26,7 +26,13 @@ namespace global_new {
 
 constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
 inline std::atomic<std::uint64_t> calls{0};
-inline std::atomic<std::uint64_t> fail_at{never}; ///< from this call on, all fail
+inline std::atomic<std::uint64_t> fail_at{never};    ///< from this call on, all fail
+inline std::atomic<std::uint64_t> fail_until{never}; ///< up to this one, which doesn't
+inline bool fails() noexcept
+{
+    const std::uint64_t call = calls++;
+    return call >= fail_at && call < fail_until;
+}
 
 // Windows has no std::aligned_alloc, and what its own function gives must be returned to its twin.
 #ifdef _WIN32
@@ -55,13 +61,13 @@ inline void free_aligned(void* memory)
 // Not inlined, or the compiler takes malloc and delete for a mismatched pair.
 [[gnu::noinline]] void* operator new(std::size_t size)
 {
-    if (global_new::calls++ >= global_new::fail_at) throw std::bad_alloc();
+    if (global_new::fails()) throw std::bad_alloc();
     if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
     throw std::bad_alloc();
 }
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
 {
-    if (global_new::calls++ >= global_new::fail_at) throw std::bad_alloc();
+    if (global_new::fails()) throw std::bad_alloc();
     if (void* const memory = global_new::aligned(size, static_cast<std::size_t>(alignment))) return memory;
     throw std::bad_alloc();
 }

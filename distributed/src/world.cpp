@@ -422,7 +422,11 @@ std::vector<Pair<Dim, T>> find_pairs(MPI_Comm comm, const BoxView<Dim, T>& boxes
     World<Dim, T> world(comm, staying);
     world.add(ids, boxes);
     world.update();
-    return {world.began().begin(), world.began().end()};
+    std::vector<Pair<Dim, T>> pairs;
+    Agreement agreement(comm);
+    agreement.attempt([&] { pairs.assign(world.began().begin(), world.began().end()); });
+    agreement.settle();
+    return pairs;
 }
 template std::vector<Pair<2, float>> find_pairs(MPI_Comm, const BoxView<2, float>&,
                                                 std::span<const std::uint64_t>, const WorldOptions&);

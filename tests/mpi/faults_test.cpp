@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What goes wrong on one rank is told on all, in the same words, and changes nothing.
+#include <array>
+
 #include "exchange.hpp"
 #include "scene.hpp"
 
@@ -181,51 +183,148 @@ TEST(Faults, PackThatThrows)
     EXPECT_TRUE(good);
 }
 
-/// Fails at each allocation of an update in turn, on one rank.
-void fail_everywhere(bool divides, int failing)
+/// Which rank has no memory, and how.
+struct Lack
 {
-    FailingMemory memory;
-    auto options = serial;
-    options.memory = &memory;
-    options.rebalance = Rebalance::on_request;
-    auto scene = some_scene(options, 60);
-    ASSERT_TRUE(scene.update());
-    std::uint64_t failures = 0;
-    for (int round = 0; round < 2; ++round) {
-        for (int k = 0; k < 120; ++k)
-            scene.operate(60);
-        if (divides) scene.world->request_rebalance();
-        for (std::int64_t given = 0;; given += 1 + given / 8) {
-            if (rank() == failing) memory.left = given;
-            const std::string failure = failure_of([&] { scene.world->update(); });
-            memory.left = std::numeric_limits<std::int64_t>::max();
-            if (failure.empty()) break;
-            ASSERT_TRUE(says(failure, "rank " + std::to_string(failing) + ": no memory left")) << failure;
-            ++failures;
-            // What can be asked is what it was.
-            std::uint64_t objects = 0, found = 0;
-            for (const auto& [id, thing] : scene.things)
-                if (scene.one.contains(thing.id)) {
-                    ++objects;
-                    if (!scene.world->contains(id)) continue;
-                    ++found;
-                    ASSERT_TRUE(same(scene.world->box(id), scene.one.box(thing.id)));
-                }
-            ASSERT_EQ(sum(found), objects);
+    Shortage shortage;
+    int rank;
+};
+std::vector<Lack> lacks()
+{
+    if (!can_be_made(Shortage::of_one)) return {{Shortage::of_resource, last()}};
+    return {{Shortage::of_one, last()}, {Shortage::of_all, 0}};
+}
+
+/// What can be asked of a world on this rank.
+class Seen
+{
+  public:
+    explicit Seen(const jostle::mpi::World3f& world)
+        : began_(world.began().begin(), world.began().end()),
+          persisted_(world.persisted().begin(), world.persisted().end()),
+          changed_(world.changed_pairs().begin(), world.changed_pairs().end()),
+          ended_(world.ended().begin(), world.ended().end()),
+          departed_(world.departed().begin(), world.departed().end())
+    {
+        for (const auto& each : world.arrived())
+            arrived_.emplace_back(each.id, std::vector(each.payload.begin(), each.payload.end()));
+        world.ids(ids_);
+        for (const std::uint64_t id : ids_) {
+            boxes_.push_back(world.box(id));
+            bounds_.push_back(world.bounds(id));
+            kept_.emplace_back(world.filter(id), world.enabled(id));
         }
-        ASSERT_TRUE(scene.update_after_world());
+        counts_ = {world.size(), world.stats().ghosts, world.stats().members, world.stats().partitions};
     }
-    EXPECT_GT(failures, 10u);
+    friend bool operator==(const Seen& a, const Seen& b)
+    {
+        return are_same(a.began_, b.began_) && are_same(a.persisted_, b.persisted_) &&
+               are_same(a.changed_, b.changed_) && a.ended_ == b.ended_ && a.departed_ == b.departed_ &&
+               a.arrived_ == b.arrived_ && a.ids_ == b.ids_ &&
+               std::equal(a.boxes_.begin(), a.boxes_.end(), b.boxes_.begin(), b.boxes_.end(),
+                          same<3, float>) &&
+               std::equal(a.bounds_.begin(), a.bounds_.end(), b.bounds_.begin(), b.bounds_.end(),
+                          same<3, float>) &&
+               a.kept_ == b.kept_ && a.counts_ == b.counts_;
+    }
+
+  private:
+    using Pairs = std::vector<jostle::mpi::Pair<3, float>>;
+    static bool are_same(const Pairs& a, const Pairs& b)
+    {
+        return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+            return x.a == y.a && x.b == y.b && x.rank_of_b == y.rank_of_b && same(x.bounds_a, y.bounds_a) &&
+                   same(x.bounds_b, y.bounds_b);
+        });
+    }
+    Pairs began_, persisted_, changed_;
+    std::vector<jostle::mpi::EndedPair> ended_;
+    std::vector<std::uint64_t> departed_, ids_;
+    std::vector<std::pair<std::uint64_t, std::vector<std::byte>>> arrived_;
+    std::vector<Aabb3f> boxes_, bounds_;
+    std::vector<std::pair<jostle::ObjectFilter, bool>> kept_;
+    std::array<std::uint64_t, 4> counts_{};
+};
+
+/// Fails at each allocation of an update in turn, on one rank.
+void fail_everywhere(bool divides)
+{
+    for (const auto& [shortage, failing] : lacks()) {
+        FailingMemory memory;
+        auto options = serial;
+        options.memory = &memory;
+        options.rebalance = Rebalance::on_request;
+        options.pack = [](std::uint64_t id, std::vector<std::byte>& payload) { payload.resize(id % 40); };
+        auto scene = some_scene(options, 40);
+        ASSERT_TRUE(scene.update());
+        for (int k = 0; k < 100; ++k)
+            scene.operate(40);
+        if (divides) scene.world->request_rebalance();
+        const Seen before(*scene.world);
+        EXPECT_GT(fail_at_each_allocation([&] { scene.world->update(); }, shortage, memory, failing,
+                                          [&] { return Seen(*scene.world) == before; }),
+                  30u);
+        ASSERT_TRUE(scene.update_after_world());
+        for (int k = 0; k < 100; ++k)
+            scene.operate(40);
+        ASSERT_TRUE(scene.update());
+    }
 }
 TEST(Faults, NoMemoryInAnUpdate)
 {
-    fail_everywhere(false, last());
-    fail_everywhere(false, 0);
+    fail_everywhere(false);
 }
 TEST(Faults, NoMemoryWhileSpaceIsDivided)
 {
-    fail_everywhere(true, last());
-    fail_everywhere(true, 0);
+    fail_everywhere(true);
+}
+TEST(Faults, NoMemoryToMakeSaveOrRestoreAWorld)
+{
+    for (const auto& [shortage, failing] : lacks()) {
+        FailingMemory memory;
+        auto options = serial;
+        options.memory = &memory;
+        const auto nothing = [] { return true; };
+        (void)fail_at_each_allocation([&] { jostle::mpi::World3f world(MPI_COMM_WORLD, options); }, shortage,
+                                      memory, failing, nothing);
+        auto scene = some_scene(options, 40);
+        ASSERT_TRUE(scene.update());
+        const Seen before(*scene.world);
+        const auto as_before = [&] { return Seen(*scene.world) == before; };
+        std::vector<std::vector<std::byte>> parts(1);
+        const std::uint64_t failures = fail_at_each_allocation([&] { parts[0] = scene.world->save(); },
+                                                               shortage, memory, failing, as_before);
+        EXPECT_TRUE(failures > 1 || shortage == Shortage::of_resource); // which has none of a snapshot's
+        EXPECT_GT(fail_at_each_allocation([&] { scene.world->restore(parts); }, shortage, memory, failing,
+                                          as_before),
+                  20u);
+        for (int k = 0; k < 60; ++k)
+            scene.operate(40);
+        ASSERT_TRUE(scene.update());
+    }
+}
+TEST(Faults, NoMemoryToFindPairs)
+{
+    std::vector<std::uint64_t> ids;
+    std::vector<Aabb3f> boxes;
+    Random random(static_cast<std::uint64_t>(rank()));
+    for (std::uint64_t i = 0; i < 40; ++i) {
+        ids.push_back(i * static_cast<std::uint64_t>(ranks()) + static_cast<std::uint64_t>(rank()));
+        boxes.push_back(world_tests::random_box<3, float>(random, 6));
+    }
+    const auto expected = jostle::mpi::find_pairs(MPI_COMM_WORLD, boxes, ids, serial);
+    for (const auto& [shortage, failing] : lacks()) {
+        FailingMemory memory;
+        auto options = serial;
+        options.memory = &memory;
+        std::vector<jostle::mpi::Pair<3, float>> found;
+        EXPECT_GT(fail_at_each_allocation(
+                      [&] { found = jostle::mpi::find_pairs(MPI_COMM_WORLD, boxes, ids, options); }, shortage,
+                      memory, failing, [&] { return found.empty(); }),
+                  30u);
+        EXPECT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end(),
+                               [](const auto& a, const auto& b) { return a.a == b.a && a.b == b.b; }));
+    }
 }
 TEST(Faults, NoMemoryForACommandOrAWorld)
 {

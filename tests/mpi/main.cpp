@@ -8,6 +8,8 @@
 #include <string>
 
 #include "jostle/mpi.hpp"
+#include "scene.hpp"
+#include "tests/global_new.hpp"
 
 namespace {
 
@@ -27,6 +29,30 @@ class Failures : public testing::EmptyTestEventListener
 };
 
 } // namespace
+
+namespace mpi_tests {
+
+bool can_be_made(Shortage shortage)
+{
+    return JOSTLE_OWN_NEW || shortage == Shortage::of_resource;
+}
+Starving::Starving(Shortage shortage, FailingMemory& memory, std::uint64_t allocations) : memory_(memory)
+{
+    if (shortage == Shortage::of_resource) {
+        memory.left = static_cast<std::int64_t>(allocations);
+        return;
+    }
+    const std::uint64_t first = global_new::calls + allocations;
+    global_new::fail_until = shortage == Shortage::of_one ? first + 1 : global_new::never;
+    global_new::fail_at = first;
+}
+Starving::~Starving()
+{
+    global_new::fail_at = global_new::never;
+    memory_.left = std::numeric_limits<std::int64_t>::max();
+}
+
+} // namespace mpi_tests
 
 int main(int count, char** arguments)
 {

@@ -426,6 +426,11 @@ TEST(Questions, WhatIsWrongIsSaidOnAllRanks)
 }
 
 /// Fails at each allocation of a question in turn, on one rank; and asks where an update has failed halfway.
+template <class Item>
+std::vector<Item> items_of(const jostle::mpi::Answers<Item>& answers)
+{
+    return {answers.items().begin(), answers.items().end()};
+}
 TEST(Questions, NoMemory)
 {
     FailingMemory memory;
@@ -436,23 +441,30 @@ TEST(Questions, NoMemory)
         scene.operate(80);
     ASSERT_TRUE(scene.update());
     const int failing = ranks() - 1;
+    const auto& world = *scene.world;
     const std::vector<jostle::Aabb3f> boxes(4, {{0, 0, 0}, {5, 5, 5}});
     const std::vector<jostle::Nearest3f> near(4, {{1, 2, 3}, 9});
+    const std::vector<jostle::Ray3f> rays(4, {{0, 0, 0}, {1, 1, 1}});
     jostle::mpi::Answers<Found> found;
-    jostle::mpi::Answers<jostle::mpi::ObjectHit<float>> nearest;
-    std::uint64_t failures = 0;
-    for (std::int64_t given = 0;; given += 1 + given / 8) {
-        if (rank() == failing) memory.left = given;
-        const std::string failure = failure_of([&] {
-            scene.world->all(std::span<const jostle::Aabb3f>(boxes), found);
-            scene.world->nearest(std::span<const jostle::Nearest3f>(near), nearest);
-        });
-        memory.left = std::numeric_limits<std::int64_t>::max();
-        if (failure.empty()) break;
-        ++failures;
-        ASSERT_NE(failure.find("no memory left"), std::string::npos) << failure;
+    jostle::mpi::Answers<jostle::mpi::ObjectHit<float>> nearest, all;
+    std::vector<jostle::mpi::ObjectHit<float>> firsts(rays.size());
+    std::vector<std::uint64_t> counts(boxes.size());
+    const auto ask = [&] {
+        world.all(std::span<const jostle::Aabb3f>(boxes), found);
+        world.all(std::span<const jostle::Ray3f>(rays), all, {}, 3);
+        world.nearest(std::span<const jostle::Nearest3f>(near), nearest);
+        world.first(std::span<const jostle::Ray3f>(rays), std::span(firsts));
+        world.count(std::span<const jostle::Aabb3f>(boxes), std::span(counts));
+    };
+    ask();
+    const auto in_peace = std::tuple(items_of(found), items_of(all), items_of(nearest), firsts, counts);
+    for (const Shortage shortage : {Shortage::of_resource, Shortage::of_all}) {
+        if (!can_be_made(shortage)) continue;
+        found = {}, all = {}, nearest = {};
+        EXPECT_GT(fail_at_each_allocation(ask, shortage, memory, failing, [] { return true; }), 20u);
+        EXPECT_TRUE(everywhere(
+            in_peace == std::tuple(items_of(found), items_of(all), items_of(nearest), firsts, counts)));
     }
-    EXPECT_GT(failures, 10u);
     for (std::int64_t given = 3; given < 3000; given *= 2) {
         for (int k = 0; k < 20; ++k)
             scene.operate(80);

@@ -106,6 +106,66 @@ class FailingMemory : public std::pmr::memory_resource
     bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
 };
 
+/// What is missing where memory runs out.
+enum class Shortage
+{
+    of_resource, ///< from one allocation on, the world's own memory resource gives nothing
+    of_one,      ///< one call of the global operator new fails
+    of_all,      ///< this one and all that follow
+};
+/// Whether a shortage can be made here: the thread sanitizer brings an operator new that never fails.
+bool can_be_made(Shortage shortage);
+
+/// While it lives, memory runs out on this rank after some allocations.
+class Starving
+{
+  public:
+    Starving(Shortage shortage, FailingMemory& memory, std::uint64_t allocations);
+    ~Starving();
+    Starving(const Starving&) = delete;
+    Starving& operator=(const Starving&) = delete;
+
+  private:
+    FailingMemory& memory_;
+};
+
+/// failure_of(call) where memory runs out on one rank. With nothing left at all that rank can't even have the
+/// text, and throws std::bad_alloc; the others have to say what it is about.
+template <class Call>
+std::string starved_failure_of(const Call& call, Shortage shortage, FailingMemory& memory, int failing,
+                               std::uint64_t allocations)
+{
+    return failure_of([&] {
+        if (rank() != failing) return call();
+        try {
+            const Starving starving(shortage, memory, allocations);
+            call();
+        } catch (const std::bad_alloc&) {
+            if (shortage != Shortage::of_all) throw;
+            throw jostle::mpi::Failure(
+                failing, jostle::mpi::FailureCause::memory, jostle::ErrorCode::invalid_argument,
+                "no memory left; give it less, or the job more ranks", jostle::Error::no_index);
+        }
+    });
+}
+/// Calls call() with less and less memory on one rank, failing at each of its allocations in turn, until it
+/// succeeds. After each failure check() says on each rank whether all is as it was. Returns how often it
+/// failed; an answer of check() that isn't true ends it, with a failure of the test.
+template <class Call, class Check>
+std::uint64_t fail_at_each_allocation(const Call& call, Shortage shortage, FailingMemory& memory, int failing,
+                                      const Check& check)
+{
+    for (std::uint64_t allocations = 0;; ++allocations) {
+        const std::string failure = starved_failure_of(call, shortage, memory, failing, allocations);
+        if (failure.empty()) return allocations;
+        const bool is_told =
+            failure.find("rank " + std::to_string(failing) + ": no memory left") != std::string::npos;
+        if (everywhere(is_told && check())) continue;
+        ADD_FAILURE() << "allocation " << allocations << ": " << (is_told ? "not as it was" : failure);
+        return allocations;
+    }
+}
+
 template <int Dim, class T>
 class Scene
 {
