@@ -216,9 +216,9 @@ struct QuestionStats
 /// Collective calls are those of which the comment says so: every rank makes them, in the same order.
 /// Errors    commands throw nothing: one that is wrong, or finds no memory, has no effect, and the next
 ///           update() tells the first of these on every rank. What fails on one rank in a collective call
-///           is a Failure on all, which leaves the world as it was; commands that were good stay queued. A rank
-///           that hasn't even the memory for its text throws std::bad_alloc in its place.
-///           MPI's own errors, and ranks that are lost, end the job.
+///           is a Failure on all, which leaves the world as it was; commands that were good stay queued. A
+///           rank that hasn't even the memory for its text throws std::bad_alloc in its place. MPI's own
+///           errors, and ranks that are lost, end the job.
 template <int Dim, Coordinate T>
 class JOSTLE_API World
 {
