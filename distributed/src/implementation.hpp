@@ -85,7 +85,6 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
           exchange(handle, given.memory),
           lists(given.memory),
           coming(given.memory),
-          staying(given.memory),
           was(given.memory),
           is(given.memory)
     {
@@ -112,8 +111,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     Partition partition;
     Exchange exchange;
     Rebalancing rebalancing;
-    Lists<Dim, T> lists, coming;             ///< of the last update, and of the one under way
-    std::pmr::vector<std::uint32_t> staying; ///< where, among what is queued, objects are that stay inside
+    Lists<Dim, T> lists, coming; ///< of the last update, and of the one under way
     WorldStats stats;
     QuestionStats question_stats;
     Ranks was, is;                  ///< working memory of route()
@@ -205,8 +203,6 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     void update();
     void collect(WeightedPoints& points) const;
     void stage(const Partition& now, bool divided);
-    [[nodiscard]] bool stays_inside(const typename Owned<Dim, T>::Pending& change) const noexcept;
-    void move_inside(Agreement& agreement);
     void route(std::uint64_t id, const State<Dim, T>& before, const State<Dim, T>& after, int home,
                const Partition& now, bool divided);
     void send_away(std::uint64_t id, const Object<Dim, T>& object, int home);

@@ -104,19 +104,15 @@ class Owned
         for (std::size_t i = entries_.size() - arriving_; i < entries_.size(); ++i)
             entries_[i].exists = true;
         arriving_ = 0;
+        bool some_go = false;
         for (const Pending& change : pending_) {
+            some_go = some_go || !change.exists;
             Entry& entry = entries_[change.entry];
             entry.now = change.next;
             entry.exists = change.exists;
             entry.pending = none;
         }
-        // From the last entry on, so that those that take the place of others aren't ones that go.
-        const auto going = std::partition(pending_.begin(), pending_.end(),
-                                          [](const Pending& change) { return !change.exists; });
-        std::sort(pending_.begin(), going,
-                  [](const Pending& a, const Pending& b) { return a.entry > b.entry; });
-        for (auto change = pending_.begin(); change != going; ++change)
-            erase(entries_[change->entry].id);
+        if (some_go) erase_those_that_go();
         for (const std::uint64_t id : departed)
             erase(id);
         pending_.clear();
@@ -144,6 +140,16 @@ class Owned
                   [](const Entry& a, const Entry& b) { return a.id < b.id; });
         for (std::size_t i = 0; i < entries_.size(); ++i)
             places_.find(entries_[i].id)->second = static_cast<std::uint32_t>(i);
+    }
+    void erase_those_that_go() noexcept
+    {
+        // From the last entry on, so that those that take the place of others aren't ones that go.
+        const auto going = std::partition(pending_.begin(), pending_.end(),
+                                          [](const Pending& change) { return !change.exists; });
+        std::sort(pending_.begin(), going,
+                  [](const Pending& a, const Pending& b) { return a.entry > b.entry; });
+        for (auto change = pending_.begin(); change != going; ++change)
+            erase(entries_[change->entry].id);
     }
     void erase(std::uint64_t id) noexcept
     {

@@ -46,10 +46,7 @@ void World<Dim, T>::Implementation::update()
         exchange.start(agreement);
         next.messages = exchange.messages_sent();
         next.bytes = next.bytes_of_boxes = exchange.bytes_sent();
-        agreement.attempt([&] {
-            hear(exchange.to_myself());
-            move_inside(agreement);
-        });
+        agreement.attempt([&] { hear(exchange.to_myself()); });
         next.us_stage += clock.lap();
         exchange.finish(agreement);
         next.us_wait += clock.lap();
@@ -127,30 +124,8 @@ void World<Dim, T>::Implementation::collect(WeightedPoints& points) const
     }
 }
 
-/// Whether an object that isn't added, removed or handed over was and is nobody's but this rank's to search.
-template <int Dim, Coordinate T>
-bool World<Dim, T>::Implementation::stays_inside(const typename Owned<Dim, T>::Pending& change) const noexcept
-{
-    const Entry& each = owned.entries()[change.entry];
-    return each.exists && change.exists && change.next.enabled &&
-           partition.is_inside(change.next.bounds(margin)) && region.has_inside(each.id, each.member);
-}
-
-/// Says of those objects, the most, what becomes of them, while messages about the others are on their way.
-template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::move_inside(Agreement& agreement)
-{
-    constexpr std::size_t at_a_time = 4096;
-    std::size_t count = 0;
-    for (const std::uint32_t at : staying) {
-        const auto& change = owned.pending()[at];
-        region.move_inside(owned.entries()[change.entry].member, change.next.bounds(margin),
-                           change.next.filter);
-        if (++count % at_a_time == 0) exchange.advance(agreement);
-    }
-}
-
-/// Writes what this rank's objects have to say to others and to this one, but for those that stay inside.
+/// Writes what this rank's objects have to say to others and to this one. Those that stay inside, the most, tell
+/// its region at once: it is one walk through memory less than to do it while messages are on their way.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
 {
@@ -166,19 +141,19 @@ void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
         route(each.id, before, after, home, now, divided);
         if (home != rank) send_away(each.id, object, home);
     };
-    staying.clear();
     if (divided) {
         for (const Entry& each : owned.entries())
             stage_one(each);
         return;
     }
-    staying.reserve(owned.pending().size());
-    for (std::uint32_t at = 0; at < owned.pending().size(); ++at) {
-        const auto& change = owned.pending()[at];
-        if (stays_inside(change))
-            staying.push_back(at);
+    for (const auto& change : owned.pending()) {
+        const Entry& each = owned.entries()[change.entry];
+        const Aabb<Dim, T> bounds = change.next.bounds(margin);
+        if (each.exists && change.exists && change.next.enabled && partition.is_inside(bounds) &&
+            region.has_inside(each.id, each.member))
+            region.move_inside(each.member, bounds, change.next.filter);
         else
-            stage_one(owned.entries()[change.entry]);
+            stage_one(each);
     }
 }
 
