@@ -100,7 +100,7 @@ class Owned
     void keep(std::span<const std::uint64_t> departed) noexcept
     {
         version_ += arriving_ != 0 || !pending_.empty() || !departed.empty();
-        const bool has_arrivals = arriving_ != 0;
+        const std::size_t arrived = arriving_;
         for (std::size_t i = entries_.size() - arriving_; i < entries_.size(); ++i)
             entries_[i].exists = true;
         arriving_ = 0;
@@ -116,7 +116,9 @@ class Owned
         for (const std::uint64_t id : departed)
             erase(id);
         pending_.clear();
-        if (has_arrivals || !departed.empty()) put_in_order();
+        // Few come and go in most updates, and to put all in order costs as much as looking many up.
+        out_of_order_ += arrived + departed.size();
+        if (out_of_order_ * 16 > entries_.size()) put_in_order();
     }
     void undo() noexcept
     {
@@ -136,6 +138,7 @@ class Owned
     /// So that who goes through the ids in order goes through memory in order.
     void put_in_order() noexcept
     {
+        out_of_order_ = 0;
         std::sort(entries_.begin(), entries_.end(),
                   [](const Entry& a, const Entry& b) { return a.id < b.id; });
         for (std::size_t i = 0; i < entries_.size(); ++i)
@@ -167,7 +170,7 @@ class Owned
     std::pmr::vector<Entry> entries_; // those on their way here are the last
     std::pmr::vector<Pending> pending_;
     mutable std::size_t next_ = 0; // behind the one that was found last
-    std::size_t arriving_ = 0;
+    std::size_t arriving_ = 0, out_of_order_ = 0;
     std::uint64_t version_ = 0;
 };
 

@@ -129,6 +129,12 @@ void World<Dim, T>::Implementation::collect(WeightedPoints& points) const
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
 {
+    // It would go on being a ghost there, with pairs that are told to this rank.
+    const auto has_left = [&](const State<Dim, T>& after) {
+        if (after.presence != Presence::enabled) return false;
+        now.touched(after.bounds, is);
+        return !std::binary_search(is.begin(), is.end(), rank);
+    };
     const auto stage_one = [&](const Entry& each) {
         const bool will_exist = owned.will_exist(each);
         if (each.exists != will_exist)
@@ -137,7 +143,8 @@ void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
         State<Dim, T> before, after;
         if (each.exists) before = each.now.state(margin);
         if (will_exist) after = object.state(margin);
-        const int home = divided && options.migrate && will_exist ? now.at_middle_of(after.bounds) : rank;
+        const bool moves = options.migrate && will_exist && (divided || has_left(after));
+        const int home = moves ? now.at_middle_of(after.bounds) : rank;
         route(each.id, before, after, home, now, divided);
         if (home != rank) send_away(each.id, object, home);
     };

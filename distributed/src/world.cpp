@@ -168,7 +168,12 @@ void World<Dim, T>::remove(std::uint64_t id) noexcept
 template <int Dim, Coordinate T>
 void World<Dim, T>::move(std::uint64_t id, const Box& box) noexcept
 {
-    move(id, box, Vector{});
+    implementation_->note([&] {
+        check_box(id, box);
+        Object<Dim, T>& next = implementation_->change(id);
+        next.box = box;
+        next.displacement = {};
+    });
 }
 
 template <int Dim, Coordinate T>
