@@ -77,12 +77,6 @@ bool Exchange::receive_one(Agreement& agreement) noexcept
     return came != 0;
 }
 
-void Exchange::advance(Agreement& agreement) noexcept
-{
-    while (receive_one(agreement)) {
-    }
-}
-
 void Exchange::finish(Agreement& agreement) noexcept
 {
     MPI_Request barrier = MPI_REQUEST_NULL;

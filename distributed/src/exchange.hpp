@@ -42,8 +42,6 @@ class Exchange
     void seal();
     /// Begins to send. A rank that failed sends nothing, so that its half-written messages reach nobody.
     void start(const Agreement& agreement) noexcept;
-    /// Takes what has arrived meanwhile: MPI moves large messages only while it is called.
-    void advance(Agreement& agreement) noexcept;
     /// Collective with start(). Waits until all messages of all ranks have arrived. If there is no memory for
     /// one it is dropped, and the agreement hears of it.
     void finish(Agreement& agreement) noexcept;

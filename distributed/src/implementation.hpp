@@ -85,7 +85,6 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
           exchange(handle, given.memory),
           lists(given.memory),
           coming(given.memory),
-          elsewhere(given.memory),
           was(given.memory),
           is(given.memory)
     {
@@ -113,7 +112,6 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     Exchange exchange;
     Rebalancing rebalancing;
     Lists<Dim, T> lists, coming; ///< of the last update, and of the one under way
-    Lists<Dim, T> elsewhere;     ///< of the latter: pairs that other ranks have found
     WorldStats stats;
     QuestionStats question_stats;
     Ranks was, is;                  ///< working memory of route()
@@ -143,11 +141,14 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
         return owned.change(*found).next;
     }
 
+    [[nodiscard]] PairList<Dim, T> shown(const ListedPairs<Dim, T>& pairs) const noexcept
+    {
+        return {pairs.places, region.objects(), pairs.told.data()};
+    }
     void began(int to, const Pair<Dim, T>& pair) override { send(to, Kind::began, pair); }
     void persisted(int to, const Pair<Dim, T>& pair) override { send(to, Kind::persisted, pair); }
     void ended(int to, const EndedPair& pair) override
     {
-        if (to == rank) return coming.ended.push_back(pair);
         Exchange::Bytes& bytes = begin(to, Kind::ended);
         put(bytes, pair.a);
         put(bytes, pair.b);
@@ -202,8 +203,6 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     void update();
     void collect(WeightedPoints& points) const;
     void stage(const Partition& now, bool divided);
-    [[nodiscard]] bool stays_inside(const Entry& entry) const noexcept;
-    void move_inside(Agreement& agreement);
     void route(std::uint64_t id, const State<Dim, T>& before, const State<Dim, T>& after, int home,
                const Partition& now, bool divided);
     void send_away(std::uint64_t id, const Object<Dim, T>& object, int home);

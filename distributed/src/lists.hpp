@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory_resource>
+#include <span>
 #include <vector>
 
 #include "jostle/mpi.hpp"
@@ -17,28 +18,27 @@ template <class Pair>
     return x.a != y.a ? x.a < y.a : x.b < y.b;
 }
 
-/// Sorts a list. Most of what a region finds it finds in order, so it is often sorted already.
-template <class Pair>
-void sort_pairs(std::pmr::vector<Pair>& list)
+/// What a PairList shows: where the objects of pairs lie, in order, and those pairs that other ranks have told,
+/// as they came.
+template <int Dim, Coordinate T>
+struct ListedPairs
 {
-    if (std::is_sorted(list.begin(), list.end(), ascends<Pair>)) return;
-    // Pairs are long: what is sorted is where they lie.
-    struct Key
+    explicit ListedPairs(std::pmr::memory_resource* memory) : places(memory), told(memory) {}
+    std::pmr::vector<jostle::Pair> places;
+    std::pmr::vector<Pair<Dim, T>> told;
+
+    void clear() noexcept
     {
-        std::uint64_t a, b;
-        std::size_t at;
-    };
-    std::pmr::vector<Key> keys(list.get_allocator());
-    keys.reserve(list.size());
-    for (const Pair& pair : list)
-        keys.push_back({pair.a, pair.b, keys.size()});
-    std::sort(keys.begin(), keys.end(), ascends<Key>);
-    std::pmr::vector<Pair> sorted(list.get_allocator());
-    sorted.reserve(list.size());
-    for (const Key& key : keys)
-        sorted.push_back(list[key.at]);
-    list.swap(sorted);
-}
+        places.clear();
+        told.clear();
+    }
+    /// The objects lie elsewhere now: `to` says where, by where they were.
+    void follow(std::span<const std::uint32_t> to) noexcept
+    {
+        for (jostle::Pair& place : places)
+            if (place.b != PairList<Dim, T>::told) place = {to[place.a], to[place.b]};
+    }
+};
 
 /// What an update tells the user of one rank.
 template <int Dim, Coordinate T>
@@ -49,22 +49,23 @@ struct Lists
           persisted(memory),
           changed(memory),
           ended(memory),
+          ended_out_of_order(memory),
           arrived(memory),
           departed(memory),
           payloads(memory)
     {
     }
-    std::pmr::vector<Pair<Dim, T>> began, persisted;
-    mutable std::pmr::vector<Pair<Dim, T>> changed; ///< both, once somebody has asked
+    ListedPairs<Dim, T> began, persisted;
+    mutable ListedPairs<Dim, T> changed; ///< both, once somebody has asked
     std::pmr::vector<EndedPair> ended;
+    std::pmr::vector<EndedPair> ended_out_of_order; ///< until they are put there
     std::pmr::vector<Arrival> arrived;
     std::pmr::vector<std::uint64_t> departed;
     std::pmr::vector<std::pmr::vector<std::byte>> payloads; ///< what `arrived` shows
 
-    /// All but pairs that touch: this rank's region has those in order.
+    /// All but pairs, which this rank's region puts in order.
     void sort()
     {
-        sort_pairs(ended);
         std::sort(arrived.begin(), arrived.end(),
                   [](const Arrival& a, const Arrival& b) { return a.id < b.id; });
         std::sort(departed.begin(), departed.end());
@@ -75,6 +76,7 @@ struct Lists
         persisted.clear();
         changed.clear();
         ended.clear();
+        ended_out_of_order.clear();
         arrived.clear();
         departed.clear();
         payloads.clear();

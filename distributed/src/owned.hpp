@@ -100,27 +100,25 @@ class Owned
     void keep(std::span<const std::uint64_t> departed) noexcept
     {
         version_ += arriving_ != 0 || !pending_.empty() || !departed.empty();
-        const bool has_arrivals = arriving_ != 0;
+        const std::size_t arrived = arriving_;
         for (std::size_t i = entries_.size() - arriving_; i < entries_.size(); ++i)
             entries_[i].exists = true;
         arriving_ = 0;
+        bool some_go = false;
         for (const Pending& change : pending_) {
+            some_go = some_go || !change.exists;
             Entry& entry = entries_[change.entry];
             entry.now = change.next;
             entry.exists = change.exists;
             entry.pending = none;
         }
-        // From the last entry on, so that those that take the place of others aren't ones that go.
-        const auto going = std::partition(pending_.begin(), pending_.end(),
-                                          [](const Pending& change) { return !change.exists; });
-        std::sort(pending_.begin(), going,
-                  [](const Pending& a, const Pending& b) { return a.entry > b.entry; });
-        for (auto change = pending_.begin(); change != going; ++change)
-            erase(entries_[change->entry].id);
+        if (some_go) erase_those_that_go();
         for (const std::uint64_t id : departed)
             erase(id);
         pending_.clear();
-        if (has_arrivals || !departed.empty()) put_in_order();
+        // Few come and go in most updates, and to put all in order costs as much as looking many up.
+        out_of_order_ += arrived + departed.size();
+        if (out_of_order_ * 16 > entries_.size()) put_in_order();
     }
     void undo() noexcept
     {
@@ -140,10 +138,21 @@ class Owned
     /// So that who goes through the ids in order goes through memory in order.
     void put_in_order() noexcept
     {
+        out_of_order_ = 0;
         std::sort(entries_.begin(), entries_.end(),
                   [](const Entry& a, const Entry& b) { return a.id < b.id; });
         for (std::size_t i = 0; i < entries_.size(); ++i)
             places_.find(entries_[i].id)->second = static_cast<std::uint32_t>(i);
+    }
+    void erase_those_that_go() noexcept
+    {
+        // From the last entry on, so that those that take the place of others aren't ones that go.
+        const auto going = std::partition(pending_.begin(), pending_.end(),
+                                          [](const Pending& change) { return !change.exists; });
+        std::sort(pending_.begin(), going,
+                  [](const Pending& a, const Pending& b) { return a.entry > b.entry; });
+        for (auto change = pending_.begin(); change != going; ++change)
+            erase(entries_[change->entry].id);
     }
     void erase(std::uint64_t id) noexcept
     {
@@ -161,7 +170,7 @@ class Owned
     std::pmr::vector<Entry> entries_; // those on their way here are the last
     std::pmr::vector<Pending> pending_;
     mutable std::size_t next_ = 0; // behind the one that was found last
-    std::size_t arriving_ = 0;
+    std::size_t arriving_ = 0, out_of_order_ = 0;
     std::uint64_t version_ = 0;
 };
 

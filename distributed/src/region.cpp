@@ -2,6 +2,7 @@
 #include "region.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -15,38 +16,71 @@ namespace {
 
 /// How many pairs before its turn an object's memory is asked for: partners lie anywhere.
 constexpr std::size_t ahead = 16;
-template <class Item>
-void fetch(const std::pmr::vector<Item>& items, std::uint32_t index) noexcept
+
+/// Sorts `others` and puts what item(other) says of each into a list, which is in order and stays so: from
+/// behind, and few into long stretches.
+template <class List, class Other, class IsBefore, class Item>
+void merge_sorted(List& list, std::pmr::vector<Other>& others, const IsBefore& is_before, const Item& item)
 {
-    __builtin_prefetch(items.data() + index); // of gcc and clang, which are what builds this part
+    if (others.empty()) return;
+    std::sort(others.begin(), others.end(), ascends<Other>);
+    std::size_t left = list.size(), end = left + others.size();
+    list.resize(end);
+    const auto at = [&](std::size_t i) { return list.begin() + static_cast<std::ptrdiff_t>(i); };
+    for (auto other = others.rbegin(); other != others.rend(); ++other) {
+        std::size_t low = left, high = left; // those from `high` on are behind it
+        for (std::size_t step = 1; low != 0 && !is_before(list[low - 1], *other); step *= 2) {
+            high = low - 1;
+            low -= std::min(low, step);
+        }
+        const auto split = static_cast<std::size_t>(
+            std::partition_point(at(low), at(high),
+                                 [&](const auto& each) { return is_before(each, *other); }) -
+            list.begin());
+        std::move_backward(at(split), at(left), at(end));
+        end -= left - split + 1;
+        left = split;
+        list[end] = item(*other);
+    }
 }
 
 } // namespace
 
 template <int Dim, Coordinate T>
-void Region<Dim, T>::recover()
+void Region<Dim, T>::recover(Lists<Dim, T>& shown, const Partition& partition)
 {
     if (!stale_) return;
-    std::pmr::vector<std::pair<Name, Member>> all(members_.get_allocator());
-    all.reserve(places_.size());
+    const auto allocator = objects_.get_allocator();
+    std::pmr::vector<std::uint32_t> from(allocator), to(objects_.size(), none, allocator);
+    from.reserve(places_.size());
     for (const auto& [id, index] : places_)
-        all.emplace_back(names_[index], members_[index]);
-    std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first.id < b.first.id; });
+        from.push_back(index);
+    std::sort(from.begin(), from.end(),
+              [&](std::uint32_t i, std::uint32_t j) { return objects_[i].id < objects_[j].id; });
     jostle::World<Dim, T> world(options_);
-    std::pmr::vector<Name> names(members_.get_allocator());
-    std::pmr::vector<Member> members(members_.get_allocator());
-    names.reserve(all.size());
-    members.reserve(all.size());
-    for (const auto& [name, member] : all) {
-        names.push_back(name);
-        members.push_back({world.add(member.state.bounds, {.filter = member.state.filter}), member.state});
+    std::pmr::vector<Object> objects(allocator);
+    std::pmr::vector<Member> members(allocator);
+    objects.reserve(from.size());
+    members.reserve(from.size());
+    for (const std::uint32_t index : from) {
+        to[index] = static_cast<std::uint32_t>(objects.size()); // the indices of a new world ascend
+        objects.push_back(objects_[index]);
+        members.push_back(members_[index]);
+        members.back().local = world.add(objects.back().bounds, {.filter = members.back().filter});
     }
     world.update();
-    touched_of_.assign(members.size(), none);
-    names_.swap(names);
+    objects_.swap(objects);
     members_.swap(members);
-    for (std::size_t i = 0; i < names_.size(); ++i) // the indices of a new world ascend
-        places_.find(names_[i].id)->second = static_cast<std::uint32_t>(i);
+    touched_of_.resize(members_.size()); // there are at least as many
+    flags_.resize(members_.size());
+    for (std::uint32_t i = 0; i < objects_.size(); ++i) {
+        places_.find(objects_[i].id)->second = i;
+        flags_[i] = here | in_order;
+    }
+    note_all_insides(partition);
+    shown.began.follow(to);
+    shown.persisted.follow(to);
+    shown.changed.follow(to);
     world_ = std::move(world);
     stale_ = false;
 }
@@ -57,33 +91,68 @@ void Region<Dim, T>::hear(Reader& from)
     std::uint32_t index = none;
     const Notice notice = Notice::read(from, [&](std::uint64_t id) {
         index = places_.find(id)->second;
-        return std::tuple(names_[index].home, members_[index].state);
+        return std::tuple(objects_[index].rank, state(index));
     });
-    hear(notice, index);
+    heard_ = true;
+    if (notice.enters)
+        entering_.push_back(notice);
+    else
+        hear(notice, index);
 }
 
 template <int Dim, Coordinate T>
-void Region<Dim, T>::hear(const Notice& notice, std::uint32_t& guess)
+void Region<Dim, T>::hear(const Notice& notice, std::uint32_t index)
 {
-    heard_ = true;
     make_room(touched_);
-    if (notice.enters) return entering_.push_back(notice);
-    if (guess >= names_.size() || names_[guess].id != notice.id || members_[guess].local == ObjectId{})
-        guess = places_.find(notice.id)->second;
-    Member& member = members_[guess];
+    Member& member = members_[index];
     if (notice.leaves)
         world_->remove(member.local);
     else {
-        if (differ(notice.before.bounds, notice.now.bounds)) {
-            moved_.push_back(member.local);
-            moved_to_.push_back(notice.now.bounds);
-        }
+        if (differ(notice.before.bounds, notice.now.bounds))
+            change_bounds(index, notice.before.bounds, notice.now.bounds);
         if (notice.before.filter != notice.now.filter) world_->set_filter(member.local, notice.now.filter);
     }
-    touched_of_[guess] = static_cast<std::uint32_t>(touched_.size());
-    touched_.push_back({guess, names_[guess].home, false, notice.leaves, notice.before});
-    names_[guess].home = notice.home;
-    member.state = notice.now;
+    touched_of_[index] = static_cast<std::uint32_t>(touched_.size());
+    touched_.push_back({index, objects_[index].rank, false, notice.leaves, notice.before});
+    objects_[index].rank = notice.home;
+    objects_[index].bounds = notice.now.bounds;
+    member.filter = notice.now.filter;
+    member.presence = notice.now.presence;
+    flags_[index] &= static_cast<std::uint8_t>(~inside);
+}
+
+template <int Dim, Coordinate T>
+bool Region<Dim, T>::has_inside(std::uint64_t id, std::uint32_t& guess) const noexcept
+{
+    if (guess >= flags_.size() || (flags_[guess] & here) == 0 || objects_[guess].id != id) {
+        const auto at = places_.find(id);
+        if (at == places_.end()) return false;
+        guess = at->second;
+    }
+    return (flags_[guess] & inside) != 0;
+}
+
+template <int Dim, Coordinate T>
+void Region<Dim, T>::move_inside(std::uint32_t index, const Aabb<Dim, T>& to, const ObjectFilter& filter)
+{
+    heard_ = true;
+    const Aabb<Dim, T> from = objects_[index].bounds;
+    if (members_[index].filter != filter)
+        return hear(
+            {objects_[index].id, rank_, false, false, false, state(index), {to, filter, Presence::enabled}},
+            index);
+    if (!differ(from, to)) return;
+    change_bounds(index, from, to);
+    touched_of_[index] = static_cast<std::uint32_t>(moved_.size() - 1);
+}
+
+template <int Dim, Coordinate T>
+void Region<Dim, T>::change_bounds(std::uint32_t index, const Aabb<Dim, T>& from, const Aabb<Dim, T>& to)
+{
+    moved_from_.push_back(from);
+    moved_to_.push_back(to);
+    moved_.push_back(members_[index].local);
+    objects_[index].bounds = to;
 }
 
 template <int Dim, Coordinate T>
@@ -91,19 +160,55 @@ void Region<Dim, T>::enter(const Notice& notice)
 {
     make_room(touched_);
     const ObjectId local = world_->add(notice.now.bounds, {.filter = notice.now.filter});
-    if (members_.size() <= local.index) {
-        touched_of_.resize(local.index + std::size_t{1}, none);
-        names_.resize(local.index + std::size_t{1});
+    if (flags_.size() <= local.index) {
+        touched_of_.resize(local.index + std::size_t{1});
+        objects_.resize(local.index + std::size_t{1});
         members_.resize(local.index + std::size_t{1});
+        flags_.resize(local.index + std::size_t{1});
     }
     if (!places_.emplace(notice.id, local.index).second)
         throw Error(ErrorCode::invalid_argument,
                     "object " + std::to_string(notice.id) + " is added, and the scene has it already",
                     notice.id);
-    names_[local.index] = {notice.id, notice.home};
-    members_[local.index] = {local, notice.now};
+    const bool fits = fits_in_order(local.index, notice.id);
+    objects_[local.index] = {notice.id, notice.now.bounds, notice.home};
+    members_[local.index] = {local, notice.now.filter, notice.now.presence};
+    flags_[local.index] = fits ? here | in_order : here;
     touched_of_[local.index] = static_cast<std::uint32_t>(touched_.size());
     touched_.push_back({local.index, notice.home, true, notice.leaves, notice.before});
+}
+
+/// Whether a new member has its place among those that are in order; false as well where none of these is near.
+template <int Dim, Coordinate T>
+bool Region<Dim, T>::fits_in_order(std::uint32_t index, std::uint64_t id) const noexcept
+{
+    constexpr std::size_t near = 64;
+    std::size_t before = index, behind = index + std::size_t{1};
+    while (before != 0 && (flags_[before - 1] & in_order) == 0)
+        if (index - --before == near) return false;
+    while (behind != flags_.size() && (flags_[behind] & in_order) == 0)
+        if (++behind - index == near) return false;
+    return (before == 0 || objects_[before - 1].id < id) &&
+           (behind == flags_.size() || id < objects_[behind].id);
+}
+
+template <int Dim, Coordinate T>
+void Region<Dim, T>::note_inside(std::uint32_t index, const Partition& partition) noexcept
+{
+    const bool is = objects_[index].rank == rank_ && partition.is_inside(objects_[index].bounds);
+    flags_[index] = static_cast<std::uint8_t>(is ? flags_[index] | inside : flags_[index] & ~inside);
+}
+template <int Dim, Coordinate T>
+void Region<Dim, T>::note_all_insides(const Partition& partition) noexcept
+{
+    for (std::uint32_t i = 0; i < flags_.size(); ++i)
+        if ((flags_[i] & here) != 0) note_inside(i, partition);
+}
+template <int Dim, Coordinate T>
+void Region<Dim, T>::forget_insides() noexcept
+{
+    for (std::uint8_t& flags : flags_)
+        flags &= static_cast<std::uint8_t>(~inside);
 }
 
 template <int Dim, Coordinate T>
@@ -133,144 +238,154 @@ bool Region<Dim, T>::reports(const Partition& partition, const Aabb<Dim, T>& a, 
 
 template <int Dim, Coordinate T>
 void Region<Dim, T>::tell(const Partition& before_update, const Partition& now,
-                          PairListener<Dim, T>& listener)
+                          PairListener<Dim, T>& listener, Lists<Dim, T>& lists)
 {
     began_.clear();
     persisted_.clear();
     // The lower id first.
     const auto ordered = [&](std::uint32_t i, std::uint32_t j) {
-        return names_[i].id < names_[j].id ? std::pair(i, j) : std::pair(j, i);
+        return objects_[i].id < objects_[j].id ? std::pair(i, j) : std::pair(j, i);
     };
     const auto reports_now = [&](std::uint32_t i, std::uint32_t j) {
-        const Aabb<Dim, T>& bounds = members_[i].state.bounds;
-        return now.is_inside(bounds) || reports(now, bounds, members_[j].state.bounds, names_[i].home);
+        const Aabb<Dim, T>& bounds = objects_[i].bounds;
+        return now.is_inside(bounds) || reports(now, bounds, objects_[j].bounds, objects_[i].rank);
     };
-    const auto began = [&](std::uint32_t i, std::uint32_t j) {
-        if (names_[i].home == rank_)
-            began_.push_back({names_[i].id, names_[j].id, i, j});
-        else
-            listener.began(names_[i].home, pair(i, j));
-    };
-    const auto persisted = [&](std::uint32_t i, std::uint32_t j) {
-        if (names_[i].home == rank_)
-            persisted_.push_back({names_[i].id, names_[j].id, i, j});
-        else
-            listener.persisted(names_[i].home, pair(i, j));
+    const auto other = [&](std::uint32_t i, std::uint32_t j) {
+        return Other{objects_[i].id, objects_[j].id, {i, j}};
     };
     for (const ObjectPair& found : world_->began()) {
+        if (both_are(plain, found.a.index, found.b.index)) { // both were here before
+            lists.began.places.push_back({found.a.index, found.b.index});
+            continue;
+        }
         const auto [i, j] = ordered(found.a.index, found.b.index);
         if (!reports_now(i, j)) continue;
         // To this rank the pair may be new only because an object has come here.
-        if (!touch(before(i), before(j)))
-            began(i, j);
-        else if (changed(i) || changed(j))
-            persisted(i, j);
-    }
-    for (const std::span<const jostle::Pair> block : world_->persisted().blocks())
-        for (std::size_t k = 0; k < block.size(); ++k) {
-            fetch(names_, block[std::min(k + ahead, block.size() - 1)].b);
-            const auto [i, j] = ordered(block[k].a, block[k].b);
-            if (reports_now(i, j)) persisted(i, j);
-        }
-    for (const jostle::EndedPair& found : world_->ended()) {
-        const auto [i, j] = ordered(found.a.index, found.b.index);
-        const State<Dim, T>&a = members_[i].state, &b = members_[j].state;
-        if (touch(a, b)) continue; // elsewhere
-        if (reports(before_update, before(i).bounds, before(j).bounds, home_before(i)))
-            listener.ended(names_[i].home, {names_[i].id, names_[j].id, why_ended(a, b)});
-    }
-}
-
-template <int Dim, Coordinate T>
-void Region<Dim, T>::sort()
-{
-    sort(began_);
-    sort(persisted_);
-}
-
-/// Indices mostly ascend as ids do, so most pairs are in order: the others are taken out, sorted, put back.
-template <int Dim, Coordinate T>
-void Region<Dim, T>::sort(std::pmr::vector<Own>& pairs)
-{
-    constexpr std::size_t few = 64; // more than one object's pairs
-    out_of_order_.clear();
-    std::size_t kept = 0;
-    for (const Own& pair : pairs) {
-        if (kept == 0 || ascends(pairs[kept - 1], pair))
-            pairs[kept++] = pair;
-        else if (kept <= few || ascends(pairs[kept - 1 - few], pair)) { // the last ones came too early
-            while (kept != 0 && !ascends(pairs[kept - 1], pair))
-                out_of_order_.push_back(pairs[--kept]);
-            pairs[kept++] = pair;
-        } else
-            out_of_order_.push_back(pair);
-    }
-    std::sort(out_of_order_.begin(), out_of_order_.end(), ascends<Own>);
-    for (std::size_t to = pairs.size(), left = out_of_order_.size(); left != 0;)
-        if (kept != 0 && ascends(out_of_order_[left - 1], pairs[kept - 1]))
-            pairs[--to] = pairs[--kept];
+        const bool touched = touch(before(i), before(j));
+        if (touched && !changed(i) && !changed(j)) continue;
+        if (const int home = objects_[i].rank; home != rank_)
+            touched ? listener.persisted(home, pair(i, j)) : listener.began(home, pair(i, j));
+        else if (touched) // the list of these begins below
+            persisted_.push_back(other(i, j));
+        else if (both_are(in_order, i, j))
+            lists.began.places.push_back({i, j});
         else
-            pairs[--to] = out_of_order_[--left];
-}
-
-template <int Dim, Coordinate T>
-void Region<Dim, T>::list(std::span<const Pair<Dim, T>> began_elsewhere,
-                          std::span<const Pair<Dim, T>> persisted_elsewhere,
-                          std::pmr::vector<Pair<Dim, T>>& began,
-                          std::pmr::vector<Pair<Dim, T>>& persisted) const
-{
-    list(began_, began_elsewhere, began);
-    list(persisted_, persisted_elsewhere, persisted);
-}
-
-template <int Dim, Coordinate T>
-void Region<Dim, T>::list(const std::pmr::vector<Own>& own, std::span<const Pair<Dim, T>> elsewhere,
-                          std::pmr::vector<Pair<Dim, T>>& to) const
-{
-    to.clear();
-    to.reserve(own.size() + elsewhere.size());
-    auto other = elsewhere.begin();
-    for (std::size_t k = 0; k < own.size(); ++k) {
-        const std::uint32_t next = own[std::min(k + ahead, own.size() - 1)].j;
-        fetch(names_, next);
-        fetch(members_, next);
-        for (; other != elsewhere.end() && ascends({other->a, other->b, 0, 0}, own[k]); ++other)
-            to.push_back(*other);
-        to.push_back(pair(own[k].i, own[k].j));
+            began_.push_back(other(i, j));
     }
-    to.insert(to.end(), other, elsewhere.end());
+    for (const std::span<const jostle::Pair> block : world_->persisted().blocks()) {
+        const jostle::Pair *at = block.data(), *const end = at + block.size();
+        while (at != end) {
+            const jostle::Pair* const first = at;
+            while (at != end && both_are(plain, at->a, at->b))
+                ++at;
+            lists.persisted.places.insert(lists.persisted.places.end(), first, at);
+            for (; at != end && !both_are(plain, at->a, at->b); ++at) {
+                const auto [i, j] = ordered(at->a, at->b);
+                if (!reports_now(i, j)) continue;
+                if (objects_[i].rank != rank_)
+                    listener.persisted(objects_[i].rank, pair(i, j));
+                else if (both_are(in_order, i, j))
+                    lists.persisted.places.push_back({i, j});
+                else
+                    persisted_.push_back(other(i, j));
+            }
+        }
+    }
+    const std::span<const jostle::EndedPair> all_ended = world_->ended();
+    for (std::size_t k = 0; k < all_ended.size(); ++k) {
+        const jostle::EndedPair& found = all_ended[k];
+        __builtin_prefetch(&objects_[all_ended[std::min(k + ahead, all_ended.size() - 1)].b.index].id);
+        if (both_are(plain, found.a.index, found.b.index)) { // what ends otherwise is told by a notice
+            lists.ended.push_back(
+                {objects_[found.a.index].id, objects_[found.b.index].id, EndReason::moved_apart});
+            continue;
+        }
+        const auto [i, j] = ordered(found.a.index, found.b.index);
+        const State<Dim, T> a = state(i), b = state(j);
+        if (touch(a, b)) continue; // elsewhere
+        if (!reports(before_update, before(i).bounds, before(j).bounds, home_before(i))) continue;
+        const EndedPair pair{objects_[i].id, objects_[j].id, why_ended(a, b)};
+        if (objects_[i].rank != rank_)
+            listener.ended(objects_[i].rank, pair);
+        else
+            (both_are(in_order, i, j) ? lists.ended : lists.ended_out_of_order).push_back(pair);
+    }
 }
 
 template <int Dim, Coordinate T>
-void Region<Dim, T>::keep() noexcept
+void Region<Dim, T>::put_in_order(Lists<Dim, T>& lists)
+{
+    merge(lists.began.places, began_);
+    merge(lists.persisted.places, persisted_);
+    merge_sorted(lists.ended, lists.ended_out_of_order, ascends<EndedPair>, std::identity());
+    lists.ended_out_of_order.clear();
+}
+
+template <int Dim, Coordinate T>
+void Region<Dim, T>::add_told(Lists<Dim, T>& lists)
+{
+    add_told(lists.began, began_);
+    add_told(lists.persisted, persisted_);
+    merge_sorted(lists.ended, lists.ended_out_of_order, ascends<EndedPair>, std::identity());
+}
+template <int Dim, Coordinate T>
+void Region<Dim, T>::add_told(ListedPairs<Dim, T>& list, std::pmr::vector<Other>& others) const
+{
+    others.clear();
+    others.reserve(list.told.size());
+    for (const Pair<Dim, T>& pair : list.told)
+        others.push_back(
+            {pair.a, pair.b, {static_cast<std::uint32_t>(others.size()), PairList<Dim, T>::told}});
+    merge(list.places, others);
+}
+
+template <int Dim, Coordinate T>
+void Region<Dim, T>::merge(std::pmr::vector<jostle::Pair>& places, std::pmr::vector<Other>& others) const
+{
+    const auto is_before = [&](const jostle::Pair& place, const Other& other) {
+        return ascends(Other{objects_[place.a].id, objects_[place.b].id, place}, other);
+    };
+    merge_sorted(places, others, is_before, [](const Other& other) { return other.place; });
+}
+
+template <int Dim, Coordinate T>
+void Region<Dim, T>::keep(const Partition& now, bool divided) noexcept
 {
     for (const Touched& touched : touched_) {
-        const Name& name = names_[touched.index];
+        const Object& object = objects_[touched.index];
         if (!touched.enters) ghosts_ -= touched.home_before != rank_;
         if (touched.leaves) {
-            places_.erase(name.id);
+            places_.erase(object.id);
             members_[touched.index].local = {};
-        } else
-            ghosts_ += name.home != rank_;
-        touched_of_[touched.index] = none;
+            flags_[touched.index] = 0;
+        } else {
+            ghosts_ += object.rank != rank_;
+            note_inside(touched.index, now);
+        }
     }
+    if (divided) note_all_insides(now);
     forget();
 }
 
 template <int Dim, Coordinate T>
-void Region<Dim, T>::undo() noexcept
+void Region<Dim, T>::undo(const Partition& before) noexcept
 {
+    for (std::size_t k = 0; k < moved_.size(); ++k)
+        objects_[moved_[k].index].bounds = moved_from_[k];
     for (const Touched& touched : touched_) {
         Member& member = members_[touched.index];
         if (touched.enters) {
-            places_.erase(names_[touched.index].id);
+            places_.erase(objects_[touched.index].id);
             member.local = {};
+            flags_[touched.index] = 0;
         } else {
-            names_[touched.index].home = touched.home_before;
-            member.state = touched.before;
+            objects_[touched.index].rank = touched.home_before;
+            objects_[touched.index].bounds = touched.before.bounds;
+            member.filter = touched.before.filter;
+            member.presence = touched.before.presence;
         }
-        touched_of_[touched.index] = none;
     }
+    note_all_insides(before);
     stale_ = stale_ || heard_;
     forget();
 }
@@ -282,6 +397,7 @@ void Region<Dim, T>::forget() noexcept
     entering_.clear();
     moved_.clear();
     moved_to_.clear();
+    moved_from_.clear();
     heard_ = false;
 }
 

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <vector>
 
+#include "lists.hpp"
 #include "object.hpp"
 #include "partition.hpp"
 
@@ -103,37 +104,38 @@ class Region
           options_{.executor = executor, .memory = memory},
           world_(std::in_place, options_),
           places_(memory),
-          names_(memory),
+          objects_(memory),
           members_(memory),
+          flags_(memory),
           touched_(memory),
           touched_of_(memory),
           ranks_(memory),
           entering_(memory),
           moved_(memory),
           moved_to_(memory),
+          moved_from_(memory),
           began_(memory),
-          persisted_(memory),
-          out_of_order_(memory)
+          persisted_(memory)
     {
     }
 
     [[nodiscard]] std::size_t size() const noexcept { return places_.size(); }
     [[nodiscard]] std::size_t ghosts() const noexcept { return ghosts_; }
 
-    /// Makes the local world anew where an update failed after it had changed it.
-    void recover();
+    /// Makes the local world anew where an update failed after it had changed it. `shown` follow.
+    void recover(Lists<Dim, T>& shown, const Partition& partition);
 
     // Questions to what is searched here: the local world's, and what its ids stand for.
 
     [[nodiscard]] const jostle::World<Dim, T>& searched() const noexcept { return *world_; }
     [[nodiscard]] Found found(ObjectId local) const noexcept
     {
-        const Name& name = names_[local.index];
-        return {name.id, name.home};
+        const Object& object = objects_[local.index];
+        return {object.id, object.rank};
     }
     [[nodiscard]] const Aabb<Dim, T>& bounds(ObjectId local) const noexcept
     {
-        return members_[local.index].state.bounds;
+        return objects_[local.index].bounds;
     }
     /// `ObjectId{}` for an object that isn't searched here.
     [[nodiscard]] ObjectId local(std::uint64_t id) const noexcept
@@ -142,43 +144,54 @@ class Region
         return at == places_.end() ? ObjectId{} : members_[at->second].local;
     }
 
+    /// What lists of pairs show: the objects by their index in the local world.
+    [[nodiscard]] const typename PairList<Dim, T>::Object* objects() const noexcept
+    {
+        return objects_.data();
+    }
+
     // An update: hear() all notices, search(), tell(); then keep() it or undo() it.
 
     void hear(Reader& from);
-    /// For a notice that doesn't come from elsewhere. `guess` is where the object may be, and becomes where
-    /// it is: to look it up costs more than all else.
-    void hear(const Notice& notice, std::uint32_t& guess);
+    /// Whether an object is this rank's, enabled and strictly inside the region. `guess` is where it may be,
+    /// and becomes where it is: to look it up costs more than all else.
+    [[nodiscard]] bool has_inside(std::uint64_t id, std::uint32_t& guess) const noexcept;
+    /// In place of a notice: such an object has new bounds, inside as well, and maybe another filter.
+    void move_inside(std::uint32_t index, const Aabb<Dim, T>& to, const ObjectFilter& filter);
+    /// Space is divided anew: what was inside may not be.
+    void forget_insides() noexcept;
     void search();
-    /// Tells each pair that this rank is to report to another one, and all that ended; keeps in mind those of
-    /// its own. `before` says how space was divided before the update.
-    void tell(const Partition& before, const Partition& now, PairListener<Dim, T>& listener);
-    /// Puts those of its own in order.
-    void sort();
-    /// Refills the lists with those, and with what other ranks have told of this rank's pairs, in order.
-    void list(std::span<const Pair<Dim, T>> began_elsewhere,
-              std::span<const Pair<Dim, T>> persisted_elsewhere, std::pmr::vector<Pair<Dim, T>>& began,
-              std::pmr::vector<Pair<Dim, T>>& persisted) const;
-    void keep() noexcept;
-    void undo() noexcept;
+    /// Tells each pair that this rank is to report to another one, and all that ended, and lists those of its
+    /// own. `before` says how space was divided before the update.
+    void tell(const Partition& before, const Partition& now, PairListener<Dim, T>& listener,
+              Lists<Dim, T>& lists);
+    /// Puts those that were listed in order.
+    void put_in_order(Lists<Dim, T>& lists);
+    /// Puts what other ranks have told where it belongs in the lists.
+    void add_told(Lists<Dim, T>& lists);
+    void keep(const Partition& now, bool divided) noexcept;
+    void undo(const Partition& before) noexcept;
 
   private:
     static constexpr std::uint32_t none = ~std::uint32_t{0};
-    /// Apart from the rest, because all pairs look for it.
-    struct Name
-    {
-        std::uint64_t id;
-        int home;
-    };
+    // Of a member. A pair of two members of which both have the latter two needs no look at anything else.
+    static constexpr std::uint8_t here = 1;     ///< there is one
+    static constexpr std::uint8_t in_order = 2; ///< its id is behind those of all such members before it
+    static constexpr std::uint8_t inside = 4;   ///< it is this rank's, and touches no other region
+    static constexpr std::uint8_t plain = in_order | inside;
+
+    using Object = typename PairList<Dim, T>::Object;
     struct Member
     {
         ObjectId local; ///< `ObjectId{}` where there is none
-        State<Dim, T> state;
+        ObjectFilter filter;
+        Presence presence = Presence::absent;
     };
-    /// A pair of this rank's: ids, and where the objects lie.
-    struct Own
+    /// A pair that isn't found in the order of ids: these, and its place.
+    struct Other
     {
         std::uint64_t a, b;
-        std::uint32_t i, j;
+        jostle::Pair place;
     };
     /// A member of which there was a notice.
     struct Touched
@@ -188,21 +201,41 @@ class Region
         bool enters, leaves;
         State<Dim, T> before;
     };
-    [[nodiscard]] const State<Dim, T>& before(std::uint32_t index) const noexcept
+    [[nodiscard]] State<Dim, T> state(std::uint32_t index) const noexcept
     {
-        const std::uint32_t touched = touched_of_[index];
-        return touched == none ? members_[index].state : touched_[touched].before;
+        return {objects_[index].bounds, members_[index].filter, members_[index].presence};
+    }
+    /// Null where there was no notice.
+    [[nodiscard]] const Touched* touched(std::uint32_t index) const noexcept
+    {
+        const std::uint32_t at = touched_of_[index];
+        return at < touched_.size() && touched_[at].index == index ? &touched_[at] : nullptr;
+    }
+    [[nodiscard]] bool moved_inside(std::uint32_t index) const noexcept
+    {
+        const std::uint32_t at = touched_of_[index];
+        return at < moved_.size() && moved_[at].index == index;
+    }
+    [[nodiscard]] State<Dim, T> before(std::uint32_t index) const noexcept
+    {
+        if (const Touched* const found = touched(index)) return found->before;
+        State<Dim, T> result = state(index);
+        if (moved_inside(index)) result.bounds = moved_from_[touched_of_[index]];
+        return result;
     }
     [[nodiscard]] int home_before(std::uint32_t index) const noexcept
     {
-        const std::uint32_t touched = touched_of_[index];
-        return touched == none ? names_[index].home : touched_[touched].home_before;
+        const Touched* const found = touched(index);
+        return found == nullptr ? objects_[index].rank : found->home_before;
     }
     [[nodiscard]] bool changed(std::uint32_t index) const noexcept
     {
-        const State<Dim, T>&was = before(index), &is = members_[index].state;
-        return touched_of_[index] != none &&
-               (was.presence != is.presence || was.filter != is.filter || differ(was.bounds, is.bounds));
+        const State<Dim, T> was = before(index), is = state(index);
+        return was.presence != is.presence || was.filter != is.filter || differ(was.bounds, is.bounds);
+    }
+    [[nodiscard]] bool both_are(std::uint8_t wanted, std::uint32_t i, std::uint32_t j) const noexcept
+    {
+        return (flags_[i] & flags_[j] & wanted) == wanted;
     }
     /// Whether this rank reports the pair, of those that know both objects: the one that has the lower id, if
     /// it does, else the lowest.
@@ -211,31 +244,36 @@ class Region
     /// Of the members at i and j, of which i has the lower id.
     [[nodiscard]] Pair<Dim, T> pair(std::uint32_t i, std::uint32_t j) const noexcept
     {
-        return {names_[i].id, names_[j].id, members_[i].state.bounds, members_[j].state.bounds,
-                names_[j].home};
+        return {objects_[i].id, objects_[j].id, objects_[i].bounds, objects_[j].bounds, objects_[j].rank};
     }
+    void hear(const Notice& notice, std::uint32_t index);
+    void change_bounds(std::uint32_t index, const Aabb<Dim, T>& from, const Aabb<Dim, T>& to);
     void enter(const Notice& notice);
+    [[nodiscard]] bool fits_in_order(std::uint32_t index, std::uint64_t id) const noexcept;
+    void note_inside(std::uint32_t index, const Partition& partition) noexcept;
+    void note_all_insides(const Partition& partition) noexcept;
     void forget() noexcept;
-    void sort(std::pmr::vector<Own>& pairs);
-    void list(const std::pmr::vector<Own>& own, std::span<const Pair<Dim, T>> elsewhere,
-              std::pmr::vector<Pair<Dim, T>>& to) const;
+    void merge(std::pmr::vector<jostle::Pair>& places, std::pmr::vector<Other>& others) const;
+    void add_told(ListedPairs<Dim, T>& list, std::pmr::vector<Other>& others) const;
 
     int rank_;
     jostle::WorldOptions options_;
     std::optional<jostle::World<Dim, T>> world_;
-    Places places_;                              // of members, by id
-    std::pmr::vector<Name> names_;               // of members, by their index in the local world
-    std::pmr::vector<Member> members_;           // likewise
-    std::pmr::vector<Touched> touched_;          // in this update
-    std::pmr::vector<std::uint32_t> touched_of_; // where each member's lies there, or `none`
-    Ranks ranks_;                                // of one question
-    std::pmr::vector<Notice> entering_;          // in this update
-    std::pmr::vector<ObjectId> moved_;           // in this update, by their ids in the local world
-    std::pmr::vector<Aabb<Dim, T>> moved_to_;
-    std::pmr::vector<Own> began_, persisted_, out_of_order_;
+    Places places_;                        // of members, by id
+    std::pmr::vector<Object> objects_;     // members, by their index in the local world
+    std::pmr::vector<Member> members_;     // what else there is to say of them
+    std::pmr::vector<std::uint8_t> flags_; // and what all pairs look for
+    std::pmr::vector<Touched> touched_;    // in this update
+    // Where there, or in moved_, a member lies, if that one is about it: so nothing is to be reset.
+    std::pmr::vector<std::uint32_t> touched_of_;
+    Ranks ranks_;                       // of one question
+    std::pmr::vector<Notice> entering_; // in this update
+    std::pmr::vector<ObjectId> moved_;  // in this update, by their ids in the local world
+    std::pmr::vector<Aabb<Dim, T>> moved_to_, moved_from_;
+    std::pmr::vector<Other> began_, persisted_; // those that aren't found in order
     std::size_t ghosts_ = 0;
     bool heard_ = false; // something, in this update
-    bool stale_ = false; // the local world isn't what places_ and members_ say
+    bool stale_ = false; // the local world isn't what the members are
 };
 
 extern template class Region<2, float>;

@@ -19,7 +19,7 @@ void World<Dim, T>::Implementation::update()
     Agreement agreement(handle);
     agreement.attempt([&] {
         if (noted) std::rethrow_exception(std::exchange(noted, nullptr));
-        region.recover();
+        region.recover(lists, partition);
     });
     std::uint64_t objects = stats.objects;
     for (const auto& change : owned.pending())
@@ -39,16 +39,14 @@ void World<Dim, T>::Implementation::update()
     const Partition& current = divides ? now : partition;
     try {
         agreement.attempt([&] {
+            if (divides) region.forget_insides();
             stage(current, divides);
             exchange.seal();
         });
         exchange.start(agreement);
         next.messages = exchange.messages_sent();
         next.bytes = next.bytes_of_boxes = exchange.bytes_sent();
-        agreement.attempt([&] {
-            hear(exchange.to_myself());
-            if (!divides) move_inside(agreement);
-        });
+        agreement.attempt([&] { hear(exchange.to_myself()); });
         next.us_stage += clock.lap();
         exchange.finish(agreement);
         next.us_wait += clock.lap();
@@ -61,11 +59,11 @@ void World<Dim, T>::Implementation::update()
         next.us_search = clock.lap();
         exchange.clear();
         agreement.attempt([&] {
-            region.tell(partition, current, *this);
+            region.tell(partition, current, *this, coming);
             exchange.seal();
         });
         exchange.start(agreement);
-        agreement.attempt([&] { region.sort(); });
+        agreement.attempt([&] { region.put_in_order(coming); });
         next.messages += exchange.messages_sent();
         next.bytes_of_pairs = exchange.bytes_sent();
         next.bytes += next.bytes_of_pairs;
@@ -75,9 +73,7 @@ void World<Dim, T>::Implementation::update()
         agreement.attempt([&] {
             for (const Exchange::Message& message : exchange.received())
                 hear_pairs(message.bytes);
-            sort_pairs(elsewhere.began);
-            sort_pairs(elsewhere.persisted);
-            region.list(elsewhere.began, elsewhere.persisted, coming.began, coming.persisted);
+            region.add_told(coming);
             coming.sort();
         });
         next.us_pairs += clock.lap();
@@ -85,26 +81,24 @@ void World<Dim, T>::Implementation::update()
         next.us_wait += clock.lap();
     } catch (...) {
         owned.undo();
-        region.undo();
+        region.undo(partition);
         directory.undo();
         exchange.clear();
         coming.clear();
-        elsewhere.clear();
         throw;
     }
     owned.keep(coming.departed);
-    region.keep();
+    region.keep(current, divides);
     directory.keep();
     exchange.clear();
     if (divides) partition = std::move(now);
     std::swap(lists, coming);
     coming.clear();
-    elsewhere.clear();
     next.objects = owned.entries().size();
     next.members = region.size();
     next.ghosts = region.ghosts();
-    next.began = lists.began.size();
-    next.persisted = lists.persisted.size();
+    next.began = lists.began.places.size();
+    next.persisted = lists.persisted.places.size();
     next.ended = lists.ended.size();
     next.arrived = lists.arrived.size();
     next.departed = lists.departed.size();
@@ -130,35 +124,17 @@ void World<Dim, T>::Implementation::collect(WeightedPoints& points) const
     }
 }
 
-/// Whether an object that isn't added, removed or handed over was and is nobody's but this rank's to search.
-template <int Dim, Coordinate T>
-bool World<Dim, T>::Implementation::stays_inside(const Entry& each) const noexcept
-{
-    const Object<Dim, T>& object = owned.next(each);
-    return each.exists && owned.will_exist(each) && each.now.enabled && object.enabled &&
-           partition.is_inside(each.now.bounds(margin)) && partition.is_inside(object.bounds(margin));
-}
-
-/// Says of those objects, the most, what becomes of them, while messages about the others are on their way.
-template <int Dim, Coordinate T>
-void World<Dim, T>::Implementation::move_inside(Agreement& agreement)
-{
-    constexpr std::size_t at_a_time = 4096;
-    std::size_t count = 0;
-    for (const auto& change : owned.pending()) {
-        const Entry& each = owned.entries()[change.entry];
-        if (!stays_inside(each)) continue;
-        const Notice<Dim, T> notice{
-            each.id, rank, false, false, false, each.now.state(margin), owned.next(each).state(margin)};
-        if (notice.changed()) region.hear(notice, each.member);
-        if (++count % at_a_time == 0) exchange.advance(agreement);
-    }
-}
-
-/// Writes what this rank's objects have to say to others and to this one, but for those that stay inside.
+/// Writes what this rank's objects have to say to others and to this one. Those that stay inside, the most, tell
+/// its region at once: it is one walk through memory less than to do it while messages are on their way.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
 {
+    // It would go on being a ghost there, with pairs that are told to this rank.
+    const auto has_left = [&](const State<Dim, T>& after) {
+        if (after.presence != Presence::enabled) return false;
+        now.touched(after.bounds, is);
+        return !std::binary_search(is.begin(), is.end(), rank);
+    };
     const auto stage_one = [&](const Entry& each) {
         const bool will_exist = owned.will_exist(each);
         if (each.exists != will_exist)
@@ -167,16 +143,25 @@ void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
         State<Dim, T> before, after;
         if (each.exists) before = each.now.state(margin);
         if (will_exist) after = object.state(margin);
-        const int home = divided && options.migrate && will_exist ? now.at_middle_of(after.bounds) : rank;
+        const bool moves = options.migrate && will_exist && (divided || has_left(after));
+        const int home = moves ? now.at_middle_of(after.bounds) : rank;
         route(each.id, before, after, home, now, divided);
         if (home != rank) send_away(each.id, object, home);
     };
-    if (divided)
+    if (divided) {
         for (const Entry& each : owned.entries())
             stage_one(each);
-    else
-        for (const auto& change : owned.pending())
-            if (const Entry& each = owned.entries()[change.entry]; !stays_inside(each)) stage_one(each);
+        return;
+    }
+    for (const auto& change : owned.pending()) {
+        const Entry& each = owned.entries()[change.entry];
+        const Aabb<Dim, T> bounds = change.next.bounds(margin);
+        if (each.exists && change.exists && change.next.enabled && partition.is_inside(bounds) &&
+            region.has_inside(each.id, each.member))
+            region.move_inside(each.member, bounds, change.next.filter);
+        else
+            stage_one(each);
+    }
 }
 
 template <int Dim, Coordinate T>
@@ -260,10 +245,10 @@ void World<Dim, T>::Implementation::hear_pairs(std::span<const std::byte> messag
         if (kind == Kind::end) return;
         const auto a = from.take<std::uint64_t>(), b = from.take<std::uint64_t>();
         if (kind == Kind::ended) {
-            coming.ended.push_back({a, b, static_cast<EndReason>(from.take<std::uint8_t>())});
+            coming.ended_out_of_order.push_back({a, b, static_cast<EndReason>(from.take<std::uint8_t>())});
             continue;
         }
-        auto& list = kind == Kind::began ? elsewhere.began : elsewhere.persisted;
+        auto& list = (kind == Kind::began ? coming.began : coming.persisted).told;
         const auto bounds_b = from.box<Dim, T>();
         list.push_back(
             {a, b, owned.next(*owned.find(a)).bounds(margin), bounds_b, from.take<std::int32_t>()});

@@ -168,7 +168,12 @@ void World<Dim, T>::remove(std::uint64_t id) noexcept
 template <int Dim, Coordinate T>
 void World<Dim, T>::move(std::uint64_t id, const Box& box) noexcept
 {
-    move(id, box, Vector{});
+    implementation_->note([&] {
+        check_box(id, box);
+        Object<Dim, T>& next = implementation_->change(id);
+        next.box = box;
+        next.displacement = {};
+    });
 }
 
 template <int Dim, Coordinate T>
@@ -242,9 +247,9 @@ void World<Dim, T>::update()
 }
 
 template <int Dim, Coordinate T>
-std::span<const Pair<Dim, T>> World<Dim, T>::began() const noexcept
+PairList<Dim, T> World<Dim, T>::began() const noexcept
 {
-    return implementation_->lists.began;
+    return implementation_->shown(implementation_->lists.began);
 }
 template <int Dim, Coordinate T>
 std::span<const EndedPair> World<Dim, T>::ended() const noexcept
@@ -252,21 +257,35 @@ std::span<const EndedPair> World<Dim, T>::ended() const noexcept
     return implementation_->lists.ended;
 }
 template <int Dim, Coordinate T>
-std::span<const Pair<Dim, T>> World<Dim, T>::persisted() const noexcept
+PairList<Dim, T> World<Dim, T>::persisted() const noexcept
 {
-    return implementation_->lists.persisted;
+    return implementation_->shown(implementation_->lists.persisted);
 }
 template <int Dim, Coordinate T>
-std::span<const Pair<Dim, T>> World<Dim, T>::changed_pairs() const
+PairList<Dim, T> World<Dim, T>::changed_pairs() const
 {
     const Lists<Dim, T>& lists = implementation_->lists;
-    if (lists.began.empty()) return lists.persisted;
-    if (lists.changed.empty()) {
-        lists.changed.resize(lists.began.size() + lists.persisted.size());
-        std::merge(lists.began.begin(), lists.began.end(), lists.persisted.begin(), lists.persisted.end(),
-                   lists.changed.begin(), ascends<Pair<Dim, T>>);
+    const PairList<Dim, T> first = began(), second = persisted();
+    if (first.empty()) return second;
+    ListedPairs<Dim, T>& both = lists.changed;
+    if (both.places.empty()) {
+        both.places.reserve(first.size() + second.size());
+        both.told.reserve(lists.began.told.size() + lists.persisted.told.size());
+        const auto take = [&](const ListedPairs<Dim, T>& from, std::size_t at) {
+            jostle::Pair place = from.places[at];
+            if (place.b == PairList<Dim, T>::told) {
+                both.told.push_back(from.told[place.a]);
+                place.a = static_cast<std::uint32_t>(both.told.size() - 1);
+            }
+            both.places.push_back(place);
+        };
+        for (std::size_t i = 0, j = 0; i < first.size() || j < second.size();)
+            if (j == second.size() || (i < first.size() && ascends(first[i], second[j])))
+                take(lists.began, i++);
+            else
+                take(lists.persisted, j++);
     }
-    return lists.changed;
+    return implementation_->shown(both);
 }
 template <int Dim, Coordinate T>
 std::span<const Arrival> World<Dim, T>::arrived() const noexcept
@@ -424,7 +443,7 @@ std::vector<Pair<Dim, T>> find_pairs(MPI_Comm comm, const BoxView<Dim, T>& boxes
     world.update();
     std::vector<Pair<Dim, T>> pairs;
     Agreement agreement(comm);
-    agreement.attempt([&] { pairs.assign(world.began().begin(), world.began().end()); });
+    agreement.attempt([&] { pairs = world.began().to_vector(); });
     agreement.settle();
     return pairs;
 }

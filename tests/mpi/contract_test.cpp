@@ -25,14 +25,14 @@ std::uint64_t id_of(std::size_t i)
 
 /// The pairs of the distributed world, by the boxes' positions, in order; another answer if a rank's aren't.
 template <int Dim, class T>
-std::vector<Pair> merged(std::span<const jostle::mpi::Pair<Dim, T>> mine)
+std::vector<Pair> merged(const std::vector<jostle::mpi::Pair<Dim, T>>& mine)
 {
     const auto in_order = [](const auto& x, const auto& y) {
         return std::pair(x.a, x.b) < std::pair(y.a, y.b);
     };
     if (!everywhere(std::is_sorted(mine.begin(), mine.end(), in_order))) return {{1, 0}};
     std::vector<Pair> pairs;
-    for (const auto& pair : gathered(mine))
+    for (const auto& pair : gathered(std::span(mine)))
         pairs.push_back({static_cast<std::uint32_t>(pair.a >> 20), static_cast<std::uint32_t>(pair.b >> 20)});
     std::sort(pairs.begin(), pairs.end());
     return pairs;
@@ -72,7 +72,7 @@ class AskedWorld
         count_ = question.a.size();
         world_.update();
         std::vector<jostle::mpi::EndedPair> ended = gathered(world_.ended());
-        for (const Pair pair : merged<Dim, T>(world_.began()))
+        for (const Pair pair : merged(world_.began().to_vector()))
             good_ = pairs_.insert({pair.a, pair.b}).second && good_;
         for (const auto& pair : ended)
             good_ = pairs_.erase({static_cast<std::uint32_t>(pair.a >> 20),

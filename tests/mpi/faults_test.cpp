@@ -200,9 +200,9 @@ class Seen
 {
   public:
     explicit Seen(const jostle::mpi::World3f& world)
-        : began_(world.began().begin(), world.began().end()),
-          persisted_(world.persisted().begin(), world.persisted().end()),
-          changed_(world.changed_pairs().begin(), world.changed_pairs().end()),
+        : began_(world.began().to_vector()),
+          persisted_(world.persisted().begin(), world.persisted().end()), // as it is iterated
+          changed_(world.changed_pairs().to_vector()),
           ended_(world.ended().begin(), world.ended().end()),
           departed_(world.departed().begin(), world.departed().end())
     {

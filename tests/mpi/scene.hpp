@@ -61,6 +61,13 @@ std::vector<Item> gathered(std::span<const Item> items)
 }
 
 template <int Dim, class T>
+std::vector<jostle::mpi::Pair<Dim, T>> gathered(const jostle::mpi::PairList<Dim, T>& pairs)
+{
+    const std::vector<jostle::mpi::Pair<Dim, T>> all = pairs.to_vector();
+    return gathered(std::span(all));
+}
+
+template <int Dim, class T>
 bool same(const jostle::Aabb<Dim, T>& a, const jostle::Aabb<Dim, T>& b)
 {
     for (int d = 0; d < Dim; ++d)
@@ -356,7 +363,7 @@ class Scene
         }
         return why_.empty();
     }
-    bool mine(std::span<const jostle::mpi::Pair<Dim, T>> list, const char* what)
+    bool mine(const jostle::mpi::PairList<Dim, T>& list, const char* what)
     {
         for (std::size_t k = 0; k < list.size(); ++k)
             if (!world->contains(list[k].a) || list[k].a >= list[k].b ||

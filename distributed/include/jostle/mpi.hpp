@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <memory_resource>
 #include <optional>
@@ -23,6 +24,7 @@
 #include "jostle/box.hpp"
 #include "jostle/error.hpp"
 #include "jostle/executor.hpp"
+#include "jostle/pair_buffer.hpp"
 #include "jostle/query.hpp"
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"
@@ -62,6 +64,89 @@ struct Pair
     std::uint64_t a, b;
     Aabb<Dim, T> bounds_a, bounds_b;
     int rank_of_b; ///< whose b is; a is this rank's
+};
+
+/// A list of pairs. Each is put together when it is read, from what its rank keeps of the two objects: most
+/// programs read some of it, and writing all of it would cost as much as finding the pairs.
+template <int Dim, Coordinate T>
+class PairList
+{
+  public:
+    using value_type = Pair<Dim, T>;
+    /// What a rank keeps of an object that it searches.
+    struct Object
+    {
+        std::uint64_t id;
+        Aabb<Dim, T> bounds;
+        int rank;
+    };
+    /// In place of the second object of a pair that lies among those that other ranks have told.
+    static constexpr std::uint32_t told = ~std::uint32_t{0};
+
+    class Iterator
+    {
+      public:
+        using value_type = Pair<Dim, T>;
+        using difference_type = std::ptrdiff_t;
+        using reference = value_type;
+        using pointer = void;
+        using iterator_category = std::input_iterator_tag;
+
+        Iterator() = default;
+        Iterator(const PairList& list, std::size_t at) noexcept : list_(list), at_(at) {}
+        [[nodiscard]] value_type operator*() const noexcept { return list_[at_]; }
+        Iterator& operator++() noexcept
+        {
+            ++at_;
+            return *this;
+        }
+        Iterator operator++(int) noexcept
+        {
+            Iterator before = *this;
+            ++at_;
+            return before;
+        }
+        friend bool operator==(const Iterator& a, const Iterator& b) noexcept { return a.at_ == b.at_; }
+
+      private:
+        PairList list_;
+        std::size_t at_ = 0;
+    };
+
+    PairList() = default;
+    /// For the library: where the objects of each pair lie.
+    PairList(std::span<const jostle::Pair> places, const Object* objects,
+             const value_type* told_pairs) noexcept
+        : places_(places), objects_(objects), told_(told_pairs)
+    {
+    }
+
+    [[nodiscard]] std::size_t size() const noexcept { return places_.size(); }
+    [[nodiscard]] bool empty() const noexcept { return places_.empty(); }
+    /// No check of the number.
+    [[nodiscard]] value_type operator[](std::size_t i) const noexcept
+    {
+        const jostle::Pair place = places_[i];
+        if (place.b == told) return told_[place.a];
+        const Object &a = objects_[place.a], &b = objects_[place.b];
+        return {a.id, b.id, a.bounds, b.bounds, b.rank};
+    }
+    [[nodiscard]] Iterator begin() const noexcept { return {*this, 0}; }
+    [[nodiscard]] Iterator end() const noexcept { return {*this, size()}; }
+    /// All of them as they are, which outlive the next update.
+    [[nodiscard]] std::vector<value_type> to_vector() const
+    {
+        std::vector<value_type> all;
+        all.reserve(size());
+        for (std::size_t i = 0; i < size(); ++i)
+            all.push_back((*this)[i]);
+        return all;
+    }
+
+  private:
+    std::span<const jostle::Pair> places_;
+    const Object* objects_ = nullptr;
+    const value_type* told_ = nullptr;
 };
 
 struct EndedPair
@@ -259,12 +344,12 @@ class JOSTLE_API World
 
     // --- The pairs of this rank, as of the last update. All lists ascend by (a, b), valid until the next ---
 
-    [[nodiscard]] std::span<const Pair<Dim, T>> began() const noexcept;
+    [[nodiscard]] PairList<Dim, T> began() const noexcept;
     [[nodiscard]] std::span<const EndedPair> ended() const noexcept;
     /// Pairs that touched before and still do, and of which at least one object changed.
-    [[nodiscard]] std::span<const Pair<Dim, T>> persisted() const noexcept;
+    [[nodiscard]] PairList<Dim, T> persisted() const noexcept;
     /// began() and persisted() as one list. The first call after an update merges them.
-    [[nodiscard]] std::span<const Pair<Dim, T>> changed_pairs() const;
+    [[nodiscard]] PairList<Dim, T> changed_pairs() const;
     /// The objects that the last update brought here and took away, ascending by id. What it told about their
     /// pairs it told to the rank that has them now.
     [[nodiscard]] std::span<const Arrival> arrived() const noexcept;
