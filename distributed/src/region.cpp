@@ -205,13 +205,6 @@ void Region<Dim, T>::note_all_insides(const Partition& partition) noexcept
         if ((flags_[i] & here) != 0) note_inside(i, partition);
 }
 template <int Dim, Coordinate T>
-void Region<Dim, T>::forget_insides() noexcept
-{
-    for (std::uint8_t& flags : flags_)
-        flags &= static_cast<std::uint8_t>(~inside);
-}
-
-template <int Dim, Coordinate T>
 void Region<Dim, T>::search()
 {
     // In the order of their ids, so that pairs are found in about the order in which they are listed.

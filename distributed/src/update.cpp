@@ -39,7 +39,6 @@ void World<Dim, T>::Implementation::update()
     const Partition& current = divides ? now : partition;
     try {
         agreement.attempt([&] {
-            if (divides) region.forget_insides();
             stage(current, divides);
             exchange.seal();
         });
