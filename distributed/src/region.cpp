@@ -178,7 +178,8 @@ void Region<Dim, T>::enter(const Notice& notice)
     touched_.push_back({local.index, notice.home, true, notice.leaves, notice.before});
 }
 
-/// Whether a new member has its place among those that are in order; false as well where none of these is near.
+/// Whether a new member has its place among those that are in order; false as well where none of these is
+/// near.
 template <int Dim, Coordinate T>
 bool Region<Dim, T>::fits_in_order(std::uint32_t index, std::uint64_t id) const noexcept
 {

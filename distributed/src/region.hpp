@@ -172,8 +172,9 @@ class Region
 
   private:
     static constexpr std::uint32_t none = ~std::uint32_t{0};
-    // Of a member. A pair of two members of which both have the latter two needs no look at anything else. Where
-    // space is divided anew that holds as well, as every pair in a list has a member of which there was a notice.
+    // Of a member. A pair of two members of which both have the latter two needs no look at anything else.
+    // Where space is divided anew that holds as well: every pair in a list has a member of which there was a
+    // notice.
     static constexpr std::uint8_t here = 1;     ///< there is one
     static constexpr std::uint8_t in_order = 2; ///< its id is behind those of all such members before it
     static constexpr std::uint8_t inside = 4;   ///< it is this rank's, and touches no other region
