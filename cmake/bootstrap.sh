@@ -110,6 +110,11 @@ build() {
         fail_build "the build failed; the compiler's first message is above. If the sources are unchanged, remove $dir and try again"
 }
 
+# Where ccache is installed, what was compiled before, in another clone as well, isn't compiled again.
+if command -v ccache >/dev/null; then
+    export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
+fi
+
 # fail_build MESSAGE: unless the reason is plain.
 fail_build() {
     local free

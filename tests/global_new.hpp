@@ -28,6 +28,7 @@ constexpr std::uint64_t never = std::numeric_limits<std::uint64_t>::max();
 inline std::atomic<std::uint64_t> calls{0};
 inline std::atomic<std::uint64_t> fail_at{never};    ///< from this call on, all fail
 inline std::atomic<std::uint64_t> fail_until{never}; ///< up to this one, which doesn't
+inline std::atomic<std::int64_t> blocks{0};          ///< that are out
 inline bool fails() noexcept
 {
     const std::uint64_t call = calls++;
@@ -62,29 +63,37 @@ inline void free_aligned(void* memory)
 [[gnu::noinline]] void* operator new(std::size_t size)
 {
     if (global_new::fails()) throw std::bad_alloc();
-    if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
-    throw std::bad_alloc();
+    void* const memory = std::malloc(size == 0 ? 1 : size);
+    if (memory == nullptr) throw std::bad_alloc();
+    ++global_new::blocks;
+    return memory;
 }
 [[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
 {
     if (global_new::fails()) throw std::bad_alloc();
-    if (void* const memory = global_new::aligned(size, static_cast<std::size_t>(alignment))) return memory;
-    throw std::bad_alloc();
+    void* const memory = global_new::aligned(size, static_cast<std::size_t>(alignment));
+    if (memory == nullptr) throw std::bad_alloc();
+    ++global_new::blocks;
+    return memory;
 }
 [[gnu::noinline]] void operator delete(void* memory) noexcept
 {
+    if (memory != nullptr) --global_new::blocks;
     std::free(memory);
 }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
 {
+    if (memory != nullptr) --global_new::blocks;
     std::free(memory);
 }
 [[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
 {
+    if (memory != nullptr) --global_new::blocks;
     global_new::free_aligned(memory);
 }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
 {
+    if (memory != nullptr) --global_new::blocks;
     global_new::free_aligned(memory);
 }
 #endif

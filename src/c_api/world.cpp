@@ -9,7 +9,7 @@ namespace jostle::c_api {
 namespace {
 
 /// A switch without a default, so that the compiler names this place where a kind is added.
-constexpr jostle_draw_kind to_c(DrawKind kind)
+constexpr jostle_draw_kind drawn_as(DrawKind kind)
 {
     switch (kind) {
     case DrawKind::active:
@@ -198,11 +198,11 @@ jostle_status jostle_world_draw(const jostle_world* world, jostle_draw_function 
         const WorldContent& content = open(world);
         content.on([&]<int Dim, Coordinate T>(const World<Dim, T>& typed) {
             const auto draw_box = [&](const Aabb<Dim, T>& drawn, DrawKind kind) {
-                if (box != nullptr) agreed(box(context, drawn.lo.data(), to_c(kind)));
+                if (box != nullptr) agreed(box(context, drawn.lo.data(), drawn_as(kind)));
             };
             const auto draw_line = [&](const Vec<Dim, T>& from, const Vec<Dim, T>& to, DrawKind kind) {
                 const Aabb<Dim, T> both{from, to};
-                agreed(line(context, both.lo.data(), to_c(kind)));
+                agreed(line(context, both.lo.data(), drawn_as(kind)));
             };
             if (line != nullptr)
                 typed.draw(draw_box, draw_line);

@@ -138,5 +138,6 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class world::ActiveIndex<Dim, T>;
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

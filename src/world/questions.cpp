@@ -596,5 +596,11 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template JOSTLE_API void World<Dim, T>::join(const BoxView<Dim, T>&, std::pmr::vector<Pair>&,            \
                                                  const ObjectQueryFilter&);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE_BATCHES
+#undef JOSTLE_INSTANTIATE_QUESTION
+#undef JOSTLE_INSTANTIATE_LINE
+#undef JOSTLE_INSTANTIATE_NEAREST
+#undef JOSTLE_INSTANTIATE_VISIT
+#undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

@@ -548,5 +548,6 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
     template JOSTLE_API void World<Dim, T>::save_changes(std::vector<std::byte>&);                           \
     template JOSTLE_API void World<Dim, T>::restore_changes(std::span<const std::byte>);
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

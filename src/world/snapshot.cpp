@@ -246,5 +246,6 @@ World<Dim, T> World<Dim, T>::fork() const
     template JOSTLE_API void World<Dim, T>::restore(std::span<const std::byte>);                             \
     template JOSTLE_API World<Dim, T> World<Dim, T>::fork() const;
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

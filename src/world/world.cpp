@@ -569,5 +569,6 @@ void World<Dim, T>::draw(
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class World<Dim, T>;
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

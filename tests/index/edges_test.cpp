@@ -18,28 +18,28 @@ namespace {
 using namespace jostle;
 using contract::message_of;
 
-constexpr Aabb3f cube{{1, 1, 1}, {3, 3, 3}};
+constexpr Aabb3f three_wide{{1, 1, 1}, {3, 3, 3}};
 
 TEST(QueryFilters, WhoAsksWithoutAnOwnerGetsThoseWithoutOneToo)
 {
     BoxIndex3f index;
-    index.build(std::vector<Aabb3f>(3, cube));
+    index.build(std::vector<Aabb3f>(3, three_wide));
     const std::vector<std::uint32_t> owner{Filter::no_owner, 5, Filter::no_owner};
     QueryFilter filter;
     filter.owner = std::span<const std::uint32_t>(owner);
-    EXPECT_EQ(index.count(cube, filter), 3u);
+    EXPECT_EQ(index.count(three_wide, filter), 3u);
     filter.asker_owner = 5;
-    EXPECT_EQ(index.count(cube, filter), 2u);
+    EXPECT_EQ(index.count(three_wide, filter), 2u);
 }
 
 TEST(QueryFilters, OneObjectCanBeExcludedAndNothingElse)
 {
     BoxIndex3f index;
-    index.build(std::vector<Aabb3f>(3, cube));
+    index.build(std::vector<Aabb3f>(3, three_wide));
     QueryFilter filter;
     filter.exclude = 1;
     std::vector<std::uint32_t> found;
-    index.all(cube, found, filter);
+    index.all(three_wide, found, filter);
     EXPECT_EQ(found, (std::vector<std::uint32_t>{0, 2}));
 }
 
@@ -49,11 +49,11 @@ TEST(QueryFilters, AcceptIsToldWhichQuestionOfABatchItIs)
     IndexOptions options;
     options.executor = executor.get();
     BoxIndex3f index(options);
-    index.build(std::vector<Aabb3f>(3, cube));
+    index.build(std::vector<Aabb3f>(3, three_wide));
     const auto up_to_its_number = [](std::uint32_t question, std::uint32_t id) { return id <= question % 3; };
     QueryFilter filter;
     filter.accept = up_to_its_number;
-    const std::vector<Aabb3f> regions(200, cube);
+    const std::vector<Aabb3f> regions(200, three_wide);
     const std::span<const Aabb3f> batch(regions);
     ResultLists<std::uint32_t> lists;
     index.all(batch, lists, filter);
@@ -69,9 +69,9 @@ TEST(QueryFilters, AcceptIsToldWhichQuestionOfABatchItIs)
 TEST(Questions, ReplaceWhatWasInTheListBefore)
 {
     BoxIndex3f index;
-    index.build(std::vector<Aabb3f>(2, cube));
+    index.build(std::vector<Aabb3f>(2, three_wide));
     std::vector<std::uint32_t> found{7, 8, 9};
-    index.all(cube, found);
+    index.all(three_wide, found);
     EXPECT_EQ(found, (std::vector<std::uint32_t>{0, 1}));
     std::vector<Hitf> hits{{7, 1.0f}};
     index.all(Ray3f{{2, 2, 0}, {0, 0, 1}}, hits);
@@ -83,11 +83,11 @@ TEST(Questions, ReplaceWhatWasInTheListBefore)
 TEST(QueryFilters, EveryColumnHasAnEntryForTheLastId)
 {
     BoxIndex3f index;
-    index.build(std::vector<Aabb3f>(3, cube));
+    index.build(std::vector<Aabb3f>(3, three_wide));
     const std::vector<std::uint32_t> two(2, 1u);
     QueryFilter filter;
     filter.owner = std::span<const std::uint32_t>(two);
-    EXPECT_EQ(message_of([&] { (void)index.count(cube, filter); }),
+    EXPECT_EQ(message_of([&] { (void)index.count(three_wide, filter); }),
               "query filter owner has 2 entries, but the index has held ids up to 2; give one for every id, "
               "or none");
 }
@@ -95,8 +95,8 @@ TEST(QueryFilters, EveryColumnHasAnEntryForTheLastId)
 TEST(Refusals, OfWhatDoesntFitTogether)
 {
     BoxIndex3f index;
-    index.build(std::vector<Aabb3f>(9, cube));
-    const std::vector<Aabb3f> regions(2, cube);
+    index.build(std::vector<Aabb3f>(9, three_wide));
+    const std::vector<Aabb3f> regions(2, three_wide);
     for (const std::size_t room : {1u, 3u}) {
         std::vector<std::uint64_t> counts(room);
         EXPECT_EQ(message_of([&] {
@@ -119,7 +119,7 @@ TEST(Hits, AreNeverAtANegativeZero)
         IndexOptions options;
         options.instruction_set = set;
         BoxIndex3f index(options);
-        index.build(std::vector<Aabb3f>{cube});
+        index.build(std::vector<Aabb3f>{three_wide});
         for (const float way : {-1.0f, 1.0f}) {
             const Ray<3, float> along_the_face{{way < 0 ? 3.0f : 1.0f, 2, 2}, {way, 0, 0}};
             const auto first = index.first(along_the_face);
@@ -213,12 +213,12 @@ TEST(Join, OfBoxesThatTouchManyIsAsOfThoseThatTouchFew)
 TEST(Join, ForgetsWhatItsListHeld)
 {
     BoxIndex3f index;
-    index.build(std::vector<Aabb3f>(2, cube));
+    index.build(std::vector<Aabb3f>(2, three_wide));
     std::pmr::vector<Pair> pairs{{8, 9}};
-    index.join(std::vector<Aabb3f>{cube}, pairs);
+    index.join(std::vector<Aabb3f>{three_wide}, pairs);
     EXPECT_EQ(pairs, (std::pmr::vector<Pair>{{0, 0}, {0, 1}}));
     index.clear();
-    index.join(std::vector<Aabb3f>{cube}, pairs);
+    index.join(std::vector<Aabb3f>{three_wide}, pairs);
     EXPECT_TRUE(pairs.empty());
 }
 

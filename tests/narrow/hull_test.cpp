@@ -545,7 +545,7 @@ TEST(ThinHulls, AnswerAsDefined)
         still.pose = pose_a;
         moving.pose = pose_b;
         for (std::size_t d = 0; d < 3; ++d)
-            moving.pose.position[d] += d == round % 3u ? 6 : 0, moving.linear[d] = d == round % 3u ? -6 : 0;
+            if (d == static_cast<std::size_t>(round % 3)) moving.pose.position[d] += 6, moving.linear[d] = -6;
         const auto impact = time_of_impact(a, still, b, moving, 1e-4);
         if (expected < -near) {
             ASSERT_TRUE(impact.has_value());

@@ -59,7 +59,7 @@ struct Ground
 };
 
 /// A closed bumpy surface of 4 n n triangles, often long and beside its origin.
-Mesh<3> bumpy_ball(Random& random, std::uint32_t n)
+Mesh<3> long_ball(Random& random, std::uint32_t n)
 {
     std::vector<Vec<3, double>> vertices;
     std::vector<Mesh<3>::Element> elements;
@@ -87,7 +87,7 @@ TEST(Impact, OfMeshesIsNeverLateAndNoEarlierThanTheTolerance)
     Random random(41);
     int hits = 0, misses = 0;
     for (int round = 0; round < 300; ++round) {
-        const Mesh<3> mesh = bumpy_ball(random, 3 + random.below(6)), other = bumpy_ball(random, 5);
+        const Mesh<3> mesh = long_ball(random, 3 + random.below(6)), other = long_ball(random, 5);
         const Zoo<3> zoo(random, 1);
         std::vector<Shape3> shapes{other,
                                    other,

@@ -19,7 +19,7 @@ struct Sample
     std::unique_ptr<ConvexHull<2>> hull;
 };
 
-Sample make_sample(std::uint32_t kind, Random& random)
+Sample make_flat_sample(std::uint32_t kind, Random& random)
 {
     Sample s;
     const auto size = [&] {
@@ -73,7 +73,8 @@ TEST(InThePlane, EveryTwoConvexShapesAnswerAsDefined)
     int touching = 0, apart = 0;
     for (int round = 0; round < 8000; ++round) {
         SCOPED_TRACE(round);
-        const Sample a = make_sample(random.below(4), random), b = make_sample(random.below(4), random);
+        const Sample a = make_flat_sample(random.below(4), random),
+                     b = make_flat_sample(random.below(4), random);
         const Pose2d pose_a = random.pose2<double>(1), pose_b = random.pose2<double>(1);
         const double expected =
             oracle::signed_distance(placed(a, pose_a), placed(b, pose_b)) - a.radius - b.radius;

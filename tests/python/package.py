@@ -3,10 +3,11 @@
 """package.py build SOURCE BUILT SCRATCH   the source distribution, the wheel out of that, and a fresh venv that has it
 package.py test SOURCE SCRATCH             the package's tests there
 package.py memory SOURCE SCRATCH           those with bad input, callbacks and handles again, under valgrind
+package.py faults SOURCE SCRATCH STARVE    all its calls, with each allocation of theirs failing in turn
 package.py types SOURCE SCRATCH            mypy of the package, and of a program that uses it
 package.py examples SOURCE SCRATCH         the examples in Python run, and so do the pages about Python
 
-BUILT is a build folder of Jostle's, whose library goes into the wheel.
+BUILT is a build folder of Jostle's, whose library goes into the wheel. STARVE is starve.cpp as a shared library.
 """
 import doctest
 import os
@@ -93,7 +94,7 @@ def memory(source, scratch, environment):
 
 def main():
     what, source = sys.argv[1], pathlib.Path(sys.argv[2]).resolve()
-    scratch = pathlib.Path(sys.argv[-1]).resolve()
+    scratch = pathlib.Path(sys.argv[4 if what == "build" else 3]).resolve()
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1", "MPLBACKEND": "Agg"}
     if what == "build":
         build(source, pathlib.Path(sys.argv[3]).resolve(), scratch)
@@ -102,6 +103,10 @@ def main():
             env=environment)
     elif what == "memory":
         memory(source, scratch, environment)
+    elif what == "faults":
+        run(venv_python(scratch), "-X", "faulthandler", "-m", "pytest", "-q", "-p", "no:cacheprovider",
+            source / "tests/python/test_faults.py", cwd=scratch,
+            env={**environment, "LD_PRELOAD": str(pathlib.Path(sys.argv[4]).resolve())})
     elif what == "types":
         config = source / "pyproject.toml"
         run(sys.executable, "-m", "mypy", "--config-file", config, "--cache-dir", scratch / "mypy", source / "bindings/python/jostle",

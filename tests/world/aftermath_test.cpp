@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "churn.hpp"
+#include "events.hpp"
 #include "world/sort_keys.hpp"
 
 namespace world_tests {
@@ -19,10 +20,6 @@ using jostle::ObjectPair;
 using jostle::ObjectQueryFilter;
 using jostle::World3f;
 
-jostle::Aabb3f cube(float at)
-{
-    return {{at, 0, 0}, {at + 1, 1, 1}};
-}
 std::vector<ObjectPair> began(const World3f& world)
 {
     return {world.began().begin(), world.began().end()};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What changed since a base: restored, it is to the byte what a whole snapshot is, and costs what differs.
+#include "events.hpp"
 #include "snapshots.hpp"
 
 namespace world_tests {
@@ -130,20 +131,16 @@ TEST(Changes, RestoredTheyAreWhatAWholeSnapshotIs)
     }
 }
 
-jostle::Aabb3f cube(float x, float y)
-{
-    return {{x, y, 0}, {x + 1, y + 1, 1}};
-}
-
 // 20,000 rest, 1,000 came to rest and move now and then: more than a world parks at a time.
 TEST(Changes, CostWhatChangedNotWhatRests)
 {
     jostle::World3f world;
     for (int i = 0; i < 20000; ++i)
-        (void)world.add(cube(static_cast<float>(i % 200) * 3, static_cast<float>(i / 200) * 3));
+        (void)world.add(cube_at(static_cast<float>(i % 200) * 3, static_cast<float>(i / 200) * 3));
     std::vector<ObjectId> movers(1500);
     for (std::size_t i = 0; i < movers.size(); ++i)
-        movers[i] = world.add(cube(static_cast<float>(i % 150) * 4, 1000 + static_cast<float>(i / 150) * 4));
+        movers[i] =
+            world.add(cube_at(static_cast<float>(i % 150) * 4, 1000 + static_cast<float>(i / 150) * 4));
     while (world.update(), world.stats().active != 0) {
     }
     const Bytes base = world.save_base();
@@ -153,8 +150,8 @@ TEST(Changes, CostWhatChangedNotWhatRests)
     std::vector<Bytes> wholes, deltas;
     for (int frame = 0; frame < 20; ++frame) {
         for (std::size_t i = 0; i < (frame % 10 < 5 ? movers.size() : 3); ++i)
-            world.move(movers[i], cube(static_cast<float>(i % 150) * 4 + 0.1f * static_cast<float>(frame),
-                                       1000 + static_cast<float>(i / 150) * 4));
+            world.move(movers[i], cube_at(static_cast<float>(i % 150) * 4 + 0.1f * static_cast<float>(frame),
+                                          1000 + static_cast<float>(i / 150) * 4));
         world.update();
         world.save_changes(changes);
         EXPECT_LT(changes.size(), 200 + movers.size() * 60);
@@ -169,7 +166,7 @@ TEST(Changes, CostWhatChangedNotWhatRests)
         for (int update = 0; update < 30; ++update) {
             ASSERT_TRUE(same_results(world, whole)) << frame << ' ' << update;
             for (jostle::World3f* each : {&world, &whole}) {
-                if (update == 3) each->move(movers[7], cube(0, 0));
+                if (update == 3) each->move(movers[7], cube_at(0, 0));
                 each->update();
             }
         }
@@ -184,7 +181,8 @@ TEST(Changes, QuestionsWithAMaskSeeWhereTheWorldWent)
     for (std::size_t i = 0; i < ids.size(); ++i) {
         jostle::ObjectOptions<float> options;
         options.filter.category = i % 8 == 0 ? 2u : 1u;
-        ids[i] = world.add(cube(static_cast<float>(i % 100) * 2, static_cast<float>(i / 100) * 2), options);
+        ids[i] =
+            world.add(cube_at(static_cast<float>(i % 100) * 2, static_cast<float>(i / 100) * 2), options);
     }
     while (world.update(), world.stats().active != 0) {
     }
@@ -201,7 +199,7 @@ TEST(Changes, QuestionsWithAMaskSeeWhereTheWorldWent)
     };
     const std::uint64_t before = count();
     for (std::size_t i = 0; i < 160; i += 8)
-        world.move(ids[i], cube(5000, 5000)); // two rows' worth of those that are asked about
+        world.move(ids[i], cube_at(5000, 5000)); // two rows' worth of those that are asked about
     jostle::ObjectFilter other;
     other.category = 2;
     world.set_filter(ids[1], other);
@@ -232,7 +230,7 @@ struct Sample
         options.pair_slots = true;
         world = std::make_unique<jostle::World3f>(options);
         std::vector<ObjectId> ids(7);
-        world->add(std::vector<jostle::Aabb3f>(7, cube(0, 0)), ids);
+        world->add(std::vector<jostle::Aabb3f>(7, cube_at(0, 0)), ids);
         world->update();
         world->remove(ids[4]);
         world->remove(ids[5]);
@@ -244,9 +242,9 @@ struct Sample
         world->remove(ids[2]);
         world->set_user_data(ids[6], 77);
         for (int k = 0; k < 3; ++k)
-            (void)world->add(cube(0.25f, 0));
+            (void)world->add(cube_at(0.25f, 0));
         world->update();
-        world->move(ids[0], cube(0, 0.5f));
+        world->move(ids[0], cube_at(0, 0.5f));
         world->update();
         world->save_changes(changes);
         EXPECT_GT(world->stats().refused, 0u);
@@ -256,7 +254,7 @@ struct Sample
 
 ErrorCode error_of_restoring(jostle::World3f& world, const Bytes& bytes)
 {
-    return error_of("changes: ", [&] { world.restore_changes(bytes); });
+    return code_of("changes: ", [&] { world.restore_changes(bytes); });
 }
 
 TEST(Changes, EveryAlteredByteAndEveryCutIsRefused)
@@ -267,9 +265,9 @@ TEST(Changes, EveryAlteredByteAndEveryCutIsRefused)
     world.restore(sample.base);
     ASSERT_EQ(world.save_base(), sample.base);
     const ObjectId a = world.id(0);
-    world.move(a, cube(3, 3));
+    world.move(a, cube_at(3, 3));
     world.update();
-    world.move(a, cube(4, 4));
+    world.move(a, cube_at(4, 4));
     world.apply();
     const Bytes own = world.save();
     expect_refused_when_altered(good, [&](const Bytes& bad) { return error_of_restoring(world, bad); });
@@ -352,13 +350,13 @@ TEST(Changes, WhoeverKnowsTheChecksumDoesNoHarmEither)
 TEST(Changes, ForgetWhatIsQueuedWithUserData)
 {
     jostle::World3f world;
-    const ObjectId first = world.add(cube(0, 0));
+    const ObjectId first = world.add(cube_at(0, 0));
     world.update();
     const Bytes base = world.save_base();
     Bytes changes;
     world.save_changes(changes);
     for (int i = 0; i < 3000; ++i)
-        world.set_user_data(world.add(cube(0, 0), {.user_data = 1}), 2);
+        world.set_user_data(world.add(cube_at(0, 0), {.user_data = 1}), 2);
     Bytes meanwhile;
     world.save_changes(meanwhile);
     world.restore_changes(changes);
@@ -366,7 +364,7 @@ TEST(Changes, ForgetWhatIsQueuedWithUserData)
     world.update();
     EXPECT_EQ(world.size(), 1u);
     EXPECT_TRUE(world.contains(first));
-    EXPECT_EQ(world.user_data(world.add(cube(0, 0))), 0u);
+    EXPECT_EQ(world.user_data(world.add(cube_at(0, 0))), 0u);
 }
 
 // Another box with the same bounds, in the very update in which the object comes to rest.
@@ -403,14 +401,14 @@ TEST(Changes, RefusedPairsThatArePastTakeNoMemory)
     options.accept = [](ObjectId, ObjectId) { return false; };
     jostle::World3f world(options);
     for (int i = 0; i < 300; ++i)
-        (void)world.add(cube(static_cast<float>(3 * i), 0));
-    const ObjectId walker = world.add(cube(0, 9));
+        (void)world.add(cube_at(static_cast<float>(3 * i), 0));
+    const ObjectId walker = world.add(cube_at(0, 9));
     for (int update = 0; update < 4; ++update)
         world.update();
     (void)world.save_base();
     std::uint64_t early = 0;
     for (int i = 0; i < 300; ++i) {
-        world.move(walker, cube(static_cast<float>(3 * i), 0));
+        world.move(walker, cube_at(static_cast<float>(3 * i), 0));
         world.update();
         ASSERT_EQ(world.stats().refused, 1u);
         if (i == 30) early = world.stats().bytes_reserved;
@@ -422,19 +420,19 @@ TEST(Changes, RefusedPairsThatArePastTakeNoMemory)
 TEST(Changes, ForgetTheIdsOfWhatIsQueued)
 {
     jostle::World3f world;
-    const ObjectId gone = world.add(cube(0, 0));
+    const ObjectId gone = world.add(cube_at(0, 0));
     world.update();
     world.remove(gone);
     world.update();
     (void)world.save_base();
     Bytes changes;
     world.save_changes(changes);
-    const ObjectId queued = world.add(cube(0, 0));
+    const ObjectId queued = world.add(cube_at(0, 0));
     ASSERT_EQ(queued.index, gone.index);
-    EXPECT_NO_THROW(world.move(queued, cube(1, 1)));
+    EXPECT_NO_THROW(world.move(queued, cube_at(1, 1)));
     world.restore_changes(changes);
-    EXPECT_THROW(world.move(queued, cube(1, 1)), Error);
-    EXPECT_EQ(world.add(cube(0, 0)), queued) << "handed out again";
+    EXPECT_THROW(world.move(queued, cube_at(1, 1)), Error);
+    EXPECT_EQ(world.add(cube_at(0, 0)), queued) << "handed out again";
 }
 
 /// Three objects that touch, and were apart in the base. The last two of the three slots are one pair's.
@@ -447,11 +445,11 @@ struct Forged
     {
         std::vector<ObjectId> ids;
         for (int i = 0; i < 3; ++i)
-            ids.push_back(world.add(cube(static_cast<float>(3 * i), 0)));
+            ids.push_back(world.add(cube_at(static_cast<float>(3 * i), 0)));
         world.update();
         (void)world.save_base();
         for (const ObjectId id : ids)
-            world.move(id, cube(0, 0));
+            world.move(id, cube_at(0, 0));
         world.update();
         EXPECT_EQ(world.began().size(), 3u);
         world.save_changes(changes);
@@ -466,7 +464,7 @@ TEST(Changes, OnePairWithTwoSlotsIsRefused)
 {
     Forged forged;
     const Bytes before = forged.world.save();
-    EXPECT_EQ(error_of("a pair has two slots", [&] { forged.world.restore_changes(forged.changes); }),
+    EXPECT_EQ(code_of("a pair has two slots", [&] { forged.world.restore_changes(forged.changes); }),
               ErrorCode::bad_snapshot);
     EXPECT_EQ(forged.world.save(), before);
 }
@@ -475,7 +473,7 @@ TEST(Changes, OnePairWithTwoSlotsIsRefused)
 TEST(Changes, ThatAreRefusedLeaveWhatApplyShows)
 {
     Forged forged;
-    (void)forged.world.add(cube(0, 0));
+    (void)forged.world.add(cube_at(0, 0));
     forged.world.apply();
     EXPECT_EQ(forged.world.size(), 4u);
     EXPECT_EQ(error_of_restoring(forged.world, forged.changes), ErrorCode::bad_snapshot);

@@ -17,13 +17,13 @@ std::uint64_t commands_wanted()
 }
 
 template <int Dim, class T>
-void churn(std::uint32_t thread_count, std::uint64_t commands, double extent, std::size_t objects)
+void churn(std::uint32_t threads_used, std::uint64_t commands, double extent, std::size_t objects)
 {
-    const std::unique_ptr<jostle::Executor> executor = jostle::make_thread_executor(thread_count);
-    Churn<Dim, T> churn(thread_count, extent, true, {.executor = executor.get()});
-    std::vector<std::vector<std::function<void()>>> said(thread_count);
+    const std::unique_ptr<jostle::Executor> executor = jostle::make_thread_executor(threads_used);
+    Churn<Dim, T> churn(threads_used, extent, true, {.executor = executor.get()});
+    std::vector<std::vector<std::function<void()>>> said(threads_used);
     churn.dispatch = [&](ObjectId id, std::function<void()> call) {
-        said[id.index % thread_count].push_back(std::move(call));
+        said[id.index % threads_used].push_back(std::move(call));
     };
     std::uint64_t most_bytes_early = 0, results = 0;
     for (std::uint64_t update = 0; churn.operations < commands; ++update) {
@@ -34,7 +34,7 @@ void churn(std::uint32_t thread_count, std::uint64_t commands, double extent, st
             churn.operate(objects);
         if (update % 16 == 15) churn.twin.salt = churn.random.next();
         std::vector<std::thread> threads;
-        for (std::uint32_t t = 1; t < thread_count; ++t)
+        for (std::uint32_t t = 1; t < threads_used; ++t)
             threads.emplace_back([&, t] {
                 for (const auto& call : said[t])
                     call();
@@ -45,10 +45,10 @@ void churn(std::uint32_t thread_count, std::uint64_t commands, double extent, st
             thread.join();
         for (auto& each : said)
             each.clear();
-        ASSERT_TRUE(churn.update(update % 16 == 0)) << thread_count << " threads, update " << update;
+        ASSERT_TRUE(churn.update(update % 16 == 0)) << threads_used << " threads, update " << update;
         if (update % 8 == 0) {
             Questions<Dim, T> questions(churn, update);
-            ASSERT_TRUE(questions.agree()) << thread_count << " threads, update " << update;
+            ASSERT_TRUE(questions.agree()) << threads_used << " threads, update " << update;
             results += questions.results;
         }
         if (update % 64 == 63) { // the bytes that make the rest exact are exact as well

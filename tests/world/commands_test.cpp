@@ -7,17 +7,13 @@
 #include <thread>
 
 #include "churn.hpp"
+#include "events.hpp"
 #include "tests/contract/counting_memory.hpp"
 
 namespace world_tests {
 namespace {
 
 using jostle::World3f;
-
-jostle::Aabb3f cube(float at)
-{
-    return {{at, 0, 0}, {at + 1, 1, 1}};
-}
 
 TEST(Commands, OfEqualSequencesOfOneThreadTheLaterWins)
 {

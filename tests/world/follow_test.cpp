@@ -2,6 +2,7 @@
 // Views of a world: they answer as it did when they followed, whatever becomes of it.
 #include <thread>
 
+#include "events.hpp"
 #include "same_objects.hpp"
 #include "world/change_log.hpp"
 
@@ -10,11 +11,6 @@ namespace {
 
 using jostle::Error;
 using jostle::ErrorCode;
-
-jostle::Aabb3f cube(float x, float y)
-{
-    return {{x, y, 0}, {x + 1, y + 1, 1}};
-}
 
 /// Notes ten of a hundred objects in each update, as updates do it: those that changed, then those that came
 /// to rest.
@@ -145,7 +141,7 @@ TEST(Follow, OfManyThatRestOnlyTheChangedAreLookedAt)
     jostle::World3f world, view;
     std::vector<ObjectId> ids(6000);
     for (std::size_t i = 0; i < ids.size(); ++i)
-        ids[i] = world.add(cube(static_cast<float>(i % 80) * 1.5f, static_cast<float>(i / 80) * 1.5f),
+        ids[i] = world.add(cube_at(static_cast<float>(i % 80) * 1.5f, static_cast<float>(i / 80) * 1.5f),
                            {.filter = {.category = i % 8 == 0 ? 2u : 1u}});
     while (world.update(), world.stats().active != 0) {
     }
@@ -182,8 +178,8 @@ TEST(Follow, OfManyThatRestOnlyTheChangedAreLookedAt)
                 world.set_enabled(id, random.below(2) == 0);
                 break;
             default:
-                world.move(
-                    id, cube(static_cast<float>(random.below(120)), static_cast<float>(random.below(120))));
+                world.move(id, cube_at(static_cast<float>(random.below(120)),
+                                       static_cast<float>(random.below(120))));
             }
         }
         world.update();
@@ -200,7 +196,7 @@ TEST(Follow, AskedByThreadsWhileTheWorldIsUpdated)
     jostle::World3f world, view;
     std::vector<ObjectId> ids(800);
     for (std::size_t i = 0; i < ids.size(); ++i)
-        ids[i] = world.add(cube(static_cast<float>(i % 40) * 1.5f, static_cast<float>(i / 40) * 1.5f));
+        ids[i] = world.add(cube_at(static_cast<float>(i % 40) * 1.5f, static_cast<float>(i / 40) * 1.5f));
     world.update();
     for (int frame = 0; frame < 20; ++frame) {
         view.follow(world);
@@ -219,7 +215,8 @@ TEST(Follow, AskedByThreadsWhileTheWorldIsUpdated)
                 }
             });
         for (std::size_t i = static_cast<std::size_t>(frame) % 3; i < ids.size(); i += 3)
-            world.move(ids[i], cube(static_cast<float>((i * 7 + static_cast<std::size_t>(frame)) % 60), 3));
+            world.move(ids[i],
+                       cube_at(static_cast<float>((i * 7 + static_cast<std::size_t>(frame)) % 60), 3));
         world.update();
         for (std::thread& asker : askers)
             asker.join();
@@ -242,21 +239,21 @@ std::string error_of(const Call& call)
 TEST(Follow, AViewTakesNoCommands)
 {
     jostle::World3f world, view;
-    const ObjectId id = world.add(cube(0, 0)), other = world.add(cube(0, 0));
+    const ObjectId id = world.add(cube_at(0, 0)), other = world.add(cube_at(0, 0));
     world.update();
-    (void)view.add(cube(9, 9));
+    (void)view.add(cube_at(9, 9));
     view.update();
     view.follow(world);
     EXPECT_EQ(view.size(), 2u) << "what it had is forgotten";
     std::vector<ObjectId> ids = {id};
-    std::vector<jostle::Aabb3f> boxes = {cube(1, 1)};
+    std::vector<jostle::Aabb3f> boxes = {cube_at(1, 1)};
     std::vector<std::byte> bytes;
-    const std::function<void()> calls[] = {[&] { (void)view.add(cube(0, 0)); },
+    const std::function<void()> calls[] = {[&] { (void)view.add(cube_at(0, 0)); },
                                            [&] { view.add(boxes, ids); },
-                                           [&] { view.move(id, cube(1, 1)); },
+                                           [&] { view.move(id, cube_at(1, 1)); },
                                            [&] { view.move(ids, boxes); },
-                                           [&] { view.move(id, cube(1, 1), {1, 0, 0}); },
-                                           [&] { view.teleport(id, cube(1, 1)); },
+                                           [&] { view.move(id, cube_at(1, 1), {1, 0, 0}); },
+                                           [&] { view.teleport(id, cube_at(1, 1)); },
                                            [&] { view.resize(id, {1, 1, 1}); },
                                            [&] { view.remove(id); },
                                            [&] { view.remove(ids); },
@@ -282,12 +279,12 @@ TEST(Follow, AViewTakesNoCommands)
     EXPECT_TRUE(same_objects(view, world));
     EXPECT_NE(view.explain().find("A view of another world. 2 objects"), std::string::npos);
     view.restore(world.save());
-    view.move(id, cube(5, 5));
+    view.move(id, cube_at(5, 5));
     view.update();
     EXPECT_EQ(view.box(id).lo[0], 5);
     view.follow(world);
     view.clear();
-    EXPECT_EQ(view.add(cube(0, 0)).index, 0u);
+    EXPECT_EQ(view.add(cube_at(0, 0)).index, 0u);
     view.update();
     EXPECT_EQ(view.size(), 1u);
 }
@@ -306,8 +303,8 @@ TEST(Follow, NotItselfNorAWorldInItsUpdate)
     };
     jostle::World3f world(options);
     asked = &world;
-    (void)world.add(cube(0, 0));
-    (void)world.add(cube(0, 0));
+    (void)world.add(cube_at(0, 0));
+    (void)world.add(cube_at(0, 0));
     world.update();
     EXPECT_NE(error.find("between two updates"), std::string::npos);
     EXPECT_EQ(view.size(), 0u);

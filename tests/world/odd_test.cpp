@@ -4,6 +4,7 @@
 #include <functional>
 #include <thread>
 
+#include "events.hpp"
 #include "questions.hpp"
 
 namespace world_tests {
@@ -13,7 +14,7 @@ using jostle::World3f;
 using Box = Aabb<3, float>;
 
 constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
-constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr float endless = std::numeric_limits<float>::infinity();
 constexpr float greatest = std::numeric_limits<float>::max();
 
 const Box odd_boxes[] = {
@@ -21,13 +22,8 @@ const Box odd_boxes[] = {
     {{0, 0, 0}, {1, not_a_number, 1}},
     {{0, 0, 1}, {1, 1, 0}},
     {{greatest, greatest, greatest}, {-greatest, -greatest, -greatest}},
-    {{infinity, 0, 0}, {-infinity, 1, 1}},
+    {{endless, 0, 0}, {-endless, 1, 1}},
 };
-
-Box cube(float x)
-{
-    return {{x, 0, 0}, {x + 1, 1, 1}};
-}
 
 template <int Dim, class T>
 void churn(std::uint64_t seed, double extent, std::size_t objects, bool callback, double margin, double slack,
@@ -111,7 +107,7 @@ TEST(OddBoxes, TouchNothingAndAreWholeAgain)
             std::vector<ObjectId> found;
             world.touching(a, found);
             EXPECT_TRUE(found.empty());
-            world.all(Box{{-infinity, -infinity, -infinity}, {infinity, infinity, infinity}}, found);
+            world.all(Box{{-endless, -endless, -endless}, {endless, endless, endless}}, found);
             EXPECT_EQ(found, std::vector<ObjectId>{b});
             EXPECT_EQ(world.bounds()->hi[0], 1.5f);
             std::size_t drawn = 0;
@@ -188,7 +184,7 @@ TEST(OddBoxes, GoWithTheSnapshot)
     const ObjectId a = world.add(cube(0)), b = world.add(cube(0.5f)), c = world.add(cube(3));
     world.update();
     world.move(a, odd_boxes[2]); // with the margin it would be a box
-    world.move(c, cube(3), {infinity, -infinity, not_a_number});
+    world.move(c, cube(3), {endless, -endless, not_a_number});
     world.set_enabled(c, false);
     world.update();
     EXPECT_EQ(world.stats().odd, 1u);

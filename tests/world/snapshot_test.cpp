@@ -234,7 +234,7 @@ Bytes small_snapshot()
 
 ErrorCode error_of_restoring(jostle::World3f& world, const Bytes& bytes)
 {
-    return error_of("snapshot: ", [&] { world.restore(bytes); });
+    return code_of("snapshot: ", [&] { world.restore(bytes); });
 }
 
 TEST(Snapshot, EveryAlteredByteAndEveryCutIsRefused)

@@ -29,7 +29,7 @@ bool same_results(const jostle::World<Dim, T>& a, const jostle::World<Dim, T>& b
 
 /// The code of the error that `call` throws, whose message has `words` in it.
 template <class Call>
-ErrorCode error_of(const std::string& words, const Call& call)
+ErrorCode code_of(const std::string& words, const Call& call)
 {
     try {
         call();

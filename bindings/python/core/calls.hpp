@@ -33,6 +33,7 @@ class Pending
         try {
             return function() ? 1 : 0;
         } catch (...) {
+            PyErr_Clear(); // still set where there was no memory to take it from Python
             const std::lock_guard lock(mutex_);
             if (first_ == nullptr) first_ = std::current_exception();
             return -1;
@@ -64,8 +65,11 @@ void call(F&& f, Pending* pending = nullptr)
         const py::gil_scoped_release without_python;
         status = f(&error);
     }
-    if (status == JOSTLE_CALLBACK_FAILED && pending != nullptr) pending->rethrow();
-    if (status != JOSTLE_OK) raise(error);
+    if (status == JOSTLE_OK) return;
+    // First: where the library had no memory for saying that a callback failed, it says that. The exception
+    // must not stay in any case, since its traceback holds whoever holds it.
+    if (pending != nullptr) pending->rethrow();
+    raise(error);
 }
 
 template <class Handle, jostle_status (*Free)(Handle*, jostle_error*)>

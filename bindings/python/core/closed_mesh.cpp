@@ -44,7 +44,7 @@ class ClosedMesh
 
 void define_closed_mesh(py::module_& m)
 {
-    py::class_<ClosedMesh>(m, "ClosedMesh")
+    define_class<ClosedMesh>(m, "ClosedMesh")
         .def(py::init<const Shape&>())
         .def("winding_numbers",
              [](const ClosedMesh& self, const F64& points) {

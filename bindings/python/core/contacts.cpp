@@ -213,7 +213,7 @@ class ContactFinder
 
 void define_contacts(py::module_& m)
 {
-    py::class_<ContactFinder>(m, "ContactFinder")
+    define_class<ContactFinder>(m, "ContactFinder")
         .def(py::init<jostle_space, std::uint32_t>())
         .def("find", &ContactFinder::find)
         .def("find_points", &ContactFinder::find_points)

@@ -57,7 +57,7 @@ const jostle_index* handle_of(const BoxIndex* index)
 
 void define_index(py::module_& m)
 {
-    py::class_<BoxIndex>(m, "BoxIndex")
+    define_class<BoxIndex>(m, "BoxIndex")
         .def(py::init<jostle_space, std::uint32_t>())
         .def("build", [](BoxIndex& self, const std::optional<U32>& ids,
                          const Array& boxes) { self.change(ids, boxes, jostle_index_build); })

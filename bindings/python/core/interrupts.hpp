@@ -87,6 +87,7 @@ class Interruptible
                 try {
                     throw py::error_already_set();
                 } catch (...) {
+                    PyErr_Clear(); // still set where there was no memory to take it from Python
                     interrupt_ = std::current_exception();
                 }
                 ended_ = true;

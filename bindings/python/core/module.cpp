@@ -48,4 +48,5 @@ PYBIND11_MODULE(_core, m)
     define_closed_mesh(m);
     define_contacts(m);
     define_responses(m);
+    guard_functions(m);
 }

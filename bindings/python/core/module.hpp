@@ -3,6 +3,8 @@
 
 #include <pybind11/pybind11.h>
 
+#include "core/classes.hpp"
+
 // Each adds one subject to the module, with its types. A type is added before the functions that take it.
 
 namespace py = pybind11;

@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <thread>
 #include <vector>
 
@@ -59,6 +60,8 @@ class PairStream
                 if (there && !queue_.empty()) {
                     chunk = std::move(queue_.front());
                     queue_.pop_front();
+                } else if (there && !stopped_ && status_ == JOSTLE_OK) {
+                    chunk.swap(open_); // the last ones, fewer than a chunk
                 }
                 there = there && (done_ || stopped_ || !chunk.empty());
                 lock.unlock();
@@ -73,8 +76,10 @@ class PairStream
             return pairs;
         }
         if (!stopped_ && status_ != JOSTLE_OK) {
-            const jostle_status status = std::exchange(status_, JOSTLE_OK);
-            if (status == JOSTLE_CALLBACK_FAILED) filter_->pending.rethrow();
+            status_ = JOSTLE_OK;
+            open_.clear();
+            if (no_memory_) throw std::bad_alloc();
+            filter_->pending.rethrow();
             raise(error_);
         }
         throw py::stop_iteration();
@@ -91,7 +96,6 @@ class PairStream
             },
             this, &finished, &error_);
         const std::lock_guard lock(mutex_);
-        if (!open_.empty() && status == JOSTLE_OK) queue_.push_back(std::move(open_));
         status_ = status;
         done_ = true;
         changed_.notify_all();
@@ -111,7 +115,8 @@ class PairStream
                 changed_.notify_all();
             }
             return 1;
-        } catch (...) { // no memory
+        } catch (const std::bad_alloc&) {
+            no_memory_ = true;
             return -1;
         }
     }
@@ -126,7 +131,7 @@ class PairStream
     std::condition_variable changed_;
     std::deque<std::vector<jostle_pair>> queue_;
     std::vector<jostle_pair> open_;
-    bool done_ = false, stopped_ = false;
+    bool done_ = false, stopped_ = false, no_memory_ = false;
     jostle_status status_ = JOSTLE_OK;
     jostle_error error_{};
     std::thread worker_;
@@ -136,7 +141,7 @@ class PairStream
 
 void define_pair_stream(py::module_& m)
 {
-    py::class_<PairStream>(m, "PairStream")
+    define_class<PairStream>(m, "PairStream")
         .def(py::init([](const Array& boxes, const Maybe& other, Maybe category, Maybe mask, Maybe owner,
                          Maybe category_b, Maybe mask_b, Maybe owner_b, py::object accept,
                          std::uint64_t chunk, std::uint32_t threads) {

@@ -143,7 +143,7 @@ py::array spatial_order(const py::array& boxes, std::uint32_t threads)
 
 void define_pairs(py::module_& m)
 {
-    py::class_<PairFilter>(m, "PairFilter")
+    define_class<PairFilter>(m, "PairFilter")
         .def(py::init<Maybe, Maybe, Maybe, Maybe, Maybe, Maybe, py::object>());
     m.def("find", [](const Array& boxes, const Maybe& other, PairFilter& filter, bool sorted,
                      std::uint32_t threads) { return find(boxes, other, filter, sorted, threads); });

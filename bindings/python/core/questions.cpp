@@ -7,10 +7,10 @@ namespace jostle_python {
 
 void define_questions(py::module_& m)
 {
-    py::class_<Questions>(m, "Questions")
+    define_class<Questions>(m, "Questions")
         .def(py::init<jostle_question, const Array&, jostle_space, const std::vector<Array>&,
                       std::uint32_t>());
-    py::class_<AskFilter>(m, "AskFilter")
+    define_class<AskFilter>(m, "AskFilter")
         .def(py::init<Maybe, Maybe, Maybe, std::optional<std::array<std::uint32_t, 3>>,
                       std::optional<std::uint64_t>, const std::optional<Packed<std::uint64_t>>&,
                       py::object>());

@@ -183,7 +183,8 @@ class FoundLists
         jostle_results* results = nullptr;
         const jostle_status status = jostle_results_new(nullptr, &results, error);
         if (status != JOSTLE_OK) return status;
-        parts_.emplace_back(results);
+        Results part(results); // at once: there may be no memory for one more
+        parts_.push_back(std::move(part));
         return ask(results);
     }
     [[nodiscard]] const std::vector<Results>& parts() const { return parts_; }

@@ -33,7 +33,7 @@ std::vector<char> copy_of(const py::array& array)
 
 void define_shapes(py::module_& m)
 {
-    py::class_<Shape>(
+    define_class<Shape>(
         m, "Shape",
         "One collision shape, immutable: made by sphere, capsule, box, cylinder, cone,\n"
         "ellipsoid, half_space, hull, mesh, height_field, compound, rounded_box and rounded_hull.")
@@ -172,7 +172,7 @@ void define_shapes(py::module_& m)
             return jostle_shape_compound(dim, handles.data(), data, handles.size(), out, error);
         });
     });
-    py::class_<Shapes>(m, "Shapes")
+    define_class<Shapes>(m, "Shapes")
         .def(py::init<int>())
         .def_readonly("dim", &Shapes::dim)
         .def("size", &Shapes::size)

@@ -44,7 +44,7 @@ void restore(const Restore& function, Handle* world, const py::bytes& snapshot)
 
 void define_world(py::module_& m)
 {
-    py::class_<World> world(m, "World");
+    py::class_<World> world = define_class<World>(m, "World");
     world.def(py::init<jostle_space, double, py::object, std::uint32_t, bool, bool, double>())
         .def("began_slots", [](const World& self) { return self.listed_slots(jostle_world_began_slots); })
         .def("ended_slots", [](const World& self) { return self.listed_slots(jostle_world_ended_slots); })

@@ -150,8 +150,10 @@ class Shapes:
         """Adds an object for each of these shapes."""
         if isinstance(shapes, Shapes):
             return self._shapes.add_from(shapes._shapes)
+        added = _core.Shapes(self.dim)  # all of them, or none if one can't be added
         for i, shape in enumerate(shapes):
-            self._shapes.add(_shape(shape, i), 1)
+            added.add(_shape(shape, i), 1)
+        self._shapes.add_from(added)
 
     def clear(self) -> None:
         self._shapes.clear()

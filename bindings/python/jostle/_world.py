@@ -40,6 +40,9 @@ class World:
     accept    accept(id_a, id_b) is asked once for each pair that would begin
     threads   0 for one per core
 
+    Of the commands, add, remove and move without displacements are queued for all objects or, where the call fails, for none; the
+    others may then have been queued for the objects before the one at fault, or, without memory, for the first ones.
+
     Resting objects cost nothing. Several threads may give commands; only one at a time may call update(). A world can be pickled,
     unless it has an `accept`.
     """

@@ -79,14 +79,14 @@ std::size_t furthest_corner(const Core2& core, const Vec2& direction)
 
 namespace {
 
-struct Axis
+struct Axis2
 {
     Vec2 normal;
     double separation = -HUGE_VAL;
     bool of_b = false;
 };
 
-void consider(Axis& best, const Core2& other, const Vec2& outwards, const Vec2& on, bool of_b, double from)
+void consider(Axis2& best, const Core2& other, const Vec2& outwards, const Vec2& on, bool of_b, double from)
 {
     const double size = length(outwards);
     if (!(size > 0)) return;
@@ -97,7 +97,7 @@ void consider(Axis& best, const Core2& other, const Vec2& outwards, const Vec2& 
     if (least > best.separation && least > from) best = {of_b ? -n : n, least, of_b};
 }
 
-void consider_sides(Axis& best, const Core2& owner, const Core2& other, bool of_b)
+void consider_sides(Axis2& best, const Core2& owner, const Core2& other, bool of_b)
 {
     for (std::size_t i = 0; i < owner.sides(); ++i)
         consider(best, other, right(owner.next(i) - owner.corner[i]), owner.corner[i], of_b, -HUGE_VAL);
@@ -124,7 +124,7 @@ void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& le
 
 void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
 {
-    Axis axis;
+    Axis2 axis;
     consider_sides(axis, a, b, false);
     consider_sides(axis, b, a, true);
     if (axis.separation == -HUGE_VAL) { // two points
@@ -208,16 +208,16 @@ void refine(Core2& a, Core2& b)
 namespace {
 
 /// The side that looks most into `direction`, or none for a point.
-struct Side
+struct Side2
 {
     bool is_side = false;
     Vec2 from, to;
     std::uint32_t number_from = 0, number_to = 0;
     double alignment = -1;
 };
-Side best_side(const Core2& core, const Vec2& direction)
+Side2 best_side(const Core2& core, const Vec2& direction)
 {
-    Side best;
+    Side2 best;
     for (std::size_t i = 0; i < core.sides(); ++i) {
         const Vec2 side = core.next(i) - core.corner[i];
         const double size = length(side);
@@ -235,10 +235,10 @@ Side best_side(const Core2& core, const Vec2& direction)
     return best;
 }
 
-struct Clip
+struct Clip2
 {
     /// Along `normal`, unit, from a to b.
-    Clip(const Core2& a, const Core2& b, const Vec2& normal, double contact_margin)
+    Clip2(const Core2& a, const Core2& b, const Vec2& normal, double contact_margin)
         : n(normal), t(right(normal)), radius_a(a.radius), radius_b(b.radius), margin(contact_margin)
     {
     }
@@ -255,7 +255,7 @@ struct Clip
     }
 };
 
-void clip_sides(Clip& clip, const Side& a, const Side& b)
+void clip_sides(Clip2& clip, const Side2& a, const Side2& b)
 {
     // a's side runs against t as seen along n, b's with it: in order of t they are to-from and from-to.
     const double a0 = dot(clip.t, a.from), a1 = dot(clip.t, a.to);
@@ -265,7 +265,7 @@ void clip_sides(Clip& clip, const Side& a, const Side& b)
     const double low_b = std::min(b0, b1), high_b = std::max(b0, b1);
     const double begin = std::max(low_a, low_b), end = std::min(high_a, high_b);
     if (begin > end) return;
-    const auto height = [&](const Side& s, double at) {
+    const auto height = [&](const Side2& s, double at) {
         const double from = dot(clip.t, s.from), to = dot(clip.t, s.to);
         const double part = from == to ? 0 : std::clamp((at - from) / (to - from), 0.0, 1.0);
         return dot(clip.n, s.from + (s.to - s.from) * part);
@@ -284,7 +284,7 @@ void clip_sides(Clip& clip, const Side& a, const Side& b)
 }
 
 /// The corner of a that reaches furthest along the normal, against the height at which b's side begins.
-void clip_corner(Clip& clip, const Core2& a, const Side& b)
+void clip_corner(Clip2& clip, const Core2& a, const Side2& b)
 {
     const std::size_t corner = furthest_corner(a, clip.n);
     const Vec2 p = a.corner[corner];
@@ -292,7 +292,7 @@ void clip_corner(Clip& clip, const Core2& a, const Side& b)
              feature_id(vertex_feature, a.number[corner]), feature_id(edge_feature, b.number_from));
 }
 
-void keep_two(Clip& clip, Manifold<2>& manifold)
+void keep_two(Clip2& clip, Manifold<2>& manifold)
 {
     std::uint32_t best = 0;
     for (std::uint32_t i = 1; i < clip.count; ++i)
@@ -311,9 +311,9 @@ void keep_two(Clip& clip, Manifold<2>& manifold)
 
 void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double margin, Manifold<2>& manifold)
 {
-    Clip clip(a, b, cores.normal, margin);
+    Clip2 clip(a, b, cores.normal, margin);
     const double depth = a.radius + b.radius - cores.distance;
-    const Side side_a = best_side(a, clip.n), side_b = best_side(b, -clip.n);
+    const Side2 side_a = best_side(a, clip.n), side_b = best_side(b, -clip.n);
     // As in 3D: against a side hit squarely the other shape shows a side at up to 60 degrees.
     const bool exact = side_a.alignment > squarely_face || side_b.alignment > squarely_face;
     const double threshold = exact ? other_face : nearly_face;
@@ -339,8 +339,8 @@ void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double m
 
 bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold)
 {
-    Clip clip(a, segment, n, margin);
-    const Side side_a = best_side(a, n), side_b = best_side(segment, -n);
+    Clip2 clip(a, segment, n, margin);
+    const Side2 side_a = best_side(a, n), side_b = best_side(segment, -n);
     if (side_a.alignment > other_face) {
         clip_sides(clip, side_a, side_b);
     } else {
@@ -355,7 +355,7 @@ bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double ma
 
 bool line_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold)
 {
-    Clip clip(a, segment, n, margin);
+    Clip2 clip(a, segment, n, margin);
     clip_corner(clip, a, best_side(segment, -n));
     if (clip.count == 0) return false;
     keep_two(clip, manifold);

@@ -18,7 +18,7 @@ namespace {
 using Index = std::uint32_t;
 
 /// A side of a triangle as it runs, and against it.
-struct Side
+struct Edge
 {
     Index low, high, triangle;
     bool up; ///< from low to high
@@ -49,18 +49,18 @@ std::vector<Index> merge(const std::vector<Vec3>& vertices)
 void check_closed(const MeshData<3>& mesh)
 {
     const std::vector<Index> first = merge(mesh.vertices);
-    std::vector<Side> sides;
+    std::vector<Edge> sides;
     sides.reserve(3 * mesh.elements.size());
     for (Index e = 0; e < mesh.elements.size(); ++e)
         for (std::size_t i = 0; i < 3; ++i) {
             const Index from = first[mesh.elements[e][i]], to = first[mesh.elements[e][(i + 1) % 3]];
             if (from != to) sides.push_back({std::min(from, to), std::max(from, to), e, from < to});
         }
-    std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    std::sort(sides.begin(), sides.end(), [](const Edge& a, const Edge& b) {
         if (a.low != b.low) return a.low < b.low;
         return a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
     });
-    const Side* open = nullptr;
+    const Edge* open = nullptr;
     for (std::size_t k = 0, end = 0; k < sides.size(); k = end) {
         std::int64_t up = 0;
         for (end = k;

@@ -124,9 +124,17 @@ Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manif
 /// Their signed distance; infinite where it is more than `enough`, or where the two can't touch.
 template <int Dim>
 void part_gap(const Part<Dim>& a, const Part<Dim>& b, double enough, Gap<Dim>& gap);
+template <>
+void part_gap(const Part<2>& a, const Part<2>& b, double enough, Gap<2>& gap);
+template <>
+void part_gap(const Part<3>& a, const Part<3>& b, double enough, Gap<3>& gap);
 /// Whether that is 0 or less.
 template <int Dim>
 bool part_touch(const Part<Dim>& a, const Part<Dim>& b);
+template <>
+bool part_touch(const Part<2>& a, const Part<2>& b);
+template <>
+bool part_touch(const Part<3>& a, const Part<3>& b);
 /// How far parts are from each other, whichever side they come from: the ground has sides and an underside.
 template <int Dim>
 void moving_gap(const Part<Dim>& a, const Part<Dim>& b, double enough, Gap<Dim>& gap);
