@@ -18,8 +18,8 @@ template <class Pair>
     return x.a != y.a ? x.a < y.a : x.b < y.b;
 }
 
-/// What a PairList shows: where the objects of pairs lie, in order, and those pairs that other ranks have told,
-/// as they came.
+/// What a PairList shows: where the objects of pairs lie, in order, and those pairs that other ranks have
+/// told, as they came.
 template <int Dim, Coordinate T>
 struct ListedPairs
 {

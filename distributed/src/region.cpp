@@ -178,7 +178,8 @@ void Region<Dim, T>::enter(const Notice& notice)
     touched_.push_back({local.index, notice.home, true, notice.leaves, notice.before});
 }
 
-/// Whether a new member has its place among those that are in order; false as well where none of these is near.
+/// Whether a new member has its place among those that are in order; false as well where none of these is
+/// near.
 template <int Dim, Coordinate T>
 bool Region<Dim, T>::fits_in_order(std::uint32_t index, std::uint64_t id) const noexcept
 {
@@ -204,13 +205,6 @@ void Region<Dim, T>::note_all_insides(const Partition& partition) noexcept
     for (std::uint32_t i = 0; i < flags_.size(); ++i)
         if ((flags_[i] & here) != 0) note_inside(i, partition);
 }
-template <int Dim, Coordinate T>
-void Region<Dim, T>::forget_insides() noexcept
-{
-    for (std::uint8_t& flags : flags_)
-        flags &= static_cast<std::uint8_t>(~inside);
-}
-
 template <int Dim, Coordinate T>
 void Region<Dim, T>::search()
 {

@@ -158,8 +158,6 @@ class Region
     [[nodiscard]] bool has_inside(std::uint64_t id, std::uint32_t& guess) const noexcept;
     /// In place of a notice: such an object has new bounds, inside as well, and maybe another filter.
     void move_inside(std::uint32_t index, const Aabb<Dim, T>& to, const ObjectFilter& filter);
-    /// Space is divided anew: what was inside may not be.
-    void forget_insides() noexcept;
     void search();
     /// Tells each pair that this rank is to report to another one, and all that ended, and lists those of its
     /// own. `before` says how space was divided before the update.
@@ -175,6 +173,8 @@ class Region
   private:
     static constexpr std::uint32_t none = ~std::uint32_t{0};
     // Of a member. A pair of two members of which both have the latter two needs no look at anything else.
+    // Where space is divided anew that holds as well: every pair in a list has a member of which there was a
+    // notice.
     static constexpr std::uint8_t here = 1;     ///< there is one
     static constexpr std::uint8_t in_order = 2; ///< its id is behind those of all such members before it
     static constexpr std::uint8_t inside = 4;   ///< it is this rank's, and touches no other region

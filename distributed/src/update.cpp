@@ -39,7 +39,6 @@ void World<Dim, T>::Implementation::update()
     const Partition& current = divides ? now : partition;
     try {
         agreement.attempt([&] {
-            if (divides) region.forget_insides();
             stage(current, divides);
             exchange.seal();
         });
@@ -124,8 +123,8 @@ void World<Dim, T>::Implementation::collect(WeightedPoints& points) const
     }
 }
 
-/// Writes what this rank's objects have to say to others and to this one. Those that stay inside, the most, tell
-/// its region at once: it is one walk through memory less than to do it while messages are on their way.
+/// Writes what this rank's objects have to say to others and to this one. Those that stay inside, the most,
+/// tell its region at once: it is one walk through memory less than to do it while messages are on their way.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
 {

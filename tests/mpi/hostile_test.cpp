@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Scenes that no division of space suits.
+#include <set>
+
 #include "rebalancing.hpp"
 #include "scene.hpp"
 
@@ -139,6 +141,25 @@ TEST(Hostile, RestingPairsStayInNoListWhenSpaceIsDividedAnew)
     }
     EXPECT_EQ(scene.migrated > migrated, ranks() > 1);
     EXPECT_EQ(scene.world->stats().partitions, 5u);
+}
+
+TEST(Hostile, WhatHasLeftItsRegionMigratesAtOnce)
+{
+    auto options = serial;
+    options.rebalance = Rebalance::on_request;
+    Scene<3, float> scene(7, 12, options);
+    for (int i = 0; i < 200; ++i)
+        scene.add(random_cube(scene.random, 12));
+    const std::uint64_t wanderer = scene.add(cube(0, 0, 0));
+    ASSERT_TRUE(scene.update());
+    std::set<int> owners;
+    for (float at = 0; at < 12; at += 0.5f) {
+        scene.move(wanderer, cube(at, at, at));
+        ASSERT_TRUE(scene.update());
+        owners.insert(scene.owner(wanderer));
+    }
+    EXPECT_EQ(owners.size() > 1, ranks() > 1);
+    EXPECT_EQ(scene.world->stats().partitions, 1u);
 }
 
 /// How many updates go by before space is divided anew, where rank 0 works `slowest` us in each, the others

@@ -239,8 +239,9 @@ struct WorldOptions
     double margin = 0;
     /// The same on all ranks.
     Rebalance rebalance = Rebalance::automatic;
-    /// Objects go to the rank that searches their place, whenever space is divided anew. Otherwise an object
-    /// stays with the rank that added it; nothing else depends on it. The same on all ranks.
+    /// Objects go to the rank that searches their place, whenever space is divided anew, and when they touch
+    /// their rank's region no longer. Otherwise an object stays with the rank that added it; nothing else
+    /// depends on it. The same on all ranks.
     bool migrate = true;
     /// Appends to `payload` what the user keeps with the object, which is about to go to another rank. It may
     /// be called for an update that then fails, and the object stays.
