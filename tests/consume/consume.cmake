@@ -54,7 +54,7 @@ set(arguments -D CMAKE_BUILD_TYPE=None -D CMAKE_CXX_FLAGS=${flags})
 if(how STREQUAL "find_package")
   list(APPEND arguments -D CMAKE_PREFIX_PATH=${prefix} -D WITH_MPI=${with_mpi})
 else()
-  list(APPEND arguments -D JOSTLE_SOURCE=${source} -D CMAKE_UNITY_BUILD=ON) # as some strangers' projects have it; and it's faster
+  list(APPEND arguments -D JOSTLE_SOURCE=${source} -D CMAKE_UNITY_BUILD=ON) # as some strangers' projects have it
 endif()
 step(${CMAKE_COMMAND} -S ${project} -B ${scratch}/build -G Ninja ${arguments})
 step(${CMAKE_COMMAND} --build ${scratch}/build --parallel 2)

@@ -9,8 +9,9 @@ namespace py = pybind11;
 
 namespace jostle_python {
 
-/// As py::class_. pybind11 keeps a list of all objects, and an object for which that has no room is half made:
-/// its memory would be given back without a call of its destructor or, where a unique_ptr still owns it, twice.
+/// As py::class_. pybind11 keeps a list of all objects, and an object for which that has no room is half
+/// made: its memory would be given back without a call of its destructor or, where a unique_ptr still owns
+/// it, twice.
 template <class T>
 py::class_<T> define_class(py::module_& m, const char* name, const char* doc = "")
 {
