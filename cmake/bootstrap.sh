@@ -87,6 +87,11 @@ job_count() {
     echo $((cores < memory ? cores : memory))
 }
 
+# Where ccache is installed, what was compiled before, in another clone as well, isn't compiled again.
+if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER-}" ] && command -v ccache >/dev/null; then
+    export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
+fi
+
 # build PRESET TARGET...: configures where that is due and builds with visible progress.
 build() {
     local preset=$1 dir=build/$1 key
@@ -109,11 +114,6 @@ build() {
     NINJA_STATUS='[%f/%t, %es] ' cmake --build "$dir" --parallel "$(job_count)" --target "$@" >&2 ||
         fail_build "the build failed; the compiler's first message is above. If the sources are unchanged, remove $dir and try again"
 }
-
-# Where ccache is installed, what was compiled before, in another clone as well, isn't compiled again.
-if command -v ccache >/dev/null; then
-    export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
-fi
 
 # fail_build MESSAGE: unless the reason is plain.
 fail_build() {
