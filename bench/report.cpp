@@ -6,20 +6,19 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <tuple>
 
 #include "system/system.hpp"
+#include "system/unfinished_file.hpp"
 
 namespace jostle_bench {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::string_view ours_name = "jostle";
 constexpr std::string_view floor_name = "floor";
@@ -383,35 +382,25 @@ void plots_of_bars(const ReportTable& table, std::vector<Plot>& plots)
     }
 }
 
-std::string contents(const fs::path& path)
-{
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
 /// All plots, drawn by one gnuplot, as SVG.
 std::vector<std::string> draw(const std::vector<Plot>& plots)
 {
     check_gnuplot();
-    const jostle_system::TemporaryFolder folder("jostle-report");
-    const fs::path script = folder.path() / "plots.gp";
-    {
-        std::ofstream out(script);
-        for (std::size_t i = 0; i < plots.size(); ++i)
-            out << "reset session\nset terminal svg size 620,400 noenhanced font 'sans-serif,12' background "
-                   "'white'\nset output "
-                << quoted(jostle_system::text_of(folder.path() / std::to_string(i)))
-                << "\nset key outside right top Left reverse samplen 2\nset grid lc rgb '#dddddd'\n"
-                << plots[i].script << "unset output\n";
-    }
-    const auto drawn =
-        jostle_system::run_program({"gnuplot", jostle_system::text_of(script)}, jostle_system::Errors::taken);
-    if (!drawn || !drawn->well) throw std::runtime_error("gnuplot failed: " + (drawn ? drawn->output : ""));
+    std::string script; // read from stdin, and plots come on stdout: nothing stays behind, whatever ends this
+    for (const Plot& plot : plots)
+        script += "reset session\nset terminal svg size 620,400 noenhanced font 'sans-serif,12' background "
+                  "'white'\nset output\nset key outside right top Left reverse samplen 2\n"
+                  "set grid lc rgb '#dddddd'\n" +
+                  plot.script + "unset terminal\n";
+    const auto drawn = jostle_system::run_program({"gnuplot"}, jostle_system::Errors::shown, script);
+    if (!drawn || !drawn->well) throw std::runtime_error("gnuplot failed");
     std::vector<std::string> images;
-    for (std::size_t i = 0; i < plots.size(); ++i) {
-        images.push_back(contents(folder.path() / std::to_string(i)));
-        if (images.back().find("</svg>") == std::string::npos)
-            throw std::runtime_error("gnuplot left a plot unfinished: " + drawn->output);
+    constexpr std::string_view end_of_image = "</svg>";
+    for (std::size_t begin = 0; images.size() < plots.size();) {
+        const std::size_t end = drawn->output.find(end_of_image, begin);
+        if (end == std::string::npos) throw std::runtime_error("gnuplot left a plot unfinished");
+        images.push_back(drawn->output.substr(begin, end + end_of_image.size() - begin));
+        begin = end + end_of_image.size();
     }
     return images;
 }
@@ -582,18 +571,13 @@ void write_report(std::span<const ReportRow> rows, const std::string& about,
     }
     out << "</html>\n";
 
-    // Beside the target and then renamed: what was there stays whole until the new one is.
-    const fs::path part = jostle_system::path_of(jostle_system::text_of(path) + ".part");
-    std::ofstream file(part, std::ios::binary);
-    file << out.str();
-    file.close();
-    std::error_code error;
-    if (file) fs::rename(part, path, error);
-    if (!file || error) {
-        std::error_code ignored;
-        fs::remove(part, ignored);
-        throw std::runtime_error("cannot write " + jostle_system::text_of(path) +
-                                 (error ? ": " + error.message() : ""));
+    try {
+        jostle_system::UnfinishedFile file(path);
+        file.write(out.str());
+        file.commit();
+    } catch (const std::system_error& error) {
+        throw std::runtime_error("cannot write " + jostle_system::text_of(path) + ": " +
+                                 error.code().message());
     }
 }
 

@@ -13,6 +13,7 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
@@ -151,25 +152,33 @@ void close_file(int file)
     if (close(file) != 0) fail(errno);
 }
 
-TemporaryFolder::TemporaryFolder(const std::string& name)
+namespace {
+
+/// A file without a name, from which the text is read; it is gone once nobody has it open.
+int file_with(std::string_view text)
 {
-    std::string path = (std::filesystem::temp_directory_path() / (name + "-XXXXXX")).string();
-    if (mkdtemp(path.data()) == nullptr) fail(errno);
-    path_ = path;
+    std::FILE* const file = std::tmpfile();
+    if (file == nullptr) fail(errno);
+    const bool written =
+        std::fwrite(text.data(), 1, text.size(), file) == text.size() && std::fflush(file) == 0;
+    const int number = written ? fcntl(fileno(file), F_DUPFD_CLOEXEC, 3) : -1;
+    const int failure = errno;
+    std::fclose(file);
+    if (number < 0) fail(failure);
+    lseek(number, 0, SEEK_SET);
+    return number;
 }
 
-TemporaryFolder::~TemporaryFolder()
-{
-    std::error_code ignored; // a folder that is left there is no reason to fail
-    std::filesystem::remove_all(path_, ignored);
-}
+} // namespace
 
-std::optional<Finished> run_program(const std::vector<std::string>& command, Errors errors)
+std::optional<Finished> run_program(const std::vector<std::string>& command, Errors errors,
+                                    std::string_view input)
 {
     std::vector<char*> words;
     for (const std::string& word : command)
         words.push_back(const_cast<char*>(word.c_str()));
     words.push_back(nullptr);
+    const int read_by_it = input.empty() ? STDIN_FILENO : file_with(input);
     int ends[2], refusal[2];
     if (pipe2(ends, O_CLOEXEC) != 0) fail(errno);
     if (pipe2(refusal, O_CLOEXEC) != 0) fail(errno);
@@ -179,6 +188,7 @@ std::optional<Finished> run_program(const std::vector<std::string>& command, Err
         // It ends with this program, whatever ends that: mpiexec would go on, and its ranks.
         prctl(PR_SET_PDEATHSIG, SIGTERM);
         if (getppid() != here) _exit(127); // which had ended before
+        dup2(read_by_it, STDIN_FILENO);
         dup2(ends[1], STDOUT_FILENO);
         if (errors == Errors::taken) dup2(ends[1], STDERR_FILENO);
         execvp(words[0], words.data());
@@ -188,6 +198,7 @@ std::optional<Finished> run_program(const std::vector<std::string>& command, Err
     }
     close(ends[1]);
     close(refusal[1]);
+    if (!input.empty()) close(read_by_it);
     // The program's start closes the other end without a word.
     for (ssize_t told = -1; failure == 0 && told < 0;) {
         told = read(refusal[0], &failure, sizeof failure);

@@ -60,21 +60,6 @@ void write_all(int file, std::string_view bytes);
 /// Some file systems find out only here that the disk is full.
 void close_file(int file);
 
-/// A new folder for this user alone, which goes with all that is in it when the object does.
-class TemporaryFolder
-{
-  public:
-    /// Its name begins with `name`.
-    explicit TemporaryFolder(const std::string& name);
-    ~TemporaryFolder();
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
-
-  private:
-    std::filesystem::path path_;
-};
-
 /// How a program ended, and what it wrote.
 struct Finished
 {
@@ -87,7 +72,8 @@ enum class Errors
     taken  ///< it is part of the output
 };
 /// Runs a program, found as a shell finds it, with these words for arguments, and waits for its end. None if
-/// it can't be started.
-[[nodiscard]] std::optional<Finished> run_program(const std::vector<std::string>& command, Errors errors);
+/// it can't be started. Its stdin has the input, if there is any, and else what this program's has.
+[[nodiscard]] std::optional<Finished> run_program(const std::vector<std::string>& command, Errors errors,
+                                                  std::string_view input = {});
 
 } // namespace jostle_system

@@ -228,20 +228,8 @@ void close_file(int file)
     if (_close(file) != 0) fail(errno);
 }
 
-TemporaryFolder::TemporaryFolder(const std::string& name)
-{
-    do // below a folder that is each user's own
-        path_ = std::filesystem::temp_directory_path() / path_of(name + "-" + random_letters());
-    while (!std::filesystem::create_directory(path_));
-}
-
-TemporaryFolder::~TemporaryFolder()
-{
-    std::error_code ignored; // a folder that is left there is no reason to fail
-    std::filesystem::remove_all(path_, ignored);
-}
-
-std::optional<Finished> run_program(const std::vector<std::string>& command, Errors errors)
+std::optional<Finished> run_program(const std::vector<std::string>& command, Errors errors,
+                                    std::string_view input)
 {
     std::wstring line;
     for (const std::string& word : command)
@@ -250,10 +238,24 @@ std::optional<Finished> run_program(const std::vector<std::string>& command, Err
     Handle from, to;
     if (CreatePipe(&from.handle, &to.handle, &inherited, 0) == 0) fail(EMFILE);
     SetHandleInformation(from.handle, HANDLE_FLAG_INHERIT, 0);
+    Handle read_by_it;
+    if (!input.empty()) { // a file that is gone once nobody has it open
+        const auto name = std::filesystem::temp_directory_path() / path_of("jostle-" + random_letters());
+        read_by_it.handle =
+            CreateFileW(name.c_str(), GENERIC_READ | GENERIC_WRITE | DELETE, 0, &inherited, CREATE_NEW,
+                        FILE_ATTRIBUTE_TEMPORARY | FILE_FLAG_DELETE_ON_CLOSE, nullptr);
+        if (read_by_it.handle == INVALID_HANDLE_VALUE) fail(EACCES);
+        for (DWORD written = 0; !input.empty(); input.remove_prefix(written))
+            if (WriteFile(read_by_it.handle, input.data(),
+                          static_cast<DWORD>(std::min<std::size_t>(input.size(), 1 << 20)), &written,
+                          nullptr) == 0)
+                fail(ENOSPC);
+        SetFilePointer(read_by_it.handle, 0, nullptr, FILE_BEGIN);
+    }
     STARTUPINFOW streams{};
     streams.cb = sizeof streams;
     streams.dwFlags = STARTF_USESTDHANDLES;
-    streams.hStdInput = GetStdHandle(STD_INPUT_HANDLE);
+    streams.hStdInput = read_by_it.handle != nullptr ? read_by_it.handle : GetStdHandle(STD_INPUT_HANDLE);
     streams.hStdOutput = to.handle;
     streams.hStdError = errors == Errors::taken ? to.handle : GetStdHandle(STD_ERROR_HANDLE);
     PROCESS_INFORMATION started{};

@@ -77,8 +77,18 @@ void reserve_more(Vector& vector, std::size_t count)
         vector.reserve(std::max(wanted, vector.capacity() + vector.capacity() / 2));
 }
 
+/// What threads are made of. The tests have others, of which they try every schedule: schedules_test.cpp.
+struct SystemThreads
+{
+    using Id = std::thread::id;
+    using Mutex = std::mutex;
+    template <class Value>
+    using Atomic = std::atomic<Value>;
+    static Id self() noexcept { return std::this_thread::get_id(); }
+};
+
 /// What one thread queued. Only that thread locks its mutex, until an update locks all queues for a moment.
-template <int Dim, class T>
+template <int Dim, class T, class Threads = SystemThreads>
 struct alignas(128) Queue
 {
     Queue(std::uint32_t which, std::pmr::memory_resource* memory)
@@ -88,8 +98,11 @@ struct alignas(128) Queue
 
     const std::uint32_t number; // from 1 up
 
-    std::atomic<std::thread::id> owner{};
-    mutable std::mutex mutex; // guards the two that follow
+    // Becomes somebody's only while Queues::mutex_ is held, and nobody's only while `mutex` is held as well.
+    // Relaxed is enough: a thread can't miss its own name, which it wrote here itself, and whoever still reads
+    // its name after that was taken away learns it from `mutex`, which it locks before it looks again.
+    typename Threads::template Atomic<typename Threads::Id> owner{};
+    mutable typename Threads::Mutex mutex; // guards the two that follow
     std::pmr::vector<Addition<Dim, T>> additions;
     std::pmr::vector<Command<Dim, T>> commands;
 
@@ -101,19 +114,22 @@ struct alignas(128) Queue
 };
 
 /// One queue for each thread that queues.
-template <int Dim, class T>
+template <int Dim, class T, class Threads = SystemThreads>
 class Queues
 {
+    using Queue = world::Queue<Dim, T, Threads>;
+    using Id = typename Threads::Id;
+
   public:
     explicit Queues(std::pmr::memory_resource* memory) : memory_(memory) {}
     Queues(const Queues&) = delete;
     Queues& operator=(const Queues&) = delete;
     ~Queues()
     {
-        for (Queue<Dim, T>* queue = first(); queue != nullptr;) {
-            Queue<Dim, T>* const next = queue->next;
+        for (Queue* queue = first(); queue != nullptr;) {
+            Queue* const next = queue->next;
             queue->~Queue();
-            memory_->deallocate(queue, sizeof *queue, alignof(Queue<Dim, T>));
+            memory_->deallocate(queue, sizeof *queue, alignof(Queue));
             queue = next;
         }
     }
@@ -122,9 +138,9 @@ class Queues
     template <class Body>
     decltype(auto) with_own_queue(const Body& body)
     {
-        const std::thread::id me = std::this_thread::get_id();
+        const Id me = Threads::self();
         for (;;) {
-            Queue<Dim, T>& queue = queue_of(me);
+            Queue& queue = queue_of(me);
             const std::lock_guard lock(queue.mutex);
             // An update may have taken the queue away because it hadn't been used for long.
             if (queue.owner.load(std::memory_order_relaxed) == me) return body(queue);
@@ -139,23 +155,23 @@ class Queues
         const std::lock_guard registration(mutex_);
         struct LockAll
         {
-            Queue<Dim, T>* first;
-            explicit LockAll(Queue<Dim, T>* f) : first(f)
+            Queue* first;
+            explicit LockAll(Queue* f) : first(f)
             {
-                for (Queue<Dim, T>* queue = first; queue != nullptr; queue = queue->next)
+                for (Queue* queue = first; queue != nullptr; queue = queue->next)
                     queue->mutex.lock();
             }
             ~LockAll()
             {
-                for (Queue<Dim, T>* queue = first; queue != nullptr; queue = queue->next)
+                for (Queue* queue = first; queue != nullptr; queue = queue->next)
                     queue->mutex.unlock();
             }
         } const lock(first());
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+        for (Queue* queue = first(); queue != nullptr; queue = queue->next) {
             make_room(queue->taken_additions, queue->additions);
             make_room(queue->taken_commands, queue->commands);
         }
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+        for (Queue* queue = first(); queue != nullptr; queue = queue->next) {
             const bool idle = queue->additions.empty() && queue->commands.empty() &&
                               queue->taken_additions.empty() && queue->taken_commands.empty();
             if (idle) queue->owner.store({}, std::memory_order_relaxed); // for whoever comes first
@@ -167,7 +183,7 @@ class Queues
     /// What was taken is done with.
     void forget() noexcept
     {
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+        for (Queue* queue = first(); queue != nullptr; queue = queue->next) {
             queue->taken_additions.clear();
             queue->taken_commands.clear();
         }
@@ -177,7 +193,7 @@ class Queues
     void discard() noexcept
     {
         const std::lock_guard registration(mutex_);
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+        for (Queue* queue = first(); queue != nullptr; queue = queue->next) {
             const std::lock_guard lock(queue->mutex);
             queue->additions.clear();
             queue->commands.clear();
@@ -187,30 +203,27 @@ class Queues
     /// What was applied is taken back, and to be applied anew.
     void forget_applied() noexcept
     {
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
+        for (Queue* queue = first(); queue != nullptr; queue = queue->next)
             queue->applied_additions = queue->applied_commands = 0;
     }
     /// Whether anything was taken that is still to be applied.
     [[nodiscard]] bool any_to_apply() const noexcept
     {
-        for (const Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
+        for (const Queue* queue = first(); queue != nullptr; queue = queue->next)
             if (queue->applied_additions != queue->taken_additions.size() ||
                 queue->applied_commands != queue->taken_commands.size())
                 return true;
         return false;
     }
 
-    [[nodiscard]] Queue<Dim, T>* first() noexcept { return first_.load(std::memory_order_acquire); }
-    [[nodiscard]] const Queue<Dim, T>* first() const noexcept
-    {
-        return first_.load(std::memory_order_acquire);
-    }
+    [[nodiscard]] Queue* first() noexcept { return first_.load(std::memory_order_acquire); }
+    [[nodiscard]] const Queue* first() const noexcept { return first_.load(std::memory_order_acquire); }
 
     [[nodiscard]] std::uint64_t bytes() const
     {
         const std::lock_guard registration(mutex_);
         std::uint64_t sum = 0;
-        for (const Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next) {
+        for (const Queue* queue = first(); queue != nullptr; queue = queue->next) {
             const std::lock_guard lock(queue->mutex);
             sum +=
                 sizeof *queue +
@@ -221,19 +234,19 @@ class Queues
     }
 
   private:
-    Queue<Dim, T>& queue_of(std::thread::id me)
+    Queue& queue_of(Id me)
     {
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
+        for (Queue* queue = first(); queue != nullptr; queue = queue->next)
             if (queue->owner.load(std::memory_order_relaxed) == me) return *queue;
         // New queues wait for an update that is taking: it must not miss what was queued before it looked.
         const std::lock_guard registration(mutex_);
-        for (Queue<Dim, T>* queue = first(); queue != nullptr; queue = queue->next)
-            if (queue->owner.load(std::memory_order_relaxed) == std::thread::id()) {
+        for (Queue* queue = first(); queue != nullptr; queue = queue->next)
+            if (queue->owner.load(std::memory_order_relaxed) == Id()) {
                 queue->owner.store(me, std::memory_order_relaxed);
                 return *queue;
             }
-        void* const memory = memory_->allocate(sizeof(Queue<Dim, T>), alignof(Queue<Dim, T>));
-        auto* const queue = new (memory) Queue<Dim, T>(first() == nullptr ? 1 : first()->number + 1, memory_);
+        void* const memory = memory_->allocate(sizeof(Queue), alignof(Queue));
+        auto* const queue = new (memory) Queue(first() == nullptr ? 1 : first()->number + 1, memory_);
         queue->owner.store(me, std::memory_order_relaxed);
         queue->next = first();
         first_.store(queue, std::memory_order_release);
@@ -257,8 +270,10 @@ class Queues
     }
 
     std::pmr::memory_resource* memory_;
-    mutable std::mutex mutex_; // held while queues are given out, and while everything is taken
-    std::atomic<Queue<Dim, T>*> first_{nullptr};
+    mutable typename Threads::Mutex mutex_; // held while queues are given out, and while everything is taken
+    // Queues are put in front and stay. Release and acquire: who finds a queue finds it complete, `next` included.
+    // Who reads an older one misses only queues that others made since; `take` and who makes one hold mutex_.
+    typename Threads::template Atomic<Queue*> first_{nullptr};
 };
 
 } // namespace world

@@ -10,6 +10,7 @@
 #include <csignal>
 #endif
 
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -17,6 +18,8 @@
 #include <system_error>
 #include <utility>
 #include <vector>
+
+#include "temporary_folder.hpp"
 
 using namespace jostle_system;
 namespace fs = std::filesystem;
@@ -87,9 +90,20 @@ TEST(System, ProgramsGetTheirWordsAsTheyAre)
     EXPECT_EQ(told->output, expected);
 }
 
+TEST(System, ProgramsReadTheirInput)
+{
+    std::string input = "line\nline\r\n";
+    while (input.size() < 300'000) // more than a pipe holds
+        input += input + '\0';
+    const auto told = run_program({this_program().string(), "--copy"}, Errors::shown, input);
+    ASSERT_TRUE(told && told->well);
+    EXPECT_EQ(told->output, input);
+    EXPECT_FALSE(run_program({"jostle-no-such-program"}, Errors::taken, input).has_value());
+}
+
 TEST(System, FilesAreBytes)
 {
-    const TemporaryFolder folder("jostle-system");
+    const TemporaryFolder folder;
     const fs::path name = folder.path() / path_of("\xc3\xb6"
                                                   "ffne mich");
     std::string bytes = "line\r\nline\n\x1a"
@@ -125,21 +139,6 @@ TEST(System, FilesAreBytes)
     close_file(nothing);
 }
 
-TEST(System, TemporaryFoldersGoWithWhatIsInThem)
-{
-    fs::path path;
-    {
-        const TemporaryFolder folder("jostle-system"), other("jostle-system");
-        path = folder.path();
-        EXPECT_NE(path, other.path());
-        EXPECT_TRUE(path.filename().string().starts_with("jostle-system-"));
-        fs::create_directory(path / "below");
-        std::ofstream(path / "below" / "file") << "text";
-        EXPECT_TRUE(fs::exists(path / "below" / "file"));
-    }
-    EXPECT_FALSE(fs::exists(path));
-}
-
 TEST(System, KnowsItself)
 {
     EXPECT_TRUE(fs::is_regular_file(this_program()));
@@ -163,6 +162,10 @@ int main(int argc, char** argv)
     if (does == "--words")
         for (std::size_t i = 2; i < arguments.size(); ++i)
             write_all(1, arguments[i] + "\n");
+    else if (does == "--copy")
+        for (std::array<char, 4096> piece;
+             const std::size_t count = read_some(0, piece.data(), piece.size());)
+            write_all(1, std::string_view(piece.data(), count));
     else if (does == "--variable")
         write_all(1, std::getenv("JOSTLE_SYSTEM_TEST"));
     else if (does == "--fail")

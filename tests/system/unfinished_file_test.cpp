@@ -16,6 +16,7 @@
 #include <system_error>
 
 #include "system/system.hpp"
+#include "temporary_folder.hpp"
 
 using jostle_system::UnfinishedFile;
 namespace fs = std::filesystem;
@@ -35,7 +36,7 @@ class UnfinishedFiles : public testing::Test
         return static_cast<std::size_t>(
             std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
     }
-    jostle_system::TemporaryFolder temporary{"jostle-unfinished"};
+    TemporaryFolder temporary;
     const fs::path& folder = temporary.path();
 };
 
