@@ -25,7 +25,7 @@ int main()
     std::vector<jostle::Pose3f> poses;
     std::vector<Body> bodies;
     const auto add = [&](const jostle::Shape3& shape, const jostle::Vec<3, float>& at, float inverse_mass) {
-        jostle::ObjectOptions<float> options;
+        jostle::ObjectOptionsf options;
         options.filter.is_static = inverse_mass == 0;
         shapes.push_back(shape);
         poses.push_back({at});

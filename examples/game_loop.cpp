@@ -8,7 +8,7 @@
 int main()
 {
     jostle::World3f world;
-    jostle::ObjectOptions<float> fixed;
+    jostle::ObjectOptionsf fixed;
     fixed.filter.is_static = true;
     const jostle::ObjectId floor = world.add({{-50, -1, -50}, {50, 0, 50}}, fixed);
     const jostle::ObjectId door = world.add({{8, 0, -1}, {10, 3, 1}}, fixed); // pairs are all it needs

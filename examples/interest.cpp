@@ -20,7 +20,7 @@ int main(int argc, char** argv)
     constexpr std::uint32_t entity = 1, observer = 2;
     jostle::World2f world;
     // Entities are points that meet observers; observers are views, far bigger, that don't meet each other.
-    jostle::ObjectOptions<float> as_entity, as_observer;
+    jostle::ObjectOptionsf as_entity, as_observer;
     as_entity.filter = {.category = entity, .mask = observer};
     as_observer.filter = {.category = observer, .mask = entity};
     std::vector<jostle::Aabb2f> points(entities), views(observers);

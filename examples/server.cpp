@@ -81,7 +81,7 @@ int main(int argc, char** argv)
     std::vector<jostle::Sphere3f> views;
     std::vector<jostle::Ray3f> rays(shots);
     std::vector<std::uint32_t> shooters(shots);
-    std::vector<jostle::ObjectHit<float>> first(shots);
+    std::vector<jostle::ObjectHitf> first(shots);
     const auto tick = [&] {
         for (std::size_t i = match.random() % 20; i < players; i += 20) { // one in twenty moves
             for (int d = 0; d < 2; ++d)
@@ -113,8 +113,8 @@ int main(int argc, char** argv)
         const auto can_hit = [&](std::uint32_t shot, jostle::ObjectId id) {
             return id.index >= players || team(id.index) != team(shooters[shot]);
         };
-        world.first(std::span<const jostle::Ray3f>(rays), first, {.mask = player | prop, .accept = can_hit});
-        for (const jostle::ObjectHit<float>& hit : first)
+        world.first(rays, first, {.mask = player | prop, .accept = can_hit});
+        for (const jostle::ObjectHitf& hit : first)
             if (hit.id != jostle::ObjectId{}) ++hits, tell(hit.id.index);
     };
 

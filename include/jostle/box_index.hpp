@@ -102,6 +102,8 @@ class JOSTLE_API BoxIndex
     /// Finds all pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is
     /// the position in `boxes`, b the object's id. Refills `out`. Runs on the executor and in working memory
     /// that the index keeps, so one call at a time; a steady batch allocates nothing.
+    /// Costs less than any other way while a box has few results. With about 140 each, a PairFinder that is
+    /// given both sets takes half the time, as results needn't be sorted by box there.
     void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out);
 
     // --- Along a line ---
@@ -225,6 +227,29 @@ class JOSTLE_API BoxIndex
     template <class Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                FilterOfEach<QueryFilter> filters) const;
+
+    // The questions may as well be in a vector, an array or another contiguous range.
+    template <QuestionRange Many, class Filters = QueryFilter>
+    void first(const Many& lines, std::span<Hit<T>> out, const Filters& filters = {}) const
+    {
+        first(std::span<const std::ranges::range_value_t<Many>>(lines), out, filters);
+    }
+    template <QuestionRange Many, class Item, class Filters = QueryFilter>
+    void all(const Many& questions, ResultLists<Item>& out, const Filters& filters = {},
+             std::uint64_t max_results = no_limit) const
+    {
+        all(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
+    }
+    template <QuestionRange Many, class Filters = QueryFilter>
+    void any(const Many& questions, std::span<bool> out, const Filters& filters = {}) const
+    {
+        any(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
+    }
+    template <QuestionRange Many, class Filters = QueryFilter>
+    void count(const Many& questions, std::span<std::uint64_t> out, const Filters& filters = {}) const
+    {
+        count(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
+    }
 
   private:
     friend class BoxIndexAccess; // for World; see src/index/box_index_access.hpp

@@ -35,7 +35,7 @@ struct Work
     /// Selects scratch memory: tasks that run at the same time have different slots. Always below
     /// WorkPlan::slots. Results must not depend on it.
     std::uint32_t slot;
-    /// The piece of work, numbered from 0 in the order of the items. Results may depend on it.
+    /// The piece of work, numbered in the order of the items, from 0 (or ProcessOptions::first_block). Results may depend on it.
     std::uint32_t block;
 };
 
@@ -46,6 +46,9 @@ struct ProcessOptions
     /// Items per block; 0 chooses 8 to 256, some thousand blocks where there are enough items. Fewer balance
     /// better, more cost fewer claims. Raised where there would be more than 2^32 - 1 blocks.
     std::uint64_t block_items = 0;
+    /// The number of the first block: that of another piece of work's blocks, where both add to one Responses.
+    /// See plan_both.
+    std::uint32_t first_block = 0;
 };
 
 /// How work is cut. All but `slots` depends on the items and block_items alone.
@@ -60,6 +63,18 @@ struct WorkPlan
 /// How process_items and process_pairs cut that many items, if they are given the same options: the slots are
 /// those of the executor.
 [[nodiscard]] JOSTLE_API WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options = {});
+
+/// The plan of two pieces of work that add to one Responses, such as two buffers of contacts. The second piece's
+/// options have the first one's blocks as `first_block`, and are otherwise those of its plan:
+///
+///     const WorkPlan first = plan_work(near.size(), options), second = plan_work(far.size(), options);
+///     responses.start(objects, plan_both(first, second));
+///     process_contacts(near, collide, options);
+///     options.first_block = first.blocks;
+///     process_contacts(far, collide, options);
+///
+/// Errors   too many blocks: there are 2^32 - 1 numbers; give block_items.
+[[nodiscard]] JOSTLE_API WorkPlan plan_both(const WorkPlan& first, const WorkPlan& second);
 
 /// Calls work_on(begin, end, work) for each block [begin, end) of the items 0 to `items` - 1.
 JOSTLE_API void process_items(std::uint64_t items,
@@ -145,7 +160,7 @@ struct PairRow
 {
     std::uint32_t a;
     std::uint32_t b_begin, b_end; ///< b runs from b_begin = a + 1 to b_end - 1
-    Work work;                    ///< work.block is a
+    Work work;                    ///< work.block is a, counted from the options' first_block
 };
 
 namespace detail {

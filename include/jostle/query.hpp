@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory_resource>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <vector>
 
@@ -233,6 +234,12 @@ class FilterOfEach
   private:
     std::span<const Filter> filters_;
 };
+
+/// Whether questions lie in one piece in it: std::vector, std::array, a span of questions that may change. (A span
+/// of constant ones is what it is read as.)
+template <class Many>
+concept QuestionRange = std::ranges::contiguous_range<const Many> && std::ranges::sized_range<const Many> &&
+                        !std::same_as<Many, std::span<const std::ranges::range_value_t<Many>>>;
 
 /// The answers of a batch. List i belongs to question i. The next call refills the lists and uses their
 /// memory again.

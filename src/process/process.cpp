@@ -73,7 +73,7 @@ void run_blocks(const WorkPlan& plan, const ProcessOptions& options, MakeTask ma
             const std::uint64_t begin = block * plan.block_items;
             const std::uint64_t end = begin + std::min(plan.block_items, plan.items - begin);
             try {
-                work_on(begin, end, Work{slot, static_cast<std::uint32_t>(block)});
+                work_on(begin, end, Work{slot, options.first_block + static_cast<std::uint32_t>(block)});
             } catch (...) {
                 failure.note(block);
             }
@@ -86,11 +86,19 @@ void run_blocks(const WorkPlan& plan, const ProcessOptions& options, MakeTask ma
     failure.rethrow();
 }
 
+constexpr std::uint64_t most_blocks = std::numeric_limits<std::uint32_t>::max();
+
+[[noreturn]] void throw_too_many_blocks(std::uint64_t first, std::uint64_t more)
+{
+    throw Error(ErrorCode::invalid_argument, "there would be " + std::to_string(first) + " and " +
+                                                 std::to_string(more) +
+                                                 " blocks of work, more than 2^32 - 1; raise block_items");
+}
+
 } // namespace
 
 WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options)
 {
-    constexpr std::uint64_t most_blocks = std::numeric_limits<std::uint32_t>::max();
     WorkPlan plan;
     plan.items = items;
     plan.block_items =
@@ -98,8 +106,21 @@ WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options)
     plan.block_items = std::max(plan.block_items, items / most_blocks + 1);
     plan.blocks =
         static_cast<std::uint32_t>(items / plan.block_items + (items % plan.block_items == 0 ? 0 : 1));
+    if (options.first_block > most_blocks - plan.blocks)
+        throw_too_many_blocks(options.first_block, plan.blocks);
     plan.slots = slots_for(plan.blocks, options);
     return plan;
+}
+
+WorkPlan plan_both(const WorkPlan& first, const WorkPlan& second)
+{
+    if (first.blocks > most_blocks - second.blocks) throw_too_many_blocks(first.blocks, second.blocks);
+    WorkPlan both;
+    both.items = first.items + second.items;
+    both.block_items = 0;
+    both.blocks = first.blocks + second.blocks;
+    both.slots = std::max(first.slots, second.slots);
+    return both;
 }
 
 void process_items(std::uint64_t items, FunctionRef<void(std::uint64_t, std::uint64_t, Work)> work_on,
@@ -138,6 +159,8 @@ WorkPlan plan_all_pairs(std::uint32_t objects, const ProcessOptions& options)
     plan.items = objects == 0 ? 0 : std::uint64_t{objects} * (objects - 1) / 2;
     plan.block_items = 0;
     plan.blocks = objects == 0 ? 0 : objects - 1;
+    if (options.first_block > most_blocks - plan.blocks)
+        throw_too_many_blocks(options.first_block, plan.blocks);
     plan.slots = slots_for(plan.blocks, options);
     return plan;
 }
@@ -160,7 +183,7 @@ void detail::process_rows(std::uint32_t objects, FunctionRef<void(const PairRow&
         if (!failure.allows(row)) return false;
         const auto a = static_cast<std::uint32_t>(row);
         try {
-            process({a, a + 1, objects, {slot, a}});
+            process({a, a + 1, objects, {slot, options.first_block + a}});
         } catch (...) {
             failure.note(row);
             return false;

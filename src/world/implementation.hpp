@@ -53,12 +53,12 @@ class Reader
     std::atomic<std::uint32_t>* readers_;
 };
 
-/// The pairs that began and persist as one list, put together when somebody asks.
-class ChangedPairs
+/// The pairs that began by index, or with those that persist as one list, put together when somebody asks.
+class ListedPairs
 {
   public:
-    explicit ChangedPairs(std::pmr::memory_resource* memory) : list_(memory) {}
-    const PairBuffer& of(const Lists& lists);
+    explicit ListedPairs(std::pmr::memory_resource* memory) : list_(memory) {}
+    const PairBuffer& of(const std::pmr::vector<ObjectPair>& began, const PairBuffer* persisted);
     void forget() noexcept { is_fresh_.store(false, std::memory_order_relaxed); }
 
   private:
@@ -186,7 +186,7 @@ struct World<Dim, T>::Implementation
     world::ChangeLog change_log;                     // for views of this world
     std::optional<world::Following<Dim, T>> follows; // in a view
 
-    mutable world::ChangedPairs changed_pairs;
+    mutable world::ListedPairs began_pairs, changed_pairs;
     mutable world::ChangedSlots changed_slots;
     mutable world::ActiveIndex<Dim, T> active_index;
     mutable world::MaskedIndexes<Dim, T> masked_indexes;

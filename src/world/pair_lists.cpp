@@ -14,31 +14,33 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-const PairBuffer& ChangedPairs::of(const Lists& lists)
+const PairBuffer& ListedPairs::of(const std::pmr::vector<ObjectPair>& began, const PairBuffer* persisted)
 {
-    if (lists.began.empty()) return lists.persisted;
     if (is_fresh_.load(std::memory_order_acquire)) return list_;
     const std::lock_guard lock(mutex_);
     if (is_fresh_.load(std::memory_order_relaxed)) return list_;
-    const std::size_t count = lists.began.size() + lists.persisted.size();
+    const std::size_t count = began.size() + (persisted == nullptr ? 0 : persisted->size());
     const bool fits = count * sizeof(Pair) <= list_.bytes_reserved();
     list_.clear();
-    PairBufferAccess access(list_);
-    Pair* const first = access.chunk(0, fits ? count : count + count / 4).data();
-    Pair* to = first;
-    auto began = lists.began.begin();
-    const auto take_began = [&] {
-        *to++ = {began->a.index, began->b.index};
-        ++began;
-    };
-    for (const Pair& pair : lists.persisted) {
-        while (began != lists.began.end() && Pair{began->a.index, began->b.index} < pair)
+    if (count != 0) {
+        PairBufferAccess access(list_);
+        Pair* const first = access.chunk(0, fits ? count : count + count / 4).data();
+        Pair* to = first;
+        auto next = began.begin();
+        const auto take_began = [&] {
+            *to++ = {next->a.index, next->b.index};
+            ++next;
+        };
+        if (persisted != nullptr)
+            for (const Pair& pair : *persisted) {
+                while (next != began.end() && Pair{next->a.index, next->b.index} < pair)
+                    take_began();
+                *to++ = pair;
+            }
+        while (next != began.end())
             take_began();
-        *to++ = pair;
+        access.append({first, count});
     }
-    while (began != lists.began.end())
-        take_began();
-    access.append({first, count});
     is_fresh_.store(true, std::memory_order_release);
     return list_;
 }

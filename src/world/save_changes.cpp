@@ -472,6 +472,7 @@ void Return<Dim, T>::commit() noexcept
     lists.began_slots.clear();
     lists.ended_slots.clear();
     lists.all_active = true;
+    me_.began_pairs.forget();
     me_.changed_pairs.forget();
     me_.changed_slots.forget();
     me_.user_data.forget_removed();

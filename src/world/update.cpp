@@ -212,6 +212,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
         note(changes.objects(), rest.settling);
         masked_indexes.note(entries.rested, rest.settling);
     }
+    began_pairs.forget();
     changed_pairs.forget();
     if (any_data) user_data.end_removal();
     if (pair_slots) {

@@ -30,6 +30,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       arena(&memory),
       lists{world::Lists(&memory), world::Lists(&memory)},
       change_log(&memory),
+      began_pairs(&memory),
       changed_pairs(&memory),
       changed_slots(&memory),
       active_index({options.executor, &memory, options.instruction_set}),
@@ -335,9 +336,17 @@ const PairBuffer& World<Dim, T>::persisted() const noexcept
 }
 
 template <int Dim, Coordinate T>
+const PairBuffer& World<Dim, T>::began_pairs() const
+{
+    return implementation_->began_pairs.of(implementation_->lists[implementation_->shown].began, nullptr);
+}
+
+template <int Dim, Coordinate T>
 const PairBuffer& World<Dim, T>::changed_pairs() const
 {
-    return implementation_->changed_pairs.of(implementation_->lists[implementation_->shown]);
+    const world::Lists& lists = implementation_->lists[implementation_->shown];
+    if (lists.began.empty()) return lists.persisted;
+    return implementation_->changed_pairs.of(lists.began, &lists.persisted);
 }
 
 template <int Dim, Coordinate T>

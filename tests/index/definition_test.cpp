@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "jostle/box_index.hpp"
+#include "jostle/world.hpp"
 #include "tests/contract/error_of.hpp"
 
 namespace {
@@ -184,6 +185,63 @@ TEST(Refusals, OfObjectsLeaveTheIndexAsItWas)
     EXPECT_FALSE(index.contains(7));
     EXPECT_EQ(index.box(1).hi[1], 3.0f);
     EXPECT_EQ(index.count(cube), 2u);
+}
+
+/// Questions in a vector, an array and a span that may change have the answers of a span of constant ones.
+template <class Asked, class HitType, class Id>
+void ask_in_any_range(const Asked& asked)
+{
+    std::array<Ray3f, 2> rays{Ray3f{{-1, 2, 2}, {1, 0, 0}}, Ray3f{{9, 9, 9}, {0, 1, 0}}};
+    const std::span<const Ray3f> constant(rays);
+    std::vector<HitType> expected(2), firsts(2);
+    ResultLists<HitType> lists;
+    ResultLists<Id> ids;
+    bool any[2] = {};
+    std::vector<std::uint64_t> counts(2);
+    asked.first(constant, std::span<HitType>(expected));
+    EXPECT_EQ(expected[0].at, 2.0f);
+    const auto ask = [&](const auto& given) {
+        firsts.assign(2, {});
+        asked.first(given, firsts);
+        EXPECT_TRUE(firsts[0].id == expected[0].id && firsts[0].at == expected[0].at);
+        EXPECT_TRUE(firsts[1].id == expected[1].id);
+        asked.all(given, lists);
+        EXPECT_TRUE(lists[0].size() == 1 && lists[1].empty());
+        asked.any(given, any);
+        EXPECT_TRUE(any[0] && !any[1]);
+        asked.count(given, counts, {});
+        EXPECT_EQ(counts, (std::vector<std::uint64_t>{1, 0}));
+    };
+    ask(rays);
+    ask(std::vector<Ray3f>(rays.begin(), rays.end()));
+    ask(std::span(rays));
+    ask(std::span<Ray3f>(rays));
+    const std::vector<Aabb3f> regions{{{0, 0, 0}, {1, 1, 1}}, {{5, 5, 5}, {6, 6, 6}}, cube};
+    asked.all(regions, ids, {}, 5);
+    EXPECT_TRUE(ids.size() == 3 && ids[0].size() == 1 && ids[1].empty() && ids[2].size() == 1);
+    std::array<bool, 3> touched{};
+    asked.any(regions, touched);
+    EXPECT_EQ(touched, (std::array<bool, 3>{true, false, true}));
+}
+
+TEST(Definition, QuestionsMayLieInAnyContiguousRange)
+{
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>{cube});
+    ask_in_any_range<BoxIndex3f, Hitf, std::uint32_t>(index);
+    std::vector<Hitf> firsts(1);
+    index.first(std::vector<Ray3f>{{{-1, 2, 2}, {1, 0, 0}}}, firsts,
+                std::vector<QueryFilter>{{.exclude = 0}});
+    EXPECT_EQ(firsts[0].id, Hitf::none);
+    index.first(std::vector<Ray3f>{{{-1, 2, 2}, {1, 0, 0}}}, firsts, {.exclude = 1});
+    EXPECT_EQ(firsts[0].id, 0u);
+    World3f world;
+    const ObjectId id = world.add(cube);
+    world.update();
+    ask_in_any_range<World3f, ObjectHitf, ObjectId>(world);
+    std::vector<ObjectHitf> hits(1);
+    world.first(std::vector<Ray3f>{{{-1, 2, 2}, {1, 0, 0}}}, hits, {.exclude = id});
+    EXPECT_EQ(hits[0].id, ObjectId{});
 }
 
 } // namespace

@@ -88,6 +88,33 @@ TEST(ProcessItems, PlansOfHugeWork)
     EXPECT_EQ(jostle::plan_all_pairs(~0u).items, 4'294'967'295ull * 4'294'967'294u / 2);
 }
 
+TEST(ProcessItems, BlocksAreNumberedFromWhereTheyAreToldTo)
+{
+    ProcessOptions options = with(jostle::serial_executor(), 10);
+    options.first_block = 7;
+    std::vector<std::uint32_t> blocks;
+    jostle::process_items(
+        25, [&](std::uint64_t, std::uint64_t, Work work) { blocks.push_back(work.block); }, options);
+    EXPECT_EQ(blocks, (std::vector<std::uint32_t>{7, 8, 9}));
+    blocks.clear();
+    jostle::process_all_pairs(
+        4, [&](const jostle::PairRow& row) { blocks.push_back(row.work.block - row.a); }, options);
+    EXPECT_EQ(blocks, (std::vector<std::uint32_t>{7, 7, 7}));
+
+    const jostle::WorkPlan plan = jostle::plan_work(25, options);
+    const jostle::WorkPlan both = jostle::plan_both(plan, jostle::plan_work(11, options));
+    EXPECT_EQ(both.items, 36u);
+    EXPECT_EQ(both.blocks, 5u);
+    EXPECT_EQ(both.slots, 1u);
+    jostle::WorkPlan most = plan;
+    most.blocks = ~0u - 2;
+    EXPECT_THROW((void)jostle::plan_both(most, plan), jostle::Error);
+    options.first_block = ~0u - 2;
+    EXPECT_THROW((void)jostle::plan_work(25, options), jostle::Error);
+    EXPECT_THROW((void)jostle::plan_all_pairs(4, options), jostle::Error);
+    EXPECT_EQ(jostle::plan_work(20, options).blocks, 2u);
+}
+
 TEST(ProcessItems, TwoTasksNeverShareASlot)
 {
     const auto executor = jostle::make_thread_executor(7);

@@ -183,6 +183,34 @@ TEST(Responses, EqualsAPlainLoop)
     }
 }
 
+TEST(Responses, OfTwoBuffersAddUpAsIfTheyWereOne)
+{
+    constexpr std::uint32_t objects = 300, block_items = 64;
+    const std::vector<Pair> first = random_pairs(objects, 10 * block_items, 1);
+    const std::vector<Pair> second = random_pairs(objects, 1'234, 2);
+    std::vector<Pair> both = first;
+    both.insert(both.end(), second.begin(), second.end());
+    const std::vector<Impulse> truth = by_a_plain_loop<Impulse>(objects, both, block_items, impulse_of);
+    for (const auto& [name, executor] : all_executors()) {
+        ProcessOptions process;
+        process.executor = executor.get();
+        process.block_items = block_items;
+        ResponsesOptions options;
+        options.executor = executor.get();
+        Responses<Impulse> responses(options);
+        const auto add = [&](const Pair& pair, Work work) {
+            responses.add(work, pair.a, impulse_of(pair.a, pair.b));
+            responses.add(work, pair.b, impulse_of(pair.b, pair.a));
+        };
+        const jostle::WorkPlan plan = jostle::plan_work(first.size(), process);
+        responses.start(objects, jostle::plan_both(plan, jostle::plan_work(second.size(), process)));
+        jostle::process_pairs(first, add, process);
+        process.first_block = plan.blocks;
+        jostle::process_pairs(second, add, process);
+        expect_same_bits(responses.merge(), truth, name);
+    }
+}
+
 TEST(Responses, OneObjectInAllPairsAndNoPairs)
 {
     std::vector<Pair> star;

@@ -205,6 +205,8 @@ TEST(Memory, AFailedQuestionOrSnapshotChangesNothing)
     jostle::World3f pair; // whose list nobody has asked for yet
     pair.add({{0, 0, 0}, {1, 1, 1}}), pair.add({{0, 0, 0}, {1, 1, 1}});
     pair.update();
+    EXPECT_GT(starve([&] { (void)pair.began_pairs(); }, unchanged), 0u);
+    EXPECT_EQ(pair.began_pairs().to_vector(), (std::vector<Pair>{{0, 1}}));
     EXPECT_GT(starve([&] { (void)pair.changed_pairs(); }, unchanged), 0u);
     EXPECT_EQ(pair.changed_pairs().to_vector(), (std::vector<Pair>{{0, 1}}));
     EXPECT_GT(starve([&] { (void)churn.world->save(); }, unchanged), 0u);

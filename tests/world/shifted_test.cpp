@@ -178,6 +178,10 @@ TEST(Shifted, WhoPassesByMeetsThemWhereTheyAre)
             ASSERT_TRUE(told.insert({each.a.index, each.b.index}).second) << update;
         ASSERT_TRUE(std::equal(told.begin(), told.end(), pairs.begin(), pairs.end())) << update;
         ASSERT_EQ(world.pairs().to_vector(), pairs) << update;
+        std::vector<Pair> began;
+        for (const ObjectPair& each : world.began())
+            began.push_back({each.a.index, each.b.index});
+        ASSERT_EQ(world.began_pairs().to_vector(), began) << update;
         const std::vector<Pair> changed = world.changed_pairs().to_vector();
         ASSERT_TRUE(std::includes(pairs.begin(), pairs.end(), changed.begin(), changed.end())) << update;
     }

@@ -125,7 +125,8 @@ TEST(Snapshot, WhatWasRefusedStaysRefused)
         each->move(a, {{0.5f, 0, 0}, {1, 1, 1}});
         each->update();
         EXPECT_EQ(asked, 0);
-        EXPECT_TRUE(each->began().empty() && each->persisted().empty() && each->changed_pairs().empty());
+        EXPECT_TRUE(each->began().empty() && each->persisted().empty() && each->changed_pairs().empty() &&
+                    each->began_pairs().empty());
         EXPECT_TRUE(each->pairs().empty());
         EXPECT_EQ(each->stats().refused, 1u);
         each->set_filter(b, {});
