@@ -28,8 +28,9 @@ struct Building
     KeyOrder<Dim, T> order;
     std::pmr::vector<Plan> pages;
 
-    Building(const Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
-        : order(parts.frame, ids, boxes, parts.executor, parts.memory), pages(parts.memory)
+    Building(const Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes,
+             KeyMemory& memory)
+        : order(parts.frame, ids, boxes, parts.executor, memory), pages(parts.memory)
     {
     }
 };
@@ -57,7 +58,7 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
         building.pages.push_back({number, begin});
         return number | page_bit;
     }
-    if ((entries[begin].digits ^ entries[end - 1].digits) >> unsorted == 0)
+    if (order.same_place(entries[begin], entries[end - 1], unsorted))
         unsorted = order.sort(begin, end, page_capacity / 4);
     parts.forks.reserve(1);
     const std::uint32_t number = parts.forks.take();
@@ -66,7 +67,7 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
     parts.forks[number].parent = parent;
     parts.forks[number].wide = none;
     const auto first = entries.begin() + static_cast<std::ptrdiff_t>(begin);
-    const std::uint64_t mark = std::bit_floor(entries[begin].digits ^ entries[end - 1].digits);
+    const std::uint32_t mark = std::bit_floor(entries[begin].digits ^ entries[end - 1].digits);
     const auto middle = std::partition_point(first, first + static_cast<std::ptrdiff_t>(count),
                                              [&](const auto& entry) { return (entry.digits & mark) == 0; });
     const auto split = begin + static_cast<std::size_t>(middle - first);
@@ -91,30 +92,33 @@ void cut_below(Parts<Dim, T>& parts, Ref ref)
 } // namespace
 
 template <int Dim, class T>
-void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
+void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes,
+           KeyMemory& memory)
 {
     parts.frame = choose_frame(boxes);
-    Building<Dim, T> building(parts, ids, boxes);
+    Building<Dim, T> building(parts, ids, boxes, memory);
+    const KeyOrder<Dim, T>& order = building.order;
     building.order.make_entries();
-    parts.root = divide(parts, building, 0, ids.size(), none, 63);
+    parts.root = divide(parts, building, 0, boxes.size(), none, order.all_digits);
     constexpr std::size_t ahead = 24; // boxes on their way from memory, and as many ids more
     process_items(building.pages.size(),
                   [&](std::uint64_t begin, std::uint64_t end, Work) {
                       Record<Dim, T> records[page_capacity];
                       for (std::size_t b = begin; b < end; ++b) {
                           const auto [number, first] = building.pages[b];
-                          const std::uint32_t count = parts.pages[number].count;
+                          const Page<Dim, T>& page = parts.pages[number];
+                          const std::uint32_t count = page.count;
                           for (std::uint32_t k = 0; k < count; ++k) {
-                              const std::uint32_t box = building.order.entries[first + k].box;
-                              const std::size_t at = first + k, last = ids.size() - 1;
-                              const std::uint32_t next =
-                                  building.order.entries[std::min(at + ahead, last)].box;
-                              prefetch(&ids[building.order.entries[std::min(at + 2 * ahead, last)].box]);
-                              prefetch(boxes.lo_pointer(0, next));
-                              prefetch(boxes.hi_pointer(Dim - 1, next));
-                              prefetch_to_write(&parts.page_of[ids[next]]);
-                              records[k] = {boxes[box], ids[box]};
-                              parts.page_of[ids[box]] = number;
+                              const std::size_t at = first + k, last = boxes.size() - 1;
+                              const auto& next = order.entries[std::min(at + ahead, last)];
+                              if (!ids.empty())
+                                  prefetch(&ids[order.entries[std::min(at + 2 * ahead, last)].box]);
+                              prefetch(boxes.lo_pointer(0, next.box));
+                              prefetch(boxes.hi_pointer(Dim - 1, next.box));
+                              prefetch_to_write(&parts.page_of[order.id(next)]);
+                              const std::uint32_t id = order.id(order.entries[at]);
+                              records[k] = {boxes[order.entries[at].box], id};
+                              parts.page_of[id] = number;
                           }
                           arrange(parts, number, records, count);
                       }
@@ -124,12 +128,12 @@ void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxVi
     parts.wides.reserve(1);
     cut_below(parts, parts.root);
     if (!(parts.root & page_bit)) set_piece(parts, parts.root, true);
-    parts.size = ids.size();
+    parts.size = boxes.size();
     show_root(parts);
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template void build(Parts<Dim, T>&, std::span<const std::uint32_t>, const BoxView<Dim, T>&);
+    template void build(Parts<Dim, T>&, std::span<const std::uint32_t>, const BoxView<Dim, T>&, KeyMemory&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

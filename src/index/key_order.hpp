@@ -61,38 +61,56 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
     return frame;
 }
 
+/// A box on its way into an order.
+struct KeyEntry
+{
+    std::uint32_t digits; // of its key, from the first on in which those around it differ
+    std::uint32_t box;
+};
+
+/// Working memory of a KeyOrder.
+struct KeyMemory
+{
+    Buffer<KeyEntry> entries, sorted;
+
+    explicit KeyMemory(std::pmr::memory_resource* memory) : entries(memory), sorted(memory) {}
+    [[nodiscard]] std::size_t bytes() const noexcept { return entries.bytes() + sorted.bytes(); }
+    void release() noexcept
+    {
+        entries.release();
+        sorted.release();
+    }
+};
+
 /// Boxes on their way into an order along space: sorted by the digits of their keys as far as is needed.
 template <int Dim, class T>
 struct KeyOrder
 {
-    struct Entry
-    {
-        std::uint64_t digits; // of its key, from the first on in which those around it differ
-        std::uint32_t box;
-    };
+    using Entry = KeyEntry;
     const Frame<Dim>& frame;
     std::span<const std::uint32_t> ids; // of the boxes; empty: their positions
     const BoxView<Dim, T>& boxes;
     Executor* executor;
-    Buffer<Entry> memory, memory_to;
     std::span<Entry> entries, sorted; // what is sorted, and room for as many
 
     KeyOrder(const Frame<Dim>& given_frame, std::span<const std::uint32_t> given_ids,
-             const BoxView<Dim, T>& given, Executor* given_executor, std::pmr::memory_resource* resource)
+             const BoxView<Dim, T>& given, Executor* given_executor, KeyMemory& memory)
         : frame(given_frame),
           ids(given_ids),
           boxes(given),
           executor(given_executor),
-          memory(resource),
-          memory_to(resource),
-          entries(memory.reserve_exactly(given.size()), given.size()),
-          sorted(memory_to.reserve_exactly(given.size()), given.size())
+          entries(memory.entries.reserve_exactly(given.size()), given.size()),
+          sorted(memory.sorted.reserve_exactly(given.size()), given.size())
     {
     }
 
+    [[nodiscard]] std::uint32_t id(const Entry& entry) const noexcept
+    {
+        return ids.empty() ? entry.box : ids[entry.box];
+    }
     [[nodiscard]] Key<Dim> key(const Entry& entry) const noexcept
     {
-        return key_of(frame, boxes[entry.box], ids.empty() ? entry.box : ids[entry.box]);
+        return key_of(frame, boxes[entry.box], id(entry));
     }
 
     /// Works on the parts of some entries, which depend on their number alone: body(part, first, last).
@@ -105,8 +123,8 @@ struct KeyOrder
                       {executor, std::max(least_part, (count + most_parts - 1) / most_parts)});
     }
     static constexpr std::size_t most_parts = 8;
-    static constexpr int per_axis = 60 / Dim; // digits of an axis in an entry
-    static constexpr int class_shift = 60;
+    static constexpr int per_axis = 29 / Dim; // digits of an axis in an entry
+    static constexpr int class_shift = 29;
 
     /// Makes the entries, with the digits that they differ in if all boxes lie about where they were
     /// expected, within twice `Frame::world_quanta`; else without digits, so that `look_closer` is asked
@@ -145,14 +163,14 @@ struct KeyOrder
                 }
                 if (outside) break;
                 for (std::size_t k = 0; k < count; ++k) {
-                    std::uint64_t digits = 0;
+                    std::uint32_t digits = 0;
                     for (int d = 0; d < Dim; ++d)
-                        digits |= spread<Dim>(static_cast<std::uint64_t>(cell[d][k])) << (Dim - 1 - d);
+                        digits |= spread<Dim>(static_cast<std::uint32_t>(cell[d][k])) << (Dim - 1 - d);
                     entries[begin + k] = {digits, static_cast<std::uint32_t>(begin + k)};
                 }
                 for (std::size_t k = 0; k < count; ++k)
                     if (size[k] > frame.common_size)
-                        entries[begin + k].digits |= std::uint64_t{class_of(frame, size[k])} << class_shift;
+                        entries[begin + k].digits |= class_of(frame, size[k]) << class_shift;
             }
             beyond[part] = outside;
         });
@@ -187,10 +205,10 @@ struct KeyOrder
         in_parts(end - begin, [&](std::uint32_t, std::size_t from, std::size_t to) {
             for (Entry& entry : entries.subspan(begin + from, to - from)) {
                 const Key<Dim> here = key(entry);
-                std::uint64_t digits = here.size_class;
-                digits <<= class_shift;
+                std::uint32_t digits = here.size_class << class_shift;
                 for (int d = 0; d < Dim; ++d)
-                    digits |= spread<Dim>((here.center[d] >> shift) & ((1u << per_axis) - 1))
+                    digits |= spread<Dim>(static_cast<std::uint32_t>(here.center[d] >> shift) &
+                                          ((1u << per_axis) - 1))
                               << (Dim - 1 - d);
                 entry.digits = by_id ? here.id : digits;
             }
@@ -198,25 +216,32 @@ struct KeyOrder
     }
 
     /// In which digits entries differ.
-    [[nodiscard]] std::uint64_t differing(std::size_t begin, std::size_t end) const
+    [[nodiscard]] std::uint32_t differing(std::size_t begin, std::size_t end) const
     {
-        std::uint64_t parts[most_parts] = {};
-        const std::uint64_t one = entries[begin].digits;
+        std::uint32_t parts[most_parts] = {};
+        const std::uint32_t one = entries[begin].digits;
         in_parts(end - begin, [&](std::uint32_t part, std::size_t from, std::size_t to) {
-            std::uint64_t differing = 0;
+            std::uint32_t differing = 0;
             for (const Entry& entry : entries.subspan(begin + from, to - from))
                 differing |= entry.digits ^ one;
             parts[part] = differing;
         });
-        return std::accumulate(parts, parts + most_parts, std::uint64_t{0}, std::bit_or<>());
+        return std::accumulate(parts, parts + most_parts, 0u, std::bit_or<>());
     }
+
+    /// Whether two entries have the same digits but for the last `unsorted`, of which there are at most 32.
+    [[nodiscard]] static bool same_place(const Entry& a, const Entry& b, int unsorted) noexcept
+    {
+        return std::uint64_t{a.digits ^ b.digits} >> unsorted == 0;
+    }
+    static constexpr int all_digits = 32;
 
     /// Sorts entries by a few digits, mostly enough that not many more than `to_a_cell` have the same ones.
     /// Returns how many low digits it didn't look at.
     int sort(std::size_t begin, std::size_t end, std::size_t to_a_cell)
     {
         constexpr int most_digits = 16;
-        std::uint64_t differ = differing(begin, end);
+        std::uint32_t differ = differing(begin, end);
         while (differ == 0) {
             look_closer(begin, end);
             differ = differing(begin, end);

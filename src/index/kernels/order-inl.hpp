@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Puts a page's objects in an order in which leaves are small. Plain loops, which compilers vectorise. Except
 // in the first step all numbers are integers, so that every instruction set finds the same order. No include
-// guard: kernels.cpp includes it once per set, behind sort_few-inl.hpp.
+// guard: kernels.cpp includes it once per set.
 
 /// The objects of a page on their way into leaves.
 template <int Dim>
@@ -9,6 +9,71 @@ struct Ordering
 {
     /// 0 to 2^30 over the page, and at last which object it is.
     alignas(64) std::int32_t column[Dim + 1][page_capacity];
+
+    /// A number that `wanted` of the keys are below, more than none and fewer than all. No two keys are the
+    /// same, none is negative, and all are below `end`.
+    static HWY_ATTR std::int32_t bound_above(const std::int32_t* __restrict keys, std::uint32_t count,
+                                             std::uint32_t wanted, std::int64_t end)
+    {
+        // Where it would be if the keys between the bounds found so far were evenly spread, and, since they
+        // may not be, every other time in the middle.
+        std::int64_t from = 0, to = end;
+        std::uint32_t below_from = 0, below_to = count;
+        for (bool halve = false;; halve = !halve) {
+            const std::int64_t step =
+                halve ? (to - from) / 2 : (to - from) * (wanted - below_from) / (below_to - below_from);
+            const auto at = static_cast<std::int32_t>(
+                from + std::max(std::int64_t{1}, std::min(step, to - from - 1)));
+            std::uint32_t below = 0;
+            for (std::uint32_t k = 0; k < count; ++k)
+                below += keys[k] < at ? 1 : 0;
+            if (below == wanted) return at;
+            (below < wanted ? from : to) = at;
+            (below < wanted ? below_from : below_to) = below;
+        }
+    }
+
+    /// Moves the `low` objects with keys below `bound` to the front. On both sides they stay in order.
+    HWY_ATTR void part(std::uint32_t begin, std::uint32_t count, [[maybe_unused]] std::uint32_t low,
+                       const std::int32_t* __restrict keys, std::int32_t bound)
+    {
+#if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
+        __mmask16 here[lanes], below[lanes];
+        for (std::uint32_t k = 0; k < count; k += lanes) {
+            here[k / lanes] = static_cast<__mmask16>(count - k < lanes ? (1u << (count - k)) - 1 : 0xffff);
+            below[k / lanes] = _mm512_mask_cmplt_epi32_mask(here[k / lanes], _mm512_load_si512(keys + k),
+                                                            _mm512_set1_epi32(bound));
+        }
+        for (auto& each : column) {
+            // What is written in excess is read already, or overwritten later.
+            std::int32_t* front = each + begin;
+            alignas(64) std::int32_t others[page_capacity + lanes];
+            std::int32_t* back = others;
+            for (std::uint32_t k = 0; k < count; k += lanes) {
+                const __m512i objects = _mm512_load_si512(each + begin + k);
+                const __mmask16 lower = below[k / lanes];
+                const auto upper = static_cast<__mmask16>(here[k / lanes] & ~lower);
+                _mm512_storeu_si512(front, _mm512_maskz_compress_epi32(lower, objects));
+                _mm512_storeu_si512(back, _mm512_maskz_compress_epi32(upper, objects));
+                front += std::popcount(static_cast<unsigned>(lower));
+                back += std::popcount(static_cast<unsigned>(upper));
+            }
+            std::copy(others, back, front);
+        }
+#else
+        std::uint32_t from[page_capacity], next[2] = {low, 0};
+        for (std::uint32_t k = 0; k < count; ++k)
+            from[next[keys[k] < bound ? 1 : 0]++] = k;
+        alignas(64) std::int32_t sorted[page_capacity];
+        for (auto& each : column) {
+            std::int32_t* __restrict here = each + begin;
+            for (std::uint32_t k = 0; k < count; ++k)
+                sorted[k] = here[from[k]];
+            for (std::uint32_t k = 0; k < count; ++k)
+                here[k] = sorted[k];
+        }
+#endif
+    }
 
     /// Splits [begin, end) so that neighbours come together in whole leaves.
     HWY_ATTR void run(std::uint32_t begin, std::uint32_t end)
@@ -29,28 +94,19 @@ struct Ordering
             low_there = low;
             axis = d;
         }
-        // 24 bits of the place, and where to find the object.
+        // 23 bits of the place, and which object it is, so that no two are the same.
         const int shift =
-            std::max(0, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(widest))) - 24);
-        alignas(64) std::uint32_t keys[page_capacity];
-        alignas(64) std::int32_t sorted[page_capacity];
+            std::max(0, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(widest))) - 23);
+        alignas(64) std::int32_t keys[page_capacity];
         const std::int32_t* __restrict along = column[axis] + begin;
         for (std::uint32_t k = 0; k < count; ++k)
-            keys[k] = static_cast<std::uint32_t>((along[k] - low_there) >> shift) << 8 | k;
-        sort_few<few>(keys, count);
-        for (std::uint32_t k = 0; k < count; ++k)
-            keys[k] &= 0xff;
-        for (auto& each : column) {
-            std::int32_t* __restrict here = each + begin;
-            for (std::uint32_t k = 0; k < count; ++k)
-                sorted[k] = here[keys[k]];
-            for (std::uint32_t k = 0; k < count; ++k)
-                here[k] = sorted[k];
-        }
+            keys[k] = ((along[k] - low_there) >> shift) << 8 | static_cast<std::int32_t>(k);
         const std::uint32_t leaves = (count + lanes - 1) / lanes;
-        const std::uint32_t middle = begin + leaves / 2 * lanes;
-        run(begin, middle);
-        run(middle, end);
+        const std::uint32_t below = leaves / 2 * lanes;
+        const std::int64_t above_all = (std::int64_t{widest >> shift} + 1) << 8;
+        part(begin, count, below, keys, bound_above(keys, count, below, above_all));
+        run(begin, begin + below);
+        run(begin + below, end);
     }
 };
 
