@@ -78,6 +78,31 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
     return number;
 }
 
+/// Puts its objects into a page.
+template <int Dim, class T>
+void fill(Parts<Dim, T>& parts, const Building<Dim, T>& building, std::size_t which)
+{
+    const KeyOrder<Dim, T>& order = building.order;
+    const auto [number, first] = building.pages[which];
+    const Page<Dim, T>& page = parts.pages[number];
+    for (std::uint32_t b = 0; b < page.leaves; ++b)
+        prefetch_to_write(&parts.leaves[page.leaf[b]], sizeof(Leaf<Dim, T>));
+    constexpr std::size_t ahead = 24; // boxes on their way from memory, and as many ids more
+    const std::size_t last = order.entries.size() - 1;
+    Gathered<Dim, T> objects;
+    for (std::size_t at = first; at < first + page.count; ++at) {
+        const KeyEntry& next = order.entries[std::min(at + ahead, last)];
+        if (!order.ids.empty()) prefetch(&order.ids[order.entries[std::min(at + 2 * ahead, last)].box]);
+        prefetch(order.boxes.lo_pointer(0, next.box));
+        prefetch(order.boxes.hi_pointer(Dim - 1, next.box));
+        prefetch_to_write(&parts.page_of[order.id(next)]);
+        const std::uint32_t id = order.id(order.entries[at]);
+        objects.add(order.boxes[order.entries[at].box], id);
+        parts.page_of[id] = number;
+    }
+    arrange(parts, number, objects);
+}
+
 /// Makes the wide nodes below a fork and decides where it is cut.
 template <int Dim, class T>
 void cut_below(Parts<Dim, T>& parts, Ref ref)
@@ -100,30 +125,13 @@ void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxVi
     const KeyOrder<Dim, T>& order = building.order;
     building.order.make_entries();
     parts.root = divide(parts, building, 0, boxes.size(), none, order.all_digits);
-    constexpr std::size_t ahead = 24; // boxes on their way from memory, and as many ids more
-    process_items(building.pages.size(),
-                  [&](std::uint64_t begin, std::uint64_t end, Work) {
-                      Record<Dim, T> records[page_capacity];
-                      for (std::size_t b = begin; b < end; ++b) {
-                          const auto [number, first] = building.pages[b];
-                          const Page<Dim, T>& page = parts.pages[number];
-                          const std::uint32_t count = page.count;
-                          for (std::uint32_t k = 0; k < count; ++k) {
-                              const std::size_t at = first + k, last = boxes.size() - 1;
-                              const auto& next = order.entries[std::min(at + ahead, last)];
-                              if (!ids.empty())
-                                  prefetch(&ids[order.entries[std::min(at + 2 * ahead, last)].box]);
-                              prefetch(boxes.lo_pointer(0, next.box));
-                              prefetch(boxes.hi_pointer(Dim - 1, next.box));
-                              prefetch_to_write(&parts.page_of[order.id(next)]);
-                              const std::uint32_t id = order.id(order.entries[at]);
-                              records[k] = {boxes[order.entries[at].box], id};
-                              parts.page_of[id] = number;
-                          }
-                          arrange(parts, number, records, count);
-                      }
-                  },
-                  {parts.executor, 16});
+    process_items(
+        building.pages.size(),
+        [&](std::uint64_t begin, std::uint64_t end, Work) {
+            for (std::size_t b = begin; b < end; ++b)
+                fill(parts, building, b);
+        },
+        {parts.executor, 16});
     parts.sorts += building.pages.size();
     parts.wides.reserve(1);
     cut_below(parts, parts.root);

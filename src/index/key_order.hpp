@@ -139,17 +139,22 @@ struct KeyOrder
         bool beyond[most_parts] = {};
         in_parts(boxes.size(), [&](std::uint32_t part, std::size_t first, std::size_t last) {
             constexpr std::size_t at_once = 128;
+            T lower[at_once], upper[at_once];
             double size[at_once], place[at_once];
-            std::int32_t cell[Dim][at_once];
+            std::uint32_t digits[at_once];
             bool outside = false;
             for (std::size_t begin = first; begin < last; begin += at_once) {
                 const std::size_t count = std::min(at_once, last - begin);
-                std::fill_n(size, count, 0.0);
+                std::fill_n(size, at_once, 0.0);
+                std::fill_n(digits, at_once, 0u);
                 for (int d = 0; d < Dim; ++d) {
+                    for (std::size_t k = 0; k < count; ++k) {
+                        lower[k] = boxes.lo(d, begin + k);
+                        upper[k] = boxes.hi(d, begin + k);
+                    }
                     // As in key_of. What it cuts off is beyond anyway, or as wide as the greatest class.
                     for (std::size_t k = 0; k < count; ++k) {
-                        const auto lo = static_cast<double>(boxes.lo(d, begin + k));
-                        const auto hi = static_cast<double>(boxes.hi(d, begin + k));
+                        const auto lo = static_cast<double>(lower[k]), hi = static_cast<double>(upper[k]);
                         size[k] = size[k] > hi - lo ? size[k] : hi - lo;
                         place[k] = place_of(frame, d, lo, hi);
                     }
@@ -158,16 +163,14 @@ struct KeyOrder
                         inside &= static_cast<int>(place[k] >= 0) & static_cast<int>(place[k] < end);
                     outside |= inside == 0;
                     if (outside) break;
-                    for (std::size_t k = 0; k < count; ++k)
-                        cell[d][k] = static_cast<std::int32_t>(place[k] * to_cell);
+                    for (std::size_t k = 0; k < count; ++k) {
+                        const auto cell = static_cast<std::uint32_t>(static_cast<std::int32_t>(place[k] * to_cell));
+                        digits[k] |= spread<Dim>(cell) << (Dim - 1 - d);
+                    }
                 }
                 if (outside) break;
-                for (std::size_t k = 0; k < count; ++k) {
-                    std::uint32_t digits = 0;
-                    for (int d = 0; d < Dim; ++d)
-                        digits |= spread<Dim>(static_cast<std::uint32_t>(cell[d][k])) << (Dim - 1 - d);
-                    entries[begin + k] = {digits, static_cast<std::uint32_t>(begin + k)};
-                }
+                for (std::size_t k = 0; k < count; ++k)
+                    entries[begin + k] = {digits[k], static_cast<std::uint32_t>(begin + k)};
                 for (std::size_t k = 0; k < count; ++k)
                     if (size[k] > frame.common_size)
                         entries[begin + k].digits |= class_of(frame, size[k]) << class_shift;

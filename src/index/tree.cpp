@@ -63,9 +63,9 @@ void finish_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
         page.node.bounds.set(b, parts.leaves[page.leaf[b]].bounds.hull());
     }
     if (is_disordered(parts, page)) {
-        Record<Dim, T> records[page_capacity];
-        const std::uint32_t count = gather(parts, number, records);
-        arrange(parts, number, records, count);
+        Gathered<Dim, T> objects;
+        gather(parts, number, objects);
+        arrange(parts, number, objects);
         ++parts.sorts;
     } else {
         for (std::uint32_t b = page.leaves; b-- > 0;) {
@@ -166,12 +166,12 @@ void stay_below(const Parts<Dim, T>& parts, Ref ref, const std::pmr::vector<std:
         stay_below(parts, parts.forks[ref].child[1], moved, ids, boxes);
         return;
     }
-    Record<Dim, T> records[page_capacity];
-    const std::uint32_t count = gather(parts, ref & ~page_bit, records);
-    for (std::uint32_t k = 0; k < count; ++k) {
-        if (moved[records[k].id] != none) continue;
-        ids.push_back(records[k].id);
-        boxes.push_back(records[k].box);
+    Gathered<Dim, T> objects;
+    gather(parts, ref & ~page_bit, objects);
+    for (std::uint32_t k = 0; k < objects.count; ++k) {
+        if (moved[objects.id[k]] != none) continue;
+        ids.push_back(objects.id[k]);
+        boxes.push_back(objects.box(k));
     }
 }
 
@@ -424,9 +424,9 @@ bool Tree<Dim, T>::follow(const Where& where)
         // A page that needs fewer leaves gives some back: not by several threads.
         each_page([&](std::uint32_t number, Page<Dim, T>& page) {
             if (!page.drifted || page.leaves != (page.count + lanes - 1) / lanes) return;
-            Record<Dim, T> records[page_capacity];
-            const std::uint32_t count = gather(parts_, number, records);
-            arrange(parts_, number, records, count);
+            Gathered<Dim, T> objects;
+            gather(parts_, number, objects);
+            arrange(parts_, number, objects);
         });
         for (const Record<Dim, T>& record : leaving_)
             put(parts_, make_room(parts_, key_of(parts_.frame, record.box, record.id)), record.id,

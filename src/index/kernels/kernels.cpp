@@ -43,7 +43,7 @@ namespace HWY_NAMESPACE {
 //
 #include "index/kernels/pairs-inl.hpp"
 //
-#include "index/kernels/order-inl.hpp"
+#include "index/kernels/arrange-inl.hpp"
 
 template <int Dim, class T>
 const Kernels<Dim, T>& kernels()
@@ -54,7 +54,7 @@ const Kernels<Dim, T>& kernels()
         search_first<Dim, T>,         search_all<Dim, T>,    search_nearest<Dim, T>,
         visit_line<Dim, T>,           visit_near<Dim, T>,    visit_touching<false, Dim, T>,
         visit_touching<true, Dim, T>, find_closest<Dim, T>,  sort_few<few>,
-        order_objects<Dim, T>};
+        arrange<Dim, T>};
     return table;
 }
 } // namespace HWY_NAMESPACE

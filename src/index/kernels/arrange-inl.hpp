@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Puts a page's objects in an order in which leaves are small. Plain loops, which compilers vectorise. Except
+// Puts a page's objects into leaves that are small. Plain loops, which compilers vectorise. Except
 // in the first step all numbers are integers, so that every instruction set finds the same order. No include
 // guard: kernels.cpp includes it once per set.
 
@@ -111,16 +111,17 @@ struct Ordering
 };
 
 template <int Dim, class T>
-HWY_ATTR void order_objects(const Record<Dim, T>* records, std::uint32_t count, std::uint8_t* order)
+HWY_ATTR void arrange(const Gathered<Dim, T>& objects, Leaf<Dim, T>* const* leaves, Bounds<Dim, T>& hulls)
 {
     Ordering<Dim> ordering;
+    const std::uint32_t count = objects.count;
     // Far from the greatest and the least float, so that sums, differences and the scale stay finite.
     constexpr T furthest = T(1e37), least = T(1e-30);
     alignas(64) T center[Dim][page_capacity];
     T low[Dim], extent = 0;
     for (int d = 0; d < Dim; ++d) {
         for (std::uint32_t k = 0; k < count; ++k) {
-            const T lo = records[k].box.lo[d], hi = records[k].box.hi[d];
+            const T lo = objects.lo[d][k], hi = objects.hi[d][k];
             center[d][k] = (lo < -furthest  ? -furthest
                             : lo > furthest ? furthest
                                             : lo) +
@@ -145,6 +146,32 @@ HWY_ATTR void order_objects(const Record<Dim, T>* records, std::uint32_t count, 
     for (std::uint32_t k = 0; k < count; ++k)
         ordering.column[Dim][k] = static_cast<std::int32_t>(k);
     ordering.run(0, count);
-    for (std::uint32_t k = 0; k < count; ++k)
-        order[k] = static_cast<std::uint8_t>(ordering.column[Dim][k]);
+
+    hulls.clear();
+    for (std::uint32_t b = 0; b * lanes < count; ++b) {
+        Leaf<Dim, T>& leaf = *leaves[b];
+        const std::int32_t* const from = ordering.column[Dim] + b * lanes;
+        const std::uint32_t here = std::min(lanes, count - b * lanes);
+        for (std::uint32_t k = here; k < lanes; ++k) {
+            leaf.bounds.clear(k);
+            leaf.id[k] = no_id;
+        }
+        for (std::uint32_t k = 0; k < here; ++k) {
+            for (int d = 0; d < Dim; ++d) {
+                leaf.bounds.lo[d][k] = objects.lo[d][from[k]];
+                leaf.bounds.hi[d][k] = objects.hi[d][from[k]];
+            }
+            leaf.id[k] = objects.id[from[k]];
+        }
+        for (int d = 0; d < Dim; ++d) {
+            Vec<T> lo = Vec<T>::load(leaf.bounds.lo[d]), hi = Vec<T>::load(leaf.bounds.hi[d]);
+            for (std::uint32_t k = Vec<T>::size; k < lanes; k += Vec<T>::size) {
+                lo = min(lo, Vec<T>::load(leaf.bounds.lo[d] + k));
+                hi = max(hi, Vec<T>::load(leaf.bounds.hi[d] + k));
+            }
+            // Zeros may have either sign: now they have the same on every instruction set.
+            hulls.lo[d][b] = min_lane(lo) + T(0);
+            hulls.hi[d][b] = max_lane(hi) + T(0);
+        }
+    }
 }
