@@ -30,7 +30,7 @@ struct Building
 
     Building(const Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes,
              KeyMemory& memory)
-        : order(parts.frame, ids, boxes, parts.executor, memory), pages(parts.memory)
+        : order(parts.kernels, parts.frame, ids, boxes, parts.executor, memory), pages(parts.memory)
     {
     }
 };

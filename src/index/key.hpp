@@ -173,5 +173,16 @@ template <int Dim>
     }
 }
 
+/// A box on its way into an order: some digits of its key, from the first on in which those around it differ,
+/// and its position. There are as many of each axis, below those of its class.
+struct KeyEntry
+{
+    std::uint32_t digits;
+    std::uint32_t box;
+};
+inline constexpr int entry_class_shift = 32 - class_digits;
+template <int Dim>
+inline constexpr int entry_digits = entry_class_shift / Dim; // of an axis
+
 } // namespace index
 JOSTLE_NAMESPACE_END

@@ -13,6 +13,7 @@
 
 #include "base/buffer.hpp"
 #include "base/radix.hpp"
+#include "index/kernels/kernels.hpp"
 #include "index/key.hpp"
 #include "jostle/process.hpp"
 
@@ -61,13 +62,6 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
     return frame;
 }
 
-/// A box on its way into an order.
-struct KeyEntry
-{
-    std::uint32_t digits; // of its key, from the first on in which those around it differ
-    std::uint32_t box;
-};
-
 /// Working memory of a KeyOrder.
 struct KeyMemory
 {
@@ -87,15 +81,17 @@ template <int Dim, class T>
 struct KeyOrder
 {
     using Entry = KeyEntry;
+    const Kernels<Dim, T>& kernels;
     const Frame<Dim>& frame;
     std::span<const std::uint32_t> ids; // of the boxes; empty: their positions
     const BoxView<Dim, T>& boxes;
     Executor* executor;
     std::span<Entry> entries, sorted; // what is sorted, and room for as many
 
-    KeyOrder(const Frame<Dim>& given_frame, std::span<const std::uint32_t> given_ids,
+    KeyOrder(const Kernels<Dim, T>& given_kernels, const Frame<Dim>& given_frame, std::span<const std::uint32_t> given_ids,
              const BoxView<Dim, T>& given, Executor* given_executor, KeyMemory& memory)
-        : frame(given_frame),
+        : kernels(given_kernels),
+          frame(given_frame),
           ids(given_ids),
           boxes(given),
           executor(given_executor),
@@ -123,59 +119,16 @@ struct KeyOrder
                       {executor, std::max(least_part, (count + most_parts - 1) / most_parts)});
     }
     static constexpr std::size_t most_parts = 8;
-    static constexpr int per_axis = 29 / Dim; // digits of an axis in an entry
-    static constexpr int class_shift = 29;
+    static constexpr int per_axis = entry_digits<Dim>;
 
     /// Makes the entries, with the digits that they differ in if all boxes lie about where they were
     /// expected, within twice `Frame::world_quanta`; else without digits, so that `look_closer` is asked
     /// next.
     void make_entries()
     {
-        constexpr int expected = 43; // digits of an axis
-        static_assert(std::uint64_t{1} << (expected - 1) ==
-                      static_cast<std::uint64_t>(Frame<Dim>::world_quanta));
-        constexpr double end = 2 * Frame<Dim>::world_quanta;
-        constexpr double to_cell = 1 / static_cast<double>(std::uint64_t{1} << (expected - per_axis));
         bool beyond[most_parts] = {};
         in_parts(boxes.size(), [&](std::uint32_t part, std::size_t first, std::size_t last) {
-            constexpr std::size_t at_once = 128;
-            T lower[at_once], upper[at_once];
-            double size[at_once], place[at_once];
-            std::uint32_t digits[at_once];
-            bool outside = false;
-            for (std::size_t begin = first; begin < last; begin += at_once) {
-                const std::size_t count = std::min(at_once, last - begin);
-                std::fill_n(size, at_once, 0.0);
-                std::fill_n(digits, at_once, 0u);
-                for (int d = 0; d < Dim; ++d) {
-                    for (std::size_t k = 0; k < count; ++k) {
-                        lower[k] = boxes.lo(d, begin + k);
-                        upper[k] = boxes.hi(d, begin + k);
-                    }
-                    // As in key_of. What it cuts off is beyond anyway, or as wide as the greatest class.
-                    for (std::size_t k = 0; k < count; ++k) {
-                        const auto lo = static_cast<double>(lower[k]), hi = static_cast<double>(upper[k]);
-                        size[k] = size[k] > hi - lo ? size[k] : hi - lo;
-                        place[k] = place_of(frame, d, lo, hi);
-                    }
-                    int inside = 1;
-                    for (std::size_t k = 0; k < count; ++k)
-                        inside &= static_cast<int>(place[k] >= 0) & static_cast<int>(place[k] < end);
-                    outside |= inside == 0;
-                    if (outside) break;
-                    for (std::size_t k = 0; k < count; ++k) {
-                        const auto cell = static_cast<std::uint32_t>(static_cast<std::int32_t>(place[k] * to_cell));
-                        digits[k] |= spread<Dim>(cell) << (Dim - 1 - d);
-                    }
-                }
-                if (outside) break;
-                for (std::size_t k = 0; k < count; ++k)
-                    entries[begin + k] = {digits[k], static_cast<std::uint32_t>(begin + k)};
-                for (std::size_t k = 0; k < count; ++k)
-                    if (size[k] > frame.common_size)
-                        entries[begin + k].digits |= class_of(frame, size[k]) << class_shift;
-            }
-            beyond[part] = outside;
+            beyond[part] = !kernels.make_entries(frame, boxes, first, last, entries.data());
         });
         if (std::find(beyond, beyond + most_parts, true) == beyond + most_parts) return;
         in_parts(boxes.size(), [&](std::uint32_t, std::size_t first, std::size_t last) {
@@ -208,7 +161,7 @@ struct KeyOrder
         in_parts(end - begin, [&](std::uint32_t, std::size_t from, std::size_t to) {
             for (Entry& entry : entries.subspan(begin + from, to - from)) {
                 const Key<Dim> here = key(entry);
-                std::uint32_t digits = here.size_class << class_shift;
+                std::uint32_t digits = here.size_class << entry_class_shift;
                 for (int d = 0; d < Dim; ++d)
                     digits |= spread<Dim>(static_cast<std::uint32_t>(here.center[d] >> shift) &
                                           ((1u << per_axis) - 1))

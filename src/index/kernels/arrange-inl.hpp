@@ -163,6 +163,10 @@ HWY_ATTR void arrange(const Gathered<Dim, T>& objects, Leaf<Dim, T>* const* leav
             }
             leaf.id[k] = objects.id[from[k]];
         }
+    }
+    // Not sooner: numbers written one by one can't be read as a vector until they have reached the cache.
+    for (std::uint32_t b = 0; b * lanes < count; ++b) {
+        const Leaf<Dim, T>& leaf = *leaves[b];
         for (int d = 0; d < Dim; ++d) {
             Vec<T> lo = Vec<T>::load(leaf.bounds.lo[d]), hi = Vec<T>::load(leaf.bounds.hi[d]);
             for (std::uint32_t k = Vec<T>::size; k < lanes; k += Vec<T>::size) {

@@ -44,6 +44,8 @@ namespace HWY_NAMESPACE {
 #include "index/kernels/pairs-inl.hpp"
 //
 #include "index/kernels/arrange-inl.hpp"
+//
+#include "index/kernels/keys-inl.hpp"
 
 template <int Dim, class T>
 const Kernels<Dim, T>& kernels()
@@ -54,7 +56,7 @@ const Kernels<Dim, T>& kernels()
         search_first<Dim, T>,         search_all<Dim, T>,    search_nearest<Dim, T>,
         visit_line<Dim, T>,           visit_near<Dim, T>,    visit_touching<false, Dim, T>,
         visit_touching<true, Dim, T>, find_closest<Dim, T>,  sort_few<few>,
-        arrange<Dim, T>};
+        arrange<Dim, T>,              make_entries<Dim, T>};
     return table;
 }
 } // namespace HWY_NAMESPACE

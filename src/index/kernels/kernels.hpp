@@ -7,6 +7,7 @@
 #include "base/buffer.hpp"
 #include "base/prefetch.hpp"
 #include "index/groups.hpp"
+#include "index/key.hpp"
 #include "index/listing.hpp"
 #include "index/queue.hpp"
 #include "index/two.hpp"
@@ -170,6 +171,11 @@ struct Kernels
     /// are halved by the median along the axis on which their centres are spread the widest, and so on, so
     /// that all leaves but the last are full.
     void (*arrange)(const Gathered<Dim, T>& objects, Leaf<Dim, T>* const* leaves, Bounds<Dim, T>& hulls);
+    /// Makes the entries of the boxes [first, last), with the digits in which they differ if all lie about
+    /// where they were expected, within twice `Frame::world_quanta`. Returns whether they do; else the
+    /// entries are good for nothing.
+    bool (*make_entries)(const Frame<Dim>& frame, const BoxView<Dim, T>& boxes, std::size_t first,
+                         std::size_t last, KeyEntry* entries);
 };
 
 /// For one of supported_instruction_sets().
