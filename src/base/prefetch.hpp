@@ -33,11 +33,4 @@ inline void prefetch_to_write([[maybe_unused]] void* address) noexcept
 #endif
 }
 
-/// The same for something longer than a cache line.
-inline void prefetch_to_write(void* first, std::size_t bytes) noexcept
-{
-    for (std::size_t at = 0; at < bytes; at += cache_line)
-        prefetch_to_write(static_cast<std::byte*>(first) + at);
-}
-
 JOSTLE_NAMESPACE_END

@@ -20,18 +20,14 @@ namespace {
 template <int Dim, class T>
 struct Building
 {
-    struct Plan
-    {
-        std::uint32_t page;
-        std::size_t begin; // of its entries
-    };
     KeyOrder<Dim, T> order;
-    std::pmr::vector<Plan> pages;
+    std::pmr::vector<BuildMemory::Plan>& pages;
 
     Building(const Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes,
-             KeyMemory& memory)
-        : order(parts.kernels, parts.frame, ids, boxes, parts.executor, memory), pages(parts.memory)
+             BuildMemory& memory)
+        : order(parts.kernels, parts.frame, ids, boxes, parts.executor, memory.keys), pages(memory.pages)
     {
+        pages.clear();
     }
 };
 
@@ -86,7 +82,8 @@ void fill(Parts<Dim, T>& parts, const Building<Dim, T>& building, std::size_t wh
     const auto [number, first] = building.pages[which];
     const Page<Dim, T>& page = parts.pages[number];
     for (std::uint32_t b = 0; b < page.leaves; ++b)
-        prefetch_to_write(&parts.leaves[page.leaf[b]], sizeof(Leaf<Dim, T>));
+        for (std::size_t line = 0; line < sizeof(Leaf<Dim, T>); line += cache_line)
+            prefetch_to_write(reinterpret_cast<std::byte*>(&parts.leaves[page.leaf[b]]) + line);
     constexpr std::size_t ahead = 24; // boxes on their way from memory, and as many ids more
     const std::size_t last = order.entries.size() - 1;
     Gathered<Dim, T> objects;
@@ -118,7 +115,7 @@ void cut_below(Parts<Dim, T>& parts, Ref ref)
 
 template <int Dim, class T>
 void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes,
-           KeyMemory& memory)
+           BuildMemory& memory)
 {
     parts.frame = choose_frame(boxes);
     Building<Dim, T> building(parts, ids, boxes, memory);
@@ -141,7 +138,7 @@ void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxVi
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template void build(Parts<Dim, T>&, std::span<const std::uint32_t>, const BoxView<Dim, T>&, KeyMemory&);
+    template void build(Parts<Dim, T>&, std::span<const std::uint32_t>, const BoxView<Dim, T>&, BuildMemory&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

@@ -9,7 +9,6 @@
 #include <memory_resource>
 #include <numeric>
 #include <span>
-#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/radix.hpp"
@@ -25,8 +24,9 @@ template <int Dim, class T>
 Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
 {
     constexpr double furthest = 1e300;
-    const std::size_t samples = std::min<std::size_t>(boxes.size(), 2048);
-    std::vector<double> center(samples), size(samples, 0.0);
+    constexpr std::size_t most_samples = 2048;
+    const std::size_t samples = std::min(boxes.size(), most_samples);
+    double center[most_samples], size[most_samples] = {};
     Frame<Dim> frame;
     double world = 0;
     for (int d = 0; d < Dim; ++d) {
@@ -41,15 +41,14 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
             size[k] = std::max(size[k], hi - lo);
         }
         const auto at = [&](std::size_t rank) {
-            std::nth_element(center.begin(), center.begin() + static_cast<std::ptrdiff_t>(rank),
-                             center.end());
+            std::nth_element(center, center + rank, center + samples);
             return center[rank];
         };
         const double low = at(samples / 64), high = at(samples - 1 - samples / 64);
         frame.origin[d] = 0.5 * low + 0.5 * high;
         world = std::max(world, high - low);
     }
-    std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(samples / 2), size.end());
+    std::nth_element(size, size + samples / 2, size + samples);
     const double common = size[samples / 2];
     if (!(world > 0)) world = common; // all in one place
     if (!(world > 0)) world = 1;

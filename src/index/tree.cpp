@@ -7,7 +7,6 @@
 
 #include "base/box.hpp"
 #include "base/prefetch.hpp"
-#include "index/build.hpp"
 #include "index/page.hpp"
 #include "index/trie.hpp"
 #include "index/validate.hpp"
@@ -217,7 +216,7 @@ template <int Dim, class T>
 Tree<Dim, T>::Tree(const IndexOptions& options)
     : parts_(options),
       replaced_(options),
-      key_memory_(options.memory),
+      build_memory_(options.memory),
       leaving_(options.memory),
       before_(options.memory),
       queues_(options.memory),
@@ -236,14 +235,14 @@ void Tree<Dim, T>::build(std::span<const std::uint32_t> ids, const View& boxes)
     const bool again = parts_.pages.bytes() != 0;
     try {
         replaced_.page_of.assign(end, none);
-        if (!boxes.empty()) index::build(replaced_, ids, boxes, key_memory_);
+        if (!boxes.empty()) index::build(replaced_, ids, boxes, build_memory_);
     } catch (...) {
         empty(replaced_);
         throw;
     }
     parts_.swap(replaced_);
     empty(replaced_);
-    if (!again) key_memory_.release();
+    if (!again) build_memory_.release();
 }
 
 template <int Dim, class T>
@@ -262,12 +261,12 @@ void Tree<Dim, T>::insert(std::span<const std::uint32_t> ids, const View& boxes)
         if (parts_.size == 0) {
             const bool again = parts_.pages.bytes() != 0;
             try {
-                index::build(parts_, ids, boxes, key_memory_);
+                index::build(parts_, ids, boxes, build_memory_);
             } catch (...) {
                 clear();
                 throw;
             }
-            if (!again) key_memory_.release();
+            if (!again) build_memory_.release();
             return;
         }
         parts_.splits_before = parts_.splits;
@@ -459,7 +458,7 @@ void Tree<Dim, T>::release_memory() noexcept
 {
     queues_.release_memory();
     closest_work_.release_memory();
-    key_memory_.release();
+    build_memory_.release();
     release(replaced_);
     replaced_.page_of.shrink_to_fit();
     while (!parts_.page_of.empty() && parts_.page_of.back() == none)
@@ -492,7 +491,7 @@ IndexStats Tree<Dim, T>::stats() const noexcept
     stats.depth = parts_.root == none ? 0 : depth_of(parts_, parts_.root);
     stats.sorts = parts_.sorts;
     stats.splits = parts_.splits;
-    stats.bytes = parts_.bytes() + replaced_.bytes() + key_memory_.bytes() +
+    stats.bytes = parts_.bytes() + replaced_.bytes() + build_memory_.bytes() +
                   leaving_.capacity() * sizeof(Record<Dim, T>) + before_.capacity() * sizeof(Box) +
                   queues_.bytes() + closest_work_.bytes();
     return stats;

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "index/key_order.hpp"
+#include "index/build.hpp"
 #include "index/parts.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/function_ref.hpp"
@@ -73,7 +73,7 @@ class Tree
 
     Parts<Dim, T> parts_;
     Parts<Dim, T> replaced_; // empty, with the memory of what the last rebuild replaced
-    KeyMemory key_memory_;
+    BuildMemory build_memory_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
     std::pmr::vector<Box> before_;             // working memory of move
     mutable QueueShelf<Dim, T> queues_;

@@ -11,7 +11,7 @@ struct Ordering
     alignas(64) std::int32_t column[Dim + 1][page_capacity];
 
     /// A number that `wanted` of the keys are below, more than none and fewer than all. No two keys are the
-    /// same, none is negative, and all are below `end`.
+    /// same, none is negative, and all are below `end`; those that fill the last vector up aren't.
     static HWY_ATTR std::int32_t bound_above(const std::int32_t* __restrict keys, std::uint32_t count,
                                              std::uint32_t wanted, std::int64_t end)
     {
@@ -24,9 +24,11 @@ struct Ordering
                 halve ? (to - from) / 2 : (to - from) * (wanted - below_from) / (below_to - below_from);
             const auto at = static_cast<std::int32_t>(
                 from + std::max(std::int64_t{1}, std::min(step, to - from - 1)));
+            const Vec<std::int32_t> bound(at);
             std::uint32_t below = 0;
-            for (std::uint32_t k = 0; k < count; ++k)
-                below += keys[k] < at ? 1 : 0;
+            for (std::uint32_t k = 0; k < count; k += Vec<std::int32_t>::size)
+                below += static_cast<std::uint32_t>(
+                    std::popcount(mask_bits(Vec<std::int32_t>::load(keys + k) < bound)));
             if (below == wanted) return at;
             (below < wanted ? from : to) = at;
             (below < wanted ? below_from : below_to) = below;
@@ -94,14 +96,15 @@ struct Ordering
             low_there = low;
             axis = d;
         }
-        // 23 bits of the place, and which object it is, so that no two are the same.
+        // 22 bits of the place, and which object it is, so that no two are the same.
         const int shift =
-            std::max(0, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(widest))) - 23);
+            std::max(0, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(widest))) - 22);
         alignas(64) std::int32_t keys[page_capacity];
         const std::int32_t* __restrict along = column[axis] + begin;
         for (std::uint32_t k = 0; k < count; ++k)
             keys[k] = ((along[k] - low_there) >> shift) << 8 | static_cast<std::int32_t>(k);
         const std::uint32_t leaves = (count + lanes - 1) / lanes;
+        std::fill(keys + count, keys + leaves * lanes, std::numeric_limits<std::int32_t>::max());
         const std::uint32_t below = leaves / 2 * lanes;
         const std::int64_t above_all = (std::int64_t{widest >> shift} + 1) << 8;
         part(begin, count, below, keys, bound_above(keys, count, below, above_all));
