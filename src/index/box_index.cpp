@@ -124,7 +124,7 @@ struct BoxIndex<Dim, T>::Implementation
                 throw Error(ErrorCode::invalid_argument,
                             "entry " + std::to_string(i) + ": id " + std::to_string(ids[i]) +
                                 (*wanted_here ? " is not in the index"
-                                             : " is in the index already; move it or erase it"),
+                                              : " is in the index already; move it or erase it"),
                             i);
         }
         if (std::adjacent_find(ids.begin(), ids.end(), std::greater_equal<>()) == ids.end()) return;

@@ -122,13 +122,12 @@ void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxVi
     const KeyOrder<Dim, T>& order = building.order;
     building.order.make_entries();
     parts.root = divide(parts, building, 0, boxes.size(), none, order.all_digits);
-    process_items(
-        building.pages.size(),
-        [&](std::uint64_t begin, std::uint64_t end, Work) {
-            for (std::size_t b = begin; b < end; ++b)
-                fill(parts, building, b);
-        },
-        {parts.executor, 16});
+    process_items(building.pages.size(),
+                  [&](std::uint64_t begin, std::uint64_t end, Work) {
+                      for (std::size_t b = begin; b < end; ++b)
+                          fill(parts, building, b);
+                  },
+                  {parts.executor, 16});
     parts.sorts += building.pages.size();
     parts.wides.reserve(1);
     cut_below(parts, parts.root);

@@ -87,8 +87,9 @@ struct KeyOrder
     Executor* executor;
     std::span<Entry> entries, sorted; // what is sorted, and room for as many
 
-    KeyOrder(const Kernels<Dim, T>& given_kernels, const Frame<Dim>& given_frame, std::span<const std::uint32_t> given_ids,
-             const BoxView<Dim, T>& given, Executor* given_executor, KeyMemory& memory)
+    KeyOrder(const Kernels<Dim, T>& given_kernels, const Frame<Dim>& given_frame,
+             std::span<const std::uint32_t> given_ids, const BoxView<Dim, T>& given, Executor* given_executor,
+             KeyMemory& memory)
         : kernels(given_kernels),
           frame(given_frame),
           ids(given_ids),

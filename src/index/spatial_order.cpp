@@ -71,8 +71,8 @@ void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
     const index::Frame<Dim> frame = index::choose_frame(boxes);
     ExactExecutor executor(options.executor != nullptr ? *options.executor : default_executor());
     index::KeyMemory memory(options.memory);
-    index::KeyOrder<Dim, T> sorted(index::kernels_for<Dim, T>(checked(options.instruction_set)), frame, {}, boxes,
-                                    &executor, memory);
+    index::KeyOrder<Dim, T> sorted(index::kernels_for<Dim, T>(checked(options.instruction_set)), frame, {},
+                                   boxes, &executor, memory);
     sorted.make_entries();
     sort_further(sorted, 0, boxes.size(), sorted.all_digits);
     for (std::size_t k = 0; k < order.size(); ++k)

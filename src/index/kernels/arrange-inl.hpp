@@ -22,8 +22,8 @@ struct Ordering
         for (bool halve = false;; halve = !halve) {
             const std::int64_t step =
                 halve ? (to - from) / 2 : (to - from) * (wanted - below_from) / (below_to - below_from);
-            const auto at = static_cast<std::int32_t>(
-                from + std::max(std::int64_t{1}, std::min(step, to - from - 1)));
+            const auto at =
+                static_cast<std::int32_t>(from + std::max(std::int64_t{1}, std::min(step, to - from - 1)));
             const Vec<std::int32_t> bound(at);
             std::uint32_t below = 0;
             for (std::uint32_t k = 0; k < count; k += Vec<std::int32_t>::size)

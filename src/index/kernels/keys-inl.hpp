@@ -7,8 +7,7 @@ HWY_ATTR bool make_entries(const Frame<Dim>& frame, const BoxView<Dim, T>& boxes
                            std::size_t last, KeyEntry* entries)
 {
     constexpr int expected = 43; // digits of an axis
-    static_assert(std::uint64_t{1} << (expected - 1) ==
-                  static_cast<std::uint64_t>(Frame<Dim>::world_quanta));
+    static_assert(std::uint64_t{1} << (expected - 1) == static_cast<std::uint64_t>(Frame<Dim>::world_quanta));
     constexpr double end = 2 * Frame<Dim>::world_quanta;
     constexpr double to_cell = 1 / static_cast<double>(std::uint64_t{1} << (expected - entry_digits<Dim>));
     constexpr std::size_t at_once = 128;
