@@ -87,8 +87,9 @@ class JOSTLE_API BoxIndex
     void move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
     /// Removes all objects, and keeps the memory.
     void clear() noexcept;
-    /// Gives back the working memory of join, and the memory of ids above the greatest in use. An empty index
-    /// keeps no more than some hundred bytes, which the destructor frees.
+    /// Gives back the working memory of join and of building again (as much as the index itself and 16 bytes
+    /// a box), and the memory of ids above the greatest in use. An empty index keeps no more than some
+    /// hundred bytes, which the destructor frees.
     void release_memory() noexcept;
 
     [[nodiscard]] std::size_t size() const noexcept;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <functional>
+#include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -113,17 +114,17 @@ struct BoxIndex<Dim, T>::Implementation
     }
 
     /// Throws if an id occurs twice, is missing (`wanted_here`), or is there already (not `wanted_here`).
-    void check_ids(std::span<const std::uint32_t> ids, bool wanted_here) const
+    void check_ids(std::span<const std::uint32_t> ids, std::optional<bool> wanted_here) const
     {
         for (std::size_t i = 0; i < ids.size(); ++i) {
             if (ids[i] == Hit<T>::none)
                 throw Error(ErrorCode::invalid_argument,
                             "entry " + std::to_string(i) + ": 4294967295 is no id; choose a smaller one", i);
-            if (tree.contains(ids[i]) != wanted_here)
+            if (wanted_here && tree.contains(ids[i]) != *wanted_here)
                 throw Error(ErrorCode::invalid_argument,
                             "entry " + std::to_string(i) + ": id " + std::to_string(ids[i]) +
-                                (wanted_here ? " is not in the index"
-                                             : " is in the index already; move it or erase it"),
+                                (*wanted_here ? " is not in the index"
+                                              : " is in the index already; move it or erase it"),
                             i);
         }
         if (std::adjacent_find(ids.begin(), ids.end(), std::greater_equal<>()) == ids.end()) return;
@@ -279,21 +280,17 @@ void BoxIndex<Dim, T>::build(const BoxView<Dim, T>& boxes)
     if (boxes.size() >= Hit<T>::none)
         throw Error(ErrorCode::too_many_objects,
                     std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967295");
-    std::vector<std::uint32_t> ids(boxes.size());
-    for (std::size_t i = 0; i < ids.size(); ++i)
-        ids[i] = static_cast<std::uint32_t>(i);
-    build(ids, boxes);
+    validate_boxes(boxes);
+    implementation_->tree.build({}, boxes);
 }
 
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
-    auto fresh = std::make_unique<Implementation>(implementation_->options);
     Implementation::check_sizes(ids.size(), boxes.size());
-    fresh->check_ids(ids, false);
+    implementation_->check_ids(ids, std::nullopt);
     validate_boxes(boxes);
-    fresh->tree.insert(ids, boxes);
-    implementation_ = std::move(fresh);
+    implementation_->tree.build(ids, boxes);
 }
 
 template <int Dim, Coordinate T>

@@ -20,17 +20,14 @@ namespace {
 template <int Dim, class T>
 struct Building
 {
-    struct Plan
-    {
-        std::uint32_t page;
-        std::size_t begin; // of its entries
-    };
     KeyOrder<Dim, T> order;
-    std::pmr::vector<Plan> pages;
+    std::pmr::vector<BuildMemory::Plan>& pages;
 
-    Building(const Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
-        : order(parts.frame, ids, boxes, parts.executor, parts.memory), pages(parts.memory)
+    Building(const Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes,
+             BuildMemory& memory)
+        : order(parts.kernels, parts.frame, ids, boxes, parts.executor, memory.keys), pages(memory.pages)
     {
+        pages.clear();
     }
 };
 
@@ -57,7 +54,7 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
         building.pages.push_back({number, begin});
         return number | page_bit;
     }
-    if ((entries[begin].digits ^ entries[end - 1].digits) >> unsorted == 0)
+    if (order.same_place(entries[begin], entries[end - 1], unsorted))
         unsorted = order.sort(begin, end, page_capacity / 4);
     parts.forks.reserve(1);
     const std::uint32_t number = parts.forks.take();
@@ -66,7 +63,7 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
     parts.forks[number].parent = parent;
     parts.forks[number].wide = none;
     const auto first = entries.begin() + static_cast<std::ptrdiff_t>(begin);
-    const std::uint64_t mark = std::bit_floor(entries[begin].digits ^ entries[end - 1].digits);
+    const std::uint32_t mark = std::bit_floor(entries[begin].digits ^ entries[end - 1].digits);
     const auto middle = std::partition_point(first, first + static_cast<std::ptrdiff_t>(count),
                                              [&](const auto& entry) { return (entry.digits & mark) == 0; });
     const auto split = begin + static_cast<std::size_t>(middle - first);
@@ -75,6 +72,32 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
     parts.forks[number].child[0] = left;
     parts.forks[number].child[1] = right;
     return number;
+}
+
+/// Puts its objects into a page.
+template <int Dim, class T>
+void fill(Parts<Dim, T>& parts, const Building<Dim, T>& building, std::size_t which)
+{
+    const KeyOrder<Dim, T>& order = building.order;
+    const auto [number, first] = building.pages[which];
+    const Page<Dim, T>& page = parts.pages[number];
+    for (std::uint32_t b = 0; b < page.leaves; ++b)
+        for (std::size_t line = 0; line < sizeof(Leaf<Dim, T>); line += cache_line)
+            prefetch_to_write(reinterpret_cast<std::byte*>(&parts.leaves[page.leaf[b]]) + line);
+    constexpr std::size_t ahead = 24; // boxes on their way from memory, and as many ids more
+    const std::size_t last = order.entries.size() - 1;
+    Gathered<Dim, T> objects;
+    for (std::size_t at = first; at < first + page.count; ++at) {
+        const KeyEntry& next = order.entries[std::min(at + ahead, last)];
+        if (!order.ids.empty()) prefetch(&order.ids[order.entries[std::min(at + 2 * ahead, last)].box]);
+        prefetch(order.boxes.lo_pointer(0, next.box));
+        prefetch(order.boxes.hi_pointer(Dim - 1, next.box));
+        prefetch_to_write(&parts.page_of[order.id(next)]);
+        const std::uint32_t id = order.id(order.entries[at]);
+        objects.add(order.boxes[order.entries[at].box], id);
+        parts.page_of[id] = number;
+    }
+    arrange(parts, number, objects);
 }
 
 /// Makes the wide nodes below a fork and decides where it is cut.
@@ -91,45 +114,30 @@ void cut_below(Parts<Dim, T>& parts, Ref ref)
 } // namespace
 
 template <int Dim, class T>
-void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
+void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes,
+           BuildMemory& memory)
 {
     parts.frame = choose_frame(boxes);
-    Building<Dim, T> building(parts, ids, boxes);
+    Building<Dim, T> building(parts, ids, boxes, memory);
+    const KeyOrder<Dim, T>& order = building.order;
     building.order.make_entries();
-    parts.root = divide(parts, building, 0, ids.size(), none, 63);
-    constexpr std::size_t ahead = 24; // boxes on their way from memory, and as many ids more
+    parts.root = divide(parts, building, 0, boxes.size(), none, order.all_digits);
     process_items(building.pages.size(),
                   [&](std::uint64_t begin, std::uint64_t end, Work) {
-                      Record<Dim, T> records[page_capacity];
-                      for (std::size_t b = begin; b < end; ++b) {
-                          const auto [number, first] = building.pages[b];
-                          const std::uint32_t count = parts.pages[number].count;
-                          for (std::uint32_t k = 0; k < count; ++k) {
-                              const std::uint32_t box = building.order.entries[first + k].box;
-                              const std::size_t at = first + k, last = ids.size() - 1;
-                              const std::uint32_t next =
-                                  building.order.entries[std::min(at + ahead, last)].box;
-                              prefetch(&ids[building.order.entries[std::min(at + 2 * ahead, last)].box]);
-                              prefetch(boxes.lo_pointer(0, next));
-                              prefetch(boxes.hi_pointer(Dim - 1, next));
-                              prefetch_to_write(&parts.page_of[ids[next]]);
-                              records[k] = {boxes[box], ids[box]};
-                              parts.page_of[ids[box]] = number;
-                          }
-                          arrange(parts, number, records, count);
-                      }
+                      for (std::size_t b = begin; b < end; ++b)
+                          fill(parts, building, b);
                   },
                   {parts.executor, 16});
     parts.sorts += building.pages.size();
     parts.wides.reserve(1);
     cut_below(parts, parts.root);
     if (!(parts.root & page_bit)) set_piece(parts, parts.root, true);
-    parts.size = ids.size();
+    parts.size = boxes.size();
     show_root(parts);
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template void build(Parts<Dim, T>&, std::span<const std::uint32_t>, const BoxView<Dim, T>&);
+    template void build(Parts<Dim, T>&, std::span<const std::uint32_t>, const BoxView<Dim, T>&, BuildMemory&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

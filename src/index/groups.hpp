@@ -75,12 +75,41 @@ struct Bounds
     }
 };
 
-/// An object on its way from one place to another.
+/// An object on its way from one page to another.
 template <int Dim, class T>
 struct Record
 {
     Aabb<Dim, T> box;
     std::uint32_t id;
+};
+
+/// Objects on their way into a page, one array per bound.
+template <int Dim, class T>
+struct Gathered
+{
+    alignas(64) T lo[Dim][page_capacity];
+    alignas(64) T hi[Dim][page_capacity];
+    alignas(64) std::uint32_t id[page_capacity];
+    std::uint32_t count = 0;
+
+    Gathered() {} // not worth initialising
+    void add(const Aabb<Dim, T>& box, std::uint32_t new_id) noexcept
+    {
+        for (int d = 0; d < Dim; ++d) {
+            lo[d][count] = box.lo[d];
+            hi[d][count] = box.hi[d];
+        }
+        id[count++] = new_id;
+    }
+    [[nodiscard]] Aabb<Dim, T> box(std::uint32_t k) const noexcept
+    {
+        Aabb<Dim, T> result;
+        for (int d = 0; d < Dim; ++d) {
+            result.lo[d] = lo[d][k];
+            result.hi[d] = hi[d][k];
+        }
+        return result;
+    }
 };
 
 /// Up to 16 objects.

@@ -156,24 +156,33 @@ class Cell
     double lo_[Dim], hi_[Dim], least_size_ = -1, greatest_size_ = infinity;
 };
 
-/// Puts Dim - 1 zeros between the digits of a number of at most 30 (2D) or 20 (3D).
+/// Puts Dim - 1 zeros between the digits of a number of at most 16 (2D) or 10 (3D).
 template <int Dim>
-[[nodiscard]] inline std::uint64_t spread(std::uint64_t x) noexcept
+[[nodiscard]] inline std::uint32_t spread(std::uint32_t x) noexcept
 {
     if constexpr (Dim == 2) {
-        x = (x | (x << 16)) & 0x0000ffff0000ffff;
-        x = (x | (x << 8)) & 0x00ff00ff00ff00ff;
-        x = (x | (x << 4)) & 0x0f0f0f0f0f0f0f0f;
-        x = (x | (x << 2)) & 0x3333333333333333;
-        return (x | (x << 1)) & 0x5555555555555555;
+        x = (x | (x << 8)) & 0x00ff00ff;
+        x = (x | (x << 4)) & 0x0f0f0f0f;
+        x = (x | (x << 2)) & 0x33333333;
+        return (x | (x << 1)) & 0x55555555;
     } else {
-        x = (x | (x << 32)) & 0x001f00000000ffff;
-        x = (x | (x << 16)) & 0x001f0000ff0000ff;
-        x = (x | (x << 8)) & 0x100f00f00f00f00f;
-        x = (x | (x << 4)) & 0x10c30c30c30c30c3;
-        return (x | (x << 2)) & 0x1249249249249249;
+        x = (x | (x << 16)) & 0x030000ff;
+        x = (x | (x << 8)) & 0x0300f00f;
+        x = (x | (x << 4)) & 0x030c30c3;
+        return (x | (x << 2)) & 0x09249249;
     }
 }
+
+/// A box on its way into an order: some digits of its key, from the first on in which those around it differ,
+/// and its position. There are as many of each axis, below those of its class.
+struct KeyEntry
+{
+    std::uint32_t digits;
+    std::uint32_t box;
+};
+inline constexpr int entry_class_shift = 32 - class_digits;
+template <int Dim>
+inline constexpr int entry_digits = entry_class_shift / Dim; // of an axis
 
 } // namespace index
 JOSTLE_NAMESPACE_END

@@ -9,10 +9,10 @@
 #include <memory_resource>
 #include <numeric>
 #include <span>
-#include <vector>
 
 #include "base/buffer.hpp"
 #include "base/radix.hpp"
+#include "index/kernels/kernels.hpp"
 #include "index/key.hpp"
 #include "jostle/process.hpp"
 
@@ -24,8 +24,9 @@ template <int Dim, class T>
 Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
 {
     constexpr double furthest = 1e300;
-    const std::size_t samples = std::min<std::size_t>(boxes.size(), 2048);
-    std::vector<double> center(samples), size(samples, 0.0);
+    constexpr std::size_t most_samples = 2048;
+    const std::size_t samples = std::min(boxes.size(), most_samples);
+    double center[most_samples], size[most_samples] = {};
     Frame<Dim> frame;
     double world = 0;
     for (int d = 0; d < Dim; ++d) {
@@ -40,15 +41,14 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
             size[k] = std::max(size[k], hi - lo);
         }
         const auto at = [&](std::size_t rank) {
-            std::nth_element(center.begin(), center.begin() + static_cast<std::ptrdiff_t>(rank),
-                             center.end());
+            std::nth_element(center, center + rank, center + samples);
             return center[rank];
         };
         const double low = at(samples / 64), high = at(samples - 1 - samples / 64);
         frame.origin[d] = 0.5 * low + 0.5 * high;
         world = std::max(world, high - low);
     }
-    std::nth_element(size.begin(), size.begin() + static_cast<std::ptrdiff_t>(samples / 2), size.end());
+    std::nth_element(size, size + samples / 2, size + samples);
     const double common = size[samples / 2];
     if (!(world > 0)) world = common; // all in one place
     if (!(world > 0)) world = 1;
@@ -61,38 +61,52 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
     return frame;
 }
 
+/// Working memory of a KeyOrder.
+struct KeyMemory
+{
+    Buffer<KeyEntry> entries, sorted;
+
+    explicit KeyMemory(std::pmr::memory_resource* memory) : entries(memory), sorted(memory) {}
+    [[nodiscard]] std::size_t bytes() const noexcept { return entries.bytes() + sorted.bytes(); }
+    void release() noexcept
+    {
+        entries.release();
+        sorted.release();
+    }
+};
+
 /// Boxes on their way into an order along space: sorted by the digits of their keys as far as is needed.
 template <int Dim, class T>
 struct KeyOrder
 {
-    struct Entry
-    {
-        std::uint64_t digits; // of its key, from the first on in which those around it differ
-        std::uint32_t box;
-    };
+    using Entry = KeyEntry;
+    const Kernels<Dim, T>& kernels;
     const Frame<Dim>& frame;
     std::span<const std::uint32_t> ids; // of the boxes; empty: their positions
     const BoxView<Dim, T>& boxes;
     Executor* executor;
-    Buffer<Entry> memory, memory_to;
     std::span<Entry> entries, sorted; // what is sorted, and room for as many
 
-    KeyOrder(const Frame<Dim>& given_frame, std::span<const std::uint32_t> given_ids,
-             const BoxView<Dim, T>& given, Executor* given_executor, std::pmr::memory_resource* resource)
-        : frame(given_frame),
+    KeyOrder(const Kernels<Dim, T>& given_kernels, const Frame<Dim>& given_frame,
+             std::span<const std::uint32_t> given_ids, const BoxView<Dim, T>& given, Executor* given_executor,
+             KeyMemory& memory)
+        : kernels(given_kernels),
+          frame(given_frame),
           ids(given_ids),
           boxes(given),
           executor(given_executor),
-          memory(resource),
-          memory_to(resource),
-          entries(memory.reserve_exactly(given.size()), given.size()),
-          sorted(memory_to.reserve_exactly(given.size()), given.size())
+          entries(memory.entries.reserve_exactly(given.size()), given.size()),
+          sorted(memory.sorted.reserve_exactly(given.size()), given.size())
     {
     }
 
+    [[nodiscard]] std::uint32_t id(const Entry& entry) const noexcept
+    {
+        return ids.empty() ? entry.box : ids[entry.box];
+    }
     [[nodiscard]] Key<Dim> key(const Entry& entry) const noexcept
     {
-        return key_of(frame, boxes[entry.box], ids.empty() ? entry.box : ids[entry.box]);
+        return key_of(frame, boxes[entry.box], id(entry));
     }
 
     /// Works on the parts of some entries, which depend on their number alone: body(part, first, last).
@@ -105,56 +119,16 @@ struct KeyOrder
                       {executor, std::max(least_part, (count + most_parts - 1) / most_parts)});
     }
     static constexpr std::size_t most_parts = 8;
-    static constexpr int per_axis = 60 / Dim; // digits of an axis in an entry
-    static constexpr int class_shift = 60;
+    static constexpr int per_axis = entry_digits<Dim>;
 
     /// Makes the entries, with the digits that they differ in if all boxes lie about where they were
     /// expected, within twice `Frame::world_quanta`; else without digits, so that `look_closer` is asked
     /// next.
     void make_entries()
     {
-        constexpr int expected = 43; // digits of an axis
-        static_assert(std::uint64_t{1} << (expected - 1) ==
-                      static_cast<std::uint64_t>(Frame<Dim>::world_quanta));
-        constexpr double end = 2 * Frame<Dim>::world_quanta;
-        constexpr double to_cell = 1 / static_cast<double>(std::uint64_t{1} << (expected - per_axis));
         bool beyond[most_parts] = {};
         in_parts(boxes.size(), [&](std::uint32_t part, std::size_t first, std::size_t last) {
-            constexpr std::size_t at_once = 128;
-            double size[at_once], place[at_once];
-            std::int32_t cell[Dim][at_once];
-            bool outside = false;
-            for (std::size_t begin = first; begin < last; begin += at_once) {
-                const std::size_t count = std::min(at_once, last - begin);
-                std::fill_n(size, count, 0.0);
-                for (int d = 0; d < Dim; ++d) {
-                    // As in key_of. What it cuts off is beyond anyway, or as wide as the greatest class.
-                    for (std::size_t k = 0; k < count; ++k) {
-                        const auto lo = static_cast<double>(boxes.lo(d, begin + k));
-                        const auto hi = static_cast<double>(boxes.hi(d, begin + k));
-                        size[k] = size[k] > hi - lo ? size[k] : hi - lo;
-                        place[k] = place_of(frame, d, lo, hi);
-                    }
-                    int inside = 1;
-                    for (std::size_t k = 0; k < count; ++k)
-                        inside &= static_cast<int>(place[k] >= 0) & static_cast<int>(place[k] < end);
-                    outside |= inside == 0;
-                    if (outside) break;
-                    for (std::size_t k = 0; k < count; ++k)
-                        cell[d][k] = static_cast<std::int32_t>(place[k] * to_cell);
-                }
-                if (outside) break;
-                for (std::size_t k = 0; k < count; ++k) {
-                    std::uint64_t digits = 0;
-                    for (int d = 0; d < Dim; ++d)
-                        digits |= spread<Dim>(static_cast<std::uint64_t>(cell[d][k])) << (Dim - 1 - d);
-                    entries[begin + k] = {digits, static_cast<std::uint32_t>(begin + k)};
-                }
-                for (std::size_t k = 0; k < count; ++k)
-                    if (size[k] > frame.common_size)
-                        entries[begin + k].digits |= std::uint64_t{class_of(frame, size[k])} << class_shift;
-            }
-            beyond[part] = outside;
+            beyond[part] = !kernels.make_entries(frame, boxes, first, last, entries.data());
         });
         if (std::find(beyond, beyond + most_parts, true) == beyond + most_parts) return;
         in_parts(boxes.size(), [&](std::uint32_t, std::size_t first, std::size_t last) {
@@ -187,10 +161,10 @@ struct KeyOrder
         in_parts(end - begin, [&](std::uint32_t, std::size_t from, std::size_t to) {
             for (Entry& entry : entries.subspan(begin + from, to - from)) {
                 const Key<Dim> here = key(entry);
-                std::uint64_t digits = here.size_class;
-                digits <<= class_shift;
+                std::uint32_t digits = here.size_class << entry_class_shift;
                 for (int d = 0; d < Dim; ++d)
-                    digits |= spread<Dim>((here.center[d] >> shift) & ((1u << per_axis) - 1))
+                    digits |= spread<Dim>(static_cast<std::uint32_t>(here.center[d] >> shift) &
+                                          ((1u << per_axis) - 1))
                               << (Dim - 1 - d);
                 entry.digits = by_id ? here.id : digits;
             }
@@ -198,25 +172,32 @@ struct KeyOrder
     }
 
     /// In which digits entries differ.
-    [[nodiscard]] std::uint64_t differing(std::size_t begin, std::size_t end) const
+    [[nodiscard]] std::uint32_t differing(std::size_t begin, std::size_t end) const
     {
-        std::uint64_t parts[most_parts] = {};
-        const std::uint64_t one = entries[begin].digits;
+        std::uint32_t parts[most_parts] = {};
+        const std::uint32_t one = entries[begin].digits;
         in_parts(end - begin, [&](std::uint32_t part, std::size_t from, std::size_t to) {
-            std::uint64_t differing = 0;
+            std::uint32_t differing = 0;
             for (const Entry& entry : entries.subspan(begin + from, to - from))
                 differing |= entry.digits ^ one;
             parts[part] = differing;
         });
-        return std::accumulate(parts, parts + most_parts, std::uint64_t{0}, std::bit_or<>());
+        return std::accumulate(parts, parts + most_parts, 0u, std::bit_or<>());
     }
+
+    /// Whether two entries have the same digits but for the last `unsorted`, of which there are at most 32.
+    [[nodiscard]] static bool same_place(const Entry& a, const Entry& b, int unsorted) noexcept
+    {
+        return std::uint64_t{a.digits ^ b.digits} >> unsorted == 0;
+    }
+    static constexpr int all_digits = 32;
 
     /// Sorts entries by a few digits, mostly enough that not many more than `to_a_cell` have the same ones.
     /// Returns how many low digits it didn't look at.
     int sort(std::size_t begin, std::size_t end, std::size_t to_a_cell)
     {
         constexpr int most_digits = 16;
-        std::uint64_t differ = differing(begin, end);
+        std::uint32_t differ = differing(begin, end);
         while (differ == 0) {
             look_closer(begin, end);
             differ = differing(begin, end);

@@ -122,18 +122,16 @@ void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept
 }
 
 template <int Dim, class T>
-std::uint32_t gather(const Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records) noexcept
+void gather(const Parts<Dim, T>& parts, std::uint32_t number, Gathered<Dim, T>& objects) noexcept
 {
     const Page<Dim, T>& page = parts.pages[number];
-    std::uint32_t count = 0;
     for (std::uint32_t b = 0; b < page.leaves; ++b) {
         const Leaf<Dim, T>& leaf = parts.leaves[page.leaf[b]];
         for (unsigned live = page.live[b]; live != 0; live &= live - 1) {
             const auto lane = static_cast<std::uint32_t>(std::countr_zero(live));
-            records[count++] = {leaf.bounds.get(lane), leaf.id[lane]};
+            objects.add(leaf.bounds.get(lane), leaf.id[lane]);
         }
     }
-    return count;
 }
 
 template <int Dim, class T>
@@ -148,42 +146,24 @@ T spread_of(const Page<Dim, T>& page) noexcept
 }
 
 template <int Dim, class T>
-void arrange(Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records,
-             std::uint32_t count) noexcept
+void arrange(Parts<Dim, T>& parts, std::uint32_t number, const Gathered<Dim, T>& objects) noexcept
 {
     Page<Dim, T>& page = parts.pages[number];
-    std::uint8_t order[page_capacity];
-    parts.kernels.order(records, count, order);
-
-    const std::uint32_t leaves = (count + lanes - 1) / lanes;
+    const std::uint32_t leaves = (objects.count + lanes - 1) / lanes;
     while (page.leaves > leaves)
         parts.leaves.give(page.leaf[--page.leaves]);
     while (page.leaves < leaves)
         page.leaf[page.leaves++] = parts.leaves.take();
-    page.node.bounds.clear();
+    Leaf<Dim, T>* leaf[lanes];
+    for (std::uint32_t b = 0; b < leaves; ++b)
+        leaf[b] = &parts.leaves[page.leaf[b]];
+    parts.kernels.arrange(objects, leaf, page.node.bounds);
     for (std::uint32_t b = 0; b < lanes; ++b) {
-        if (b >= leaves) {
-            page.node.child[b] = {};
-            page.live[b] = 0;
-            continue;
-        }
-        Leaf<Dim, T>& leaf = parts.leaves[page.leaf[b]];
-        const std::uint32_t here = std::min(lanes, count - b * lanes);
-        for (std::uint32_t k = 0; k < lanes; ++k) {
-            if (k < here) {
-                const Record<Dim, T>& record = records[order[b * lanes + k]];
-                leaf.bounds.set(k, record.box);
-                leaf.id[k] = record.id;
-            } else {
-                leaf.bounds.clear(k);
-                leaf.id[k] = no_id;
-            }
-        }
+        page.node.child[b] = b < leaves ? Child<Dim, T>(leaf[b]) : Child<Dim, T>();
+        const std::uint32_t here = std::min(lanes, objects.count - std::min(objects.count, b * lanes));
         page.live[b] = static_cast<std::uint16_t>((1u << here) - 1);
-        page.node.bounds.set(b, leaf.bounds.hull());
-        page.node.child[b] = &leaf;
     }
-    page.count = count;
+    page.count = objects.count;
     page.disorder = 0;
     page.changed = 0;
     page.hull = page.node.bounds.hull();
@@ -199,11 +179,11 @@ void arrange(Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records
     template void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id,                          \
                       const Aabb<Dim, T>& box) noexcept;                                                     \
     template void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept;                               \
-    template std::uint32_t gather(const Parts<Dim, T>& parts, std::uint32_t number,                          \
-                                  Record<Dim, T>* records) noexcept;                                         \
+    template void gather(const Parts<Dim, T>& parts, std::uint32_t number,                                   \
+                         Gathered<Dim, T>& objects) noexcept;                                                \
     template T spread_of(const Page<Dim, T>& page) noexcept;                                                 \
-    template void arrange(Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records,               \
-                          std::uint32_t count) noexcept;
+    template void arrange(Parts<Dim, T>& parts, std::uint32_t number,                                        \
+                          const Gathered<Dim, T>& objects) noexcept;
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

@@ -40,9 +40,9 @@ void put(Parts<Dim, T>& parts, std::uint32_t number, std::uint32_t id, const Aab
 template <int Dim, class T>
 void remove_one(Parts<Dim, T>& parts, std::uint32_t id) noexcept;
 
-/// Writes the objects of a page to `records`, and returns how many.
+/// Appends the objects of a page to `objects`.
 template <int Dim, class T>
-std::uint32_t gather(const Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records) noexcept;
+void gather(const Parts<Dim, T>& parts, std::uint32_t number, Gathered<Dim, T>& objects) noexcept;
 
 /// How big the leaves of a page are: their edges together.
 template <int Dim, class T>
@@ -51,8 +51,7 @@ T spread_of(const Page<Dim, T>& page) noexcept;
 /// Puts objects into a page in order, instead of those that were in it. The leaves come from the pool, and go
 /// back to it.
 template <int Dim, class T>
-void arrange(Parts<Dim, T>& parts, std::uint32_t number, Record<Dim, T>* records,
-             std::uint32_t count) noexcept;
+void arrange(Parts<Dim, T>& parts, std::uint32_t number, const Gathered<Dim, T>& objects) noexcept;
 
 } // namespace index
 JOSTLE_NAMESPACE_END

@@ -74,13 +74,9 @@ template <int Dim, class T>
 struct Parts
 {
     explicit Parts(const IndexOptions& options)
-        : Parts(options.memory, options.executor, kernels_for<Dim, T>(options.instruction_set))
-    {
-    }
-    Parts(std::pmr::memory_resource* resource, Executor* tasks, const Kernels<Dim, T>& searches)
-        : memory(resource),
-          executor(tasks),
-          kernels(searches),
+        : memory(options.memory),
+          executor(options.executor),
+          kernels(kernels_for<Dim, T>(options.instruction_set)),
           leaves(memory),
           pages(memory),
           forks(memory),
@@ -106,6 +102,12 @@ struct Parts
         std::swap(sorts, other.sorts);
         std::swap(splits, other.splits);
         std::swap(splits_before, other.splits_before);
+    }
+
+    [[nodiscard]] std::uint64_t bytes() const noexcept
+    {
+        return leaves.bytes() + pages.bytes() + forks.bytes() + wides.bytes() +
+               (page_of.capacity() + listed.capacity()) * sizeof(std::uint32_t);
     }
 
     std::pmr::memory_resource* memory;

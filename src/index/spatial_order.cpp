@@ -44,9 +44,8 @@ void sort_further(index::KeyOrder<Dim, T>& order, std::size_t begin, std::size_t
 {
     const auto& entries = order.entries;
     while (begin < end) {
-        const std::uint64_t place = entries[begin].digits >> unsorted;
         std::size_t next = begin + 1;
-        while (next < end && entries[next].digits >> unsorted == place)
+        while (next < end && order.same_place(entries[begin], entries[next], unsorted))
             ++next;
         if (next - begin > near_enough) sort_further(order, begin, next, order.sort(begin, next, to_a_cell));
         begin = next;
@@ -71,9 +70,11 @@ void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
     if (boxes.size() == 0) return;
     const index::Frame<Dim> frame = index::choose_frame(boxes);
     ExactExecutor executor(options.executor != nullptr ? *options.executor : default_executor());
-    index::KeyOrder<Dim, T> sorted(frame, {}, boxes, &executor, options.memory);
+    index::KeyMemory memory(options.memory);
+    index::KeyOrder<Dim, T> sorted(index::kernels_for<Dim, T>(checked(options.instruction_set)), frame, {},
+                                   boxes, &executor, memory);
     sorted.make_entries();
-    sort_further(sorted, 0, boxes.size(), std::numeric_limits<std::uint64_t>::digits - 1);
+    sort_further(sorted, 0, boxes.size(), sorted.all_digits);
     for (std::size_t k = 0; k < order.size(); ++k)
         order[k] = sorted.entries[k].box;
 }

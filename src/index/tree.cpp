@@ -7,7 +7,6 @@
 
 #include "base/box.hpp"
 #include "base/prefetch.hpp"
-#include "index/build.hpp"
 #include "index/page.hpp"
 #include "index/trie.hpp"
 #include "index/validate.hpp"
@@ -63,9 +62,9 @@ void finish_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept
         page.node.bounds.set(b, parts.leaves[page.leaf[b]].bounds.hull());
     }
     if (is_disordered(parts, page)) {
-        Record<Dim, T> records[page_capacity];
-        const std::uint32_t count = gather(parts, number, records);
-        arrange(parts, number, records, count);
+        Gathered<Dim, T> objects;
+        gather(parts, number, objects);
+        arrange(parts, number, objects);
         ++parts.sorts;
     } else {
         for (std::uint32_t b = page.leaves; b-- > 0;) {
@@ -166,12 +165,12 @@ void stay_below(const Parts<Dim, T>& parts, Ref ref, const std::pmr::vector<std:
         stay_below(parts, parts.forks[ref].child[1], moved, ids, boxes);
         return;
     }
-    Record<Dim, T> records[page_capacity];
-    const std::uint32_t count = gather(parts, ref & ~page_bit, records);
-    for (std::uint32_t k = 0; k < count; ++k) {
-        if (moved[records[k].id] != none) continue;
-        ids.push_back(records[k].id);
-        boxes.push_back(records[k].box);
+    Gathered<Dim, T> objects;
+    gather(parts, ref & ~page_bit, objects);
+    for (std::uint32_t k = 0; k < objects.count; ++k) {
+        if (moved[objects.id[k]] != none) continue;
+        ids.push_back(objects.id[k]);
+        boxes.push_back(objects.box(k));
     }
 }
 
@@ -184,17 +183,66 @@ std::uint64_t depth_of(const Parts<Dim, T>& parts, Ref ref) noexcept
     return (fork.wide != none) + std::max(depth_of(parts, fork.child[0]), depth_of(parts, fork.child[1]));
 }
 
+/// Takes all objects out, and keeps the memory.
+template <int Dim, class T>
+void empty(Parts<Dim, T>& parts) noexcept
+{
+    parts.page_of.clear();
+    parts.listed.clear();
+    parts.leaves.clear();
+    parts.pages.clear();
+    parts.forks.clear();
+    parts.wides.clear();
+    parts.root = none;
+    parts.size = 0;
+    parts.sorts = parts.splits = 0;
+    show_root(parts);
+}
+
+/// Gives back the memory of parts that are empty, but for `page_of`.
+template <int Dim, class T>
+void release(Parts<Dim, T>& parts) noexcept
+{
+    parts.listed.shrink_to_fit();
+    parts.leaves.release();
+    parts.pages.release();
+    parts.forks.release();
+    parts.wides.release();
+}
+
 } // namespace
 
 template <int Dim, class T>
 Tree<Dim, T>::Tree(const IndexOptions& options)
     : parts_(options),
+      replaced_(options),
+      build_memory_(options.memory),
       leaving_(options.memory),
       before_(options.memory),
       queues_(options.memory),
       closest_work_(options.memory)
 {
-    show_root(parts_);
+    empty(parts_);
+    empty(replaced_);
+}
+
+template <int Dim, class T>
+void Tree<Dim, T>::build(std::span<const std::uint32_t> ids, const View& boxes)
+{
+    std::size_t end = ids.empty() ? boxes.size() : 0;
+    if (!ids.empty()) end = std::size_t{*std::max_element(ids.begin(), ids.end())} + 1;
+    // Who builds a second time will do so again, and gets the memory as it is.
+    const bool again = parts_.pages.bytes() != 0;
+    try {
+        replaced_.page_of.assign(end, none);
+        if (!boxes.empty()) index::build(replaced_, ids, boxes, build_memory_);
+    } catch (...) {
+        empty(replaced_);
+        throw;
+    }
+    parts_.swap(replaced_);
+    empty(replaced_);
+    if (!again) build_memory_.release();
 }
 
 template <int Dim, class T>
@@ -211,12 +259,14 @@ void Tree<Dim, T>::insert(std::span<const std::uint32_t> ids, const View& boxes)
             parts_.page_of.reserve(std::max(end, end_before + end_before / 2));
         parts_.page_of.resize(end, none);
         if (parts_.size == 0) {
+            const bool again = parts_.pages.bytes() != 0;
             try {
-                build(parts_, ids, boxes);
+                index::build(parts_, ids, boxes, build_memory_);
             } catch (...) {
                 clear();
                 throw;
             }
+            if (!again) build_memory_.release();
             return;
         }
         parts_.splits_before = parts_.splits;
@@ -305,27 +355,27 @@ void Tree<Dim, T>::move(std::span<const std::uint32_t> ids, const View& boxes)
 template <int Dim, class T>
 void Tree<Dim, T>::build_moved(std::span<const std::uint32_t> ids, const View& boxes)
 {
-    Parts<Dim, T> fresh(parts_.memory, parts_.executor, parts_.kernels);
-    fresh.page_of.resize(parts_.page_of.size(), none);
+    const std::uint64_t sorts = parts_.sorts, splits = parts_.splits;
     if (ids.size() == parts_.size) {
-        build(fresh, ids, boxes);
+        build(ids, boxes);
     } else {
-        for (const std::uint32_t id : ids)
-            fresh.page_of[id] = 0; // marked; building sets it
         std::pmr::vector<std::uint32_t> all_ids(parts_.memory);
         std::pmr::vector<Box> all_boxes(parts_.memory);
         all_ids.reserve(parts_.size);
         all_boxes.reserve(parts_.size);
-        stay_below(parts_, parts_.root, fresh.page_of, all_ids, all_boxes);
+        std::pmr::vector<std::uint32_t>& moved = replaced_.page_of;
+        moved.resize(parts_.page_of.size(), none);
+        for (const std::uint32_t id : ids)
+            moved[id] = 0;
+        stay_below(parts_, parts_.root, moved, all_ids, all_boxes);
         for (std::size_t i = 0; i < ids.size(); ++i) {
             all_ids.push_back(ids[i]);
             all_boxes.push_back(boxes[i]);
         }
-        build(fresh, all_ids, View(all_boxes));
+        build(all_ids, View(all_boxes));
     }
-    fresh.sorts += parts_.sorts;
-    fresh.splits += parts_.splits;
-    parts_.swap(fresh);
+    parts_.sorts += sorts;
+    parts_.splits += splits;
 }
 
 template <int Dim, class T>
@@ -373,9 +423,9 @@ bool Tree<Dim, T>::follow(const Where& where)
         // A page that needs fewer leaves gives some back: not by several threads.
         each_page([&](std::uint32_t number, Page<Dim, T>& page) {
             if (!page.drifted || page.leaves != (page.count + lanes - 1) / lanes) return;
-            Record<Dim, T> records[page_capacity];
-            const std::uint32_t count = gather(parts_, number, records);
-            arrange(parts_, number, records, count);
+            Gathered<Dim, T> objects;
+            gather(parts_, number, objects);
+            arrange(parts_, number, objects);
         });
         for (const Record<Dim, T>& record : leaving_)
             put(parts_, make_room(parts_, key_of(parts_.frame, record.box, record.id)), record.id,
@@ -397,15 +447,10 @@ bool Tree<Dim, T>::follow(const Where& where)
 template <int Dim, class T>
 void Tree<Dim, T>::clear() noexcept
 {
-    parts_.page_of.clear();
-    parts_.listed.clear();
-    parts_.leaves.clear();
-    parts_.pages.clear();
-    parts_.forks.clear();
-    parts_.wides.clear();
-    parts_.root = none;
-    parts_.size = 0;
-    show_root(parts_);
+    const std::uint64_t sorts = parts_.sorts, splits = parts_.splits;
+    empty(parts_);
+    parts_.sorts = sorts;
+    parts_.splits = splits;
 }
 
 template <int Dim, class T>
@@ -413,19 +458,18 @@ void Tree<Dim, T>::release_memory() noexcept
 {
     queues_.release_memory();
     closest_work_.release_memory();
+    build_memory_.release();
+    release(replaced_);
+    replaced_.page_of.shrink_to_fit();
     while (!parts_.page_of.empty() && parts_.page_of.back() == none)
         parts_.page_of.pop_back();
     parts_.page_of.shrink_to_fit();
     if (parts_.size != 0) return;
-    parts_.listed.shrink_to_fit();
+    release(parts_);
     leaving_.clear();
     leaving_.shrink_to_fit();
     before_.clear();
     before_.shrink_to_fit();
-    parts_.leaves.release();
-    parts_.pages.release();
-    parts_.forks.release();
-    parts_.wides.release();
 }
 
 template <int Dim, class T>
@@ -447,8 +491,7 @@ IndexStats Tree<Dim, T>::stats() const noexcept
     stats.depth = parts_.root == none ? 0 : depth_of(parts_, parts_.root);
     stats.sorts = parts_.sorts;
     stats.splits = parts_.splits;
-    stats.bytes = parts_.leaves.bytes() + parts_.pages.bytes() + parts_.forks.bytes() + parts_.wides.bytes() +
-                  (parts_.page_of.capacity() + parts_.listed.capacity()) * sizeof(std::uint32_t) +
+    stats.bytes = parts_.bytes() + replaced_.bytes() + build_memory_.bytes() +
                   leaving_.capacity() * sizeof(Record<Dim, T>) + before_.capacity() * sizeof(Box) +
                   queues_.bytes() + closest_work_.bytes();
     return stats;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "index/build.hpp"
 #include "index/parts.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/function_ref.hpp"
@@ -29,6 +30,8 @@ class Tree
     explicit Tree(const IndexOptions& options);
 
     // The arguments have been checked. Each leaves the tree as before if it throws.
+    /// Replaces all that is in it. Without ids, objects are known by the boxes' positions.
+    void build(std::span<const std::uint32_t> ids, const View& boxes);
     void insert(std::span<const std::uint32_t> ids, const View& boxes);
     void erase(std::span<const std::uint32_t> ids) noexcept;
     void move(std::span<const std::uint32_t> ids, const View& boxes);
@@ -69,6 +72,8 @@ class Tree
     void build_moved(std::span<const std::uint32_t> ids, const View& boxes);
 
     Parts<Dim, T> parts_;
+    Parts<Dim, T> replaced_; // empty, with the memory of what the last rebuild replaced
+    BuildMemory build_memory_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
     std::pmr::vector<Box> before_;             // working memory of move
     mutable QueueShelf<Dim, T> queues_;

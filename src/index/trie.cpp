@@ -52,33 +52,28 @@ void add_fork(Parts<Dim, T>& parts, std::uint32_t parent, Ref before, int level,
 template <int Dim, class T>
 void split(Parts<Dim, T>& parts, std::uint32_t number) noexcept
 {
-    Record<Dim, T> records[page_capacity], other[page_capacity];
-    const std::uint32_t count = gather(parts, number, records);
+    Gathered<Dim, T> all, stay, go;
+    gather(parts, number, all);
     Key<Dim> keys[page_capacity];
-    keys[0] = key_of(parts.frame, records[0].box, records[0].id);
+    keys[0] = key_of(parts.frame, all.box(0), all.id[0]);
     int level = key_digits<Dim>;
-    for (std::uint32_t k = 1; k < count; ++k) {
-        keys[k] = key_of(parts.frame, records[k].box, records[k].id);
+    for (std::uint32_t k = 1; k < all.count; ++k) {
+        keys[k] = key_of(parts.frame, all.box(k), all.id[k]);
         level = std::min(level, first_difference(keys[k], keys[0]));
     }
-    std::uint32_t stay = 0, go = 0;
     Key<Dim> key_stay = keys[0], key_go = keys[0];
-    for (std::uint32_t k = 0; k < count; ++k) {
-        if (digit_of(keys[k], level) == 0) {
-            key_stay = keys[k];
-            records[stay++] = records[k];
-        } else {
-            key_go = keys[k];
-            other[go++] = records[k];
-        }
+    for (std::uint32_t k = 0; k < all.count; ++k) {
+        const bool stays = digit_of(keys[k], level) == 0;
+        (stays ? key_stay : key_go) = keys[k];
+        (stays ? stay : go).add(all.box(k), all.id[k]);
     }
     const std::uint32_t fresh = new_page(parts, key_go);
     parts.pages[number].key = key_stay;
-    arrange(parts, number, records, stay);
-    arrange(parts, fresh, other, go);
+    arrange(parts, number, stay);
+    arrange(parts, fresh, go);
     parts.sorts += 2;
-    for (std::uint32_t k = 0; k < go; ++k)
-        parts.page_of[other[k].id] = fresh;
+    for (std::uint32_t k = 0; k < go.count; ++k)
+        parts.page_of[go.id[k]] = fresh;
     ++parts.splits;
     add_fork(parts, parts.pages[number].parent, number | page_bit, level, 1, fresh, keys[0]);
 }
@@ -166,19 +161,19 @@ bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept
     if (!(sibling & page_bit)) return false;
     const std::uint32_t other = sibling & ~page_bit;
     if (parts.pages[number].count + parts.pages[other].count > merge_below) return false;
-    Record<Dim, T> records[page_capacity];
-    std::uint32_t count = gather(parts, number, records);
-    const std::uint32_t own = count;
-    count += gather(parts, other, records + count);
+    Gathered<Dim, T> objects;
+    gather(parts, number, objects);
+    const std::uint32_t own = objects.count;
+    gather(parts, other, objects);
     // No leaf too few: those of the other are given back first.
     Page<Dim, T>& gone = parts.pages[other];
     while (gone.leaves > 0)
         parts.leaves.give(gone.leaf[--gone.leaves]);
     gone.count = 0;
-    arrange(parts, number, records, count);
+    arrange(parts, number, objects);
     ++parts.sorts;
-    for (std::uint32_t k = own; k < count; ++k)
-        parts.page_of[records[k].id] = number;
+    for (std::uint32_t k = own; k < objects.count; ++k)
+        parts.page_of[objects.id[k]] = number;
     remove_page(parts, other);
     return true;
 }

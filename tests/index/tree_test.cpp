@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <numeric>
 #include <span>
@@ -129,27 +130,46 @@ std::uint64_t depth_below(index::Child<3, float> child)
     return deepest + 1;
 }
 
+/// Objects in leaves, as an instruction set puts them there.
+template <int Dim, class T>
+struct Arranged
+{
+    std::vector<index::Leaf<Dim, T>> leaves;
+    index::Bounds<Dim, T> hulls;
+
+    Arranged(InstructionSet set, const index::Gathered<Dim, T>& objects)
+        : leaves((objects.count + index::lanes - 1) / index::lanes)
+    {
+        std::vector<index::Leaf<Dim, T>*> to;
+        for (index::Leaf<Dim, T>& leaf : leaves)
+            to.push_back(&leaf);
+        index::kernels_for<Dim, T>(set).arrange(objects, to.data(), hulls);
+    }
+};
+
 /// Objects on a line along an axis come in the order of their places, in whichever they were given.
 TEST(Order, NeighboursComeTogether)
 {
     for (int axis = 0; axis < 3; ++axis)
         for (const std::uint32_t count : {17u, 40u, 256u}) {
             SCOPED_TRACE(testing::Message() << "axis " << axis << ", " << count << " objects");
-            std::vector<index::Record<3, float>> records(count);
+            index::Gathered<3, float> objects;
             for (std::uint32_t k = 0; k < count; ++k) {
                 const std::uint32_t place = k * 77 % count; // no count has 7 or 11 for a factor
+                Aabb3f box;
                 for (int d = 0; d < 3; ++d) {
-                    const float at = d == axis ? static_cast<float>(place) - 100 : static_cast<float>(k % 2);
-                    records[k].box.lo[d] = at;
-                    records[k].box.hi[d] = at + 0.25f;
+                    box.lo[d] = d == axis ? static_cast<float>(place) - 100 : static_cast<float>(k % 2);
+                    box.hi[d] = box.lo[d] + 0.25f;
                 }
-                records[k].id = place;
+                objects.add(box, place);
             }
-            std::uint8_t order[index::page_capacity];
             for (const InstructionSet set : supported_instruction_sets()) {
-                index::kernels_for<3, float>(set).order(records.data(), count, order);
-                for (std::uint32_t k = 0; k < count; ++k)
-                    ASSERT_EQ(records[order[k]].id, k);
+                const Arranged<3, float> arranged(set, objects);
+                for (std::uint32_t k = 0; k < count; ++k) {
+                    const std::uint32_t id = arranged.leaves[k / 16].id[k % 16];
+                    ASSERT_EQ(id / 16, k / 16) << name(set);
+                    ASSERT_EQ(arranged.leaves[k / 16].bounds.lo[axis][k % 16], static_cast<float>(id) - 100);
+                }
             }
         }
 }
@@ -158,52 +178,70 @@ TEST(Order, NeighboursComeTogether)
 TEST(Order, LeavesAreFullAndSmall)
 {
     constexpr std::uint32_t count = 9 * 16 + 3;
-    std::vector<index::Record<2, double>> records;
+    index::Gathered<2, double> objects;
     for (std::uint32_t k = 0; k < count; ++k) {
         const std::uint32_t heap = k < 9 * 16 ? k % 9 : 50; // the last three are far off
         const double at = 1000.0 * heap + 0.01 * (k / 9);
-        records.push_back({{{at, 0}, {at, 1}}, k});
+        objects.add({{at, 0}, {at, 1}}, k);
     }
-    std::uint8_t order[index::page_capacity];
-    index::kernels_for<2, double>(supported_instruction_sets().front()).order(records.data(), count, order);
+    const Arranged<2, double> arranged(supported_instruction_sets().front(), objects);
     std::vector<bool> there(count);
-    for (std::uint32_t k = 0; k < count; ++k)
-        there[order[k]] = true;
-    EXPECT_EQ(std::count(there.begin(), there.end(), true), count);
     double edges = 0;
-    for (std::uint32_t leaf = 0; leaf < 9; ++leaf) {
-        double low = 1e9, high = -1e9;
-        for (std::uint32_t k = leaf * 16; k < leaf * 16 + 16; ++k) {
-            low = std::min(low, records[order[k]].box.lo[0]);
-            high = std::max(high, records[order[k]].box.lo[0]);
-        }
-        edges += high - low;
-    }
+    for (std::uint32_t k = 0; k < count; ++k)
+        there[arranged.leaves[k / 16].id[k % 16]] = true;
+    EXPECT_EQ(std::count(there.begin(), there.end(), true), count);
+    for (std::uint32_t leaf = 0; leaf < 9; ++leaf)
+        edges += arranged.hulls.hi[0][leaf] - arranged.hulls.lo[0][leaf];
     EXPECT_LT(edges, 9 * 0.16);
+    for (std::uint32_t lane = 3; lane < 16; ++lane)
+        EXPECT_EQ(arranged.leaves[9].id[lane], index::no_id);
 }
 
 /// Of a lattice every leaf is a square: both halves are cut along the other axis, and again.
 TEST(Order, LeavesOfALatticeAreSquares)
 {
     constexpr std::uint32_t side = 16;
-    std::vector<index::Record<2, float>> records;
+    index::Gathered<2, float> objects;
     for (std::uint32_t k = 0; k < side * side; ++k) {
         const std::uint32_t place = k * 77 % (side * side);
         const float x = static_cast<float>(place % side), y = static_cast<float>(place / side);
-        records.push_back({{{x, y}, {x, y}}, k});
+        objects.add({{x, y}, {x, y}}, k);
     }
-    std::uint8_t order[index::page_capacity];
     for (const InstructionSet set : supported_instruction_sets()) {
-        index::kernels_for<2, float>(set).order(records.data(), side * side, order);
+        const Arranged<2, float> arranged(set, objects);
         for (std::uint32_t leaf = 0; leaf < side; ++leaf)
-            for (int d = 0; d < 2; ++d) {
-                float low = side, high = 0;
-                for (std::uint32_t k = leaf * side; k < (leaf + 1) * side; ++k) {
-                    low = std::min(low, records[order[k]].box.lo[d]);
-                    high = std::max(high, records[order[k]].box.lo[d]);
-                }
-                ASSERT_EQ(high - low, 3) << name(set) << ", leaf " << leaf << ", axis " << d;
+            for (int d = 0; d < 2; ++d)
+                ASSERT_EQ(arranged.hulls.hi[d][leaf] - arranged.hulls.lo[d][leaf], 3)
+                    << name(set) << ", leaf " << leaf << ", axis " << d;
+    }
+}
+
+/// Any number of objects, also some in one place, at zeros of both signs, or without an end, are in the same
+/// lanes on every instruction set.
+TEST(Order, IsTheSameOnEveryInstructionSet)
+{
+    Random random(77);
+    for (std::uint32_t count = 1; count <= index::page_capacity; count += 1 + count / 16) {
+        index::Gathered<3, float> objects;
+        for (std::uint32_t k = 0; k < count; ++k) {
+            Aabb3f box = random_box<3, float>(random, Kind::uniform);
+            for (int d = 0; d < 3; ++d) {
+                if (count % 3 == 0) box.lo[d] = box.hi[d] = k % 2 == 0 ? 0.0f : -0.0f;
+                if (count % 3 == 1 && k % 5 == 0) box.lo[d] = box.hi[d] = 0.5f;
+                if (count % 3 == 2 && k % 50 == 7) box.hi[d] = std::numeric_limits<float>::infinity();
             }
+            objects.add(box, 1000 + k);
+        }
+        const Arranged<3, float> expected(InstructionSet::scalar, objects);
+        for (const InstructionSet set : supported_instruction_sets()) {
+            const Arranged<3, float> found(set, objects);
+            for (std::size_t b = 0; b < found.leaves.size(); ++b) {
+                ASSERT_EQ(std::memcmp(&found.leaves[b], &expected.leaves[b], sizeof(found.leaves[b])), 0)
+                    << name(set) << ", " << count << " objects, leaf " << b;
+            }
+            ASSERT_EQ(std::memcmp(&found.hulls, &expected.hulls, sizeof(found.hulls)), 0)
+                << name(set) << ", " << count << " objects";
+        }
     }
 }
 
@@ -400,6 +438,36 @@ TEST(LookAround, FindsNothingInAnIndexThatIsEmptyByNow)
         ASSERT_TRUE(BoxIndexAccess::around(index, k).empty()) << k;
 }
 
+/// Who builds again and again gets the memory of the last but one.
+TEST(Memory, BuildingAgainTakesNone)
+{
+    const Objects objects(Kind::uniform, 20000, 4), others(Kind::clusters, 20000, 5);
+    contract::CountingMemory memory;
+    IndexOptions options;
+    options.memory = &memory;
+    BoxIndex3f index(options);
+    index.build(View(objects.boxes));
+    const std::uint64_t once = memory.bytes;
+    for (int round = 0; round < 4; ++round) {
+        const std::uint64_t before = memory.allocations;
+        index.build(View(objects.boxes));
+        index.move(objects.ids, View(others.boxes));
+        index.move(objects.ids, View(objects.boxes));
+        EXPECT_TRUE(round < 2 || memory.allocations == before) << memory.allocations - before;
+        EXPECT_EQ(index.size(), 20000u);
+        for (const std::uint32_t id : {0u, 77u, 19999u})
+            EXPECT_EQ(index.box(id).lo, objects.boxes[id].lo);
+    }
+    EXPECT_GT(index.stats().bytes, memory.bytes - memory.bytes / 50);
+    index.release_memory();
+    EXPECT_LE(memory.bytes, once + once / 8) << "what was built once keeps nothing for the next time";
+    index.build({});
+    EXPECT_EQ(index.size(), 0u);
+    EXPECT_FALSE(index.contains(77));
+    index.release_memory();
+    EXPECT_EQ(memory.bytes, 0u);
+}
+
 TEST(Memory, RunningOutLeavesTheTreeAsItWas)
 {
     const Objects objects(Kind::clusters, 3000, 9), more(Kind::power_law, 3000, 10);
@@ -419,7 +487,7 @@ TEST(Memory, RunningOutLeavesTheTreeAsItWas)
             box.lo[d] = box.hi[d] = one.lo[d] / 2 + other.lo[d] / 2;
     }
     std::uint64_t refusals = 0;
-    for (int change = 0; change < 4; ++change)
+    for (int change = 0; change < 5; ++change)
         for (std::uint64_t allowed = 0;; ++allowed) {
             contract::CountingMemory memory;
             IndexOptions options;
@@ -433,6 +501,7 @@ TEST(Memory, RunningOutLeavesTheTreeAsItWas)
                 if (change == 1) tree.insert(new_ids, View(more.boxes));
                 if (change == 2) tree.move(many, View(many_to));
                 if (change == 3) tree.move(few, View(few_to));
+                if (change == 4) tree.build(new_ids, View(more.boxes));
             } catch (const std::bad_alloc&) {
                 failed = true;
             }

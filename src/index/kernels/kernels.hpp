@@ -7,6 +7,7 @@
 #include "base/buffer.hpp"
 #include "base/prefetch.hpp"
 #include "index/groups.hpp"
+#include "index/key.hpp"
 #include "index/listing.hpp"
 #include "index/queue.hpp"
 #include "index/two.hpp"
@@ -166,10 +167,15 @@ struct Kernels
                     ClosestWork<Dim, T>& work);
     /// Sorts at most `few` numbers, no two the same, ascending.
     void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
-    /// Finds an order of at most page_capacity objects in which every 16 lie close together: `order` gets
-    /// their numbers. They are halved by the median along the axis on which their centres are spread the
-    /// widest, and so on, so that all leaves but the last are full.
-    void (*order)(const Record<Dim, T>* records, std::uint32_t count, std::uint8_t* order);
+    /// Puts objects into leaves in which they lie close together, and the leaves' bounds into `hulls`. They
+    /// are halved by the median along the axis on which their centres are spread the widest, and so on, so
+    /// that all leaves but the last are full.
+    void (*arrange)(const Gathered<Dim, T>& objects, Leaf<Dim, T>* const* leaves, Bounds<Dim, T>& hulls);
+    /// Makes the entries of the boxes [first, last), with the digits in which they differ if all lie about
+    /// where they were expected, within twice `Frame::world_quanta`. Returns whether they do; else the
+    /// entries are good for nothing.
+    bool (*make_entries)(const Frame<Dim>& frame, const BoxView<Dim, T>& boxes, std::size_t first,
+                         std::size_t last, KeyEntry* entries);
 };
 
 /// For one of supported_instruction_sets().

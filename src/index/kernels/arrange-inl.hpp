@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+// Puts a page's objects into leaves that are small. Plain loops, which compilers vectorise. Except
+// in the first step all numbers are integers, so that every instruction set finds the same order. No include
+// guard: kernels.cpp includes it once per set.
+
+/// The objects of a page on their way into leaves.
+template <int Dim>
+struct Ordering
+{
+    /// 0 to 2^30 over the page, and at last which object it is.
+    alignas(64) std::int32_t column[Dim + 1][page_capacity];
+
+    /// A number that `wanted` of the keys are below, more than none and fewer than all. No two keys are the
+    /// same, none is negative, and all are below `end`; those that fill the last vector up aren't.
+    static HWY_ATTR std::int32_t bound_above(const std::int32_t* __restrict keys, std::uint32_t count,
+                                             std::uint32_t wanted, std::int64_t end)
+    {
+        // Where it would be if the keys between the bounds found so far were evenly spread, and, since they
+        // may not be, every other time in the middle.
+        std::int64_t from = 0, to = end;
+        std::uint32_t below_from = 0, below_to = count;
+        for (bool halve = false;; halve = !halve) {
+            const std::int64_t step =
+                halve ? (to - from) / 2 : (to - from) * (wanted - below_from) / (below_to - below_from);
+            const auto at =
+                static_cast<std::int32_t>(from + std::max(std::int64_t{1}, std::min(step, to - from - 1)));
+            const Vec<std::int32_t> bound(at);
+            std::uint32_t below = 0;
+            for (std::uint32_t k = 0; k < count; k += Vec<std::int32_t>::size)
+                below += static_cast<std::uint32_t>(
+                    std::popcount(mask_bits(Vec<std::int32_t>::load(keys + k) < bound)));
+            if (below == wanted) return at;
+            (below < wanted ? from : to) = at;
+            (below < wanted ? below_from : below_to) = below;
+        }
+    }
+
+    /// Moves the `low` objects with keys below `bound` to the front. On both sides they stay in order.
+    HWY_ATTR void part(std::uint32_t begin, std::uint32_t count, [[maybe_unused]] std::uint32_t low,
+                       const std::int32_t* __restrict keys, std::int32_t bound)
+    {
+#if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
+        __mmask16 here[lanes], below[lanes];
+        for (std::uint32_t k = 0; k < count; k += lanes) {
+            here[k / lanes] = static_cast<__mmask16>(count - k < lanes ? (1u << (count - k)) - 1 : 0xffff);
+            below[k / lanes] = _mm512_mask_cmplt_epi32_mask(here[k / lanes], _mm512_load_si512(keys + k),
+                                                            _mm512_set1_epi32(bound));
+        }
+        for (auto& each : column) {
+            // What is written in excess is read already, or overwritten later.
+            std::int32_t* front = each + begin;
+            alignas(64) std::int32_t others[page_capacity + lanes];
+            std::int32_t* back = others;
+            for (std::uint32_t k = 0; k < count; k += lanes) {
+                const __m512i objects = _mm512_load_si512(each + begin + k);
+                const __mmask16 lower = below[k / lanes];
+                const auto upper = static_cast<__mmask16>(here[k / lanes] & ~lower);
+                _mm512_storeu_si512(front, _mm512_maskz_compress_epi32(lower, objects));
+                _mm512_storeu_si512(back, _mm512_maskz_compress_epi32(upper, objects));
+                front += std::popcount(static_cast<unsigned>(lower));
+                back += std::popcount(static_cast<unsigned>(upper));
+            }
+            std::copy(others, back, front);
+        }
+#else
+        std::uint32_t from[page_capacity], next[2] = {low, 0};
+        for (std::uint32_t k = 0; k < count; ++k)
+            from[next[keys[k] < bound ? 1 : 0]++] = k;
+        alignas(64) std::int32_t sorted[page_capacity];
+        for (auto& each : column) {
+            std::int32_t* __restrict here = each + begin;
+            for (std::uint32_t k = 0; k < count; ++k)
+                sorted[k] = here[from[k]];
+            for (std::uint32_t k = 0; k < count; ++k)
+                here[k] = sorted[k];
+        }
+#endif
+    }
+
+    /// Splits [begin, end) so that neighbours come together in whole leaves.
+    HWY_ATTR void run(std::uint32_t begin, std::uint32_t end)
+    {
+        const std::uint32_t count = end - begin;
+        if (count <= lanes) return;
+        int axis = 0;
+        std::int32_t low_there = 0, widest = -1;
+        for (int d = 0; d < Dim; ++d) {
+            const std::int32_t* __restrict center = column[d] + begin;
+            std::int32_t low = center[0], high = low;
+            for (std::uint32_t k = 0; k < count; ++k) {
+                low = center[k] < low ? center[k] : low;
+                high = center[k] > high ? center[k] : high;
+            }
+            if (high - low <= widest) continue;
+            widest = high - low;
+            low_there = low;
+            axis = d;
+        }
+        // 22 bits of the place, and which object it is, so that no two are the same.
+        const int shift =
+            std::max(0, static_cast<int>(std::bit_width(static_cast<std::uint32_t>(widest))) - 22);
+        alignas(64) std::int32_t keys[page_capacity];
+        const std::int32_t* __restrict along = column[axis] + begin;
+        for (std::uint32_t k = 0; k < count; ++k)
+            keys[k] = ((along[k] - low_there) >> shift) << 8 | static_cast<std::int32_t>(k);
+        const std::uint32_t leaves = (count + lanes - 1) / lanes;
+        std::fill(keys + count, keys + leaves * lanes, std::numeric_limits<std::int32_t>::max());
+        const std::uint32_t below = leaves / 2 * lanes;
+        const std::int64_t above_all = (std::int64_t{widest >> shift} + 1) << 8;
+        part(begin, count, below, keys, bound_above(keys, count, below, above_all));
+        run(begin, begin + below);
+        run(begin + below, end);
+    }
+};
+
+template <int Dim, class T>
+HWY_ATTR void arrange(const Gathered<Dim, T>& objects, Leaf<Dim, T>* const* leaves, Bounds<Dim, T>& hulls)
+{
+    Ordering<Dim> ordering;
+    const std::uint32_t count = objects.count;
+    // Far from the greatest and the least float, so that sums, differences and the scale stay finite.
+    constexpr T furthest = T(1e37), least = T(1e-30);
+    alignas(64) T center[Dim][page_capacity];
+    T low[Dim], extent = 0;
+    for (int d = 0; d < Dim; ++d) {
+        for (std::uint32_t k = 0; k < count; ++k) {
+            const T lo = objects.lo[d][k], hi = objects.hi[d][k];
+            center[d][k] = (lo < -furthest  ? -furthest
+                            : lo > furthest ? furthest
+                                            : lo) +
+                           (hi < -furthest  ? -furthest
+                            : hi > furthest ? furthest
+                                            : hi);
+        }
+        const std::uint32_t end = (count + lanes - 1) / lanes * lanes;
+        std::fill(center[d] + count, center[d] + end, center[d][0]);
+        Vec<T> first = Vec<T>::load(center[d]), last = first;
+        for (std::uint32_t k = Vec<T>::size; k < end; k += Vec<T>::size) {
+            first = min(first, Vec<T>::load(center[d] + k));
+            last = max(last, Vec<T>::load(center[d] + k));
+        }
+        low[d] = min_lane(first);
+        extent = std::max(extent, max_lane(last) - low[d]);
+    }
+    const T scale = extent > least ? T(1 << 30) / extent : T(0);
+    for (int d = 0; d < Dim; ++d)
+        for (std::uint32_t k = 0; k < count; ++k)
+            ordering.column[d][k] = static_cast<std::int32_t>((center[d][k] - low[d]) * scale);
+    for (std::uint32_t k = 0; k < count; ++k)
+        ordering.column[Dim][k] = static_cast<std::int32_t>(k);
+    ordering.run(0, count);
+
+    hulls.clear();
+    for (std::uint32_t b = 0; b * lanes < count; ++b) {
+        Leaf<Dim, T>& leaf = *leaves[b];
+        const std::int32_t* const from = ordering.column[Dim] + b * lanes;
+        const std::uint32_t here = std::min(lanes, count - b * lanes);
+        for (std::uint32_t k = here; k < lanes; ++k) {
+            leaf.bounds.clear(k);
+            leaf.id[k] = no_id;
+        }
+        for (std::uint32_t k = 0; k < here; ++k) {
+            for (int d = 0; d < Dim; ++d) {
+                leaf.bounds.lo[d][k] = objects.lo[d][from[k]];
+                leaf.bounds.hi[d][k] = objects.hi[d][from[k]];
+            }
+            leaf.id[k] = objects.id[from[k]];
+        }
+    }
+    // Not sooner: numbers written one by one can't be read as a vector until they have reached the cache.
+    for (std::uint32_t b = 0; b * lanes < count; ++b) {
+        const Leaf<Dim, T>& leaf = *leaves[b];
+        for (int d = 0; d < Dim; ++d) {
+            Vec<T> lo = Vec<T>::load(leaf.bounds.lo[d]), hi = Vec<T>::load(leaf.bounds.hi[d]);
+            for (std::uint32_t k = Vec<T>::size; k < lanes; k += Vec<T>::size) {
+                lo = min(lo, Vec<T>::load(leaf.bounds.lo[d] + k));
+                hi = max(hi, Vec<T>::load(leaf.bounds.hi[d] + k));
+            }
+            // Zeros may have either sign: now they have the same on every instruction set.
+            hulls.lo[d][b] = min_lane(lo) + T(0);
+            hulls.hi[d][b] = max_lane(hi) + T(0);
+        }
+    }
+}
