@@ -106,6 +106,10 @@ TEST(ProcessItems, BlocksAreNumberedFromWhereTheyAreToldTo)
     EXPECT_EQ(both.items, 36u);
     EXPECT_EQ(both.blocks, 5u);
     EXPECT_EQ(both.slots, 1u);
+    jostle::WorkPlan wide = plan;
+    wide.slots = 3;
+    EXPECT_EQ(jostle::plan_both(plan, wide).slots, 3u);
+    EXPECT_EQ(jostle::plan_both(wide, plan).slots, 3u);
     jostle::WorkPlan most = plan;
     most.blocks = ~0u - 2;
     EXPECT_THROW((void)jostle::plan_both(most, plan), jostle::Error);
