@@ -21,13 +21,13 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace mpi {
 
-/// What a piece of a message tells; bytes that fill it up at its end are 0.
+/// What a piece of a message tells, about which object comes next; bytes that fill it up at its end are 0.
 enum class Kind : std::uint8_t
 {
     end,
     notice,    ///< to a region
-    added,     ///< to the directory: an id
-    removed,   ///< to the directory: an id
+    added,     ///< to the directory
+    removed,   ///< to the directory
     migrating, ///< to the new rank of an object
     began,
     persisted,
@@ -149,24 +149,26 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     void persisted(int to, const Pair<Dim, T>& pair) override { send(to, Kind::persisted, pair); }
     void ended(int to, const EndedPair& pair) override
     {
-        Exchange::Bytes& bytes = begin(to, Kind::ended);
-        put(bytes, pair.a);
-        put(bytes, pair.b);
+        Exchange::Bytes& bytes = begin(to, Kind::ended, pair.a);
+        put_short(bytes, pair.b - pair.a);
         put(bytes, static_cast<std::uint8_t>(pair.reason));
     }
-    Exchange::Bytes& begin(int to, Kind kind)
+    /// Ids as the steps from one to the next: most come in their order, and few bytes say the rest.
+    Exchange::Bytes& begin(int to, Kind kind, std::uint64_t id)
     {
         Exchange::Bytes& bytes = exchange.to(to);
+        std::uint64_t& last = exchange.last_id(to);
         put(bytes, static_cast<std::uint8_t>(kind));
+        put_short(bytes, step_to(id, last));
+        last = id;
         return bytes;
     }
     void send(int to, Kind kind, const Pair<Dim, T>& pair)
     {
-        Exchange::Bytes& bytes = begin(to, kind);
-        put(bytes, pair.a); // which the receiver owns, so that it knows the bounds
-        put(bytes, pair.b);
-        put(bytes, pair.bounds_b);
-        put(bytes, std::int32_t{pair.rank_of_b});
+        Exchange::Bytes& bytes = begin(to, kind, pair.a);
+        put_short(bytes, pair.b - pair.a);
+        put_near(bytes, pair.bounds_b, pair.bounds_a); // the receiver owns a, so that it knows its bounds
+        put_short(bytes, static_cast<std::uint32_t>(pair.rank_of_b));
     }
 
     // Questions about all objects.

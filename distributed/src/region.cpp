@@ -86,10 +86,10 @@ void Region<Dim, T>::recover(Lists<Dim, T>& shown, const Partition& partition)
 }
 
 template <int Dim, Coordinate T>
-void Region<Dim, T>::hear(Reader& from)
+void Region<Dim, T>::hear(std::uint64_t id, Reader& from)
 {
     std::uint32_t index = none;
-    const Notice notice = Notice::read(from, [&](std::uint64_t id) {
+    const Notice notice = Notice::read(from, id, [&] {
         index = places_.find(id)->second;
         return std::tuple(objects_[index].rank, state(index));
     });

@@ -137,7 +137,7 @@ void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
     const auto stage_one = [&](const Entry& each) {
         const bool will_exist = owned.will_exist(each);
         if (each.exists != will_exist)
-            put(begin(Directory::rank_of(each.id, ranks), will_exist ? Kind::added : Kind::removed), each.id);
+            begin(Directory::rank_of(each.id, ranks), will_exist ? Kind::added : Kind::removed, each.id);
         const Object<Dim, T>& object = owned.next(each);
         State<Dim, T> before, after;
         if (each.exists) before = each.now.state(margin);
@@ -189,7 +189,7 @@ void World<Dim, T>::Implementation::route(std::uint64_t id, const State<Dim, T>&
         if (!notice.enters) ++old_rank;
         if (!notice.leaves) ++new_rank;
         if (changed || notice.enters || notice.leaves || notice.is_told)
-            notice.write(begin(to, Kind::notice));
+            notice.write(begin(to, Kind::notice, id));
     }
 }
 
@@ -198,10 +198,9 @@ void World<Dim, T>::Implementation::send_away(std::uint64_t id, const Object<Dim
 {
     payload.clear();
     if (options.pack) options.pack(id, payload);
-    Exchange::Bytes& bytes = begin(home, Kind::migrating);
-    put(bytes, id);
+    Exchange::Bytes& bytes = begin(home, Kind::migrating, id);
     object.write(bytes);
-    put(bytes, std::uint64_t{payload.size()});
+    put_short(bytes, payload.size());
     bytes.insert(bytes.end(), payload.begin(), payload.end());
     coming.departed.push_back(id);
 }
@@ -210,29 +209,28 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::hear(std::span<const std::byte> message)
 {
     Reader from(message);
-    while (!from.empty())
-        switch (static_cast<Kind>(from.take<std::uint8_t>())) {
+    while (!from.empty()) {
+        const auto kind = static_cast<Kind>(from.take<std::uint8_t>());
+        if (kind == Kind::end) return;
+        const std::uint64_t id = from.take_id();
+        switch (kind) {
         case Kind::notice:
-            region.hear(from);
+            region.hear(id, from);
             break;
         case Kind::added:
-            directory.add(from.take<std::uint64_t>());
+            directory.add(id);
             break;
         case Kind::removed:
-            directory.remove(from.take<std::uint64_t>());
+            directory.remove(id);
             break;
-        case Kind::migrating: {
-            const auto id = from.take<std::uint64_t>();
+        default: { // migrating
             owned.receive(id, Object<Dim, T>::read(from));
-            const std::span<const std::byte> bytes =
-                from.bytes(static_cast<std::size_t>(from.take<std::uint64_t>()));
+            const std::span<const std::byte> bytes = from.bytes(static_cast<std::size_t>(from.take_short()));
             const auto& kept = coming.payloads.emplace_back(bytes.begin(), bytes.end());
             coming.arrived.push_back({id, kept});
-            break;
         }
-        default:
-            return;
         }
+    }
 }
 
 template <int Dim, Coordinate T>
@@ -242,15 +240,15 @@ void World<Dim, T>::Implementation::hear_pairs(std::span<const std::byte> messag
     while (!from.empty()) {
         const auto kind = static_cast<Kind>(from.take<std::uint8_t>());
         if (kind == Kind::end) return;
-        const auto a = from.take<std::uint64_t>(), b = from.take<std::uint64_t>();
+        const std::uint64_t a = from.take_id(), b = a + from.take_short();
         if (kind == Kind::ended) {
             coming.ended_out_of_order.push_back({a, b, static_cast<EndReason>(from.take<std::uint8_t>())});
             continue;
         }
         auto& list = (kind == Kind::began ? coming.began : coming.persisted).told;
-        const auto bounds_b = from.box<Dim, T>();
-        list.push_back(
-            {a, b, owned.next(*owned.find(a)).bounds(margin), bounds_b, from.take<std::int32_t>()});
+        const Aabb<Dim, T> bounds_a = owned.next(*owned.find(a)).bounds(margin);
+        const Aabb<Dim, T> bounds_b = from.box_near(bounds_a);
+        list.push_back({a, b, bounds_a, bounds_b, static_cast<int>(from.take_short())});
     }
 }
 
