@@ -127,18 +127,26 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
             if (!noted) noted = std::current_exception();
         }
     }
+    /// An object as of the last update.
+    [[nodiscard]] Object<Dim, T> now(std::uint64_t id) const
+    {
+        const Entry* const found = owned.find(id);
+        if (found == nullptr || !owned.exists(*found)) throw_not_here(id);
+        return owned.now(*found);
+    }
+    /// One that commands may be about.
     [[nodiscard]] const Entry& entry(std::uint64_t id) const
     {
         const Entry* const found = owned.find(id);
         if (found == nullptr || !found->exists) throw_not_here(id);
         return *found;
     }
-    /// What an object will be, to be changed by a command.
-    [[nodiscard]] Object<Dim, T>& change(std::uint64_t id)
+
+    /// A command that changes something besides an object's box.
+    template <class Change>
+    void change(std::uint64_t id, const Change& how) noexcept
     {
-        const Entry* const found = owned.find(id);
-        if (found == nullptr || !owned.will_exist(*found)) throw_not_here(id);
-        return owned.change(*found).next;
+        note([&] { owned.change_details(entry(id), how); });
     }
 
     [[nodiscard]] PairList<Dim, T> shown(const ListedPairs<Dim, T>& pairs) const noexcept

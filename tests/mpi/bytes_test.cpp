@@ -137,7 +137,7 @@ TEST(Bytes, BoxesNearOthers)
 TEST(Bytes, WhatHasMovedALittleIsShort)
 {
     Random random(2);
-    std::size_t all = 0;
+    std::size_t all = 0, at_rest = 0;
     for (int i = 0; i < 1000; ++i) {
         const auto before = world_tests::random_box<3, float>(random, 50);
         auto now = before;
@@ -151,9 +151,10 @@ TEST(Bytes, WhatHasMovedALittleIsShort)
         all += bytes.size();
         bytes.clear();
         put_near(bytes, before, before);
-        EXPECT_EQ(bytes.size(), 6u);
+        at_rest += bytes.size();
     }
     EXPECT_LT(all, 14'000u);
+    EXPECT_LT(at_rest, 7'000u);
 }
 
 } // namespace
