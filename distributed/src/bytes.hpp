@@ -34,13 +34,34 @@ void put(Bytes& bytes, Number number)
         little[i] = static_cast<std::byte>(bits >> (8 * i));
     bytes.insert(bytes.end(), little.begin(), little.end());
 }
-/// The nearer to 0 the fewer bytes: seven bits in each, the lowest first; all but the last have the eighth.
+/// Numbers of which those near to 0 take the fewest bytes: seven bits in each, the lowest first; all but the last
+/// have the eighth. Put together here, since a vector grows by one byte no faster than by many.
+template <std::size_t Most>
+class ShortNumbers
+{
+  public:
+    void add(std::uint64_t number) noexcept
+    {
+        for (; number >= 128; number >>= 7)
+            bytes_[size_++] = static_cast<std::byte>(number | 128);
+        bytes_[size_++] = static_cast<std::byte>(number);
+    }
+    template <class Bytes>
+    void put_into(Bytes& bytes) const
+    {
+        bytes.insert(bytes.end(), bytes_.data(), bytes_.data() + size_);
+    }
+
+  private:
+    std::array<std::byte, 10 * Most> bytes_;
+    std::size_t size_ = 0;
+};
 template <class Bytes>
 void put_short(Bytes& bytes, std::uint64_t number)
 {
-    for (; number >= 128; number >>= 7)
-        put(bytes, static_cast<std::uint8_t>(number | 128));
-    put(bytes, static_cast<std::uint8_t>(number));
+    ShortNumbers<1> one;
+    one.add(number);
+    one.put_into(bytes);
 }
 /// The way from one number to another, round the end where that is shorter: 0, -1, 1, -2, ... become 0, 1, 2, 3.
 template <class Unsigned>
@@ -93,10 +114,12 @@ template <int Dim, class T>
 template <class Bytes, int Dim, class T>
 void put_near(Bytes& bytes, const Aabb<Dim, T>& box, const Aabb<Dim, T>& known)
 {
+    ShortNumbers<2 * std::size_t{Dim}> steps;
     for (int d = 0; d < Dim; ++d) {
-        put_short(bytes, step_to(place_of(box.lo[d]), place_of(likely_lo(known, d))));
-        put_short(bytes, step_to(place_of(box.hi[d]), place_of(likely_hi(known, d, box.lo[d]))));
+        steps.add(step_to(place_of(box.lo[d]), place_of(likely_lo(known, d))));
+        steps.add(step_to(place_of(box.hi[d]), place_of(likely_hi(known, d, box.lo[d]))));
     }
+    steps.put_into(bytes);
 }
 template <class Bytes, int Dim, class T>
 void put(Bytes& bytes, const Aabb<Dim, T>& box)
