@@ -193,7 +193,8 @@ class Owned
         if (!is_pending(own)) note(own);
         return own;
     }
-    /// The place of the entry with this id, which is made if there is none. If that fails, nobody has `details`.
+    /// The place of the entry with this id, which is made if there is none. If that fails, `details` are
+    /// nobody's.
     std::uint32_t enter(std::uint64_t id, std::uint32_t details)
     {
         try {
