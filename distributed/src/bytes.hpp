@@ -34,8 +34,8 @@ void put(Bytes& bytes, Number number)
         little[i] = static_cast<std::byte>(bits >> (8 * i));
     bytes.insert(bytes.end(), little.begin(), little.end());
 }
-/// Numbers of which those near to 0 take the fewest bytes: seven bits in each, the lowest first; all but the last
-/// have the eighth. Put together here, since a vector grows by one byte no faster than by many.
+/// Numbers of which those near to 0 take the fewest bytes: seven bits in each, the lowest first; all but the
+/// last have the eighth. Put together here, since a vector grows by one byte no faster than by many.
 template <std::size_t Most>
 class ShortNumbers
 {
@@ -63,7 +63,7 @@ void put_short(Bytes& bytes, std::uint64_t number)
     one.add(number);
     one.put_into(bytes);
 }
-/// The way from one number to another, round the end where that is shorter: 0, -1, 1, -2, ... become 0, 1, 2, 3.
+/// The way from one number to another, round the end where that is shorter: 0, -1, 1, -2, ... are 0, 1, 2, 3.
 template <class Unsigned>
 [[nodiscard]] constexpr Unsigned step_to(Unsigned number, Unsigned from) noexcept
 {

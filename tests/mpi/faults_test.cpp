@@ -417,7 +417,7 @@ TEST(Faults, NoMemoryForACommandOrAWorld)
     memory.left = std::numeric_limits<std::int64_t>::max();
 }
 
-/// Every kind of command, out of memory at each of its allocations in turn: no effect, and in the end all of it.
+/// Every kind of command, out of memory at each of its allocations in turn: no effect, until it has all.
 TEST(Faults, NoMemoryForAnyCommand)
 {
     const Aabb3f box{{1, 1, 1}, {2, 2, 2}};
