@@ -154,7 +154,7 @@ class Region
     // An update: hear() all notices, search(), tell(); then keep() it or undo() it.
 
     void hear(std::uint64_t id, Reader& from);
-    /// In place of a notice, where an object is this rank's, enabled and strictly inside the region, and stays
+    /// In place of a notice, where an object is this rank's, enabled and strictly inside the region and stays
     /// so; false where it isn't. `guess` is where it may be, and becomes where it is: to look it up costs
     /// more than all else.
     [[nodiscard]] bool move_inside(std::uint64_t id, std::uint32_t& guess, const Aabb<Dim, T>& to);
