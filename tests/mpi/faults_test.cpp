@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What goes wrong on one rank is told on all, in the same words, and changes nothing.
 #include <array>
+#include <cmath>
 #include <functional>
 
 #include "exchange.hpp"
@@ -200,13 +201,14 @@ class ThrowingExecutor final : public jostle::Executor
 TEST(Faults, ExecutorThatThrows)
 {
     ThrowingExecutor executor;
-    Scene<3, float> scene(8, 30, {.executor = &executor});
-    for (int i = 0; i < 5000; ++i)
-        scene.add(world_tests::random_box<3, float>(scene.random, 30));
+    const double extent = 24 * std::cbrt(ranks());
+    Scene<3, float> scene(8, extent, {.executor = &executor});
+    for (int i = 0; i < 2500 * ranks(); ++i) // so many on each that it is asked for threads
+        scene.add(world_tests::random_box<3, float>(scene.random, extent));
     ASSERT_TRUE(scene.update());
     for (const bool divides : {false, true}) {
         for (const auto& [id, thing] : std::map(scene.things))
-            scene.move(id, world_tests::random_box<3, float>(scene.random, 30));
+            scene.move(id, world_tests::random_box<3, float>(scene.random, extent));
         if (divides) scene.world->request_rebalance();
         executor.throws = rank() == last();
         for (int twice = 0; twice < 2; ++twice) {
