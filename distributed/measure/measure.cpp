@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <exception>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <span>
 #include <stdexcept>
@@ -17,6 +18,7 @@
 
 #include "jostle/mpi.hpp"
 #include "partition.hpp"
+#include "region.hpp"
 #include "scenes/scenes.hpp"
 
 namespace {
@@ -363,70 +365,82 @@ void run(const std::string& name, std::uint64_t n, std::uint32_t threads, int fr
 /// What each of many ranks would search and receive if every object moved.
 struct Load
 {
-    explicit Load(std::size_t ranks) : objects(ranks), members(ranks), links(ranks * ranks) {}
-    std::vector<std::uint64_t> objects, members;
-    std::vector<bool> links; // from, to
-    std::uint64_t ghosts = 0;
+    using Notice = jostle::mpi::Notice<3, float>;
+    explicit Load(std::size_t ranks) : members(ranks) {}
+    std::vector<std::uint64_t> members;
+    std::map<std::pair<int, int>, std::uint64_t> messages; // from, to: the last id in it
+    std::uint64_t ghosts = 0, bytes = 0;
 
-    void add(int home, const jostle::mpi::Ranks& touched)
+    void add(int home, const jostle::mpi::Ranks& touched, const Notice& notice)
     {
-        ++objects[static_cast<std::size_t>(home)];
         for (const int rank : touched) {
             ++members[static_cast<std::size_t>(rank)];
             if (rank == home) continue;
             ++ghosts;
-            links[static_cast<std::size_t>(home) * objects.size() + static_cast<std::size_t>(rank)] = true;
+            std::uint64_t& last = messages[{home, rank}];
+            written_.assign(1, {}); // the kind
+            jostle::mpi::put_short(written_, jostle::mpi::step_to(notice.id, last));
+            notice.write(written_);
+            last = notice.id;
+            bytes += written_.size();
         }
     }
     void print(const std::string& system, const std::string& scene, std::uint64_t n, std::uint64_t seed) const
     {
-        const std::size_t ranks = objects.size();
+        const std::size_t ranks = members.size();
         const auto total =
             static_cast<double>(std::accumulate(members.begin(), members.end(), std::uint64_t{0}));
-        std::uint64_t most = 0, messages = 0;
-        for (std::size_t from = 0; from < ranks; ++from) {
-            const auto begin = links.begin() + static_cast<std::ptrdiff_t>(from * ranks);
-            const auto count = static_cast<std::uint64_t>(
-                std::count(begin, begin + static_cast<std::ptrdiff_t>(ranks), true));
-            most = std::max(most, count);
-            messages += count;
-        }
-        constexpr std::uint64_t notice = 35; // the kind, an id, two of flags, six bounds
+        std::vector<std::uint64_t> neighbours(ranks);
+        for (const auto& [link, last] : messages)
+            ++neighbours[static_cast<std::size_t>(link.first)];
         std::printf("{\"system\":\"%s\",\"scene\":\"%s\",\"n\":%llu,\"ranks\":%zu,\"ghosts\":%llu,"
                     "\"ghosts_per_object\":%.4f,\"bytes_of_boxes\":%llu,\"messages\":%llu,"
                     "\"most_neighbours\":%llu,\"imbalance\":%.3f,\"seed\":%llu}\n",
                     system.c_str(), scene.c_str(), static_cast<unsigned long long>(n), ranks,
                     static_cast<unsigned long long>(ghosts),
                     static_cast<double>(ghosts) / static_cast<double>(n),
-                    static_cast<unsigned long long>(notice * ghosts),
-                    static_cast<unsigned long long>(messages), static_cast<unsigned long long>(most),
+                    static_cast<unsigned long long>(bytes), static_cast<unsigned long long>(messages.size()),
+                    static_cast<unsigned long long>(*std::max_element(neighbours.begin(), neighbours.end())),
                     static_cast<double>(*std::max_element(members.begin(), members.end())) *
                         static_cast<double>(ranks) / total,
                     static_cast<unsigned long long>(seed));
         std::fflush(stdout);
     }
+
+  private:
+    std::vector<std::byte> written_;
 };
 
 void predict(const std::string& name, std::uint64_t n, std::uint64_t seed, int ranks)
 {
-    const Scene<3, float> scene(name, n, seed);
+    Scene<3, float> scene(name, n, seed);
+    const std::vector<Aabb3f> boxes(scene.boxes().begin(), scene.boxes().end());
+    scene.step(); // what every object has to tell
     jostle::mpi::WeightedPoints points(std::pmr::get_default_resource());
-    for (const Aabb3f& box : scene.boxes()) {
+    for (const Aabb3f& box : boxes) {
         const auto middle = jostle::mpi::Partition::middle(box);
         points.points.insert(points.points.end(), middle.begin(), middle.end());
         points.weights.push_back(1);
     }
     const jostle::mpi::Partition partition(MPI_COMM_WORLD, 3, points, ranks);
-    const Slabs in_slabs(scene.boxes(), ranks);
+    const Slabs in_slabs(boxes, ranks);
     Load divided(static_cast<std::size_t>(ranks)), slabs(static_cast<std::size_t>(ranks));
     jostle::mpi::Ranks touched;
-    for (const Aabb3f& box : scene.boxes()) {
+    for (std::uint64_t i = 0; i < n; ++i) {
+        const Aabb3f& box = boxes[i];
+        const Load::Notice notice{i,
+                                  0,
+                                  false,
+                                  false,
+                                  false,
+                                  {box, {}, jostle::mpi::Presence::enabled},
+                                  {scene.boxes()[i], {}, jostle::mpi::Presence::enabled}};
         partition.touched(box, touched);
-        divided.add(partition.at_middle_of(box), touched);
+        divided.add(partition.at_middle_of(box), touched, notice);
         touched.clear();
         for (int each = in_slabs.at(box.lo[0]); each <= in_slabs.at(box.hi[0]); ++each)
             touched.push_back(each);
-        slabs.add(in_slabs.home(box), touched);
+        slabs.add(in_slabs.home(box), touched, notice);
     }
     divided.print("jostle-mpi-counted", name, n, seed);
     slabs.print("slabs-counted", name, n, seed);

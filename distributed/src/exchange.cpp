@@ -17,12 +17,13 @@ constexpr std::size_t word = 8;
 } // namespace
 
 Exchange::Exchange(MPI_Comm comm, std::pmr::memory_resource* memory)
-    : comm_(comm), out_(memory), written_(memory), sent_(memory), received_(memory)
+    : comm_(comm), out_(memory), last_ids_(memory), written_(memory), sent_(memory), received_(memory)
 {
     int ranks = 1;
     MPI_Comm_rank(comm, &rank_);
     MPI_Comm_size(comm, &ranks);
     out_.resize(static_cast<std::size_t>(ranks));
+    last_ids_.resize(static_cast<std::size_t>(ranks));
 }
 
 void Exchange::note(int rank)
@@ -120,8 +121,10 @@ void Exchange::receive(Agreement& agreement, MPI_Message message, const MPI_Stat
 
 void Exchange::clear() noexcept
 {
-    for (const int rank : written_)
+    for (const int rank : written_) {
         out_[static_cast<std::size_t>(rank)].clear();
+        last_ids_[static_cast<std::size_t>(rank)] = 0;
+    }
     written_.clear();
 }
 

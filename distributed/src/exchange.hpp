@@ -37,6 +37,11 @@ class Exchange
         if (bytes.empty()) note(rank);
         return bytes;
     }
+    /// The last id that was written there; 0 in an empty message.
+    [[nodiscard]] std::uint64_t& last_id(int rank) noexcept
+    {
+        return last_ids_[static_cast<std::size_t>(rank)];
+    }
     [[nodiscard]] std::span<const std::byte> to_myself() const noexcept;
     /// Gets ready to send; after it start() needs no memory.
     void seal();
@@ -61,7 +66,8 @@ class Exchange
     MPI_Comm comm_;
     int rank_ = 0;
     int tag_ = 0;
-    std::pmr::vector<Bytes> out_;   // by rank
+    std::pmr::vector<Bytes> out_; // by rank
+    std::pmr::vector<std::uint64_t> last_ids_;
     std::pmr::vector<int> written_; // ranks with a message
     std::pmr::vector<MPI_Request> sent_;
     std::pmr::vector<Message> received_;

@@ -21,13 +21,13 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace mpi {
 
-/// What a piece of a message tells; bytes that fill it up at its end are 0.
+/// What a piece of a message tells, about which object comes next; bytes that fill it up at its end are 0.
 enum class Kind : std::uint8_t
 {
     end,
     notice,    ///< to a region
-    added,     ///< to the directory: an id
-    removed,   ///< to the directory: an id
+    added,     ///< to the directory
+    removed,   ///< to the directory
     migrating, ///< to the new rank of an object
     began,
     persisted,
@@ -127,18 +127,26 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
             if (!noted) noted = std::current_exception();
         }
     }
+    /// An object as of the last update.
+    [[nodiscard]] Object<Dim, T> now(std::uint64_t id) const
+    {
+        const Entry* const found = owned.find(id);
+        if (found == nullptr || !owned.exists(*found)) throw_not_here(id);
+        return owned.now(*found);
+    }
+    /// One that commands may be about.
     [[nodiscard]] const Entry& entry(std::uint64_t id) const
     {
         const Entry* const found = owned.find(id);
         if (found == nullptr || !found->exists) throw_not_here(id);
         return *found;
     }
-    /// What an object will be, to be changed by a command.
-    [[nodiscard]] Object<Dim, T>& change(std::uint64_t id)
+
+    /// A command that changes something besides an object's box.
+    template <class Change>
+    void change(std::uint64_t id, const Change& how) noexcept
     {
-        const Entry* const found = owned.find(id);
-        if (found == nullptr || !owned.will_exist(*found)) throw_not_here(id);
-        return owned.change(*found).next;
+        note([&] { owned.change_details(entry(id), how); });
     }
 
     [[nodiscard]] PairList<Dim, T> shown(const ListedPairs<Dim, T>& pairs) const noexcept
@@ -149,24 +157,26 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
     void persisted(int to, const Pair<Dim, T>& pair) override { send(to, Kind::persisted, pair); }
     void ended(int to, const EndedPair& pair) override
     {
-        Exchange::Bytes& bytes = begin(to, Kind::ended);
-        put(bytes, pair.a);
-        put(bytes, pair.b);
+        Exchange::Bytes& bytes = begin(to, Kind::ended, pair.a);
+        put_short(bytes, pair.b - pair.a);
         put(bytes, static_cast<std::uint8_t>(pair.reason));
     }
-    Exchange::Bytes& begin(int to, Kind kind)
+    /// Ids as the steps from one to the next: most come in their order, and few bytes say the rest.
+    Exchange::Bytes& begin(int to, Kind kind, std::uint64_t id)
     {
         Exchange::Bytes& bytes = exchange.to(to);
+        std::uint64_t& last = exchange.last_id(to);
         put(bytes, static_cast<std::uint8_t>(kind));
+        put_short(bytes, step_to(id, last));
+        last = id;
         return bytes;
     }
     void send(int to, Kind kind, const Pair<Dim, T>& pair)
     {
-        Exchange::Bytes& bytes = begin(to, kind);
-        put(bytes, pair.a); // which the receiver owns, so that it knows the bounds
-        put(bytes, pair.b);
-        put(bytes, pair.bounds_b);
-        put(bytes, std::int32_t{pair.rank_of_b});
+        Exchange::Bytes& bytes = begin(to, kind, pair.a);
+        put_short(bytes, pair.b - pair.a);
+        put_near(bytes, pair.bounds_b, pair.bounds_a); // the receiver owns a, so that it knows its bounds
+        put_short(bytes, static_cast<std::uint32_t>(pair.rank_of_b));
     }
 
     // Questions about all objects.

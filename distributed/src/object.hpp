@@ -74,17 +74,17 @@ template <int Dim, class T>
     return false;
 }
 
-/// What its rank knows of an object.
+/// What there is to an object besides its box. Most have nothing that differs from this.
 template <int Dim, Coordinate T>
-struct Object
+struct Details
 {
-    Aabb<Dim, T> box{};
     Vec<Dim, T> displacement{};
     T margin = 0; ///< its own alone
     ObjectFilter filter;
     bool enabled = true;
+    friend bool operator==(const Details&, const Details&) = default;
 
-    [[nodiscard]] Aabb<Dim, T> bounds(T margin_of_world) const noexcept
+    [[nodiscard]] Aabb<Dim, T> bounds(const Aabb<Dim, T>& box, T margin_of_world) const noexcept
     {
         const T all = margin_of_world + margin;
         Aabb<Dim, T> result = box;
@@ -94,9 +94,23 @@ struct Object
         }
         return result;
     }
+};
+
+/// What its rank knows of an object.
+template <int Dim, Coordinate T>
+struct Object
+{
+    Aabb<Dim, T> box{};
+    Details<Dim, T> details{};
+
+    [[nodiscard]] Aabb<Dim, T> bounds(T margin_of_world) const noexcept
+    {
+        return details.bounds(box, margin_of_world);
+    }
     [[nodiscard]] State<Dim, T> state(T margin_of_world) const noexcept
     {
-        return {bounds(margin_of_world), filter, enabled ? Presence::enabled : Presence::disabled};
+        return {bounds(margin_of_world), details.filter,
+                details.enabled ? Presence::enabled : Presence::disabled};
     }
 
     template <class Bytes>
@@ -104,20 +118,20 @@ struct Object
     {
         put(bytes, box);
         for (int d = 0; d < Dim; ++d)
-            put(bytes, displacement[d]);
-        put(bytes, margin);
-        put(bytes, filter);
-        put(bytes, std::uint8_t{enabled});
+            put(bytes, details.displacement[d]);
+        put(bytes, details.margin);
+        put(bytes, details.filter);
+        put(bytes, std::uint8_t{details.enabled});
     }
     [[nodiscard]] static Object read(Reader& from) noexcept
     {
         Object object;
         object.box = from.box<Dim, T>();
         for (int d = 0; d < Dim; ++d)
-            object.displacement[d] = from.take<T>();
-        object.margin = from.take<T>();
-        object.filter = from.filter();
-        object.enabled = from.take<std::uint8_t>() != 0;
+            object.details.displacement[d] = from.take<T>();
+        object.details.margin = from.take<T>();
+        object.details.filter = from.filter();
+        object.details.enabled = from.take<std::uint8_t>() != 0;
         return object;
     }
 };

@@ -70,8 +70,9 @@ class OwnedIndex
         version_.reset();
         objects_.clear();
         for (const auto& each : owned.entries())
-            if (each.exists && each.now.enabled)
-                objects_.push_back({each.id, each.now.filter, each.now.bounds(margin)});
+            if (owned.exists(each))
+                if (const Object<Dim, T> now = owned.now(each); now.details.enabled)
+                    objects_.push_back({each.id, now.details.filter, now.bounds(margin)});
         std::sort(objects_.begin(), objects_.end(),
                   [](const Entry& a, const Entry& b) { return a.id < b.id; });
         index_.build(objects_.empty() ? BoxView<Dim, T>()

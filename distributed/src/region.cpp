@@ -86,10 +86,10 @@ void Region<Dim, T>::recover(Lists<Dim, T>& shown, const Partition& partition)
 }
 
 template <int Dim, Coordinate T>
-void Region<Dim, T>::hear(Reader& from)
+void Region<Dim, T>::hear(std::uint64_t id, Reader& from)
 {
     std::uint32_t index = none;
-    const Notice notice = Notice::read(from, [&](std::uint64_t id) {
+    const Notice notice = Notice::read(from, id, [&] {
         index = places_.find(id)->second;
         return std::tuple(objects_[index].rank, state(index));
     });
@@ -122,28 +122,20 @@ void Region<Dim, T>::hear(const Notice& notice, std::uint32_t index)
 }
 
 template <int Dim, Coordinate T>
-bool Region<Dim, T>::has_inside(std::uint64_t id, std::uint32_t& guess) const noexcept
+bool Region<Dim, T>::move_inside(std::uint64_t id, std::uint32_t& guess, const Aabb<Dim, T>& to)
 {
     if (guess >= flags_.size() || (flags_[guess] & here) == 0 || objects_[guess].id != id) {
         const auto at = places_.find(id);
         if (at == places_.end()) return false;
         guess = at->second;
     }
-    return (flags_[guess] & inside) != 0;
-}
-
-template <int Dim, Coordinate T>
-void Region<Dim, T>::move_inside(std::uint32_t index, const Aabb<Dim, T>& to, const ObjectFilter& filter)
-{
+    if ((flags_[guess] & inside) == 0) return false;
     heard_ = true;
-    const Aabb<Dim, T> from = objects_[index].bounds;
-    if (members_[index].filter != filter)
-        return hear(
-            {objects_[index].id, rank_, false, false, false, state(index), {to, filter, Presence::enabled}},
-            index);
-    if (!differ(from, to)) return;
-    change_bounds(index, from, to);
-    touched_of_[index] = static_cast<std::uint32_t>(moved_.size() - 1);
+    const Aabb<Dim, T> from = objects_[guess].bounds;
+    if (!differ(from, to)) return true;
+    touched_of_[guess] = static_cast<std::uint32_t>(moved_.size());
+    change_bounds(guess, from, to);
+    return true;
 }
 
 template <int Dim, Coordinate T>

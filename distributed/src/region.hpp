@@ -31,45 +31,46 @@ struct Notice
                differ(before.bounds, now.bounds);
     }
 
+    /// All but the id. What the receiver knows, the state before unless it enters there, isn't repeated.
     template <class Bytes>
     void write(Bytes& bytes) const
     {
+        const State<Dim, T> known = enters ? State<Dim, T>{} : before;
         const bool there_before = before.presence == Presence::enabled;
         const bool with_home = enters || is_told;
-        const bool with_filter = enters || before.filter != now.filter;
         const bool with_before = enters && there_before && changed();
-        put(bytes, id);
+        const bool with_filter = now.filter != known.filter || (with_before && now.filter != before.filter);
         put(bytes, static_cast<std::uint8_t>(enters << 0 | leaves << 1 | with_home << 2 | with_filter << 3 |
-                                             with_before << 4 | there_before << 5));
-        put(bytes, static_cast<std::uint8_t>(now.presence));
-        if (with_home) put(bytes, std::int32_t{home});
+                                             with_before << 4 | there_before << 5 |
+                                             static_cast<int>(now.presence) << 6));
+        if (with_home) put_short(bytes, static_cast<std::uint32_t>(home));
         if (with_filter) put(bytes, now.filter);
-        if (now.presence == Presence::enabled) put(bytes, now.bounds);
+        if (now.presence == Presence::enabled) put_near(bytes, now.bounds, known.bounds);
         if (with_before) {
-            put(bytes, before.filter);
-            put(bytes, before.bounds);
+            if (with_filter) put(bytes, before.filter);
+            put_near(bytes, before.bounds, now.bounds);
         }
     }
-    /// `known(id)` is called for an object that doesn't enter; it returns its home and its state before.
+    /// `known()` is called for an object that doesn't enter; it returns its home and its state before.
     template <class Known>
-    [[nodiscard]] static Notice read(Reader& from, const Known& known)
+    [[nodiscard]] static Notice read(Reader& from, std::uint64_t id, const Known& known)
     {
         Notice notice{};
-        notice.id = from.take<std::uint64_t>();
+        notice.id = id;
         const auto flags = from.take<std::uint8_t>();
         notice.enters = (flags & 1) != 0;
         notice.leaves = (flags & 2) != 0;
-        if (!notice.enters) std::tie(notice.home, notice.before) = known(notice.id);
+        if (!notice.enters) std::tie(notice.home, notice.before) = known();
         notice.now.filter = notice.before.filter;
-        notice.now.presence = static_cast<Presence>(from.take<std::uint8_t>());
-        if ((flags & 4) != 0) notice.home = from.take<std::int32_t>();
+        notice.now.presence = static_cast<Presence>(flags >> 6);
+        if ((flags & 4) != 0) notice.home = static_cast<int>(from.take_short());
         if ((flags & 8) != 0) notice.now.filter = from.filter();
-        if (notice.now.presence == Presence::enabled) notice.now.bounds = from.box<Dim, T>();
+        if (notice.now.presence == Presence::enabled) notice.now.bounds = from.box_near(notice.before.bounds);
         if (notice.enters && (flags & 32) != 0) {
             notice.before = notice.now;
             if ((flags & 16) != 0) {
-                notice.before.filter = from.filter();
-                notice.before.bounds = from.box<Dim, T>();
+                if ((flags & 8) != 0) notice.before.filter = from.filter();
+                notice.before.bounds = from.box_near(notice.now.bounds);
             }
         }
         return notice;
@@ -152,12 +153,11 @@ class Region
 
     // An update: hear() all notices, search(), tell(); then keep() it or undo() it.
 
-    void hear(Reader& from);
-    /// Whether an object is this rank's, enabled and strictly inside the region. `guess` is where it may be,
-    /// and becomes where it is: to look it up costs more than all else.
-    [[nodiscard]] bool has_inside(std::uint64_t id, std::uint32_t& guess) const noexcept;
-    /// In place of a notice: such an object has new bounds, inside as well, and maybe another filter.
-    void move_inside(std::uint32_t index, const Aabb<Dim, T>& to, const ObjectFilter& filter);
+    void hear(std::uint64_t id, Reader& from);
+    /// In place of a notice, where an object is this rank's, enabled and strictly inside the region and stays
+    /// so; false where it isn't. `guess` is where it may be, and becomes where it is: to look it up costs
+    /// more than all else.
+    [[nodiscard]] bool move_inside(std::uint64_t id, std::uint32_t& guess, const Aabb<Dim, T>& to);
     void search();
     /// Tells each pair that this rank is to report to another one, and all that ended, and lists those of its
     /// own. `before` says how space was divided before the update.

@@ -21,11 +21,8 @@ void World<Dim, T>::Implementation::update()
         if (noted) std::rethrow_exception(std::exchange(noted, nullptr));
         region.recover(lists, partition);
     });
-    std::uint64_t objects = stats.objects;
-    for (const auto& change : owned.pending())
-        objects += std::uint64_t{change.exists} - std::uint64_t{owned.entries()[change.entry].exists};
     next.us_stage = clock.lap();
-    const bool divides = rebalancing.agree(agreement, !partition, objects, region.ghosts());
+    const bool divides = rebalancing.agree(agreement, !partition, owned.size(), region.ghosts());
     next.us_wait = clock.lap();
     Partition now;
     if (divides) {
@@ -115,8 +112,8 @@ void World<Dim, T>::Implementation::collect(WeightedPoints& points) const
     points.points.reserve(owned.entries().size() * Dim);
     points.weights.reserve(owned.entries().size());
     for (const Entry& each : owned.entries()) {
-        const Object<Dim, T>& object = owned.next(each);
-        if (!owned.will_exist(each) || !object.enabled) continue;
+        const Object<Dim, T> object = owned.next(each);
+        if (!each.exists || !object.details.enabled) continue;
         const auto middle = Partition::middle(object.bounds(margin));
         points.points.insert(points.points.end(), middle.begin(), middle.begin() + Dim);
         points.weights.push_back(weight);
@@ -135,14 +132,14 @@ void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
         return !std::binary_search(is.begin(), is.end(), rank);
     };
     const auto stage_one = [&](const Entry& each) {
-        const bool will_exist = owned.will_exist(each);
-        if (each.exists != will_exist)
-            put(begin(Directory::rank_of(each.id, ranks), will_exist ? Kind::added : Kind::removed), each.id);
-        const Object<Dim, T>& object = owned.next(each);
+        const bool existed = owned.exists(each);
+        if (existed != each.exists)
+            begin(Directory::rank_of(each.id, ranks), each.exists ? Kind::added : Kind::removed, each.id);
+        const Object<Dim, T> object = owned.next(each);
         State<Dim, T> before, after;
-        if (each.exists) before = each.now.state(margin);
-        if (will_exist) after = object.state(margin);
-        const bool moves = options.migrate && will_exist && (divided || has_left(after));
+        if (existed) before = owned.now(each).state(margin);
+        if (each.exists) after = object.state(margin);
+        const bool moves = options.migrate && each.exists && (divided || has_left(after));
         const int home = moves ? now.at_middle_of(after.bounds) : rank;
         route(each.id, before, after, home, now, divided);
         if (home != rank) send_away(each.id, object, home);
@@ -152,13 +149,11 @@ void World<Dim, T>::Implementation::stage(const Partition& now, bool divided)
             stage_one(each);
         return;
     }
-    for (const auto& change : owned.pending()) {
-        const Entry& each = owned.entries()[change.entry];
-        const Aabb<Dim, T> bounds = change.next.bounds(margin);
-        if (each.exists && change.exists && change.next.enabled && partition.is_inside(bounds) &&
-            region.has_inside(each.id, each.member))
-            region.move_inside(each.member, bounds, change.next.filter);
-        else
+    for (const auto& pending : owned.pending()) {
+        const Entry& each = owned.entries()[pending.entry];
+        const Aabb<Dim, T> bounds = owned.bounds(each, margin);
+        if (!owned.only_moves(pending, each) || !partition.is_inside(bounds) ||
+            !region.move_inside(each.id, each.member, bounds))
             stage_one(each);
     }
 }
@@ -189,7 +184,7 @@ void World<Dim, T>::Implementation::route(std::uint64_t id, const State<Dim, T>&
         if (!notice.enters) ++old_rank;
         if (!notice.leaves) ++new_rank;
         if (changed || notice.enters || notice.leaves || notice.is_told)
-            notice.write(begin(to, Kind::notice));
+            notice.write(begin(to, Kind::notice, id));
     }
 }
 
@@ -198,10 +193,9 @@ void World<Dim, T>::Implementation::send_away(std::uint64_t id, const Object<Dim
 {
     payload.clear();
     if (options.pack) options.pack(id, payload);
-    Exchange::Bytes& bytes = begin(home, Kind::migrating);
-    put(bytes, id);
+    Exchange::Bytes& bytes = begin(home, Kind::migrating, id);
     object.write(bytes);
-    put(bytes, std::uint64_t{payload.size()});
+    put_short(bytes, payload.size());
     bytes.insert(bytes.end(), payload.begin(), payload.end());
     coming.departed.push_back(id);
 }
@@ -210,29 +204,28 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::hear(std::span<const std::byte> message)
 {
     Reader from(message);
-    while (!from.empty())
-        switch (static_cast<Kind>(from.take<std::uint8_t>())) {
+    while (!from.empty()) {
+        const auto kind = static_cast<Kind>(from.take<std::uint8_t>());
+        if (kind == Kind::end) return;
+        const std::uint64_t id = from.take_id();
+        switch (kind) {
         case Kind::notice:
-            region.hear(from);
+            region.hear(id, from);
             break;
         case Kind::added:
-            directory.add(from.take<std::uint64_t>());
+            directory.add(id);
             break;
         case Kind::removed:
-            directory.remove(from.take<std::uint64_t>());
+            directory.remove(id);
             break;
-        case Kind::migrating: {
-            const auto id = from.take<std::uint64_t>();
+        default: { // migrating
             owned.receive(id, Object<Dim, T>::read(from));
-            const std::span<const std::byte> bytes =
-                from.bytes(static_cast<std::size_t>(from.take<std::uint64_t>()));
+            const std::span<const std::byte> bytes = from.bytes(static_cast<std::size_t>(from.take_short()));
             const auto& kept = coming.payloads.emplace_back(bytes.begin(), bytes.end());
             coming.arrived.push_back({id, kept});
-            break;
         }
-        default:
-            return;
         }
+    }
 }
 
 template <int Dim, Coordinate T>
@@ -242,15 +235,15 @@ void World<Dim, T>::Implementation::hear_pairs(std::span<const std::byte> messag
     while (!from.empty()) {
         const auto kind = static_cast<Kind>(from.take<std::uint8_t>());
         if (kind == Kind::end) return;
-        const auto a = from.take<std::uint64_t>(), b = from.take<std::uint64_t>();
+        const std::uint64_t a = from.take_id(), b = a + from.take_short();
         if (kind == Kind::ended) {
             coming.ended_out_of_order.push_back({a, b, static_cast<EndReason>(from.take<std::uint8_t>())});
             continue;
         }
         auto& list = (kind == Kind::began ? coming.began : coming.persisted).told;
-        const auto bounds_b = from.box<Dim, T>();
-        list.push_back(
-            {a, b, owned.next(*owned.find(a)).bounds(margin), bounds_b, from.take<std::int32_t>()});
+        const Aabb<Dim, T> bounds_a = owned.bounds(*owned.find(a), margin);
+        const Aabb<Dim, T> bounds_b = from.box_near(bounds_a);
+        list.push_back({a, b, bounds_a, bounds_b, static_cast<int>(from.take_short())});
     }
 }
 

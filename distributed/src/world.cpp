@@ -23,7 +23,7 @@ std::ostringstream plain_stream(int digits)
 }
 
 template <int Dim, class T>
-void check_box(std::uint64_t id, const Aabb<Dim, T>& box)
+void refuse_box(std::uint64_t id, const Aabb<Dim, T>& box)
 {
     for (int d = 0; d < Dim; ++d) {
         const bool lo_nan = box.lo[d] != box.lo[d], hi_nan = box.hi[d] != box.hi[d];
@@ -40,6 +40,14 @@ void check_box(std::uint64_t id, const Aabb<Dim, T>& box)
                 << "; swap them";
         throw Error(ErrorCode::inverted_box, message.str(), id);
     }
+}
+template <int Dim, class T>
+void check_box(std::uint64_t id, const Aabb<Dim, T>& box)
+{
+    bool good = true;
+    for (int d = 0; d < Dim; ++d)
+        good = good && box.lo[d] <= box.hi[d]; // not for NaN
+    if (!good) refuse_box(id, box);
 }
 
 /// `whose` is the world's or an object's, whose id is given then.
@@ -136,12 +144,12 @@ void World<Dim, T>::add(std::uint64_t id, const Box& box, const Options& options
         check_box(id, box);
         check_margin<T>(options.margin, own.margin + options.margin, "object ", id);
         const auto* const entry = own.owned.find(id);
-        if (entry != nullptr && (entry->exists || own.owned.will_exist(*entry)))
+        if (entry != nullptr && (entry->exists || own.owned.exists(*entry)))
             throw Error(ErrorCode::invalid_argument,
                         "object " + std::to_string(id) + " is added, and this rank has it already" +
-                            (own.owned.will_exist(*entry) ? "" : ", until the update that removes it"),
+                            (entry->exists ? "" : ", until the update that removes it"),
                         id);
-        own.owned.add(id, {box, {}, options.margin, options.filter, options.enabled});
+        own.owned.add(id, {box, {{}, options.margin, options.filter, options.enabled}});
     });
 }
 
@@ -158,11 +166,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::remove(std::uint64_t id) noexcept
 {
     auto& own = *implementation_;
-    own.note([&] {
-        const auto* const entry = own.owned.find(id);
-        if (entry == nullptr || !own.owned.will_exist(*entry)) throw_not_here(id);
-        own.owned.change(*entry).exists = false;
-    });
+    own.note([&] { own.owned.remove(own.entry(id)); });
 }
 
 template <int Dim, Coordinate T>
@@ -170,9 +174,7 @@ void World<Dim, T>::move(std::uint64_t id, const Box& box) noexcept
 {
     implementation_->note([&] {
         check_box(id, box);
-        Object<Dim, T>& next = implementation_->change(id);
-        next.box = box;
-        next.displacement = {};
+        implementation_->owned.move(implementation_->entry(id), box, {});
     });
 }
 
@@ -196,31 +198,29 @@ void World<Dim, T>::move(std::uint64_t id, const Box& box, const Vector& displac
                         << "] = " << displacement[d] << " doesn't take " << box.lo[d] << " to a number";
                 throw Error(ErrorCode::nan_coordinate, message.str(), id);
             }
-        Object<Dim, T>& next = implementation_->change(id);
-        next.box = box;
-        next.displacement = displacement;
+        implementation_->owned.move(implementation_->entry(id), box, displacement);
     });
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::set_filter(std::uint64_t id, const ObjectFilter& filter) noexcept
 {
-    implementation_->note([&] { implementation_->change(id).filter = filter; });
+    implementation_->change(id, [&](Details<Dim, T>& details) { details.filter = filter; });
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::set_margin(std::uint64_t id, T margin) noexcept
 {
-    implementation_->note([&] {
+    implementation_->change(id, [&](Details<Dim, T>& details) {
         check_margin<T>(margin, implementation_->margin + margin, "object ", id);
-        implementation_->change(id).margin = margin;
+        details.margin = margin;
     });
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::set_enabled(std::uint64_t id, bool enabled) noexcept
 {
-    implementation_->note([&] { implementation_->change(id).enabled = enabled; });
+    implementation_->change(id, [&](Details<Dim, T>& details) { details.enabled = enabled; });
 }
 
 template <int Dim, Coordinate T>
@@ -308,34 +308,34 @@ void World<Dim, T>::ids(std::vector<std::uint64_t>& out) const
 {
     out.clear();
     for (const auto& entry : implementation_->owned.entries())
-        if (entry.exists) out.push_back(entry.id);
+        if (implementation_->owned.exists(entry)) out.push_back(entry.id);
     std::sort(out.begin(), out.end());
 }
 template <int Dim, Coordinate T>
 bool World<Dim, T>::contains(std::uint64_t id) const noexcept
 {
     const auto* const entry = implementation_->owned.find(id);
-    return entry != nullptr && implementation_->owned.will_exist(*entry);
+    return entry != nullptr && entry->exists;
 }
 template <int Dim, Coordinate T>
 Aabb<Dim, T> World<Dim, T>::box(std::uint64_t id) const
 {
-    return implementation_->entry(id).now.box;
+    return implementation_->now(id).box;
 }
 template <int Dim, Coordinate T>
 Aabb<Dim, T> World<Dim, T>::bounds(std::uint64_t id) const
 {
-    return implementation_->entry(id).now.bounds(implementation_->margin);
+    return implementation_->now(id).bounds(implementation_->margin);
 }
 template <int Dim, Coordinate T>
 ObjectFilter World<Dim, T>::filter(std::uint64_t id) const
 {
-    return implementation_->entry(id).now.filter;
+    return implementation_->now(id).details.filter;
 }
 template <int Dim, Coordinate T>
 bool World<Dim, T>::enabled(std::uint64_t id) const
 {
-    return implementation_->entry(id).now.enabled;
+    return implementation_->now(id).details.enabled;
 }
 // --- Snapshots -------------------------------------------------------------------------------------------
 
@@ -356,9 +356,9 @@ std::vector<std::byte> World<Dim, T>::save() const
                           own.stats.objects};
         part.write_head(bytes);
         for (const auto& entry : own.owned.entries()) {
-            if (!entry.exists) continue;
+            if (!own.owned.exists(entry)) continue;
             put(bytes, entry.id);
-            entry.now.write(bytes);
+            own.owned.now(entry).write(bytes);
         }
         stamp = checksum(bytes);
     });

@@ -25,7 +25,7 @@ for scene, ranks in (("uniform", 2), ("resting", 3)):
     assert set(divisions) == {"times", "ms", "extra_ms", "partition_ms", "share"}, divisions
     assert divisions["times"] <= min(rows[0]["partitions"], 2), rows[0]
     assert set(rows[0]["stages"]) == {"stage", "partition", "search", "pairs", "wait"}, rows[0]
-    # A ghost that moves is told of in 35 bytes; whole messages are filled up to eight.
+    # Messages are filled up to eight bytes.
     assert rows[0]["bytes"] == rows[0]["bytes"] // 8 * 8, rows[0]
 
 counted = {(row["system"], row["ranks"]): row
@@ -33,7 +33,7 @@ counted = {(row["system"], row["ranks"]): row
 assert counted["jostle-mpi-counted", 1]["ghosts"] == 0 and counted["slabs-counted", 1]["ghosts"] == 0
 for ranks in (8, 64):
     ours, slabs = counted["jostle-mpi-counted", ranks], counted["slabs-counted", ranks]
-    assert 0 < ours["ghosts"] < slabs["ghosts"] and ours["bytes_of_boxes"] == 35 * ours["ghosts"], (ours, slabs)
+    assert 0 < ours["ghosts"] < slabs["ghosts"] and 12 < ours["bytes_of_boxes"] / ours["ghosts"] < 18, (ours, slabs)
     assert 1 <= ours["imbalance"] < 1.5 and ours["most_neighbours"] < ranks, ours
 
 result = subprocess.run([sys.argv[1], "distribute", "nowhere"], capture_output=True, text=True, check=False)

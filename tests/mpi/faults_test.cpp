@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // What goes wrong on one rank is told on all, in the same words, and changes nothing.
 #include <array>
+#include <cmath>
+#include <functional>
 
 #include "exchange.hpp"
 #include "scene.hpp"
@@ -148,6 +150,75 @@ TEST(Faults, DifferentTermsAreRefused)
                              jostle::mpi::World3f world(MPI_COMM_WORLD, serial);
                      }),
                      "the number of bytes in a coordinate is 8, and 4 on rank 0"));
+}
+
+/// What rank 0 would say first in the constructor of a World of another version.
+TEST(Faults, AnotherVersionIsRefused)
+{
+    if (ranks() == 1) return;
+    struct Terms
+    {
+        double margin;
+        std::uint32_t version[3], dimensions, coordinate_bytes, rebalance, migrate;
+    };
+    for (const int part : {0, 1, 2}) {
+        const std::string failure = failure_of([&] {
+            if (rank() != 0) jostle::mpi::World3f world(MPI_COMM_WORLD, serial);
+            MPI_Comm comm = MPI_COMM_NULL;
+            MPI_Comm_dup(MPI_COMM_WORLD, &comm);
+            Terms terms{0, {JOSTLE_VERSION_MAJOR, JOSTLE_VERSION_MINOR, JOSTLE_VERSION_PATCH}, 3, 4, 0, 1};
+            terms.version[part] += 7;
+            MPI_Bcast(&terms, sizeof terms, MPI_BYTE, 0, comm);
+            try {
+                jostle::mpi::Agreement(comm).settle();
+            } catch (...) {
+                MPI_Comm_free(&comm);
+                throw;
+            }
+        });
+        const std::uint32_t mine[] = {JOSTLE_VERSION_MAJOR, JOSTLE_VERSION_MINOR, JOSTLE_VERSION_PATCH};
+        EXPECT_TRUE(says(failure, std::string("rank 1: Jostle's ") +
+                                      std::array{"major", "minor", "patch"}[static_cast<std::size_t>(part)] +
+                                      " version is " + std::to_string(mine[part]) + ", and " +
+                                      std::to_string(mine[part] + 7) + " on rank 0"))
+            << failure;
+    }
+}
+
+/// One by one on the calling thread, until it is to throw.
+class ThrowingExecutor final : public jostle::Executor
+{
+  public:
+    bool throws = false;
+    std::uint32_t concurrency() const noexcept override { return 2; }
+    void run(std::uint32_t count, jostle::FunctionRef<void(std::uint32_t)> task) override
+    {
+        if (throws) throw std::runtime_error("no thread can be started");
+        for (std::uint32_t i = 0; i < count; ++i)
+            task(i);
+    }
+};
+TEST(Faults, ExecutorThatThrows)
+{
+    ThrowingExecutor executor;
+    const double extent = 24 * std::cbrt(ranks());
+    Scene<3, float> scene(8, extent, {.executor = &executor});
+    for (int i = 0; i < 2500 * ranks(); ++i) // so many on each that it is asked for threads
+        scene.add(world_tests::random_box<3, float>(scene.random, extent));
+    ASSERT_TRUE(scene.update());
+    for (const bool divides : {false, true}) {
+        for (const auto& [id, thing] : std::map(scene.things))
+            scene.move(id, world_tests::random_box<3, float>(scene.random, extent));
+        if (divides) scene.world->request_rebalance();
+        executor.throws = rank() == last();
+        for (int twice = 0; twice < 2; ++twice) {
+            const std::string failure = failure_of([&] { scene.world->update(); });
+            EXPECT_TRUE(says(failure, "rank " + std::to_string(last()) + ": no thread can be started"))
+                << failure;
+        }
+        executor.throws = false;
+        ASSERT_TRUE(scene.update());
+    }
 }
 
 TEST(Faults, PackThatThrows)
@@ -346,6 +417,51 @@ TEST(Faults, NoMemoryForACommandOrAWorld)
     EXPECT_TRUE(
         says(failure_of([&] { jostle::mpi::World3f world(MPI_COMM_WORLD, options); }), "no memory left"));
     memory.left = std::numeric_limits<std::int64_t>::max();
+}
+
+/// Every kind of command, out of memory at each of its allocations in turn: no effect, until it has all.
+TEST(Faults, NoMemoryForAnyCommand)
+{
+    const Aabb3f box{{1, 1, 1}, {2, 2, 2}};
+    const jostle::ObjectFilter filter{.category = 6, .mask = 3, .owner = 4};
+    const std::function<void(jostle::mpi::World3f&, std::uint64_t)> commands[] = {
+        [&](auto& world, auto id) { world.move(id, box, {1, 0, 2}); },
+        [&](auto& world, auto id) { world.set_filter(id, filter); },
+        [](auto& world, auto id) { world.set_margin(id, 0.5f); },
+        [](auto& world, auto id) { world.set_enabled(id, false); },
+        [](auto& world, auto id) { world.remove(id); },
+        [&](auto& world, auto) { world.add(3, box, {.filter = filter}); }};
+    std::int64_t failures = 0;
+    for (const auto& command : commands) {
+        FailingMemory memory;
+        auto options = serial;
+        options.memory = &memory;
+        options.migrate = false;
+        std::int64_t allocations = -1;
+        bool failed = true;
+        while (failed) {
+            Scene<3, float> scene(5, 6, options);
+            std::uint64_t id = 0;
+            for (float x = 0; x < 4; ++x)
+                id = scene.add({{x, 0, 0}, {x + 1.5f, 1, 1}}, last());
+            ASSERT_TRUE(scene.update());
+            const Seen before(*scene.world);
+            ++allocations;
+            if (rank() == last()) {
+                memory.left = allocations;
+                command(*scene.world, id);
+                memory.left = std::numeric_limits<std::int64_t>::max();
+            }
+            const std::string failure = failure_of([&] { scene.world->update(); });
+            failed = !failure.empty();
+            if (!failed) break;
+            EXPECT_TRUE(says(failure, "rank " + std::to_string(last()) + ": no memory left")) << failure;
+            ASSERT_TRUE(everywhere(Seen(*scene.world) == before));
+            ASSERT_TRUE(scene.update());
+        }
+        failures += allocations;
+    }
+    EXPECT_GT(failures, 5);
 }
 
 TEST(Exchange, EveryMessageArrivesOnceFromItsSource)

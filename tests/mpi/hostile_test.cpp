@@ -54,6 +54,22 @@ TEST(Hostile, AllBeginOnOneRank)
     EXPECT_EQ(scene.migrated == 0, ranks() == 1);
 }
 
+TEST(Hostile, AllStayOnOneRank)
+{
+    auto options = serial;
+    options.migrate = false;
+    Scene<3, float> scene(9, 12, options);
+    for (int i = 0; i < 300; ++i)
+        scene.add(random_cube(scene.random, 12), ranks() - 1);
+    for (int k = 0; k < 4; ++k) {
+        ASSERT_TRUE(scene.update());
+        EXPECT_EQ(scene.world->size(), rank() == ranks() - 1 ? 300u : 0u);
+        for (const auto& [id, thing] : std::map(scene.things))
+            scene.move(id, random_cube(scene.random, 12));
+    }
+    EXPECT_GT(scene.persisted, 0u);
+}
+
 TEST(Hostile, EverythingCrossesTheScene)
 {
     auto options = serial;
