@@ -67,9 +67,9 @@ inline Vec3 across_axis(const Vec3& d)
     const Vec3 across{d.x / big, 0, d.z / big};
     return across * (1 / length(across));
 }
-/// A smooth core's support function is made of smooth pieces: the upper and lower rim of a cylinder, the tip and
-/// the rim of a cone, all of an ellipsoid. The number of the piece in which the point furthest along d lies, in
-/// local axes.
+/// A smooth core's support function is made of smooth pieces: the upper and lower rim of a cylinder, the tip
+/// and the rim of a cone, all of an ellipsoid. The number of the piece in which the point furthest along d
+/// lies, in local axes.
 inline std::uint32_t smooth_piece(const Core3& core, const Vec3& d)
 {
     const Vec3& size = core.lengths;

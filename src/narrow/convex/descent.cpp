@@ -88,17 +88,18 @@ struct Piece
     double excess = 0; ///< of the overlap over its model's, where the last step was too long
 };
 
-/// A search for the direction along which two cores overlap least. The overlap is the greatest of its pieces',
-/// which are smooth, and least within a piece, or where two or three of them are equal: a face that meets an
-/// edge, two edges. So each step goes to where the greatest of the pieces' quadratic models is least, and a
-/// piece is modelled once it is met. That is Newton's method for minimax. Source: Fletcher, Practical Methods of
-/// Optimization (1987), sec. 14.
+/// A search for the direction along which two cores overlap least. The overlap is the greatest of its
+/// pieces', which are smooth, and least within a piece, or where two or three of them are equal: a face that
+/// meets an edge, two edges. So each step goes to where the greatest of the pieces' quadratic models is
+/// least, and a piece is modelled once it is met. That is Newton's method for minimax. Source: Fletcher,
+/// Practical Methods of Optimization (1987), sec. 14.
 class Descent
 {
   public:
     Descent(const Core3& a, const Core3& b) : a_(a), b_(b), size_(a.reach + b.reach) {}
 
-    /// Goes downhill, and keeps what it finds if it is the least so far. Returns false if `start` is the end, too.
+    /// Goes downhill, and keeps what it finds if it is the least so far. Returns false if `start` is the end,
+    /// too.
     bool from(const Vec3& start)
     {
         left_disc_ = false;
@@ -133,22 +134,26 @@ class Descent
     static constexpr int most_pieces = 4, most_steps = 40, most_found = 8;
     static constexpr double longest_turn = 0.2; ///< radians: the models are no good further off
 
-    [[nodiscard]] bool knows(const Piece& piece) const
+    [[nodiscard]] Piece* known(const Piece& piece)
     {
         for (int i = 0; i < count_; ++i)
-            if (piece_[i].of_a == piece.of_a && piece_[i].of_b == piece.of_b) return true;
-        return false;
+            if (piece_[i].of_a == piece.of_a && piece_[i].of_b == piece.of_b) return &piece_[i];
+        return nullptr;
     }
-    /// Sets what a piece is at the direction where the search is.
+    /// Sets the points of a piece at the direction where the search is.
     void look(Piece& piece) const
     {
         piece.a = point_of(a_, piece.of_a, n_);
         piece.b = point_of(b_, piece.of_b, -n_);
+    }
+    /// The rest, from the points.
+    void measure(Piece& piece) const
+    {
         const Vec3 w = piece.a - piece.b;
         piece.overlap = dot(n_, w);
         piece.slope = {dot(u_, w), dot(v_, w)};
     }
-    void add(Piece piece)
+    Piece& add(const Piece& piece)
     {
         if (count_ == most_pieces) { // the lightest goes
             int lightest = 0;
@@ -156,9 +161,7 @@ class Descent
                 if (piece_[i].weight < piece_[lightest].weight) lightest = i;
             piece_[lightest] = piece_[--count_];
         }
-        piece.weight = 0;
-        look(piece);
-        piece_[count_++] = piece;
+        return piece_[count_++] = piece;
     }
     void move(const Vec3& to, const Piece& there)
     {
@@ -169,9 +172,14 @@ class Descent
         for (int i = 0; i < count_; ++i)
             if (piece_[i].weight > 0) piece_[kept++] = piece_[i];
         count_ = kept;
+        Piece* highest = known(there);
+        if (highest == nullptr) highest = &add(there);
         for (int i = 0; i < count_; ++i)
-            look(piece_[i]);
-        if (!knows(there)) add(there);
+            if (&piece_[i] != highest) look(piece_[i]);
+        highest->a = there.a;
+        highest->b = there.b;
+        for (int i = 0; i < count_; ++i)
+            measure(piece_[i]);
     }
     void jump(const Vec3& to)
     {
@@ -203,7 +211,8 @@ class Descent
         }
     }
 
-    /// Takes the step that was proposed, or a shorter one, or meets a new piece. Returns false if no step is any good.
+    /// Takes the step that was proposed, or a shorter one, or meets a new piece. Returns false if no step is
+    /// any good.
     bool advance(double& trust)
     {
         for (bool corrected = false;;) {
@@ -220,8 +229,10 @@ class Descent
                 trust = std::min(longest_turn, 3 * far);
                 return true;
             }
-            if (!knows(there)) {
-                add(there);
+            if (known(there) == nullptr) {
+                Piece& met = add(there);
+                look(met);
+                measure(met);
                 return true;
             }
             if (!corrected && count_ > 1)
@@ -232,9 +243,9 @@ class Descent
         }
     }
 
-    /// A rim bends ever more sharply towards the normal of its disc, where the overlap has a pit or a peak that no
-    /// model sees. If that is near and downhill, goes there and either stays, which returns true, or leaves on
-    /// the steepest way down.
+    /// A rim bends ever more sharply towards the normal of its disc, where the overlap has a pit or a peak
+    /// that no model sees. If that is near and downhill, goes there and either stays, which returns true, or
+    /// leaves on the steepest way down.
     bool settles_on_disc()
     {
         if (left_disc_) return false;
@@ -287,7 +298,8 @@ class Descent
     }
     static constexpr double right_angle = 1e-18; ///< but for rounding, of the square of a sine
 
-    /// Sets the next step and the pieces' weights there. Returns what the overlap would be if the models were exact.
+    /// Sets the next step and the pieces' weights there. Returns what the overlap would be if the models were
+    /// exact.
     double propose(double trust)
     {
         bend_ = {};
@@ -302,15 +314,16 @@ class Descent
             (heavy == nullptr ? heavy : other) = &p;
         }
         bend_.add(-now_); // the sphere of directions bends, too
-        // Across the edge of two pieces nothing is free: how they bend there decides nothing, but must not be down.
+        // Across the edge of two pieces nothing is free: how they bend there decides nothing, but must not be
+        // down.
         if (other != nullptr) {
             const Vec2 k = other->slope - heavy->slope;
             if (const double far = length2(k); far > 0) bend_.add(2 * size_ / far, k.x, k.y);
         }
         if (const double least = bend_.least(); least < 1e-6 * size_)
             bend_.add(0.1 * std::max(now_, std::abs(least)) + 1e-3 * size_ - least);
-        // A step that is too long is taken as if all bent more: it follows the steepest way down then. The same
-        // step cut short would follow the flattest, out of the valley.
+        // A step that is too long is taken as if all bent more: it follows the steepest way down then. The
+        // same step cut short would follow the flattest, out of the valley.
         double value = solve();
         for (int i = 0; i < 4 && length(turn_) > 1.2 * trust; ++i) {
             bend_.add(bend_.least() * (length(turn_) / trust - 1));
@@ -318,8 +331,8 @@ class Descent
         }
         return value;
     }
-    /// Proposes anew where the edge between pieces bends away from their models: by what these miss at `to`, the
-    /// step before. Source: Fletcher, sec. 14.4.
+    /// Proposes anew where the edge between pieces bends away from their models: by what these miss at `to`,
+    /// the step before. Source: Fletcher, sec. 14.4.
     void correct(const Vec3& to)
     {
         for (int i = 0; i < count_; ++i) {
@@ -345,8 +358,8 @@ class Descent
             piece_[i].weight = weight[i];
         return best;
     }
-    /// The step to where the models of pieces i, j and k (those that aren't -1) are equal and least, if it is the
-    /// best so far. By their weights the pieces' slopes cancel out there: the dual problem.
+    /// The step to where the models of pieces i, j and k (those that aren't -1) are equal and least, if it is
+    /// the best so far. By their weights the pieces' slopes cancel out there: the dual problem.
     void attempt(const Bend& inverse, int i, int j, int k, double& best, double* weight)
     {
         const Piece& p = piece_[i];
@@ -423,13 +436,24 @@ class Starts
         }
     }
     /// The best one near which there may be less than `depth`, or nullptr.
-    [[nodiscard]] const Vec3* best(double depth) const
+    [[nodiscard]] const Vec3* best(double depth)
     {
-        const Start* found = nullptr;
-        for (int i = 0; i < count_; ++i)
-            if (start_[i].bound < depth && (found == nullptr || start_[i].overlap < found->overlap))
-                found = &start_[i];
-        return found != nullptr ? &found->n : nullptr;
+        for (;;) {
+            Start* found = nullptr;
+            for (int i = 0; i < count_; ++i)
+                if (start_[i].bound < depth && (found == nullptr || start_[i].overlap < found->overlap))
+                    found = &start_[i];
+            if (found == nullptr) return nullptr;
+            for (int i = 0; i < count_ && found->bound < depth; ++i)
+                found->bound = std::max(found->bound, least_near(found->n, start_[i].w));
+            if (found->bound < depth) return &found->n;
+        }
+    }
+    static double least_near(const Vec3& n, const Vec3& w)
+    {
+        constexpr double cosine = 0.88, sine = 0.475;
+        const double h = dot(n, w);
+        return h * cosine - sine * std::sqrt(std::max(0.0, length2(w) - h * h));
     }
     /// Takes away those for which dot(n, .) is at least `near`.
     void remove(const Vec3& n, double near)
@@ -441,7 +465,7 @@ class Starts
   private:
     struct Start
     {
-        Vec3 n;
+        Vec3 n, w;
         double overlap;
         double bound; ///< no direction near this one has less
     };
@@ -449,10 +473,9 @@ class Starts
     /// furthest along n is a point of the cores' difference, which reaches at least as far along any other.
     void add(const Vec3& n)
     {
-        constexpr double cosine = 0.88, sine = 0.475;
         const Piece piece = descent_.top(n);
-        const double h = piece.overlap, aside = std::sqrt(std::max(0.0, length2(piece.a - piece.b) - h * h));
-        start_[count_++] = {n, h, h * cosine - aside * sine};
+        const Vec3 w = piece.a - piece.b;
+        start_[count_++] = {n, w, piece.overlap, least_near(n, w)};
     }
     const Descent& descent_;
     Start start_[35];

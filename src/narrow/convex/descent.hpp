@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// How deep two cores overlap of which one is smooth, from the shapes' own formulas: the overlap along a direction
-// is a function on the sphere, whose least value Newton's method finds from a few of the best directions tried.
+// How deep two cores overlap of which one is smooth, from the shapes' own formulas: the overlap along a
+// direction is a function on the sphere, whose least value Newton's method finds from a few of the best
+// directions tried.
 #pragma once
 
 #include "narrow/convex/core3.hpp"
