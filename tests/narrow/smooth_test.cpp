@@ -180,7 +180,7 @@ TEST(SmoothShapes, AreAsFarOrDeepAsTheBestDirectionSays)
     }
     EXPECT_GT(deep, 300);
     EXPECT_GT(apart, 200);
-    EXPECT_LT(inexact, deep / 20) << "worst " << worst;
+    EXPECT_LT(inexact, deep / 100) << "worst " << worst;
 }
 
 // The depth of what is close to each other is found by a few searches, from either side.
@@ -215,9 +215,9 @@ TEST(SmoothShapes, ThatOverlapALittleAreAsDeepAsTheBestDirectionSays)
         const auto found = distance(a, pose_a, b, pose_b, INFINITY);
         ASSERT_TRUE(found);
         const double expected = signed_distance(a, pose_a, b, pose_b, narrow::load(found->normal));
-        ASSERT_LE(found->distance, expected + 1e-9) << round;
+        ASSERT_LE(found->distance, expected + 1e-7) << round;
         ASSERT_GE(found->distance, expected - 1e-2) << round;
-        inexact += found->distance < expected - 1e-9 ? 1 : 0;
+        inexact += found->distance < expected - 1e-7 ? 1 : 0;
         const auto mirrored = distance(b, pose_b, a, pose_a, INFINITY);
         ASSERT_TRUE(mirrored);
         unlike += std::abs(mirrored->distance - found->distance) > 1e-9 ? 1 : 0;
@@ -258,7 +258,7 @@ TEST(SmoothShapes, AreExactlyAsDeepFromWhicheverTetrahedron)
         const auto known_less = distance(Shape3(user_a, ShapeTypes::first_custom), Pose3d{},
                                          Shape3(user_b, ShapeTypes::first_custom), pose_b, INFINITY);
         ASSERT_TRUE(known_less);
-        EXPECT_NEAR(known_less->distance, expected, 1e-5);
+        EXPECT_NEAR(known_less->distance, expected, 1e-4);
     }
 }
 
