@@ -2,6 +2,7 @@
 #include "narrow/convex/convex3.hpp"
 
 #include "narrow/convex/axes.hpp"
+#include "narrow/convex/descent.hpp"
 #include "narrow/convex/epa.hpp"
 #include "narrow/convex/manifold3.hpp"
 
@@ -37,6 +38,7 @@ void overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap
     const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
                              (a.polytope.vertices + b.polytope.vertices);
     if (!a.is_smooth() && !b.is_smooth() && axes_cost < most_axes_cost) return gap_by_axes(a, b, gap);
+    if (descends(a, b)) return least_overlap(a, b, gap.normal, gap);
     expand(a, b, simplex, gap);
     if (a.is_smooth() || b.is_smooth()) polish(a, b, gap);
 }

@@ -55,8 +55,8 @@ struct Core3
 /// A point of a core furthest along some direction.
 struct Support
 {
-    std::uint32_t vertex;
-    Vec3 p; ///< as seen from a's position
+    std::uint32_t vertex; ///< of a smooth core, the piece
+    Vec3 p;               ///< as seen from a's position
 };
 
 /// The unit vector across the y axis that d leans to; any where it leans to none.
@@ -67,18 +67,29 @@ inline Vec3 across_axis(const Vec3& d)
     const Vec3 across{d.x / big, 0, d.z / big};
     return across * (1 / length(across));
 }
-/// The same of a smooth core, both in local axes.
-inline Vec3 smooth_support(const Core3& core, const Vec3& d)
+/// A smooth core's support function is made of smooth pieces: the upper and lower rim of a cylinder, the tip
+/// and the rim of a cone, all of an ellipsoid. The number of the piece in which the point furthest along d
+/// lies, in local axes.
+inline std::uint32_t smooth_piece(const Core3& core, const Vec3& d)
+{
+    const Vec3& size = core.lengths;
+    if (core.smooth == Smooth::cylinder) return d.y < 0 ? 1 : 0;
+    if (core.smooth != Smooth::cone) return 0;
+    const Vec3 rim = across_axis(d) * size.x;
+    return d.y * size.y * 2 > d.x * rim.x + d.z * rim.z ? 0 : 1;
+}
+/// The point of a piece that is furthest along d, in local axes.
+inline Vec3 smooth_point(const Core3& core, std::uint32_t piece, const Vec3& d)
 {
     const Vec3& size = core.lengths;
     switch (core.smooth) {
     case Smooth::cylinder: {
         const Vec3 rim = across_axis(d) * size.x;
-        return {rim.x, d.y < 0 ? -size.y : size.y, rim.z};
+        return {rim.x, piece == 0 ? size.y : -size.y, rim.z};
     }
     case Smooth::cone: {
+        if (piece == 0) return {0, size.y, 0};
         const Vec3 rim = across_axis(d) * size.x;
-        if (d.y * size.y * 2 > d.x * rim.x + d.z * rim.z) return {0, size.y, 0};
         return {rim.x, -size.y, rim.z};
     }
     case Smooth::ellipsoid: {
@@ -96,11 +107,19 @@ inline Vec3 smooth_support(const Core3& core, const Vec3& d)
     }
     return {};
 }
+/// The point of a smooth core that is furthest along d, in local axes.
+inline Vec3 smooth_support(const Core3& core, const Vec3& d)
+{
+    return smooth_point(core, smooth_piece(core, d), d);
+}
 
 inline Support support(const Core3& core, const Vec3& direction)
 {
     const Vec3 d = core.frame.r.back(direction);
-    if (core.is_smooth()) return {0, core.frame * smooth_support(core, d)};
+    if (core.is_smooth()) {
+        const std::uint32_t piece = smooth_piece(core, d);
+        return {piece, core.frame * smooth_point(core, piece, d)};
+    }
     const Polytope& hull = core.polytope;
     std::uint32_t best = 0;
     if (core.is_box) { // bit i of a corner's number is set where coordinate i is positive

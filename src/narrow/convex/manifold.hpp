@@ -39,6 +39,7 @@ struct Gap
 {
     double distance;
     V<Dim> normal, on_a, on_b;
+    bool located = false; ///< of an overlap: the points are known, too
 };
 
 /// What a test says of two shapes.

@@ -136,7 +136,7 @@ void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double m
     if (deepest > depth + slack) clip.found.clear();
     if (!(deepest >= depth - slack) || clip.found.empty()) {
         Vec3 on_a = cores.on_a, on_b = cores.on_b;
-        if (cores.distance <= 0) nearest_when_parted(a, b, cores, on_a, on_b);
+        if (cores.distance <= 0 && !cores.located) nearest_when_parted(a, b, cores, on_a, on_b);
         const Vec3 middle = (on_a + n * a.radius + on_b - n * b.radius) * 0.5;
         clip.found.push_back({middle, depth, id_of(fa), id_of(fb)});
     }
