@@ -35,7 +35,8 @@ struct Work
     /// Selects scratch memory: tasks that run at the same time have different slots. Always below
     /// WorkPlan::slots. Results must not depend on it.
     std::uint32_t slot;
-    /// The piece of work, numbered in the order of the items, from 0 (or ProcessOptions::first_block). Results may depend on it.
+    /// The piece of work, numbered in the order of the items, from 0 (or ProcessOptions::first_block).
+    /// Results may depend on it.
     std::uint32_t block;
 };
 
@@ -46,8 +47,8 @@ struct ProcessOptions
     /// Items per block; 0 chooses 8 to 256, some thousand blocks where there are enough items. Fewer balance
     /// better, more cost fewer claims. Raised where there would be more than 2^32 - 1 blocks.
     std::uint64_t block_items = 0;
-    /// The number of the first block: that of another piece of work's blocks, where both add to one Responses.
-    /// See plan_both.
+    /// The number of the first block: that of another piece of work's blocks, where both add to one
+    /// Responses. See plan_both.
     std::uint32_t first_block = 0;
 };
 
@@ -64,8 +65,8 @@ struct WorkPlan
 /// those of the executor.
 [[nodiscard]] JOSTLE_API WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options = {});
 
-/// The plan of two pieces of work that add to one Responses, such as two buffers of contacts. The second piece's
-/// options have the first one's blocks as `first_block`, and are otherwise those of its plan:
+/// The plan of two pieces of work that add to one Responses, such as two buffers of contacts. The second
+/// piece's options have the first one's blocks as `first_block`, and are otherwise those of its plan:
 ///
 ///     const WorkPlan first = plan_work(near.size(), options), second = plan_work(far.size(), options);
 ///     responses.start(objects, plan_both(first, second));

@@ -235,8 +235,8 @@ class FilterOfEach
     std::span<const Filter> filters_;
 };
 
-/// Whether questions lie in one piece in it: std::vector, std::array, a span of questions that may change. (A span
-/// of constant ones is what it is read as.)
+/// Whether questions lie in one piece in it: std::vector, std::array, a span of questions that may change. (A
+/// span of constant ones is what it is read as.)
 template <class Many>
 concept QuestionRange = std::ranges::contiguous_range<const Many> && std::ranges::sized_range<const Many> &&
                         !std::same_as<Many, std::span<const std::ranges::range_value_t<Many>>>;

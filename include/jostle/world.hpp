@@ -298,8 +298,8 @@ class JOSTLE_API World
     /// The pairs that touched before and still do, and of which at least one object changed. They are given
     /// by index, a < b, and ascend by (a, b). Valid until the next update.
     [[nodiscard]] const PairBuffer& persisted() const noexcept;
-    /// began() by index, as work on pairs takes them: `ContactFinder::find`, `process_pairs`. The first call after
-    /// an update copies them. Valid until the next update.
+    /// began() by index, as work on pairs takes them: `ContactFinder::find`, `process_pairs`. The first call
+    /// after an update copies them. Valid until the next update.
     [[nodiscard]] const PairBuffer& began_pairs() const;
     /// began() and persisted() as one list, ascending by index: all pairs that touch and of which at least
     /// one object changed. This is the list for `ContactFinder::find`. The first call after an update copies
@@ -351,8 +351,8 @@ class JOSTLE_API World
     // update or apply(); disabled ones don't count ---
     // They are those of `BoxIndex`, with the same answers in the same order, where an id's index stands for
     // the id. The first one after an update that moved objects brings the index of active objects up to date.
-    // Where a category or mask leaves few of many objects, and is asked for often, the world keeps an index of
-    // those: a question then costs up to twice what it costs in a BoxIndex of them alone.
+    // Where a category or mask leaves few of many objects, and is asked for often, the world keeps an index
+    // of those: a question then costs up to twice what it costs in a BoxIndex of them alone.
 
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 

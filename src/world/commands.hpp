@@ -99,8 +99,8 @@ struct alignas(128) Queue
     const std::uint32_t number; // from 1 up
 
     // Becomes somebody's only while Queues::mutex_ is held, and nobody's only while `mutex` is held as well.
-    // Relaxed is enough: a thread can't miss its own name, which it wrote here itself, and whoever still reads
-    // its name after that was taken away learns it from `mutex`, which it locks before it looks again.
+    // Relaxed is enough: a thread can't miss its own name, which it wrote here itself, and whoever still
+    // reads its name after that was taken away learns it from `mutex`, which it locks before it looks again.
     typename Threads::template Atomic<typename Threads::Id> owner{};
     mutable typename Threads::Mutex mutex; // guards the two that follow
     std::pmr::vector<Addition<Dim, T>> additions;
@@ -271,8 +271,9 @@ class Queues
 
     std::pmr::memory_resource* memory_;
     mutable typename Threads::Mutex mutex_; // held while queues are given out, and while everything is taken
-    // Queues are put in front and stay. Release and acquire: who finds a queue finds it complete, `next` included.
-    // Who reads an older one misses only queues that others made since; `take` and who makes one hold mutex_.
+    // Queues are put in front and stay. Release and acquire: who finds a queue finds it complete, `next`
+    // included. Who reads an older one misses only queues that others made since; `take` and who makes one
+    // hold mutex_.
     typename Threads::template Atomic<Queue*> first_{nullptr};
 };
 

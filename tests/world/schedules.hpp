@@ -2,14 +2,14 @@
 // Every schedule of a few threads, and everything that each of their loads may read: a model checker for code
 // that takes its mutexes, atomics and the calling thread's id from a parameter, as Queues does.
 //
-// Threads take turns where one can see another: at each lock, unlock, load and store. Which goes on, and which
-// store a load reads, is a choice; a scenario is run again and again until all have been made. A load may read
-// any store from the last one on of which its thread knows: those of its own, what it read before, and what
-// others knew at an unlock that it locked after, or at a release that it acquired. (What C++ allows besides:
-// stores to one place that are seen in another order than they were done in. No code here has two threads
-// store to one place but under a mutex.) Two schedules that differ only in the order of steps that don't see
-// each other come to the same state, from which on only the first one goes on: Musuvathi and Qadeer, "Iterative
-// context bounding", PLDI 2007, section 4.
+// Threads take turns where one can see another: at each lock, unlock, load and store. Which goes on, and
+// which store a load reads, is a choice; a scenario is run again and again until all have been made. A load
+// may read any store from the last one on of which its thread knows: those of its own, what it read before,
+// and what others knew at an unlock that it locked after, or at a release that it acquired. (What C++ allows
+// besides: stores to one place that are seen in another order than they were done in. No code here has two
+// threads store to one place but under a mutex.) Two schedules that differ only in the order of steps that
+// don't see each other come to the same state, from which on only the first one goes on. Source of the idea:
+// Musuvathi and Qadeer, "Iterative context bounding", PLDI 2007.
 #pragma once
 
 #include <ucontext.h>
@@ -45,7 +45,8 @@ inline std::uint64_t mix(std::uint64_t a, std::uint64_t b)
     return x ^ (x >> 32);
 }
 
-/// What threads share: an atomic or a mutex. Its name doesn't depend on the schedule, but on who made it and when.
+/// What threads share: an atomic or a mutex. Its name doesn't depend on the schedule, but on who made it and
+/// when.
 struct Place
 {
     struct Store
@@ -62,8 +63,9 @@ struct Place
 class Explorer
 {
   public:
-    /// Runs a Scenario, which says how many `threads` it has, what `run(thread)` does, and in `wrong()`, once all
-    /// have ended, what is wrong. Returns the first thing that was wrong in any schedule; empty if there is none.
+    /// Runs a Scenario, which says how many `threads` it has, what `run(thread)` does, and in `wrong()`, once
+    /// all have ended, what is wrong. Returns the first thing that was wrong in any schedule; empty if there
+    /// is none.
     template <class Scenario>
     std::string explore()
     {

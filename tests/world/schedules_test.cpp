@@ -120,8 +120,9 @@ struct Taken
     std::uint32_t thread, number, take;
 };
 
-/// Two threads give so many commands, and an update takes so many times; what is left is taken at the end. With a
-/// handshake the second thread looks whether the first one has given a command, before it gives its own.
+/// Two threads give so many commands, and an update takes so many times; what is left is taken at the end.
+/// With a handshake the second thread looks whether the first one has given a command, before it gives its
+/// own.
 template <std::uint32_t First, std::uint32_t Second, std::uint32_t Takes, bool Handshake = false>
 struct HandOver
 {

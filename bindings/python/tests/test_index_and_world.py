@@ -154,6 +154,7 @@ def test_a_world_lives(dim, dtype):
     assert world.filters(ids[:2]).tolist() == [[1, 7, 9, 1], [2, 7, 9, 1]]
     assert (world.bounds(ids[10]) - world.boxes(ids[10]))[0, 1, 0] > 0.9
     asleep = world.add(boxes[:2], margin=0.5, enabled=False)
+    world.update()
     assert not world.enabled(asleep).any() and world.margins(asleep).tolist() == [0.5, 0.5]
     world.remove(asleep)
     world.update()
