@@ -230,7 +230,7 @@ class JOSTLE_API ContactFinder
     /// All contacts of the pairs whose shapes touch or have a gap of up to `margin`. The result lies in the
     /// finder and is valid until its next call. The second form takes pairs between two sets of objects.
     ///
-    /// Cost  A pair of boxes takes about 140 ns, one of hulls of 32 corners 1.2 us, two cylinders, cones or
+    /// Cost  A pair of boxes takes about 140 ns, one of hulls of 24 corners 1.2 us, two cylinders, cones or
     ///       ellipsoids that overlap about 4 us, one that overlaps a box 8 us.
     const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, PairView pairs, T margin = 0);
     const ContactBuffer<Dim, T>& find(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,

@@ -113,7 +113,7 @@ struct BoxIndex<Dim, T>::Implementation
                         [&](Wanted wanted) { return answers().all(question, wanted, max_results, out); });
     }
 
-    /// Throws if an id occurs twice, is missing (`wanted_here`), or is there already (not `wanted_here`).
+    /// Throws if an id occurs twice, or, where it is to be there (true) or not (false), if it isn't or is.
     void check_ids(std::span<const std::uint32_t> ids, std::optional<bool> wanted_here) const
     {
         for (std::size_t i = 0; i < ids.size(); ++i) {

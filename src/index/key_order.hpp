@@ -26,7 +26,8 @@ Frame<Dim> choose_frame(const BoxView<Dim, T>& boxes)
     constexpr double furthest = 1e300;
     constexpr std::size_t most_samples = 2048;
     const std::size_t samples = std::min(boxes.size(), most_samples);
-    double center[most_samples], size[most_samples] = {};
+    double center[most_samples], size[most_samples];
+    std::fill_n(size, samples, 0.0);
     Frame<Dim> frame;
     double world = 0;
     for (int d = 0; d < Dim; ++d) {

@@ -222,8 +222,7 @@ Tree<Dim, T>::Tree(const IndexOptions& options)
       queues_(options.memory),
       closest_work_(options.memory)
 {
-    empty(parts_);
-    empty(replaced_);
+    show_root(parts_);
 }
 
 template <int Dim, class T>
@@ -233,15 +232,10 @@ void Tree<Dim, T>::build(std::span<const std::uint32_t> ids, const View& boxes)
     if (!ids.empty()) end = std::size_t{*std::max_element(ids.begin(), ids.end())} + 1;
     // Who builds a second time will do so again, and gets the memory as it is.
     const bool again = parts_.pages.bytes() != 0;
-    try {
-        replaced_.page_of.assign(end, none);
-        if (!boxes.empty()) index::build(replaced_, ids, boxes, build_memory_);
-    } catch (...) {
-        empty(replaced_);
-        throw;
-    }
-    parts_.swap(replaced_);
     empty(replaced_);
+    replaced_.page_of.assign(end, none);
+    if (!boxes.empty()) index::build(replaced_, ids, boxes, build_memory_);
+    parts_.swap(replaced_);
     if (!again) build_memory_.release();
 }
 
@@ -364,7 +358,7 @@ void Tree<Dim, T>::build_moved(std::span<const std::uint32_t> ids, const View& b
         all_ids.reserve(parts_.size);
         all_boxes.reserve(parts_.size);
         std::pmr::vector<std::uint32_t>& moved = replaced_.page_of;
-        moved.resize(parts_.page_of.size(), none);
+        moved.assign(parts_.page_of.size(), none);
         for (const std::uint32_t id : ids)
             moved[id] = 0;
         stay_below(parts_, parts_.root, moved, all_ids, all_boxes);
@@ -459,6 +453,7 @@ void Tree<Dim, T>::release_memory() noexcept
     queues_.release_memory();
     closest_work_.release_memory();
     build_memory_.release();
+    empty(replaced_);
     release(replaced_);
     replaced_.page_of.shrink_to_fit();
     while (!parts_.page_of.empty() && parts_.page_of.back() == none)

@@ -72,7 +72,7 @@ class Tree
     void build_moved(std::span<const std::uint32_t> ids, const View& boxes);
 
     Parts<Dim, T> parts_;
-    Parts<Dim, T> replaced_; // empty, with the memory of what the last rebuild replaced
+    Parts<Dim, T> replaced_; // by the last rebuild; memory for the next one
     BuildMemory build_memory_;
     std::pmr::vector<Record<Dim, T>> leaving_; // working memory of follow
     std::pmr::vector<Box> before_;             // working memory of move

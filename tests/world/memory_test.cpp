@@ -378,6 +378,7 @@ TEST(Memory, SteadyUpdatesAllocateNothing)
                 world.move(ids, boxes);
                 world.update();
                 EXPECT_EQ(world.changed_pairs().size(), world.began().size() + world.persisted().size());
+                EXPECT_EQ(world.began_pairs().size(), world.began().size());
                 if (frame < 56) continue;
                 allocated += global_new::calls - before;
                 persisted += world.persisted().size();

@@ -99,9 +99,12 @@ class Explorer
     [[nodiscard]] std::uint32_t self() const { return running_; }
     std::uint32_t add_place()
     {
-        if (places_.size() == most_places) error_ = "more places than were thought of";
+        if (places_.size() == most_places) {
+            error_ = "more places than were thought of";
+            return most_places - 1;
+        }
         Place place;
-        place.name = step(places_.size() * (running_ == outside));
+        place.name = step(0);
         place.stores.push_back({place.name, false, {}});
         places_.push_back(place);
         const auto number = static_cast<std::uint32_t>(places_.size() - 1);
@@ -179,7 +182,7 @@ class Explorer
         depth_ = 0;
         error_.clear();
         running_ = outside;
-        names_.fill(0);
+        names_.fill(1);
         knowledge_.fill({});
         wanted_.fill(most_places);
     }
