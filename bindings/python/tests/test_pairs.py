@@ -56,12 +56,17 @@ def test_scenes_are_each_what_find_pairs_says(dim, dtype):
     plain = jostle.find_scenes(boxes, offsets)
     wish = dict(owner=owner, accept=lambda scene, a, b: (scene + a + b) % 3 != 0)
     filtered = jostle.find_scenes(boxes, offsets.tolist(), threads=2, **wish)
+    numbers = np.arange(len(boxes))
+    category, mask = (1 << numbers % 3).astype(np.uint32), (numbers * 5 % 7 + 1).astype(np.uint32)
+    masked = jostle.find_scenes(boxes, offsets, category=category, mask=mask)
     assert len(plain) == len(filtered) == len(sizes)
     for k, (begin, end) in enumerate(zip(offsets[:-1], offsets[1:])):
         expected = jostle.find_pairs(boxes[begin:end])
         assert np.array_equal(plain[k], expected)
         keep = [owner[begin + a] != owner[begin + b] and (k + int(a) + int(b)) % 3 != 0 for a, b in expected]
         assert np.array_equal(filtered[k], expected[np.array(keep, bool)])
+        a, b = begin + expected.T.astype(np.int64)
+        assert np.array_equal(masked[k], expected[(category[a] & mask[b] != 0) & (category[b] & mask[a] != 0)])
     assert plain[-1] is not None and len(plain.pairs) == plain.first[-1] > 1000
     everywhere = plain.pairs + np.repeat(offsets[:-1], np.diff(plain.first))[:, None]
     assert touch_each(boxes, everywhere)
