@@ -20,13 +20,14 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
-/// Executor, memory and instruction set: the same for all that Jostle does.
+/// Executor, memory, instruction set, and whether odd boxes are accepted: the same as a finder's.
 using IndexOptions = FinderOptions;
 
 /// Tells what an index is made of at the moment, and how much was done to keep it in order.
 struct IndexStats
 {
     std::uint64_t objects = 0;
+    std::uint64_t odd = 0;    ///< of these: found by nothing; see FinderOptions::ignore_odd_boxes
     std::uint64_t pages = 0;  ///< groups of at most 256 objects
     std::uint64_t leaves = 0; ///< groups of at most 16 objects, what is tested at once
     std::uint64_t nodes = 0;  ///< groups of at most 16 pages or nodes
@@ -96,6 +97,8 @@ class JOSTLE_API BoxIndex
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept;
     /// Returns the box of an object that is in the index.
     [[nodiscard]] Box box(std::uint32_t id) const;
+    /// Returns the least box around all boxes that aren't odd; none if there is none. Costs nothing.
+    [[nodiscard]] std::optional<Box> bounds() const noexcept;
     [[nodiscard]] IndexStats stats() const noexcept;
 
     // --- Many boxes at once ---
@@ -105,7 +108,14 @@ class JOSTLE_API BoxIndex
     /// that the index keeps, so one call at a time; a steady batch allocates nothing.
     /// Costs less than any other way while a box has few results. With about 140 each, a PairFinder that is
     /// given both sets takes half the time, as results needn't be sorted by box there.
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out);
+    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const QueryFilter& filter = {});
+    /// Hands the same pairs to `visitor`, a by a, until it returns false; says whether it never did. The
+    /// objects that one box touches come in the order of visit(). Costs about a question for each box, and no
+    /// memory; it may be called by several threads at a time.
+    bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const QueryFilter& filter = {}) const;
+    // With one filter for each box, which is the question that `accept` is told.
+    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, FilterOfEach<QueryFilter> filters);
+    bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, FilterOfEach<QueryFilter> filters) const;
 
     // --- Along a line ---
     // `Line` is Ray<Dim, T> or Sweep<Dim, T>. `first` is the hit with the least fraction, of several the one

@@ -400,6 +400,7 @@ typedef struct jostle_options
     const jostle_executor* executor;   ///< NULL: the default executor
     const jostle_allocator* allocator; ///< NULL: new and delete
     jostle_instruction_set instruction_set;
+    int32_t ignore_odd_boxes; ///< 1: NaN and inverted boxes touch nothing. For finders, indices, orders in space
 } jostle_options;
 
 // ---------------------------------------------------------------------------------------------------------
@@ -486,6 +487,7 @@ typedef struct jostle_stats
     uint64_t struct_size; ///< set by the caller; what the caller's struct doesn't have isn't written
     uint64_t objects, pairs, records, candidates, ties, bricks, nested_grids, bytes_reserved;
     double ms_total, ms_tune, ms_scatter, ms_sweep, ms_finish;
+    uint64_t odd; ///< of the objects: ignored
 } jostle_stats;
 
 /// Takes a piece of the result: jostle::PairChunk. 1: go on. 0: stop the search.
@@ -608,6 +610,7 @@ typedef struct jostle_index_stats
 {
     uint64_t struct_size; ///< set by the caller
     uint64_t objects, pages, leaves, nodes, depth, bytes, sorts, splits;
+    uint64_t odd; ///< of the objects: found by nothing
 } jostle_index_stats;
 
 /// `options` may be NULL.
@@ -637,6 +640,9 @@ JOSTLE_C_API jostle_status jostle_index_contains(const jostle_index* index, cons
 /// The boxes of objects that are in the index: 2 dim numbers each.
 JOSTLE_C_API jostle_status jostle_index_boxes(const jostle_index* index, const uint32_t* ids, uint64_t count,
                                               void* boxes, jostle_error* error);
+/// The least box around all that aren't odd, 2 dim numbers; `any` becomes 0 where there are none, else 1.
+JOSTLE_C_API jostle_status jostle_index_bounds(const jostle_index* index, int32_t* any, void* box,
+                                               jostle_error* error);
 JOSTLE_C_API jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_stats* stats,
                                                    jostle_error* error);
 /// All pairs of one of `boxes` and an object whose box it touches, ascending by (a, b): a is the position in

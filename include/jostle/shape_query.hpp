@@ -135,21 +135,22 @@ template <Coordinate T>
     return at + (at * (16 * std::numeric_limits<T>::epsilon()) + std::numeric_limits<T>::min());
 }
 
-// Calls inside(id, bound) for each object whose box the question meets, nearest first where there is an
-// order. It may lower `bound`, and returns whether to go on.
+// Calls inside(id, bound, at) for each object whose box the question meets, nearest first where there is an
+// order, at `at`; 0 where there is none. It may lower `bound`, and returns whether to go on.
 template <class Asked, int Dim, Coordinate T, class F>
 void visit_boxes(const Asked& asked, const Ray<Dim, T>& ray, const FilterOf<Asked>& filter, F&& inside)
 {
     Ray<Dim, T> longer = ray;
     longer.max_fraction = no_less(ray.max_fraction);
-    asked.visit(longer, [&](const auto& hit, T& bound) { return inside(hit.id, bound); }, filter);
+    asked.visit(longer, [&](const auto& hit, T& bound) { return inside(hit.id, bound, hit.at); }, filter);
 }
 template <class Asked, class F>
 void visit_region(const Asked& asked, const Aabb<AskedTypes<Asked>::dim, NumberOf<Asked>>& region,
                   const FilterOf<Asked>& filter, F&& inside)
 {
-    NumberOf<Asked> bound = std::numeric_limits<NumberOf<Asked>>::infinity();
-    asked.visit(region, [&](const auto& id) { return inside(id, bound); }, filter);
+    using T = NumberOf<Asked>;
+    T bound = std::numeric_limits<T>::infinity();
+    asked.visit(region, [&](const auto& id) { return inside(id, bound, T(0)); }, filter);
 }
 template <class Asked, int Dim, Coordinate T, class F>
 void visit_boxes(const Asked& asked, const ShapeSweep<Dim, T>& sweep, const FilterOf<Asked>& filter,
@@ -157,7 +158,8 @@ void visit_boxes(const Asked& asked, const ShapeSweep<Dim, T>& sweep, const Filt
 {
     const BoxQuestion<Dim, T> boxes = boxes_for(sweep);
     if (boxes.lies_in) return visit_region(asked, boxes.region, filter, inside);
-    asked.visit(boxes.sweep, [&](const auto& hit, T& bound) { return inside(hit.id, bound); }, filter);
+    asked.visit(
+        boxes.sweep, [&](const auto& hit, T& bound) { return inside(hit.id, bound, hit.at); }, filter);
 }
 template <class Asked, int Dim, Coordinate T, class F>
 void visit_boxes(const Asked& asked, const NearestShape<Dim, T>& nearest, const FilterOf<Asked>& filter,
@@ -165,7 +167,8 @@ void visit_boxes(const Asked& asked, const NearestShape<Dim, T>& nearest, const 
 {
     const BoxQuestion<Dim, T> boxes = boxes_for(nearest);
     if (boxes.lies_in) return visit_region(asked, boxes.region, filter, inside);
-    asked.visit(boxes.nearest, [&](const auto& hit, T& bound) { return inside(hit.id, bound); }, filter);
+    asked.visit(
+        boxes.nearest, [&](const auto& hit, T& bound) { return inside(hit.id, bound, hit.at); }, filter);
 }
 
 /// The order of hits: by fraction, then id.
@@ -196,7 +199,7 @@ HitOf<Asked> first_of(const Asked& asked, const ShapesOf<Asked>& objects, const 
     best.fraction = std::numeric_limits<T>::infinity();
     best.id = AskedTypes<Asked>::none;
     bool any = false;
-    visit_boxes(asked, question, filter, [&](const auto& id, T& bound) {
+    visit_boxes(asked, question, filter, [&](const auto& id, T& bound, T) {
         const std::uint32_t object = AskedTypes<Asked>::number(id);
         objects.with(object, [&](const auto& shape, const auto& pose) {
             const auto found = with_id<HitOf<Asked>>(cast_at(question, shape, pose, object), id);
@@ -223,7 +226,7 @@ bool append_all_of(const Asked& asked, const ShapesOf<Asked>& objects, const Que
     // One more than wanted says whether there are more. Then they are a heap, the last of all on top.
     const bool limited = max_results < (std::numeric_limits<std::uint64_t>::max() >> 1U);
     bool full = false;
-    visit_boxes(asked, question, filter, [&](const auto& id, T& bound) {
+    visit_boxes(asked, question, filter, [&](const auto& id, T& bound, T) {
         const std::uint32_t object = AskedTypes<Asked>::number(id);
         objects.with(object, [&](const auto& shape, const auto& pose) {
             const auto found = with_id<HitOf<Asked>>(cast_at(question, shape, pose, object), id);
@@ -259,7 +262,7 @@ DistanceOf<Asked> nearest_of(const Asked& asked, const ShapesOf<Asked>& objects,
     best.distance = std::numeric_limits<T>::infinity();
     best.id = AskedTypes<Asked>::none;
     bool any = false;
-    visit_boxes(asked, question, filter, [&](const auto& id, T& bound) {
+    visit_boxes(asked, question, filter, [&](const auto& id, T& bound, T) {
         const std::uint32_t object = AskedTypes<Asked>::number(id);
         objects.with(object, [&](const auto& shape, const auto& pose) {
             // The best distance may have been rounded down, and what is as far may have the lower id.
@@ -279,6 +282,129 @@ DistanceOf<Asked> nearest_of(const Asked& asked, const ShapesOf<Asked>& objects,
         return true;
     });
     return best;
+}
+
+/// How far away an answer is, as its order goes.
+template <int Dim, Coordinate T, class Id>
+[[nodiscard]] constexpr T at_of(const ShapeHit<Dim, T, Id>& hit) noexcept
+{
+    return hit.fraction;
+}
+template <int Dim, Coordinate T, class Id>
+[[nodiscard]] constexpr T at_of(const ShapeDistance<Dim, T, Id>& distance) noexcept
+{
+    return distance.distance;
+}
+
+/// The `Error` where a visitor makes the bound NaN.
+[[noreturn]] JOSTLE_API void throw_bad_bound(std::uint32_t object);
+
+/// Answers that are known before it is their turn: a box in front of their shape's may hold a nearer one. The
+/// nearest of them is on top of a heap.
+template <class Answer, Coordinate T>
+class AnswersInOrder
+{
+  public:
+    using Visitor = FunctionRef<bool(const Answer& answer, T& bound)>;
+
+    AnswersInOrder(Visitor visitor, T bound) : visitor_(visitor), bound_(bound) {}
+
+    /// What the visitor wants no answer beyond.
+    [[nodiscard]] T bound() const noexcept { return bound_; }
+    /// Whether the visitor never said that it has enough.
+    [[nodiscard]] bool goes_on() const noexcept { return goes_on_; }
+    void add(const Answer& answer)
+    {
+        waiting_.push_back(answer);
+        std::push_heap(waiting_.begin(), waiting_.end(), later);
+    }
+    /// Hands over all answers at(answer) < `nearest`, how near a box may be that is still to come.
+    template <class At>
+    void hand_over(T nearest, const At& at)
+    {
+        while (goes_on_ && !waiting_.empty() && at(waiting_.front()) < nearest) {
+            std::pop_heap(waiting_.begin(), waiting_.end(), later);
+            const Answer next = waiting_.back();
+            waiting_.pop_back();
+            if (at_of(next) > bound_) { // so are all others
+                waiting_.clear();
+                return;
+            }
+            T wish = bound_;
+            goes_on_ = visitor_(next, wish);
+            if (wish != wish) throw_bad_bound(number_of(next.id));
+            bound_ = std::min(bound_, wish);
+        }
+    }
+
+  private:
+    static bool later(const Answer& a, const Answer& b) noexcept
+    {
+        return at_of(b) < at_of(a) || (at_of(a) == at_of(b) && b.id < a.id);
+    }
+    static std::uint32_t number_of(std::uint32_t id) noexcept { return id; }
+    static std::uint32_t number_of(ObjectId id) noexcept { return id.index; }
+
+    Visitor visitor_;
+    T bound_;
+    bool goes_on_ = true;
+    std::vector<Answer> waiting_;
+};
+
+template <class Asked, class Question>
+bool visit_hits_of(const Asked& asked, const ShapesOf<Asked>& objects, const Question& question,
+                   FunctionRef<bool(const HitOf<Asked>&, NumberOf<Asked>&)> visitor,
+                   const FilterOf<Asked>& filter)
+{
+    using T = NumberOf<Asked>;
+    constexpr T infinity = std::numeric_limits<T>::infinity();
+    check_question(question, Error::no_index);
+    AnswersInOrder<HitOf<Asked>, T> answers(visitor, infinity);
+    const auto of_box = [](const auto& hit) { return no_less(hit.fraction); };
+    visit_boxes(asked, question, filter, [&](const auto& id, T& bound, T at) {
+        answers.hand_over(at, of_box);
+        if (!answers.goes_on()) return false;
+        const std::uint32_t object = AskedTypes<Asked>::number(id);
+        objects.with(object, [&](const auto& shape, const auto& pose) {
+            const auto found = with_id<HitOf<Asked>>(cast_at(question, shape, pose, object), id);
+            if (found.fraction != infinity && found.fraction <= answers.bound()) answers.add(found);
+        });
+        if (const T most = no_less(answers.bound()); most < bound) bound = most;
+        return true;
+    });
+    answers.hand_over(infinity, of_box);
+    return answers.goes_on();
+}
+
+template <class Asked>
+bool visit_nearest_of(const Asked& asked, const ShapesOf<Asked>& objects, const NearestOf<Asked>& question,
+                      FunctionRef<bool(const DistanceOf<Asked>&, NumberOf<Asked>&)> visitor,
+                      const FilterOf<Asked>& filter)
+{
+    using T = NumberOf<Asked>;
+    constexpr T infinity = std::numeric_limits<T>::infinity();
+    check_question(question, Error::no_index);
+    AnswersInOrder<DistanceOf<Asked>, T> answers(visitor, question.max_distance);
+    const auto square = [](T distance) {
+        const T apart = std::max(distance, T(0));
+        return no_less(apart * apart);
+    };
+    const auto of_box = [&](const auto& found) { return square(found.distance); };
+    visit_boxes(asked, question, filter, [&](const auto& id, T& bound, T at) {
+        answers.hand_over(at, of_box);
+        if (!answers.goes_on()) return false;
+        const std::uint32_t object = AskedTypes<Asked>::number(id);
+        objects.with(object, [&](const auto& shape, const auto& pose) {
+            const T most = std::max(answers.bound(), T(0));
+            const auto found =
+                with_id<DistanceOf<Asked>>(distance_at(question, shape, pose, most, object), id);
+            if (found.distance != infinity && found.distance <= answers.bound()) answers.add(found);
+        });
+        if (const T most = square(answers.bound()); most < bound) bound = most;
+        return true;
+    });
+    answers.hand_over(infinity, of_box);
+    return answers.goes_on();
 }
 
 /// Those of a batch: none, one for all questions, or one for each.
@@ -370,6 +496,37 @@ nearest_shape(const Asked& asked, const detail::ShapesOf<Asked>& objects,
     const auto found = detail::nearest_of(asked, objects, question, Error::no_index, filter);
     if (found.distance == std::numeric_limits<detail::NumberOf<Asked>>::infinity()) return {};
     return found;
+}
+
+// The same, handed over one by one: to visitor(answer, bound), nearest first, until it returns false. Nothing
+// further than `bound`, a fraction or a distance, is handed over from then on; a visitor that needs no more
+// than that lowers it, as in BoxIndex::visit. What can be no nearer than that isn't even looked at. The calls
+// return whether the visitor never returned false. It may read what is asked, and change nothing in it.
+// Answers wait in a vector until no box is left that may hold a nearer one.
+
+/// Hands over what a ray or a moving shape meets: the hits of all_hits, in the same order.
+template <class Asked, class Question>
+    requires detail::CastFor<Question, Asked>
+bool visit_hits(
+    const Asked& asked, const detail::ShapesOf<Asked>& objects, const Question& question,
+    std::type_identity_t<FunctionRef<bool(const detail::HitOf<Asked>& hit, detail::NumberOf<Asked>& bound)>>
+        visitor,
+    const detail::FilterOf<Asked>& filter = {})
+{
+    return detail::visit_hits_of(asked, objects, question, visitor, filter);
+}
+
+/// Hands over all shapes no further than max_distance, ascending by (distance, id): the nearest ones, for who
+/// stops after some. What overlaps the one asked about has a distance below 0.
+template <class Asked>
+bool visit_nearest_shapes(
+    const Asked& asked, const detail::ShapesOf<Asked>& objects, const detail::NearestOf<Asked>& question,
+    std::type_identity_t<
+        FunctionRef<bool(const detail::DistanceOf<Asked>& found, detail::NumberOf<Asked>& bound)>>
+        visitor,
+    const detail::FilterOf<Asked>& filter = {})
+{
+    return detail::visit_nearest_of(asked, objects, question, visitor, filter);
 }
 
 // The same for many questions at once: any contiguous range of them. `filters` are none, one for all of them,

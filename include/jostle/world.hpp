@@ -100,6 +100,9 @@ using ObjectHitVisitor = FunctionRef<bool(const ObjectHit<T>& hit, T& bound)>;
 template <Coordinate T>
 using ObjectPairHitVisitor = FunctionRef<bool(const ObjectPairHit<T>& hit, T& bound)>;
 
+/// Is told that box `position` of a join touches an object.
+using ObjectJoinVisitor = FunctionRef<bool(std::uint32_t position, ObjectId id)>;
+
 /// Says which objects a question is about. A part that is left as it is filters nothing.
 struct ObjectQueryFilter
 {
@@ -133,7 +136,8 @@ struct WorldOptions
     /// that hand over such boxes now and then. An object with an odd box keeps its id, but touches nothing
     /// and is found by no question, and its pairs end as `moved_apart`; until it gets a good box again.
     /// WorldStats::odd counts these objects. resize() leaves an odd box as it is.
-    /// Sweeps that don't move are accepted as well: they hit, at 0, what their box touches.
+    /// Questions with an odd box are accepted as well, and find nothing; so are sweeps that don't move, which
+    /// hit, at 0, what their box touches.
     bool ignore_odd_boxes = false;
     /// Each pair that touches has a number of its own: see World::began_slots. Costs up to 45 bytes a pair,
     /// and some 80 ns for one that begins or ends, one thread doing it.
@@ -197,9 +201,9 @@ enum class DrawKind : std::uint8_t
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
-///           update(), apply(), restore(), clear() and join(): one call at a time, and none of them inside
-///           `accept`, or an `Error`. All but join() are one also inside the `accept` of a question and
-///           inside a function given to draw(), pairs(), closest_pairs() or visit().
+///           update(), apply(), restore(), clear() and join() into a vector: one call at a time, and none of
+///           them inside `accept`, or an `Error`. All but join() are one also inside the `accept` of a
+///           question and inside a function given to draw(), pairs(), closest_pairs() or visit().
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -333,6 +337,8 @@ class JOSTLE_API World
     /// Refills `out` with who this object touches: the others of its pairs in pairs(), ascending by index.
     /// Costs a question about its bounds.
     void touching(ObjectId id, std::vector<ObjectId>& out) const;
+    /// Hands them to `visitor`, in the order of visit(), until it returns false; says whether it never did.
+    bool touching(ObjectId id, ObjectVisitor visitor) const;
 
     /// As BoxIndex::closest_pairs and closest_pair, with the objects' bounds: of this world's objects that
     /// aren't disabled and whose filters let them pair, a.index < b.index; or of one of this world's and one
@@ -464,6 +470,11 @@ class JOSTLE_API World
     /// position in `boxes`, b the object's index. Refills `out`. Works in memory that the world keeps: like
     /// update(), one call at a time, or an `Error`. Costs what BoxIndex::join does.
     void join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter = {});
+    void join(const Boxes& boxes, std::pmr::vector<Pair>& out, FilterOfEach<ObjectQueryFilter> filters);
+    /// Hands the same pairs over, a by a, until the visitor returns false; says whether it never did. The
+    /// objects that one box touches come in the order of visit(). Costs about a question for each box.
+    bool join(const Boxes& boxes, ObjectJoinVisitor visitor, const ObjectQueryFilter& filter = {}) const;
+    bool join(const Boxes& boxes, ObjectJoinVisitor visitor, FilterOfEach<ObjectQueryFilter> filters) const;
 
     // --- The objects, as of the last update or apply() ---
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 #include "jostle/box.hpp"
 
 // Tests of boxes that several rooms need, each written once. `overlaps` in jostle/box.hpp is one of them.
@@ -15,6 +18,16 @@ template <int Dim, Coordinate T>
     for (int d = 0; d < Dim; ++d)
         all &= box.lo[d] <= box.hi[d];
     return all;
+}
+
+/// How many of the boxes are odd: NaN or inverted.
+template <int Dim, Coordinate T>
+[[nodiscard]] constexpr std::uint64_t count_odd(const BoxView<Dim, T>& boxes) noexcept
+{
+    std::uint64_t odd = 0;
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+        odd += !valid(boxes[i]);
+    return odd;
 }
 
 /// Whether two boxes have the same bounds; 0 and -0 are the same.

@@ -102,6 +102,7 @@ Kept keep(const jostle_options* options)
         kept.memory = std::make_shared<CallbackMemory>(allocator);
     }
     kept.instruction_set = instruction_set_of(given.instruction_set);
+    kept.ignore_odd_boxes = given.ignore_odd_boxes != 0;
     return kept;
 }
 

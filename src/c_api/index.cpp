@@ -245,6 +245,19 @@ jostle_status jostle_index_boxes(const jostle_index* index, const uint32_t* ids,
         });
     });
 }
+jostle_status jostle_index_bounds(const jostle_index* index, int32_t* any, void* box, jostle_error* error)
+{
+    return guarded(error, [&] {
+        const IndexContent& content = open(index);
+        wanted(any, "any");
+        content.on([&]<int Dim, Coordinate T>(const BoxIndex<Dim, T>& typed) {
+            auto* const out = wanted_array_of<Aabb<Dim, T>>(box, 1, "box");
+            const auto found = typed.bounds();
+            if (found) *out = *found;
+            *any = found ? 1 : 0;
+        });
+    });
+}
 jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_stats* stats,
                                       jostle_error* error)
 {
@@ -253,7 +266,7 @@ jostle_status jostle_index_stats_read(const jostle_index* index, jostle_index_st
             const IndexStats s = typed.stats();
             write_stats(stats,
                         jostle_index_stats{0, s.objects, s.pages, s.leaves, s.nodes, s.depth, s.bytes,
-                                           s.sorts, s.splits},
+                                           s.sorts, s.splits, s.odd},
                         "jostle_index_stats");
         });
     });

@@ -52,7 +52,6 @@ void Slot::start_search() noexcept
     segments.clear();
     jobs.clear();
     chunk_next = chunk_end = nullptr;
-    bad_box = false;
     counts = {};
     error = nullptr;
 }

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/box.hpp"
 #include "index/kernels/kernels.hpp"
 #include "index/tree.hpp"
 #include "jostle/error.hpp"
@@ -61,6 +62,18 @@ template <int Dim, class T>
 const Aabb<Dim, T>& from_of(const NearestToBox<Dim, T>& question) noexcept
 {
     return question.box;
+}
+
+/// Whether a question is about an odd box, which finds nothing; it was let through where those are ignored.
+template <class Question>
+bool is_odd(const Question& question) noexcept
+{
+    if constexpr (requires { question.box; })
+        return !valid(question.box);
+    else if constexpr (requires { question.lo; })
+        return !valid(question);
+    else
+        return false;
 }
 
 /// What a visitor says that nothing counts beyond, taken over if it is less. It is about this object.
@@ -134,8 +147,9 @@ class Answers
     template <class Question>
     Hit<T> first(const Question& question, Wanted wanted) const
     {
-        Line<Dim, T> line(question);
         Hit<T> best;
+        if (is_odd(question)) return best;
+        Line<Dim, T> line(question);
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
             const Hit<T> hit = kernels_.first(root, line, here);
             if (hit.id == Hit<T>::none || (best.id != Hit<T>::none && !(hit < best))) return true;
@@ -149,6 +163,7 @@ class Answers
     template <class Question, class Items>
     bool all(const Question& question, Wanted wanted, std::uint64_t max_results, Items& out) const
     {
+        if (is_odd(question)) return false;
         const std::size_t begin = out.size();
         IntoVector<Items> found(out);
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
@@ -180,6 +195,7 @@ class Answers
     template <class Question, class Items>
     void nearest(const Question& question, Wanted wanted, Items& out) const
     {
+        if (is_odd(question)) return;
         const std::size_t before = out.size();
         Best<T> best;
         best.wanted = static_cast<std::uint32_t>(std::min<std::size_t>(question.count, size_));
@@ -201,7 +217,7 @@ class Answers
         const std::span<const Child<Dim, T>> roots(roots_, static_cast<std::size_t>(count_));
         std::uint64_t left = ~std::uint64_t{0};
         if constexpr (requires { question.count; }) left = question.count;
-        if (left == 0) return true;
+        if (left == 0 || is_odd(question)) return true;
         bool goes_on = true;
         Hit<T> last;
         const auto checked = [&](const Hit<T>& hit, T& bound) {
@@ -286,6 +302,7 @@ class Answers
     template <class Question>
     std::uint64_t count_up(const Question& question, Wanted wanted, bool one_will_do) const
     {
+        if (is_odd(question)) return 0;
         IntoCount<typename ItemOf<Question>::Item> found;
         found.one_will_do = one_will_do;
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {

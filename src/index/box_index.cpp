@@ -17,6 +17,7 @@
 #include "index/check.hpp"
 #include "index/join.hpp"
 #include "index/kernels/kernels.hpp"
+#include "index/odd_boxes.hpp"
 #include "index/pair_answers.hpp"
 #include "index/tree.hpp"
 #include "jostle/process.hpp"
@@ -87,6 +88,14 @@ const QueryFilter& filter_of(const FilterOfEach<QueryFilter>& filters, std::size
 {
     return filters[question];
 }
+bool passes_all(const QueryFilter& for_all)
+{
+    return Asked::trivial(for_all);
+}
+bool passes_all(const FilterOfEach<QueryFilter>&)
+{
+    return false;
+}
 
 } // namespace
 
@@ -98,8 +107,17 @@ struct BoxIndex<Dim, T>::Implementation
           executor(given.executor != nullptr ? given.executor : &default_executor()),
           kernels(index::kernels_for<Dim, T>(checked(given.instruction_set))),
           tree(given),
+          odd(given.memory),
           joins(given)
     {
+    }
+
+    void build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
+    {
+        if (all_valid(boxes))
+            tree.build(ids, boxes);
+        else
+            odd.build(tree, ids, boxes);
     }
 
     /// Everything that one question is about, in order.
@@ -113,6 +131,19 @@ struct BoxIndex<Dim, T>::Implementation
                         [&](Wanted wanted) { return answers().all(question, wanted, max_results, out); });
     }
 
+    [[nodiscard]] bool contains(std::uint32_t id) const noexcept
+    {
+        return tree.contains(id) || odd.contains(id);
+    }
+    /// Whether a call with these boxes is one of the tree alone: there is no odd box in it, nor in the index.
+    /// Throws for an odd box unless they are to be ignored.
+    [[nodiscard]] bool all_valid(const BoxView<Dim, T>& boxes) const
+    {
+        if (options.ignore_odd_boxes) return odd.size() == 0 && count_odd(boxes) == 0;
+        validate_boxes(boxes);
+        return true;
+    }
+
     /// Throws if an id occurs twice, or, where it is to be there (true) or not (false), if it isn't or is.
     void check_ids(std::span<const std::uint32_t> ids, std::optional<bool> wanted_here) const
     {
@@ -120,7 +151,7 @@ struct BoxIndex<Dim, T>::Implementation
             if (ids[i] == Hit<T>::none)
                 throw Error(ErrorCode::invalid_argument,
                             "entry " + std::to_string(i) + ": 4294967295 is no id; choose a smaller one", i);
-            if (wanted_here && tree.contains(ids[i]) != *wanted_here)
+            if (wanted_here && contains(ids[i]) != *wanted_here)
                 throw Error(ErrorCode::invalid_argument,
                             "entry " + std::to_string(i) + ": id " + std::to_string(ids[i]) +
                                 (*wanted_here ? " is not in the index"
@@ -150,20 +181,25 @@ struct BoxIndex<Dim, T>::Implementation
     template <class Question>
     void check(const Question& question, const QueryFilter& filter) const
     {
-        index::check(question, Error::no_index);
+        index::check(question, Error::no_index, options.ignore_odd_boxes);
         index::check(filter, tree.id_end());
     }
     template <class Question>
     void check(std::span<const Question> questions, const QueryFilter& filter) const
     {
-        index::check_all(questions);
-        index::check(filter, tree.id_end());
+        index::check_all(questions, options.ignore_odd_boxes);
+        check_each(filter, questions.size());
     }
     template <class Question>
     void check(std::span<const Question> questions, const FilterOfEach<QueryFilter>& filters) const
     {
-        index::check_all(questions);
-        index::check_filters(questions.size(), filters.size());
+        index::check_all(questions, options.ignore_odd_boxes);
+        check_each(filters, questions.size());
+    }
+    void check_each(const QueryFilter& filter, std::size_t) const { index::check(filter, tree.id_end()); }
+    void check_each(const FilterOfEach<QueryFilter>& filters, std::size_t questions) const
+    {
+        index::check_filters(questions, filters.size());
         for (std::size_t i = 0; i < filters.size(); ++i)
             index::check(filters[i], tree.id_end());
     }
@@ -238,6 +274,49 @@ struct BoxIndex<Dim, T>::Implementation
              [&](std::size_t i, Wanted wanted) { out[i] = given.count(questions[i], wanted); });
     }
 
+    template <class Filters>
+    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters)
+    {
+        std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
+        out.clear();
+        check_batch(boxes, filters);
+        if (options.ignore_odd_boxes && count_odd(boxes) != 0) {
+            index::ValidBoxes<Dim, T> valid(options.memory, boxes);
+            joins.run(tree, *executor, BoxView<Dim, T>(valid.boxes), pairs);
+            for (Pair& pair : pairs)
+                pair.a = valid.ids[pair.a];
+        } else {
+            joins.run(tree, *executor, boxes, pairs);
+        }
+        if (!passes_all(filters))
+            pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
+                                       [&](const Pair& pair) {
+                                           return !Asked(filter_of(filters, pair.a), pair.a)(pair.b);
+                                       }),
+                        pairs.end());
+        out = std::move(pairs);
+    }
+    template <class Filters>
+    bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const Filters& filters) const
+    {
+        check_batch(boxes, filters);
+        const index::Answers<Dim, T> given = answers();
+        for (std::size_t i = 0; i < boxes.size(); ++i) {
+            const auto a = static_cast<std::uint32_t>(i);
+            const bool goes_on = filtered(filter_of(filters, i), a, [&](Wanted wanted) {
+                return given.visit(boxes[i], wanted, [&](std::uint32_t b) { return visitor(a, b); });
+            });
+            if (!goes_on) return false;
+        }
+        return true;
+    }
+    template <class Filters>
+    void check_batch(const BoxView<Dim, T>& boxes, const Filters& filters) const
+    {
+        if (!options.ignore_odd_boxes) validate_boxes(boxes);
+        check_each(filters, boxes.size());
+    }
+
     [[nodiscard]] index::Roots<Dim, T> roots_with(const Implementation& other) const noexcept
     {
         return {tree.root(), other.tree.root(), this == &other};
@@ -259,6 +338,7 @@ struct BoxIndex<Dim, T>::Implementation
     Executor* executor;
     const index::Kernels<Dim, T>& kernels;
     index::Tree<Dim, T> tree;
+    index::OddBoxes<Dim, T> odd;
     index::Join<Dim, T> joins;
 };
 
@@ -280,8 +360,7 @@ void BoxIndex<Dim, T>::build(const BoxView<Dim, T>& boxes)
     if (boxes.size() >= Hit<T>::none)
         throw Error(ErrorCode::too_many_objects,
                     std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967295");
-    validate_boxes(boxes);
-    implementation_->tree.build({}, boxes);
+    implementation_->build({}, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -289,8 +368,7 @@ void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<D
 {
     Implementation::check_sizes(ids.size(), boxes.size());
     implementation_->check_ids(ids, std::nullopt);
-    validate_boxes(boxes);
-    implementation_->tree.build(ids, boxes);
+    implementation_->build(ids, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -298,15 +376,16 @@ void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<
 {
     Implementation::check_sizes(ids.size(), boxes.size());
     implementation_->check_ids(ids, false);
-    validate_boxes(boxes);
-    implementation_->tree.insert(ids, boxes);
+    Implementation& all = *implementation_;
+    all.all_valid(boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
 }
 
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::erase(std::span<const std::uint32_t> ids)
 {
-    implementation_->check_ids(ids, true);
-    implementation_->tree.erase(ids);
+    Implementation& all = *implementation_;
+    all.check_ids(ids, true);
+    all.odd.size() == 0 ? all.tree.erase(ids) : all.odd.erase(all.tree, ids);
 }
 
 template <int Dim, Coordinate T>
@@ -314,8 +393,8 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
 {
     Implementation::check_sizes(ids.size(), boxes.size());
     implementation_->check_ids(ids, true);
-    validate_boxes(boxes);
-    implementation_->tree.move(ids, boxes);
+    Implementation& all = *implementation_;
+    all.all_valid(boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -383,6 +462,7 @@ template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::clear() noexcept
 {
     implementation_->tree.clear();
+    implementation_->odd.clear();
 }
 
 template <int Dim, Coordinate T>
@@ -395,13 +475,13 @@ void BoxIndex<Dim, T>::release_memory() noexcept
 template <int Dim, Coordinate T>
 std::size_t BoxIndex<Dim, T>::size() const noexcept
 {
-    return implementation_->tree.size();
+    return implementation_->tree.size() + implementation_->odd.size();
 }
 
 template <int Dim, Coordinate T>
 bool BoxIndex<Dim, T>::contains(std::uint32_t id) const noexcept
 {
-    return implementation_->tree.contains(id);
+    return implementation_->contains(id);
 }
 
 template <int Dim, Coordinate T>
@@ -409,25 +489,49 @@ Aabb<Dim, T> BoxIndex<Dim, T>::box(std::uint32_t id) const
 {
     if (!contains(id))
         throw Error(ErrorCode::invalid_argument, "id " + std::to_string(id) + " is not in the index", id);
-    return implementation_->tree.box(id);
+    return implementation_->odd.contains(id) ? implementation_->odd.box(id) : implementation_->tree.box(id);
+}
+
+template <int Dim, Coordinate T>
+std::optional<Aabb<Dim, T>> BoxIndex<Dim, T>::bounds() const noexcept
+{
+    const auto& tree = implementation_->tree;
+    return tree.size() == 0 ? std::nullopt : std::optional(tree.hull());
 }
 
 template <int Dim, Coordinate T>
 IndexStats BoxIndex<Dim, T>::stats() const noexcept
 {
     IndexStats stats = implementation_->tree.stats();
-    stats.bytes += implementation_->joins.bytes();
+    stats.odd = implementation_->odd.size();
+    stats.objects += stats.odd;
+    stats.bytes += implementation_->joins.bytes() + implementation_->odd.bytes();
     return stats;
 }
 
 template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out)
+void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out,
+                            const QueryFilter& filter)
 {
-    std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
-    out.clear();
-    validate_boxes(boxes);
-    implementation_->joins.run(implementation_->tree, *implementation_->executor, boxes, pairs);
-    out = std::move(pairs);
+    implementation_->join(boxes, out, filter);
+}
+template <int Dim, Coordinate T>
+void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out,
+                            FilterOfEach<QueryFilter> filters)
+{
+    implementation_->join(boxes, out, filters);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, PairVisitor visitor,
+                            const QueryFilter& filter) const
+{
+    return implementation_->join(boxes, visitor, filter);
+}
+template <int Dim, Coordinate T>
+bool BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, PairVisitor visitor,
+                            FilterOfEach<QueryFilter> filters) const
+{
+    return implementation_->join(boxes, visitor, filters);
 }
 
 // --- Single questions ---

@@ -155,7 +155,7 @@ void check_ids(const StridedView<std::uint32_t>& column, std::uint64_t ids, cons
 } // namespace
 
 template <int Dim, class T>
-void check(const Ray<Dim, T>& ray, std::uint64_t number)
+void check(const Ray<Dim, T>& ray, std::uint64_t number, bool)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(ray.origin[d], "ray", number, "origin", d);
@@ -164,21 +164,23 @@ void check(const Ray<Dim, T>& ray, std::uint64_t number)
 }
 
 template <int Dim, class T>
-void check(const Sweep<Dim, T>& sweep, std::uint64_t number)
+void check(const Sweep<Dim, T>& sweep, std::uint64_t number, bool ignore_odd)
 {
-    check_finite_box(sweep.box, "sweep", number);
-    check_motion(sweep.motion, "sweep", number, "motion", "ask for the overlaps of the box");
+    if (!ignore_odd || valid(sweep.box)) check_finite_box(sweep.box, "sweep", number);
+    const T* const motion = sweep.motion.data();
+    if (!ignore_odd || std::any_of(motion, motion + Dim, [](T by) { return by != 0; }))
+        check_motion(sweep.motion, "sweep", number, "motion", "ask for the overlaps of the box");
     check_not_negative(sweep.max_fraction, "sweep", number, "max_fraction");
 }
 
 template <int Dim, class T>
-void check(const Aabb<Dim, T>& region, std::uint64_t number)
+void check(const Aabb<Dim, T>& region, std::uint64_t number, bool ignore_odd)
 {
-    check_box(region, "region", number);
+    if (!ignore_odd) check_box(region, "region", number);
 }
 
 template <int Dim, class T>
-void check(const Sphere<Dim, T>& sphere, std::uint64_t number)
+void check(const Sphere<Dim, T>& sphere, std::uint64_t number, bool)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(sphere.center[d], "sphere", number, "center", d);
@@ -186,7 +188,7 @@ void check(const Sphere<Dim, T>& sphere, std::uint64_t number)
 }
 
 template <int Dim, class T>
-void check(const Frustum<Dim, T>& frustum, std::uint64_t number)
+void check(const Frustum<Dim, T>& frustum, std::uint64_t number, bool)
 {
     for (const Plane<Dim, T>& plane : frustum.planes) {
         check_direction(plane.normal, "frustum", number, "normal of a plane", "drop the plane");
@@ -198,7 +200,7 @@ void check(const Frustum<Dim, T>& frustum, std::uint64_t number)
 }
 
 template <int Dim, class T>
-void check(const Nearest<Dim, T>& nearest, std::uint64_t number)
+void check(const Nearest<Dim, T>& nearest, std::uint64_t number, bool)
 {
     for (int d = 0; d < Dim; ++d)
         check_finite(nearest.point[d], "nearest", number, "point", d);
@@ -206,9 +208,9 @@ void check(const Nearest<Dim, T>& nearest, std::uint64_t number)
 }
 
 template <int Dim, class T>
-void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number)
+void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number, bool ignore_odd)
 {
-    check_finite_box(nearest.box, "nearest", number);
+    if (!ignore_odd || valid(nearest.box)) check_finite_box(nearest.box, "nearest", number);
     check_distance(nearest.max_distance, "nearest", number, "max_distance");
 }
 
@@ -233,13 +235,13 @@ void check(const QueryFilter& filter, std::uint64_t ids)
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template void check<Dim, T>(const Ray<Dim, T>&, std::uint64_t);                                          \
-    template void check<Dim, T>(const Sweep<Dim, T>&, std::uint64_t);                                        \
-    template void check<Dim, T>(const Aabb<Dim, T>&, std::uint64_t);                                         \
-    template void check<Dim, T>(const Sphere<Dim, T>&, std::uint64_t);                                       \
-    template void check<Dim, T>(const Frustum<Dim, T>&, std::uint64_t);                                      \
-    template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t);                                      \
-    template void check<Dim, T>(const NearestToBox<Dim, T>&, std::uint64_t);
+    template void check<Dim, T>(const Ray<Dim, T>&, std::uint64_t, bool);                                    \
+    template void check<Dim, T>(const Sweep<Dim, T>&, std::uint64_t, bool);                                  \
+    template void check<Dim, T>(const Aabb<Dim, T>&, std::uint64_t, bool);                                   \
+    template void check<Dim, T>(const Sphere<Dim, T>&, std::uint64_t, bool);                                 \
+    template void check<Dim, T>(const Frustum<Dim, T>&, std::uint64_t, bool);                                \
+    template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t, bool);                                \
+    template void check<Dim, T>(const NearestToBox<Dim, T>&, std::uint64_t, bool);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)
 JOSTLE_INSTANTIATE(3, float)

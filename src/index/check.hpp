@@ -10,22 +10,23 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
-// Each throws the `Error` for a query that can't be answered; `number` is its place in the batch, or
-// Error::no_index for a single one.
+// Each throws the `Error` for a question that can't be answered; `number` is its place in the batch, or
+// Error::no_index for a single one. Those with an odd box and sweeps that don't move pass where odd boxes are
+// ignored: see FinderOptions::ignore_odd_boxes.
 template <int Dim, class T>
-void check(const Ray<Dim, T>& ray, std::uint64_t number);
+void check(const Ray<Dim, T>& ray, std::uint64_t number, bool ignore_odd);
 template <int Dim, class T>
-void check(const Sweep<Dim, T>& sweep, std::uint64_t number);
+void check(const Sweep<Dim, T>& sweep, std::uint64_t number, bool ignore_odd);
 template <int Dim, class T>
-void check(const Aabb<Dim, T>& region, std::uint64_t number);
+void check(const Aabb<Dim, T>& region, std::uint64_t number, bool ignore_odd);
 template <int Dim, class T>
-void check(const Sphere<Dim, T>& sphere, std::uint64_t number);
+void check(const Sphere<Dim, T>& sphere, std::uint64_t number, bool ignore_odd);
 template <int Dim, class T>
-void check(const Frustum<Dim, T>& frustum, std::uint64_t number);
+void check(const Frustum<Dim, T>& frustum, std::uint64_t number, bool ignore_odd);
 template <int Dim, class T>
-void check(const Nearest<Dim, T>& nearest, std::uint64_t number);
+void check(const Nearest<Dim, T>& nearest, std::uint64_t number, bool ignore_odd);
 template <int Dim, class T>
-void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number);
+void check(const NearestToBox<Dim, T>& nearest, std::uint64_t number, bool ignore_odd);
 
 /// How far apart pairs may be.
 template <class T>
@@ -33,10 +34,10 @@ void check_max_distance(T max_distance);
 
 /// Of a batch.
 template <class Question>
-void check_all(std::span<const Question> questions)
+void check_all(std::span<const Question> questions, bool ignore_odd)
 {
     for (std::size_t i = 0; i < questions.size(); ++i)
-        check(questions[i], i);
+        check(questions[i], i, ignore_odd);
 }
 
 /// Throws unless there is room for a result of each question.

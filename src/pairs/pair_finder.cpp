@@ -153,12 +153,15 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
     if (sink) request.sink = count_and_pass;
     request.result = &into;
 
+    const bool ignores_odd = engine.ignores_odd_boxes();
     bool complete = true;
+    std::size_t searches = 0;
     const auto run = [&](const engine::Boxes<Dim, T>& part, std::size_t offset_a, std::size_t offset_b) {
         if (!complete) return;
         request.offset_a = static_cast<std::uint32_t>(offset_a);
         request.offset_b = static_cast<std::uint32_t>(offset_b);
         try {
+            ++searches;
             complete = engine.search(part, request);
         } catch (const engine::BadBox&) {
             validate(boxes); // a bad box of another slice may be lower: let the definition name it
@@ -172,7 +175,8 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
             return set.subview(k * slice, std::min(slice, set.size() - k * slice));
         };
         if (boxes.cross) {
-            if (boxes.a.empty() || boxes.b.empty()) validate(boxes); // nothing to find, but as strict as ever
+            if ((boxes.a.empty() || boxes.b.empty()) && !ignores_odd)
+                validate(boxes); // nothing to find, but as strict as ever
             for (std::size_t a = 0; a < slices(boxes.a.size()); ++a)
                 for (std::size_t b = 0; b < slices(boxes.b.size()); ++b)
                     run({part_of(boxes.a, a), part_of(boxes.b, b), true}, a * slice, b * slice);
@@ -190,6 +194,8 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
     }
     stats = engine.stats;
     stats.objects = boxes.size();
+    if (ignores_odd && searches != 1)
+        stats.odd = count_odd(boxes.a) + count_odd(boxes.b); // each of them once
     stats.pairs = sink ? pairs.load() : into.size();
     stats.bytes_reserved = engine.bytes();
     stats.ms_total =

@@ -25,24 +25,14 @@ enum class Visits
 
 /// Throws for a question that can't be answered.
 template <int Dim, class T, class Question>
-void check(const State<Dim, T>& state, const Question& question, std::uint64_t number = Error::no_index)
+void check(const State<Dim, T>& state, const Question& question)
 {
-    if constexpr (std::is_same_v<Question, Sweep<Dim, T>>) {
-        const T* const motion = question.motion.data();
-        if (state.options.ignore_odd_boxes &&
-            std::all_of(motion, motion + Dim, [](T by) { return by == 0; })) {
-            Sweep<Dim, T> moves = question; // what else there is of it must be as ever
-            moves.motion[0] = 1;
-            return index::check(moves, number);
-        }
-    }
-    index::check(question, number);
+    index::check(question, Error::no_index, state.options.ignore_odd_boxes);
 }
 template <int Dim, class T, class Question>
 void check_all(const State<Dim, T>& state, std::span<const Question> questions)
 {
-    for (std::size_t i = 0; i < questions.size(); ++i)
-        check(state, questions[i], i);
+    index::check_all(questions, state.options.ignore_odd_boxes);
 }
 
 /// Puts questions to the resting and the active objects as if they were one index's, and says which of the
@@ -169,18 +159,28 @@ class AskingMany
   public:
     using Implementation = typename World<Dim, T>::Implementation;
 
-    AskingMany(const Implementation& world, const ObjectQueryFilter& filter, std::size_t questions)
-        : world_(world), count_(questions)
+    AskingMany(const Implementation& world, const ObjectQueryFilter& filter, std::size_t questions,
+               Visits visits = Visits::none)
+        : world_(world), count_(questions), visits_(visits)
     {
-        for_all_.emplace(world, filter, questions);
+        for_all_.emplace(world, filter, questions, visits);
     }
     AskingMany(const Implementation& world, const FilterOfEach<ObjectQueryFilter>& filters,
-               std::size_t questions)
-        : world_(world), count_(questions), filters_(&filters)
+               std::size_t questions, Visits visits = Visits::none)
+        : world_(world), count_(questions), filters_(&filters), visits_(visits)
     {
         index::check_filters(questions, filters.size());
     }
 
+    /// Calls body(asking, i, wanted) for one question.
+    template <class Body>
+    auto with(std::size_t i, const Body& body) const
+    {
+        const auto ask = [&](const Asking<Dim, T>& asking) {
+            return asking.with(i, [&](index::Wanted wanted) { return body(asking, i, wanted); });
+        };
+        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i], visits_));
+    }
     /// Calls body(asking, i, wanted) for each question.
     template <class Body>
     void each(const Body& body) const
@@ -208,19 +208,11 @@ class AskingMany
     }
 
   private:
-    template <class Body>
-    auto with(std::size_t i, const Body& body) const
-    {
-        const auto ask = [&](const Asking<Dim, T>& asking) {
-            return asking.with(i, [&](index::Wanted wanted) { return body(asking, i, wanted); });
-        };
-        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i]));
-    }
-
     const Implementation& world_;
     std::size_t count_;
     std::optional<Asking<Dim, T>> for_all_;
     const FilterOfEach<ObjectQueryFilter>* filters_ = nullptr;
+    Visits visits_;
 };
 
 } // namespace world
@@ -410,19 +402,26 @@ JOSTLE_BATCHES(FilterOfEach<ObjectQueryFilter>)
 #undef JOSTLE_BATCHES
 #undef JOSTLE_NEAREST
 
-template <int Dim, Coordinate T>
-void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
+namespace world {
+namespace {
+
+template <class Kept>
+void keep_if(std::pmr::vector<Pair>& pairs, const Kept& kept)
 {
-    Implementation& me = *implementation_;
-    const InUse call(me.in_use, "World");
+    pairs.erase(std::remove_if(pairs.begin(), pairs.end(), [&](const Pair& pair) { return !kept(pair); }),
+                pairs.end());
+}
+
+/// All pairs of one of the boxes and an object, ascending.
+template <int Dim, class T>
+void join_all(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
+              std::pmr::vector<Pair>& out)
+{
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
     me.state.resting.join(boxes, all);
     if (me.state.shown != nullptr)
-        all.erase(std::remove_if(
-                      all.begin(), all.end(),
-                      [&](const Pair& pair) { return !me.state.is_shown_resting(world::Index{pair.b}); }),
-                  all.end());
+        keep_if(all, [&](const Pair& pair) { return me.state.is_shown_resting(Index{pair.b}); });
     if (BoxIndex<Dim, T>* const active = me.active_index.of(me.state)) {
         if (me.applied)
             me.arena.begin_again();
@@ -438,34 +437,88 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const 
             else
                 --a, all[r + a] = more[a];
     }
-    // In use as the world is, this doesn't go by an index for a mask, which the search above hasn't either.
-    const world::Asking<Dim, T> asking(me, filter);
-    if (!asking.takes_all())
-        all.erase(std::remove_if(all.begin(), all.end(),
-                                 [&](const Pair& pair) { return !asking.takes(pair.a, pair.b); }),
-                  all.end());
     out.swap(all);
 }
+
+} // namespace
+} // namespace world
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
+{
+    const InUse call(implementation_->in_use, "World");
+    world::join_all<Dim, T>(*implementation_, boxes, out);
+    // In use as the world is, this doesn't go by an index for a mask, which the search above hasn't either.
+    const world::Asking<Dim, T> asking(*implementation_, filter);
+    if (!asking.takes_all())
+        world::keep_if(out, [&](const Pair& pair) { return asking.takes(pair.a, pair.b); });
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out,
+                         FilterOfEach<ObjectQueryFilter> filters)
+{
+    index::check_filters(boxes.size(), filters.size());
+    const InUse call(implementation_->in_use, "World");
+    world::join_all<Dim, T>(*implementation_, boxes, out);
+    std::optional<world::Asking<Dim, T>> asking;
+    std::size_t asker = boxes.size();
+    world::keep_if(out, [&](const Pair& pair) {
+        if (pair.a != asker) asking.emplace(*implementation_, filters[asker = pair.a]);
+        return asking->takes(pair.a, pair.b);
+    });
+}
+
+#define JOSTLE_JOIN(Filters)                                                                                 \
+    template <int Dim, Coordinate T>                                                                         \
+    bool World<Dim, T>::join(const Boxes& boxes, ObjectJoinVisitor visitor, Filters filters) const           \
+    {                                                                                                        \
+        if (!implementation_->state.options.ignore_odd_boxes) validate_boxes(boxes);                         \
+        const world::AskingMany<Dim, T> asking(*implementation_, filters, boxes.size(),                      \
+                                               world::Visits::in_own_order);                                 \
+        for (std::size_t i = 0; i < boxes.size(); ++i) {                                                     \
+            const auto visit_all = [&](const auto& one, std::size_t, index::Wanted wanted) {                 \
+                return one.answers().visit(boxes[i], wanted, [&](std::uint32_t index) {                      \
+                    return visitor(static_cast<std::uint32_t>(i), one.given(index));                         \
+                });                                                                                          \
+            };                                                                                               \
+            if (!asking.with(i, visit_all)) return false;                                                    \
+        }                                                                                                    \
+        return true;                                                                                         \
+    }
+JOSTLE_JOIN(const ObjectQueryFilter&)
+JOSTLE_JOIN(FilterOfEach<ObjectQueryFilter>)
+#undef JOSTLE_JOIN
 
 // --- Who touches whom, and where all is -------------------------------------------------------------------
 
 namespace world {
 namespace {
 
-/// The objects of an index not less than `from` that an object touches and agrees with, ascending.
-template <int Dim, class T>
-void list_touching(const State<Dim, T>& state, const index::Answers<Dim, T>& answers, Index index,
-                   std::uint32_t from, std::vector<std::uint32_t>& out)
+/// Calls body(answers' question, wanted) about the objects not less than `from` that an object touches and
+/// agrees with.
+template <int Dim, class T, class Body>
+auto ask_touching(const State<Dim, T>& state, Index index, std::uint32_t from, const Body& body)
 {
-    out.clear();
-    if (!state.is_shown(index)) return;
     const ObjectFilter filter = state.objects[index].filter();
     const auto agrees = [&](std::uint32_t other) {
         return other >= from && other != raw(index) && passes(filter, state.objects[Index{other}].filter()) &&
                (state.refused.empty() ||
                 state.refused.find(key_of(pair_of(index, Index{other}))) == state.refused.end());
     };
-    answers.all(state.shown_box(index), index::Wanted(agrees), World<Dim, T>::no_limit, out);
+    return body(state.shown_box(index), index::Wanted(agrees));
+}
+
+/// Lists them, ascending.
+template <int Dim, class T>
+void list_touching(const State<Dim, T>& state, const index::Answers<Dim, T>& answers, Index index,
+                   std::uint32_t from, std::vector<std::uint32_t>& out)
+{
+    out.clear();
+    if (!state.is_shown(index)) return;
+    ask_touching(state, index, from, [&](const auto& box, index::Wanted wanted) {
+        return answers.all(box, wanted, World<Dim, T>::no_limit, out);
+    });
 }
 
 /// Whether apply() has moved something away from the border of all that rests.
@@ -497,6 +550,20 @@ void World<Dim, T>::touching(ObjectId id, std::vector<ObjectId>& out) const
     out.clear();
     for (const std::uint32_t index : found)
         out.push_back(asking.given(index));
+}
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::touching(ObjectId id, ObjectVisitor visitor) const
+{
+    (void)implementation_->checked(id);
+    const world::Index index{id.index};
+    if (!implementation_->state.is_shown(index)) return true;
+    const ObjectQueryFilter all;
+    const world::Asking<Dim, T> asking(*implementation_, all, world::Visits::in_own_order);
+    return world::ask_touching(implementation_->state, index, 0, [&](const auto& box, index::Wanted wanted) {
+        return asking.answers().visit(box, wanted,
+                                      [&](std::uint32_t other) { return visitor(asking.given(other)); });
+    });
 }
 
 template <int Dim, Coordinate T>
@@ -593,8 +660,15 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template JOSTLE_API void World<Dim, T>::touching(ObjectId, std::vector<ObjectId>&) const;                \
     template JOSTLE_API bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId, ObjectId)>) const;              \
     template JOSTLE_API std::optional<Aabb<Dim, T>> World<Dim, T>::bounds() const;                           \
+    template JOSTLE_API bool World<Dim, T>::touching(ObjectId, ObjectVisitor) const;                         \
     template JOSTLE_API void World<Dim, T>::join(const BoxView<Dim, T>&, std::pmr::vector<Pair>&,            \
-                                                 const ObjectQueryFilter&);
+                                                 const ObjectQueryFilter&);                                  \
+    template JOSTLE_API void World<Dim, T>::join(const BoxView<Dim, T>&, std::pmr::vector<Pair>&,            \
+                                                 FilterOfEach<ObjectQueryFilter>);                           \
+    template JOSTLE_API bool World<Dim, T>::join(const BoxView<Dim, T>&, ObjectJoinVisitor,                  \
+                                                 const ObjectQueryFilter&) const;                            \
+    template JOSTLE_API bool World<Dim, T>::join(const BoxView<Dim, T>&, ObjectJoinVisitor,                  \
+                                                 FilterOfEach<ObjectQueryFilter>) const;
 JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE_BATCHES
 #undef JOSTLE_INSTANTIATE_QUESTION

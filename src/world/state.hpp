@@ -46,7 +46,7 @@ struct State
           active(memory),
           parked(memory),
           shifted(memory),
-          resting({options.executor, memory, options.instruction_set}),
+          resting({options.executor, memory, options.instruction_set, options.ignore_odd_boxes}),
           refused(memory)
     {
     }

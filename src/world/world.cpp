@@ -33,7 +33,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       began_pairs(&memory),
       changed_pairs(&memory),
       changed_slots(&memory),
-      active_index({options.executor, &memory, options.instruction_set}),
+      active_index({options.executor, &memory, options.instruction_set, options.ignore_odd_boxes}),
       masked_indexes({options.executor, &memory, options.instruction_set})
 {
     BoxIndexAccess::expect_to_come_back(state.resting);

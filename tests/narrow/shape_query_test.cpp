@@ -145,6 +145,33 @@ void ask_in_every_form(const Asked& asked, const PosedShapes<Dim, T>& objects, c
     ASSERT_TRUE(same_lists(hits, all));
     ASSERT_EQ(all_hits(asked, objects, question, hits, {}, some), all.size() > some);
     ASSERT_TRUE(same_lists(hits, std::span(all).first(std::min<std::size_t>(some, all.size()))));
+
+    // Handed over: all, as many as are wanted, and none beyond the one that is number `some`.
+    hits.clear();
+    ASSERT_TRUE(visit_hits(asked, objects, question, [&](const auto& hit, T&) {
+        hits.push_back(hit);
+        return true;
+    }));
+    ASSERT_TRUE(same_lists(hits, all));
+    hits.clear();
+    ASSERT_EQ(visit_hits(asked, objects, question,
+                         [&](const auto& hit, T&) {
+                             hits.push_back(hit);
+                             return hits.size() <= some;
+                         }),
+              all.size() <= some);
+    ASSERT_TRUE(same_lists(hits, std::span(all).first(std::min<std::size_t>(some + 1, all.size()))));
+    hits.clear();
+    ASSERT_TRUE(visit_hits(asked, objects, question, [&](const auto& hit, T& bound) {
+        hits.push_back(hit);
+        if (hits.size() == some + 1) bound = hit.fraction;
+        if (hits.size() > some + 1) bound = std::numeric_limits<T>::infinity(); // has no effect
+        return true;
+    }));
+    std::size_t wanted = std::min<std::size_t>(some + 1, all.size());
+    while (wanted < all.size() && all[wanted].fraction == all[wanted - 1].fraction)
+        ++wanted;
+    ASSERT_TRUE(same_lists(hits, std::span(all).first(wanted)));
 }
 
 template <int Dim, class T>
@@ -199,14 +226,42 @@ void nearest_equals_a_loop(std::uint64_t seed)
             if (random.chance(0.1)) question.max_distance = static_cast<T>(1e-30);
             ShapeDistance<Dim, T> best{};
             bool any = false;
+            std::vector<std::pair<T, ObjectId>> all; // by distance, then id
             for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
                 const auto found = distance(question.shape, question.pose, scene.shapes[i], scene.poses[i],
                                             question.max_distance);
+                if (found) all.emplace_back(found->distance, scene.ids[i]);
                 if (!found || (any && found->distance >= best.distance)) continue;
                 static_cast<Distance<Dim, T>&>(best) = *found;
                 best.id = scene.ids[i];
                 any = true;
             }
+            std::sort(all.begin(), all.end());
+            std::vector<std::pair<T, ObjectId>> given;
+            ASSERT_TRUE(visit_nearest_shapes(scene.world, {scene.shapes, scene.poses}, question,
+                                             [&](const auto& found, T&) {
+                                                 given.emplace_back(found.distance, found.id);
+                                                 return true;
+                                             }));
+            ASSERT_EQ(given, all);
+            const std::size_t few = std::min<std::size_t>(3, all.size());
+            given.clear();
+            ASSERT_EQ(visit_nearest_shapes(scene.world, {scene.shapes, scene.poses}, question,
+                                           [&](const auto& found, T&) {
+                                               given.emplace_back(found.distance, found.id);
+                                               return given.size() < 3;
+                                           }),
+                      all.size() < 3);
+            ASSERT_TRUE(std::equal(given.begin(), given.end(), all.begin(), all.begin() + few));
+            given.clear(); // those as near as the first, or nearer than half a unit beyond it
+            ASSERT_TRUE(visit_nearest_shapes(scene.world, {scene.shapes, scene.poses}, question,
+                                             [&](const auto& found, T& bound) {
+                                                 bound = std::min(bound, all[0].first + T(0.5));
+                                                 given.emplace_back(found.distance, found.id);
+                                                 return true;
+                                             }));
+            std::erase_if(all, [&](const auto& one) { return one.first > best.distance + T(0.5); });
+            ASSERT_EQ(given, all);
             const auto answer = nearest_shape(scene.world, {scene.shapes, scene.poses}, question);
             ASSERT_EQ(answer.has_value(), any);
             const auto of_index =
@@ -315,6 +370,30 @@ TEST(ShapeQuery, BatchesGiveWhatSingleQuestionsDo)
         batches_equal_one_by_one<3, float, BoxIndex3f, QueryFilter>(random, scene, scene.index, of,
                                                                     scene.numbers);
     }
+}
+
+TEST(ShapeQuery, VisitorsMayNotMakeTheBoundNaN)
+{
+    World3d world;
+    const std::vector<Shape3> shapes(1, Shape3::sphere(1));
+    const std::vector<Pose3d> poses(1);
+    const ObjectId id = world.add(bounds(shapes[0], poses[0]));
+    world.update();
+    const auto spoil = [](const auto&, double& bound) {
+        bound = std::numeric_limits<double>::quiet_NaN();
+        return true;
+    };
+    const auto expect = [&](const auto& ask) {
+        try {
+            ask();
+            FAIL() << "it was accepted";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::nan_coordinate);
+            EXPECT_EQ(error.index(), id.index);
+        }
+    };
+    expect([&] { visit_hits(world, {shapes, poses}, Ray3d{{-5, 0, 0}, {1, 0, 0}}, spoil); });
+    expect([&] { visit_nearest_shapes(world, {shapes, poses}, NearestShape3d{Shape3(), {}}, spoil); });
 }
 
 /// Two that are equally near: the one of the greater id is visited first, because its box is larger, and

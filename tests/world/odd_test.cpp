@@ -82,6 +82,35 @@ TEST(OddBoxes, AgreeWithTheTwin)
     }
 }
 
+TEST(OddBoxes, AsQuestionsFindNothing)
+{
+    World3f world({.ignore_odd_boxes = true}), strict;
+    const ObjectId id = world.add(cube(0));
+    strict.add(cube(0));
+    world.update();
+    strict.update();
+    for (const Box& odd : odd_boxes) {
+        std::vector<ObjectId> found;
+        std::vector<ObjectHit<float>> hits;
+        EXPECT_FALSE(world.all(odd, found));
+        EXPECT_TRUE(found.empty());
+        EXPECT_FALSE(world.any(odd));
+        EXPECT_EQ(world.count(jostle::Sweep3f{odd, {1, 0, 0}}), 0u);
+        EXPECT_FALSE(world.first(jostle::Sweep3f{odd, {0, 0, 0}}));
+        world.nearest(jostle::NearestToBox3f{odd}, hits);
+        EXPECT_TRUE(hits.empty());
+        std::pmr::vector<jostle::Pair> pairs;
+        const std::vector<Box> boxes{odd, cube(0), odd};
+        world.join(boxes, pairs);
+        EXPECT_EQ(pairs, (std::pmr::vector<jostle::Pair>{{1, id.index}}));
+        const auto nobody = [](std::uint32_t, ObjectId) { return true; };
+        EXPECT_TRUE(world.join(boxes, nobody));
+        EXPECT_THROW((void)strict.any(odd), jostle::Error);
+        EXPECT_THROW(strict.join(boxes, pairs), jostle::Error);
+        EXPECT_THROW(strict.join(boxes, nobody), jostle::Error);
+    }
+}
+
 TEST(OddBoxes, TouchNothingAndAreWholeAgain)
 {
     for (const Box& odd : odd_boxes)

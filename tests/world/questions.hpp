@@ -217,6 +217,38 @@ class Questions
         std::pmr::vector<jostle::Pair> found(3);
         world_.join(boxes, found, filter_);
         if (!std::equal(found.begin(), found.end(), expected.begin(), expected.end())) wrong += " join";
+        // One by one, and with filters of each box's own: every other asker leaves out another object.
+        std::vector<jostle::ObjectQueryFilter> filters(boxes.size(), filter_);
+        for (std::size_t i = 0; i < filters.size(); i += 2)
+            if (!there_.empty()) filters[i].exclude = there_[i % there_.size()].id;
+        std::vector<jostle::Pair> told;
+        const auto tell = [&](std::uint32_t position, ObjectId id) {
+            told.push_back({position, id.index});
+            return true;
+        };
+        if (!world_.join(boxes, tell, filter_)) wrong += " join's visitor stopped";
+        std::sort(told.begin(), told.end());
+        if (told != expected) wrong += " join one by one";
+        expected.clear();
+        for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+            std::swap(filter_.exclude, filters[i].exclude);
+            for (const There& there : there_)
+                if (counts(there) && overlaps(boxes[i], there.bounds))
+                    expected.push_back({i, there.id.index});
+            std::swap(filter_.exclude, filters[i].exclude);
+        }
+        world_.join(boxes, found, filters);
+        if (!std::equal(found.begin(), found.end(), expected.begin(), expected.end()))
+            wrong += " join with filters";
+        told.clear();
+        world_.join(boxes, tell, filters);
+        std::sort(told.begin(), told.end());
+        if (told != expected) wrong += " join with filters one by one";
+        std::size_t calls = 0;
+        const bool went_on =
+            world_.join(boxes, [&](std::uint32_t, ObjectId) { return ++calls < 2; }, filters);
+        if (went_on != (expected.size() < 2) || calls != std::min<std::size_t>(2, expected.size()))
+            wrong += " join's visitor wasn't obeyed";
     }
 
     /// The closest pairs whose filters agree, up to where there are some hundreds at most.

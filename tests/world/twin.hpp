@@ -228,6 +228,16 @@ testing::AssertionResult agree_about_all(const jostle::World<Dim, T>& world, con
         if (touching != expected)
             return testing::AssertionFailure() << "object " << index << " touches " << touching.size()
                                                << ", the twin's " << expected.size();
+        std::vector<ObjectId> some;
+        const bool all_told = world.touching(thing.id, [&](ObjectId other) {
+            some.push_back(other);
+            return some.size() < 3;
+        });
+        if (all_told != (expected.size() < 3) || some.size() != std::min<std::size_t>(3, expected.size()) ||
+            !std::all_of(some.begin(), some.end(), [&](ObjectId other) {
+                return std::binary_search(expected.begin(), expected.end(), other);
+            }))
+            return testing::AssertionFailure() << "who touches object " << index << ", one by one";
         if (!thing.is_there()) continue;
         const Aabb<Dim, T> bounds = thing.bounds();
         if (!hull) hull = bounds;

@@ -19,7 +19,9 @@ export const jostle_nearest_to_box_3f = { sizeof: 32, lo: 0, hi: 12, count: 24, 
 export const jostle_nearest_to_box_2d = { sizeof: 48, lo: 0, hi: 16, count: 32, max_distance: 40 };
 export const jostle_nearest_to_box_3d = { sizeof: 64, lo: 0, hi: 24, count: 48, max_distance: 56 };
 export const jostle_allocator = { sizeof: 24, struct_size: 0, context: 8, allocate: 12, deallocate: 16 };
-export const jostle_options = { sizeof: 24, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16 };
+export const jostle_options = {
+  sizeof: 24, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16, ignore_odd_boxes: 20,
+};
 export const jostle_filter = {
   sizeof: 160, struct_size: 0, category: 8, mask: 32, owner: 56, category_b: 80, mask_b: 104, owner_b: 128,
   accept: 152, context: 156,
@@ -28,9 +30,9 @@ export const jostle_scene_filter = {
   sizeof: 88, struct_size: 0, category: 8, mask: 32, owner: 56, accept: 80, context: 84,
 };
 export const jostle_stats = {
-  sizeof: 112, struct_size: 0, objects: 8, pairs: 16, records: 24, candidates: 32, ties: 40, bricks: 48,
+  sizeof: 120, struct_size: 0, objects: 8, pairs: 16, records: 24, candidates: 32, ties: 40, bricks: 48,
   nested_grids: 56, bytes_reserved: 64, ms_total: 72, ms_tune: 80, ms_scatter: 88, ms_sweep: 96,
-  ms_finish: 104,
+  ms_finish: 104, odd: 112,
 };
 export const jostle_images_view = { sizeof: 56, boxes: 0, origin: 40, shift: 44, originals: 48 };
 export const jostle_asker = { sizeof: 12, category: 0, mask: 4, owner: 8 };
@@ -39,8 +41,8 @@ export const jostle_query_filter = {
   context: 92, count: 96,
 };
 export const jostle_index_stats = {
-  sizeof: 72, struct_size: 0, objects: 8, pages: 16, leaves: 24, nodes: 32, depth: 40, bytes: 48, sorts: 56,
-  splits: 64,
+  sizeof: 80, struct_size: 0, objects: 8, pages: 16, leaves: 24, nodes: 32, depth: 40, bytes: 48, sorts: 56,
+  splits: 64, odd: 72,
 };
 export const jostle_object_filter = { sizeof: 16, category: 0, mask: 4, owner: 8, is_static: 12 };
 export const jostle_world_options = {
