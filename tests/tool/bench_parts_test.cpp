@@ -167,8 +167,11 @@ TEST_F(ToolTest, BenchProgramsAndTheirPeersDoTheSame)
     for (const std::string system : {"jostle", "cells", "bullet", "fcl"})
         EXPECT_EQ(parts["grains " + system], grains) << system;
     EXPECT_EQ(parts["planner fcl"].size(), 9u);
-    EXPECT_EQ(parts["planner bullet"].size(), 8u) << "all but the distances of two meshes";
-    EXPECT_EQ(parts.size(), 9u) << "and ours, of server and planner";
+    EXPECT_EQ(parts["planner bullet"],
+              (std::set<std::string>{"capsules: rock", "capsules: self", "capsules: first",
+                                     "capsules: distances", "total"}))
+        << "nothing of two meshes";
+    EXPECT_EQ(parts.size(), 10u) << "and ours, of server and planner";
 }
 
 TEST_F(ToolTest, BenchDistancesOfPeersAreNearOurs)
@@ -189,11 +192,11 @@ TEST_F(ToolTest, BenchDistancesOfPeersAreNearOurs)
         if (question == "depth" && pair.find("mesh") + pair.find("link") != 2 * std::string::npos) {
             EXPECT_GT(row["mean"], 0) << row;
         } else {
-            // Bullet and libccd come less near to curved surfaces.
-            EXPECT_NEAR(row["mean"], ours[pair + question], 5e-3) << row;
+            // Bullet and libccd, FCL's solver, come less near to curved surfaces, and to depths.
+            EXPECT_NEAR(row["mean"], ours[pair + question], question == "depth" ? 0.012 : 2e-3) << row;
         }
     }
-    EXPECT_EQ(rows, (std::map<std::string, int>{{"jostle", 102}, {"bullet", 52}, {"fcl", 68}}));
+    EXPECT_EQ(rows, (std::map<std::string, int>{{"jostle", 102}, {"bullet", 48}, {"fcl", 68}}));
 }
 #endif
 
