@@ -20,7 +20,10 @@ enum class BodyKind
     capsule, ///< along y
     box,
     hull,
-    mesh
+    mesh,
+    cylinder, ///< along y
+    cone,     ///< along y, its tip up
+    ellipsoid
 };
 
 /// What a body is, in terms that every system understands. Points and triangles belong to the scene.
@@ -28,7 +31,7 @@ struct BodyShape
 {
     BodyKind kind;
     double radius = 0, half_length = 0;
-    std::array<double, 3> half = {};
+    std::array<double, 3> half = {};                     ///< of a box or an ellipsoid
     std::span<const jostle::Vec<3, double>> points = {}; ///< hull: its corners; mesh: its vertices
     /// hull: outward faces as triangles; mesh: its triangles
     std::span<const std::array<std::uint32_t, 3>> triangles = {};
@@ -51,6 +54,8 @@ class ContactPeer
     [[nodiscard]] virtual const char* name() const noexcept = 0;
     /// One line: which class, driven how.
     [[nodiscard]] virtual const char* how() const noexcept = 0;
+    /// Whether it has such a shape; `start` wants no other.
+    [[nodiscard]] virtual bool has(BodyKind kind) const noexcept = 0;
     virtual void start(std::span<const BodyShape> shapes, std::span<const jostle::Pair> pairs,
                        jostle::Executor& executor) = 0;
     virtual void move(std::span<const jostle::Pose3f> poses) = 0;

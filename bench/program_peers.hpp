@@ -10,9 +10,9 @@
 #include "jostle/pair_buffer.hpp"
 #include "jostle/query.hpp"
 
-/// What users would write instead for the programs of `jostle bench programs`: a game server on another
-/// system's trees, and the linked cells that particle codes begin with. The planner's peer is in
-/// distance_peers.hpp. All on one thread.
+/// What users would write instead for the programs of `jostle bench programs`: a game server and a search for
+/// neighbours on another system's trees, and the linked cells that particle codes begin with. The planner's
+/// peers are in distance_peers.hpp. All on one thread.
 namespace jostle_bench {
 
 /// Players who move among each other, among zones and among props, which don't. Objects are numbered: players
@@ -22,6 +22,8 @@ class ServerPeer
   public:
     virtual ~ServerPeer() = default;
     [[nodiscard]] virtual const char* name() const noexcept = 0;
+    /// False for a system that has no rays: `shots` does nothing then.
+    [[nodiscard]] virtual bool has_shots() const noexcept = 0;
     /// Not timed.
     virtual void start(std::span<const jostle::Aabb3f> players, std::span<const jostle::Aabb3f> zones,
                        std::span<const jostle::Aabb3f> props) = 0;
@@ -37,6 +39,7 @@ class ServerPeer
                        std::span<jostle::Hitf> out) = 0;
 };
 [[nodiscard]] std::unique_ptr<ServerPeer> make_bullet_server();
+[[nodiscard]] std::unique_ptr<ServerPeer> make_fcl_server();
 
 /// Balls in space that is periodic along x and y.
 class NeighboursPeer
@@ -45,9 +48,12 @@ class NeighboursPeer
     virtual ~NeighboursPeer() = default;
     [[nodiscard]] virtual const char* name() const noexcept = 0;
     /// All pairs of balls whose gap is no more than `skin`, in any order; shift[i] is what b is moved by.
+    /// Called again and again: each time counts as if all balls had moved since.
     virtual void find(std::span<const jostle::Vec3f> centers, std::span<const float> radii, float period,
                       float skin, std::vector<jostle::Pair>& pairs, std::vector<jostle::Vec3f>& shift) = 0;
 };
 [[nodiscard]] std::unique_ptr<NeighboursPeer> make_linked_cells();
+[[nodiscard]] std::unique_ptr<NeighboursPeer> make_bullet_grains();
+[[nodiscard]] std::unique_ptr<NeighboursPeer> make_fcl_grains();
 
 } // namespace jostle_bench

@@ -51,6 +51,12 @@ constexpr Combination all_combinations[] = {
     {"sphere-sphere", BodyKind::sphere, BodyKind::sphere, 1},
     {"box-box", BodyKind::box, BodyKind::box, 1},
     {"capsule-box", BodyKind::capsule, BodyKind::box, 1},
+    {"cylinder-cylinder", BodyKind::cylinder, BodyKind::cylinder, 2},
+    {"cone-cone", BodyKind::cone, BodyKind::cone, 2},
+    {"ellipsoid-ellipsoid", BodyKind::ellipsoid, BodyKind::ellipsoid, 2},
+    {"cylinder-box", BodyKind::cylinder, BodyKind::box, 2},
+    {"cone-box", BodyKind::cone, BodyKind::box, 2},
+    {"ellipsoid-box", BodyKind::ellipsoid, BodyKind::box, 2},
     {"hull-hull", BodyKind::hull, BodyKind::hull, 2},
     {"box-mesh", BodyKind::box, BodyKind::mesh, 4},
 };
@@ -177,6 +183,21 @@ void add_body(PairScene& scene, BodyKind kind, Numbers& numbers)
         body.triangles = scene.triangles.back();
         shape = *scene.mesh;
         break;
+    case BodyKind::cylinder:
+        body.radius = numbers.uniform(0.25, 0.5);
+        body.half_length = numbers.uniform(0.25, 0.6);
+        shape = Shape3::cylinder(body.half_length, body.radius);
+        break;
+    case BodyKind::cone:
+        body.radius = numbers.uniform(0.25, 0.5);
+        body.half_length = numbers.uniform(0.25, 0.6);
+        shape = Shape3::cone(body.half_length, body.radius);
+        break;
+    case BodyKind::ellipsoid:
+        for (double& h : body.half)
+            h = numbers.uniform(0.25, 0.6);
+        shape = Shape3::ellipsoid(body.half);
+        break;
     }
     scene.bodies.push_back(body);
     scene.shapes.push_back(shape);
@@ -263,6 +284,24 @@ Measured measure(const PairScene& scene, std::uint32_t frames, const Move& move,
     return result;
 }
 
+/// find_points: of each contact the deepest point alone.
+Measured measure_points(const PairScene& scene, std::uint32_t frames, jostle::Executor& executor)
+{
+    jostle::ContactFinder3f finder({.executor = &executor});
+    const std::vector<Pose3f>* poses = nullptr;
+    const jostle::PointContactBuffer<3, float>* found = nullptr;
+    Measured result = measure(
+        scene, frames, [&](const std::vector<Pose3f>& given) { poses = &given; },
+        [&] { found = &finder.find_points(scene.shapes, *poses, scene.pairs); });
+    Pair last{~0u, ~0u};
+    for (const auto& contact : *found) {
+        ++result.counts.points;
+        if (!(contact.pair == last)) ++result.counts.touching;
+        last = contact.pair;
+    }
+    return result;
+}
+
 Measured measure_jostle(const PairScene& scene, std::uint32_t frames, jostle::Executor& executor)
 {
     jostle::ContactFinder3f finder({.executor = &executor});
@@ -286,7 +325,7 @@ class Table
     explicit Table(bool shown) : shown_(shown)
     {
         if (shown_)
-            std::printf("%-14s %8s %7s  %-8s %10s %9s %9s %9s %9s\n", "pair", "pairs", "threads", "system",
+            std::printf("%-19s %8s %7s  %-8s %10s %9s %9s %9s %9s\n", "pair", "pairs", "threads", "system",
                         "ns/pair", "min", "max", "touching", "points");
     }
     void add(const char* system, const Combination& combination, const PairScene& scene,
@@ -306,7 +345,7 @@ class Table
         json["points"] = measured.counts.points;
         rows.push_back(json);
         if (!shown_) return;
-        std::printf("%-14s %8zu %7u  %-8s %10.1f %9.1f %9.1f %9llu %9llu", combination.name,
+        std::printf("%-19s %8zu %7u  %-8s %10.1f %9.1f %9.1f %9llu %9llu", combination.name,
                     scene.pairs.size(), threads, system, median_ns, measured.ms.front() * to_ns,
                     measured.ms.back() * to_ns, static_cast<unsigned long long>(measured.counts.touching),
                     static_cast<unsigned long long>(measured.counts.points));
@@ -334,11 +373,14 @@ void run(const Options& options)
             const Threads threads(asked);
             const Measured own = measure_jostle(*scene, options.frames, threads.executor());
             table.add("jostle", *combination, *scene, threads.count(), own, 0);
+            const double own_ns = median(own.ms) * 1e6 / static_cast<double>(scene->pairs.size());
+            table.add("points", *combination, *scene, threads.count(),
+                      measure_points(*scene, options.frames, threads.executor()), own_ns);
 #ifdef JOSTLE_WITH_PEERS
             if (!options.peers) continue;
-            const double own_ns = median(own.ms) * 1e6 / static_cast<double>(scene->pairs.size());
             for (const auto& make : {jostle_bench::make_bullet_contacts, jostle_bench::make_fcl_contacts}) {
                 const auto peer = make();
+                if (!peer->has(combination->a) || !peer->has(combination->b)) continue;
                 peer->start(scene->bodies, scene->pairs, threads.executor());
                 Measured theirs = measure(
                     *scene, options.frames, [&](const std::vector<Pose3f>& poses) { peer->move(poses); },
@@ -359,10 +401,11 @@ void add_bench_contacts_command(CLI::App& bench)
     CLI::App* command =
         bench.add_subcommand("contacts", "How long the detailed test of a pair of shapes takes");
     command->footer(
-        R"(Pairs: sphere-sphere, box-box, capsule-box, hull-hull (32 corners each), box-mesh (20,000 triangles).
-Bodies are about 1 m; gaps are spread from -0.1 to 0.1 m, so that half of the pairs touch. Timed is all that it
-takes to get from poses to contact points. Other systems keep margins and depths of their own: their numbers of
-touching pairs differ a little.
+        R"(Pairs: of spheres, boxes, capsules, cylinders, cones, ellipsoids, hulls (32 corners each), and a mesh (20,000
+triangles). Bodies are about 1 m; gaps are spread from -0.1 to 0.1 m, so that half of the pairs touch. Timed is all
+that it takes to get from poses to contact points; in the rows `points`, to the deepest point of each contact
+(find_points). Other systems keep margins and depths of their own: their numbers of touching pairs differ. Bullet
+has no ellipsoids.
 
 Examples:
   jostle bench contacts
@@ -371,8 +414,9 @@ Examples:
     const auto options = std::make_shared<Options>();
     command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")
         ->type_name("");
-    add_number_option(*command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
-                      "How many pairs (20000); of hulls half, of meshes a quarter as many")
+    add_number_option(
+        *command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
+        "How many pairs (20000); of hulls, cylinders, cones and ellipsoids half, of meshes a quarter as many")
         ->type_name("N");
     add_thread_counts_option(*command, options->threads);
     add_number_option(*command, "--frames", options->frames, 1u, 100'000u, "How many frames are counted (15)")

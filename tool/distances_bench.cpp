@@ -7,6 +7,7 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -53,6 +54,12 @@ constexpr Combination all_combinations[] = {
     {"capsule-capsule", BodyKind::capsule, BodyKind::capsule, 0, 1},
     {"capsule-box", BodyKind::capsule, BodyKind::box, 0, 1},
     {"box-box", BodyKind::box, BodyKind::box, 0, 1},
+    {"cylinder-cylinder", BodyKind::cylinder, BodyKind::cylinder, 0, 4},
+    {"cone-cone", BodyKind::cone, BodyKind::cone, 0, 4},
+    {"ellipsoid-ellipsoid", BodyKind::ellipsoid, BodyKind::ellipsoid, 0, 4},
+    {"cylinder-box", BodyKind::cylinder, BodyKind::box, 0, 4},
+    {"cone-box", BodyKind::cone, BodyKind::box, 0, 4},
+    {"ellipsoid-box", BodyKind::ellipsoid, BodyKind::box, 0, 4},
     {"box-hull", BodyKind::box, BodyKind::hull, 0, 4},
     {"hull-hull", BodyKind::hull, BodyKind::hull, 0, 4},
     {"sphere-mesh", BodyKind::sphere, BodyKind::mesh, 112, 200},
@@ -61,7 +68,8 @@ constexpr Combination all_combinations[] = {
     {"mesh-mesh", BodyKind::mesh, BodyKind::mesh, 112, 1000},
 };
 
-/// Two bodies of about 1 m, and pairs of them in many places. Gaps are spread from 0.02 to 0.5 m.
+/// Two bodies of about 1 m, and pairs of them in many places. Gaps are spread from 0.02 to 0.5 m. For their
+/// depth, b is moved along the gap until they overlap by 0.01 to 0.1 m.
 struct Scene
 {
     std::vector<std::vector<jostle::Vec<3, double>>> points;
@@ -73,6 +81,7 @@ struct Scene
 
     std::vector<Shape3> shapes; ///< by object: pair i is of objects i and count + i
     std::vector<Pose3d> poses;
+    std::vector<Pose3d> overlapping; ///< other poses of the same objects
     std::vector<BodyShape> bodies;
     std::vector<Pair> pairs;
 };
@@ -173,6 +182,20 @@ void make_body(Scene& scene, std::size_t which, BodyKind kind, std::uint32_t rin
         add_mesh(scene, rings, numbers);
         shape = *scene.meshes.back();
         break;
+    case BodyKind::cylinder:
+        body.radius = 0.3;
+        body.half_length = 0.45;
+        shape = Shape3::cylinder(body.half_length, body.radius);
+        break;
+    case BodyKind::cone:
+        body.radius = 0.4;
+        body.half_length = 0.5;
+        shape = Shape3::cone(body.half_length, body.radius);
+        break;
+    case BodyKind::ellipsoid:
+        body.half = {0.3, 0.5, 0.4};
+        shape = Shape3::ellipsoid(body.half);
+        break;
     }
     scene.body[which] = body;
 }
@@ -213,6 +236,19 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
                     b.position[k] -= d->normal[k] * (d->distance - gap);
         scene.pairs.push_back(pair);
     }
+    Numbers depths(seed + 1);
+    scene.overlapping = scene.poses;
+    for (const Pair& pair : scene.pairs) {
+        const Pose3d& a = scene.poses[pair.a];
+        Pose3d& b = scene.overlapping[pair.b];
+        const double depth = depths.uniform(0.01, 0.1);
+        for (int step = 0; step < 20; ++step) { // more than one only past a tip or a rim
+            const auto d = jostle::distance(scene.shape[0], a, scene.shape[1], b, 1e9);
+            if (!d || d->distance < 0) break;
+            for (std::size_t k = 0; k < 3; ++k)
+                b.position[k] -= d->normal[k] * (d->distance + depth);
+        }
+    }
     return made;
 }
 
@@ -238,7 +274,7 @@ class Table
     explicit Table(bool shown) : shown_(shown)
     {
         if (shown_)
-            std::printf("%-16s %-9s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
+            std::printf("%-19s %-9s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
                         "ns/pair", "min", "max", "mean answer");
     }
     void add(const char* system, const Combination& combination, const char* question, std::size_t pairs,
@@ -255,7 +291,7 @@ class Table
         json["mean"] = rounded(mean);
         rows.push_back(json);
         if (!shown_) return;
-        std::printf("%-16s %-9s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", combination.name, question, pairs,
+        std::printf("%-19s %-9s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", combination.name, question, pairs,
                     system, median(ns), ns.front(), ns.back(), mean);
         if (reference_ns > 0) std::printf("   %.1fx", median(ns) / reference_ns);
         std::printf("\n");
@@ -308,6 +344,15 @@ void run(const Options& options)
             answer[i] = jostle::touching(shape_a, poses[pair.a], shape_b, poses[pair.b]) ? 1 : 0;
         });
         table.add("jostle", *combination, "touching", count, touching, mean(), 0);
+        const std::vector<Pose3d>& deep = scene->overlapping;
+        const std::vector<double> overlap = repeat([&](const Pair& pair, std::size_t i) {
+            answer[i] = jostle::touching(shape_a, deep[pair.a], shape_b, deep[pair.b]) ? 1 : 0;
+        });
+        table.add("jostle", *combination, "overlap", count, overlap, mean(), 0);
+        const std::vector<double> depth = repeat([&](const Pair& pair, std::size_t i) {
+            answer[i] = -jostle::distance(shape_a, deep[pair.a], shape_b, deep[pair.b], 0)->distance;
+        });
+        table.add("jostle", *combination, "depth", count, depth, mean(), 0);
         // Each turns by 1 radian while b comes towards a.
         const std::vector<double> impact = repeat([&](const Pair& pair, std::size_t i) {
             const Pose3d &pose_a = poses[pair.a], &pose_b = poses[pair.b];
@@ -321,14 +366,30 @@ void run(const Options& options)
         table.add("jostle", *combination, "impact", count, impact, mean(), 0);
 #ifdef JOSTLE_WITH_PEERS
         if (!options.peers) continue;
-        const auto peer = jostle_bench::make_fcl_distances();
-        peer->start(scene->bodies, scene->pairs, poses);
-        const std::vector<double> theirs =
-            repeat([&](const Pair&, std::size_t i) { answer[i] = peer->distance(i); });
-        table.add(peer->name(), *combination, "distance", count, theirs, mean(), median(one_by_one));
-        const std::vector<double> their_touching =
-            repeat([&](const Pair&, std::size_t i) { answer[i] = peer->touching(i) ? 1 : 0; });
-        table.add(peer->name(), *combination, "touching", count, their_touching, mean(), median(touching));
+        const auto [kind_a, kind_b] = std::pair(combination->a, combination->b);
+        for (const auto& make : {jostle_bench::make_bullet_distances, jostle_bench::make_fcl_distances}) {
+            const auto peer = make();
+            if (!peer->has_touching(kind_a, kind_b)) continue;
+            peer->start(scene->bodies, scene->pairs, poses);
+            if (peer->has_distance(kind_a, kind_b, peer->open)) {
+                const std::vector<double> theirs =
+                    repeat([&](const Pair&, std::size_t i) { answer[i] = peer->distance(i, peer->open); });
+                table.add(peer->name(), *combination, "distance", count, theirs, mean(), median(one_by_one));
+            }
+            const std::vector<double> their_touching =
+                repeat([&](const Pair&, std::size_t i) { answer[i] = peer->touching(i) ? 1 : 0; });
+            table.add(peer->name(), *combination, "touching", count, their_touching, mean(),
+                      median(touching));
+            const auto overlapping = make();
+            overlapping->start(scene->bodies, scene->pairs, deep);
+            const std::vector<double> their_overlap =
+                repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->touching(i) ? 1 : 0; });
+            table.add(peer->name(), *combination, "overlap", count, their_overlap, mean(), median(overlap));
+            if (!peer->has_depth(kind_a, kind_b)) continue;
+            const std::vector<double> their_depth =
+                repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->depth(i); });
+            table.add(peer->name(), *combination, "depth", count, their_depth, mean(), median(depth));
+        }
 #endif
     }
     file.write(table.rows);
@@ -341,13 +402,16 @@ void add_bench_distances_command(CLI::App& bench)
     CLI::App* command = bench.add_subcommand(
         "distances", "How long the distance of two shapes takes, whether they touch, and when they will");
     command->footer(
-        R"(Pairs: of spheres, capsules, boxes, hulls of 24 corners, and closed meshes of 1936 (link) and
-50,176 triangles (mesh). Bodies are about 1 m, in double; gaps are spread from 0.02 to 0.5 m, and the greatest
-distance asked for is open. One thread.
+        R"(Pairs: of spheres, capsules, boxes, cylinders, cones, ellipsoids, hulls of 24 corners, and closed
+meshes of 1936 (link) and 50,176 triangles (mesh). Bodies are about 1 m, in double; gaps are spread from 0.02 to
+0.5 m, and the greatest distance asked for is open. One thread.
 
-Questions: distance, touching and impact (both turn by 1 radian, b comes towards a) one pair at a time;
-distances all at once. The mean of the answers says that systems agree: a distance in m, the share that touches,
-or a time.
+Questions: distance, touching, overlap, depth and impact (both turn by 1 radian, b comes towards a) one pair at a
+time; distances all at once. For overlap, which is touching where the answer is yes, and depth, b is moved along
+the gap until both overlap by 0.01 to 0.1 m; the depth of meshes is that of the two triangles that overlap
+deepest, as each system defines it. The mean of the answers says that
+systems agree: a distance or depth in m, the share that touches, or a time. Bullet, in float, has no ellipsoids,
+no distance to a mesh without a limit, and no exact test of two meshes.
 
 Examples:
   jostle bench distances
@@ -357,7 +421,9 @@ Examples:
     command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")
         ->type_name("");
     add_number_option(*command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
-                      "How many pairs (10000); of hulls a quarter, of meshes 1 to 5 of 1000 as many")
+                      "How many pairs (10000); of hulls, cylinders, cones and ellipsoids a quarter, of "
+                      "meshes 1 to 5 of 1000 "
+                      "as many")
         ->type_name("N");
     add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
                       "How often each is asked (7)")
@@ -365,7 +431,7 @@ Examples:
     add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
                       "Other bodies of the same kind (1)")
         ->type_name("S");
-    command->add_flag("--peers", options->peers, "FCL as well, where the build has it");
+    command->add_flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
     add_rows_file_option(*command, options->json);
     command->callback([options] { run(*options); });
 }

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -57,6 +58,7 @@ struct Part
     double answer = 0; ///< systems agree on it
     double tolerance = 0;
     bool ours_alone = false; ///< peers have no such part: it isn't in the total
+    bool left_out = false;   ///< this peer has no such part: it isn't in its total, nor ours beside it
 };
 using Parts = std::vector<Part>;
 
@@ -223,6 +225,7 @@ Parts run_server_peer(const Options& options, jostle_bench::ServerPeer& peer)
     Match match(options.size, options.seed);
     peer.start(match.bodies, match.zones, match.props);
     Parts parts{{"move", {}}, {"sight", {}}, {"shots", {}}};
+    parts[2].left_out = !peer.has_shots();
     Sum moves, sights, shots;
     std::vector<Pair> began, ended;
     std::vector<std::size_t> first;
@@ -239,6 +242,7 @@ Parts run_server_peer(const Options& options, jostle_bench::ServerPeer& peer)
         for (std::size_t i = 0; i + 1 < first.size(); ++i)
             for (std::size_t j = first[i]; j < first[i + 1]; ++j)
                 sights.add(i, seen[j]);
+        if (parts[2].left_out) continue;
         timed(parts[2], [&] { peer.shots(match.rays, match.shooters, hits); });
         for (std::size_t i = 0; i < hits.size(); ++i)
             shots.add(i, hits[i].id);
@@ -546,8 +550,9 @@ Parts run_planner(const Options& options, jostle::Executor& executor)
 }
 
 #ifdef JOSTLE_WITH_PEERS
-/// FCL, asked pair after pair: every link is tried against the rock, whose own tree tells that it is far.
-Parts run_planner_peer(const Options& options)
+/// Asked pair after pair: every link is tried against the rock, whose own tree tells that it is far.
+Parts run_planner_peer(const Options& options,
+                       const std::function<std::unique_ptr<jostle_bench::DistancePeer>()>& make)
 {
     using jostle_bench::BodyKind;
     using jostle_bench::BodyShape;
@@ -566,14 +571,21 @@ Parts run_planner_peer(const Options& options)
                                        : arm.link.triangles};
         std::vector<BodyShape> bodies(arm.poses.size(), link);
         std::vector<Pose3d> poses = arm.poses;
-        const auto self = jostle_bench::make_fcl_distances();
+        const auto self = make();
         self->start(bodies, arm.forbidden, poses);
         bodies.push_back({BodyKind::mesh, 0, 0, {}, arm.rock.points, arm.rock.triangles});
         poses.push_back(arm.rock_pose);
         std::vector<Pair> with_rock;
         for (std::uint32_t i = 0; i < arm.poses.size(); ++i)
             with_rock.push_back({i, static_cast<std::uint32_t>(arm.poses.size())});
-        const auto rock = jostle_bench::make_fcl_distances();
+        const auto rock = make();
+        const auto [link_kind, rock_kind] = std::pair(bodies.front().kind, bodies.back().kind);
+        for (Part& part : parts)
+            part.left_out = !rock->has_touching(link_kind, rock_kind);
+        if (parts[0].left_out) {
+            all.insert(all.end(), parts.begin(), parts.end());
+            continue;
+        }
         rock->start(bodies, with_rock, poses);
         // How far an arm's links can be from the rock's box for a distance to be asked.
         std::vector<Aabb3f> link_boxes;
@@ -604,19 +616,24 @@ Parts run_planner_peer(const Options& options)
             for (std::size_t i = hit.size(); i-- > 0;)
                 if (hit[i] != 0) first[i / links] = static_cast<std::uint32_t>(i % links);
         });
-        timed(parts[3], [&] {
-            room.assign(arm.count, farthest);
-            for (std::size_t i = 0; i < hit.size(); ++i)
-                if (first[i / links] == links && jostle::overlaps(link_boxes[i], rock_box))
-                    room[i / links] = std::min(room[i / links], rock->distance(i));
-        });
+        parts[3].left_out = !rock->has_distance(link_kind, rock_kind, farthest);
+        if (!parts[3].left_out)
+            timed(parts[3], [&] {
+                room.assign(arm.count, farthest);
+                for (std::size_t i = 0; i < hit.size(); ++i) {
+                    double& least = room[i / links];
+                    if (first[i / links] == links && jostle::overlaps(link_boxes[i], rock_box))
+                        least = std::min(least, rock->distance(i, least));
+                }
+            });
         parts[0].answer = static_cast<double>(std::count(hit.begin(), hit.end(), 1));
         parts[1].answer = static_cast<double>(std::count(bent.begin(), bent.end(), 1));
         for (const std::uint32_t number : first)
             parts[2].answer += number;
         for (const double gap : room)
             parts[3].answer += gap;
-        parts[3].tolerance = 1e-4; // how exact FCL's solvers are
+        for (Part& part : parts)
+            part.tolerance = 1e-4; // how exact the solvers are; Bullet has floats
         all.insert(all.end(), parts.begin(), parts.end());
     }
     return all;
@@ -699,17 +716,25 @@ constexpr Program programs[] = {
 };
 
 #ifdef JOSTLE_WITH_PEERS
-std::pair<std::string, Parts> run_peer(const Options& options, const std::string& program)
+using NamedParts = std::pair<std::string, Parts>;
+std::vector<NamedParts> run_peers(const Options& options, const std::string& program)
 {
-    if (program == "server") {
-        const auto peer = jostle_bench::make_bullet_server();
-        return {peer->name(), run_server_peer(options, *peer)};
-    }
-    if (program == "grains") {
-        const auto peer = jostle_bench::make_linked_cells();
-        return {peer->name(), run_grains_peer(options, *peer)};
-    }
-    return {"fcl", run_planner_peer(options)};
+    std::vector<NamedParts> all;
+    if (program == "server")
+        for (const auto& make : {jostle_bench::make_bullet_server, jostle_bench::make_fcl_server}) {
+            const auto peer = make();
+            all.emplace_back(peer->name(), run_server_peer(options, *peer));
+        }
+    if (program == "grains")
+        for (const auto& make : {jostle_bench::make_linked_cells, jostle_bench::make_bullet_grains,
+                                 jostle_bench::make_fcl_grains}) {
+            const auto peer = make();
+            all.emplace_back(peer->name(), run_grains_peer(options, *peer));
+        }
+    if (program == "planner")
+        for (const auto& make : {jostle_bench::make_bullet_distances, jostle_bench::make_fcl_distances})
+            all.emplace_back(make()->name(), run_planner_peer(options, make));
+    return all;
 }
 #endif
 
@@ -729,6 +754,12 @@ class Table
         double total = 0, total_ours = 0;
         for (std::size_t i = 0; i < parts.size(); ++i) {
             const Part& part = parts[i];
+            if (part.left_out) {
+                if (print_)
+                    std::printf("%-8s %8u  %-20s %-8s %12s %12s\n", program, threads, part.name,
+                                system.c_str(), "-", "-");
+                continue;
+            }
             bool same = true;
             std::optional<double> times;
             if (ours != nullptr) {
@@ -786,8 +817,8 @@ void run(const Options& options)
             table.add(program->name, threads.count(), "jostle", ours);
 #ifdef JOSTLE_WITH_PEERS
             if (!options.peers || threads.count() != 1 || program->run == run_boxes) continue;
-            const auto [name, theirs] = run_peer(options, program->name);
-            table.add(program->name, 1, name, theirs, &ours);
+            for (const auto& [name, theirs] : run_peers(options, program->name))
+                table.add(program->name, 1, name, theirs, &ours);
 #endif
         }
     file.write(table.json());
@@ -807,10 +838,13 @@ void add_bench_programs_command(CLI::App& bench)
     command->footer(help + R"(
 Each row is one part of a program, once: a tick's moves with their events, who sees whom, shots; a search for a
 Verlet list, forces summed up; what touches the rock, the arm itself, the first link that does, distances. The
-total is the sum of the parts that both systems have. The boxes are the questions on which time once grew beyond all bounds.
+total is the sum of the parts that all systems may have; beside it stands how many times ours of the same parts it
+is. The boxes are the questions on which time once grew beyond all bounds.
 
-Peers, on one thread: Bullet's trees (server), linked cells and a plain loop (grains), FCL pair after pair (planner;
-measured once). Answers must agree: if they don't, the exit status is 1.
+Peers, on one thread: Bullet's trees and FCL's (server); linked cells, Bullet's trees and FCL's with images of the
+balls near the ends of an axis, and a plain loop (grains); Bullet and FCL pair after pair (planner; measured once).
+What a system can't be asked is a part with "-", without a row of JSON: rays of FCL, two meshes of Bullet, which
+finds some that don't touch. Answers must agree: if they don't, the exit status is 1.
 
 Examples:
   jostle bench programs

@@ -16,6 +16,7 @@
 #include "bench_options.hpp"
 #include "bench_systems.hpp"
 #include "commands.hpp"
+#include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
@@ -51,6 +52,7 @@ constexpr SceneInfo scenes[] = {
     {"breathe", "1,000 boxes of a pile, each of which moves to and fro by a 500th of its edge", 1'001, 0},
     {"small", "1,000 worlds of 8 boxes are made, updated once and dropped", 8'000, 0},
     {"others", "20,000 boxes, of which 1,000 move, others in each frame", 20'000, 0},
+    {"same", "20,000 boxes, of which 1,000 move, the same in each frame", 20'000, 0},
     {"few", "30,000 boxes that moved and stopped up to 64 frames before; one more is added", 30'000, 0},
     {"rollback",
      "100,000 boxes, of which 1,000 move; each frame is saved, goes back to the last and again to it",
@@ -62,6 +64,8 @@ constexpr SceneInfo scenes[] = {
     {"nearest", "... the 8 boxes nearest to a point", 0, 0, QuestionBatch{QuestionKind::nearest, 4000, 8}},
     {"masked", "... all of every eleventh box that touch a box of edge 10: a mask says which", 0, 0,
      QuestionBatch{QuestionKind::box, 4000, 10}},
+    {"counted", "... how many of every eleventh box do", 0, 0,
+     QuestionBatch{QuestionKind::box, 4000, 10, true}},
 };
 
 struct Options
@@ -79,6 +83,8 @@ constexpr std::uint32_t warm_up = 8;
 /// A system that takes longer than this for a scene stops early, with at least `fewest` frames.
 constexpr double patience_seconds = 20;
 constexpr std::uint32_t fewest = 5;
+
+constexpr std::uint32_t kinds_of_masked = 11; // one box in so many is what is asked for
 
 // Of scene breathe: what our world is given in another row.
 constexpr double slack_of_pile = 0.02;
@@ -170,10 +176,11 @@ class Motion
                 moved_.push_back(i);
                 boxes_[i] = scene_.boxes()[i];
             }
-        } else if (std::string(info_.name) == "others") {
+        } else if (std::string(info_.name) == "others" || std::string(info_.name) == "same") {
+            const bool others = std::string(info_.name) == "others";
             moved_.clear();
             for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
-                if (random_.below(20) != 0) continue;
+                if (others ? random_.below(20) != 0 : i % 20 != 0) continue;
                 moved_.push_back(i);
                 for (int d = 0; d < 3; ++d) {
                     const auto by = static_cast<float>(random_.uniform(-0.05, 0.05));
@@ -407,11 +414,12 @@ class OursAsked final : public WorldSystem
   public:
     OursAsked(jostle::Executor& executor, const QuestionBatch& batch,
               const jostle_bench::Questions& questions, bool masked)
-        : world_(executor, masked ? 11 : 0),
+        : world_(executor, masked ? kinds_of_masked : 0),
           batch_(batch),
           questions_(questions),
           filter_{.mask = masked ? 2 : ~0u},
-          firsts_(batch.questions)
+          firsts_(batch.questions),
+          counts_(batch.questions)
     {
     }
     void start(std::span<const Aabb3f> boxes) override { world_.start(boxes); }
@@ -430,7 +438,10 @@ class OursAsked final : public WorldSystem
             world.first(std::span<const jostle::Ray3f>(questions_.rays), firsts_);
             break;
         case QuestionKind::box:
-            world.all(std::span<const Aabb3f>(questions_.boxes), ids_, filter_);
+            if (batch_.only_count)
+                world.count(std::span<const Aabb3f>(questions_.boxes), std::span(counts_), filter_);
+            else
+                world.all(std::span<const Aabb3f>(questions_.boxes), ids_, filter_);
             break;
         default:
             world.nearest(questions_.nearest, hits_);
@@ -442,6 +453,8 @@ class OursAsked final : public WorldSystem
         for (std::size_t i = 0; i < batch_.questions; ++i) {
             if (batch_.kind == QuestionKind::first) {
                 if (firsts_[i].id.generation != 0) answers.add_object(i, world_.number(firsts_[i].id));
+            } else if (batch_.only_count) {
+                answers.results += counts_[i];
             } else if (batch_.kind == QuestionKind::box) {
                 for (const ObjectId id : ids_[i])
                     answers.add_object(i, world_.number(id));
@@ -463,8 +476,70 @@ class OursAsked final : public WorldSystem
     const jostle_bench::Questions& questions_;
     const jostle::ObjectQueryFilter filter_;
     std::vector<jostle::ObjectHit<float>> firsts_;
+    std::vector<std::uint64_t> counts_;
     jostle::ResultLists<ObjectId> ids_;
     jostle::ResultLists<jostle::ObjectHit<float>> hits_;
+    double index_ms_ = 0;
+};
+
+/// What a program that knows whom it will ask for may keep instead of a mask: an index of these alone.
+class OwnIndex final : public WorldSystem
+{
+  public:
+    OwnIndex(jostle::Executor& executor, const QuestionBatch& batch, const jostle_bench::Questions& questions)
+        : index_({.executor = &executor}), batch_(batch), questions_(questions), counts_(batch.questions)
+    {
+    }
+    void start(std::span<const Aabb3f> boxes) override
+    {
+        moved_ids_.clear();
+        moved_boxes_.clear();
+        for (std::uint32_t i = 0; i < boxes.size(); i += kinds_of_masked) {
+            moved_ids_.push_back(i);
+            moved_boxes_.push_back(boxes[i]);
+        }
+        index_.build(moved_ids_, jostle::box_view(moved_boxes_));
+    }
+    void frame(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> moved) override
+    {
+        const Clock::time_point begin = Clock::now();
+        moved_ids_.clear();
+        moved_boxes_.clear();
+        for (const std::uint32_t i : moved)
+            if (i % kinds_of_masked == 0) {
+                moved_ids_.push_back(i);
+                moved_boxes_.push_back(boxes[i]);
+            }
+        index_.move(moved_ids_, jostle::box_view(moved_boxes_));
+        index_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        if (batch_.only_count)
+            index_.count(std::span<const Aabb3f>(questions_.boxes), std::span(counts_));
+        else
+            index_.all(std::span<const Aabb3f>(questions_.boxes), ids_);
+    }
+    Answer answer() override
+    {
+        jostle_bench::Answers answers;
+        for (std::size_t i = 0; i < batch_.questions; ++i) {
+            if (batch_.only_count) {
+                answers.results += counts_[i];
+                continue;
+            }
+            for (const std::uint32_t id : ids_[i])
+                answers.add_object(i, id);
+        }
+        return {answers.results, answers.checksum};
+    }
+    Stages stages() const override { return {{"index", index_ms_}}; }
+
+  private:
+    jostle::BoxIndex3f index_;
+    const QuestionBatch& batch_;
+    const jostle_bench::Questions& questions_;
+    std::vector<std::uint32_t> moved_ids_;
+    std::vector<Aabb3f> moved_boxes_;
+    std::vector<std::uint64_t> counts_;
+    jostle::ResultLists<std::uint32_t> ids_;
     double index_ms_ = 0;
 };
 
@@ -635,11 +710,15 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
             table.add(name, info, n, moved, used, measurement);
         };
         if (info.asked) {
-            const bool masked = std::string(info.name) == "masked";
+            const bool masked = std::string(info.name) == "masked" || std::string(info.name) == "counted";
             const jostle_bench::Questions questions = Asker(motion.boxes(), options.seed).make(*info.asked);
             {
                 OursAsked ours(threads.executor(), *info.asked, questions, masked);
                 one(ours, "jostle", threads.count());
+            }
+            if (masked) {
+                OwnIndex alone(threads.executor(), *info.asked, questions);
+                one(alone, "own index", threads.count());
             }
 #ifdef JOSTLE_WITH_PEERS
             if (!options.peers || masked) continue;
@@ -728,8 +807,9 @@ void add_bench_world_command(CLI::App& bench)
     command->footer(help + R"(
 Timed is all that an update takes: handing over the boxes that moved, finding what became of their pairs, and
 the lists of pairs that began, persist and ended. Where questions are timed, so is bringing the index of the
-objects that move up to date (stage index); other systems' structures are built anew outside the time. All must
-find the same: if they don't, the exit status is 1.
+objects that move up to date (stage index); other systems' structures are built anew outside the time. The rows
+`own index` are of an index of those alone for whom the mask asks. All must find the same: if they don't, the exit
+status is 1.
 
 Examples:
   jostle bench world                                  all scenes

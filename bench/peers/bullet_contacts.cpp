@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <btBulletCollisionCommon.h>
-
-#include "bench/contact_peers.hpp"
+#include "bullet_shapes.hpp"
 
 namespace jostle_bench {
 namespace {
@@ -17,6 +15,7 @@ class BulletContacts final : public ContactPeer
                "processCollision for each; margins as Bullet sets them";
     }
 
+    bool has(BodyKind kind) const noexcept override { return kind != BodyKind::ellipsoid; }
     void start(std::span<const BodyShape> shapes, std::span<const jostle::Pair> pairs,
                jostle::Executor& executor) override
     {
@@ -24,7 +23,7 @@ class BulletContacts final : public ContactPeer
         executor_ = &executor;
         for (const BodyShape& body : shapes) {
             objects_.push_back(std::make_unique<btCollisionObject>());
-            objects_.back()->setCollisionShape(make_shape(body));
+            objects_.back()->setCollisionShape(shapes_.make(body));
         }
         const std::uint32_t count = executor.concurrency();
         for (std::uint32_t i = 0; i < count; ++i) {
@@ -115,54 +114,15 @@ class BulletContacts final : public ContactPeer
         }
     };
 
-    btCollisionShape* make_shape(const BodyShape& body)
-    {
-        const auto keep = [this](auto shape) {
-            btCollisionShape* raw = shape.get();
-            shapes_.push_back(std::move(shape));
-            return raw;
-        };
-        switch (body.kind) {
-        case BodyKind::sphere:
-            return keep(std::make_unique<btSphereShape>(static_cast<btScalar>(body.radius)));
-        case BodyKind::capsule:
-            return keep(std::make_unique<btCapsuleShape>(static_cast<btScalar>(body.radius),
-                                                         static_cast<btScalar>(2 * body.half_length)));
-        case BodyKind::box:
-            return keep(std::make_unique<btBoxShape>(btVector3(static_cast<btScalar>(body.half[0]),
-                                                               static_cast<btScalar>(body.half[1]),
-                                                               static_cast<btScalar>(body.half[2]))));
-        case BodyKind::hull: {
-            auto hull = std::make_unique<btConvexHullShape>();
-            for (const auto& p : body.points)
-                hull->addPoint(point(p), false);
-            hull->recalcLocalAabb();
-            return keep(std::move(hull));
-        }
-        case BodyKind::mesh:
-            break;
-        }
-        auto mesh = std::make_unique<btTriangleMesh>();
-        for (const auto& t : body.triangles)
-            mesh->addTriangle(point(body.points[t[0]]), point(body.points[t[1]]), point(body.points[t[2]]));
-        meshes_.push_back(std::move(mesh));
-        return keep(std::make_unique<btBvhTriangleMeshShape>(meshes_.back().get(), true));
-    }
-    static btVector3 point(const jostle::Vec<3, double>& p)
-    {
-        return {static_cast<btScalar>(p[0]), static_cast<btScalar>(p[1]), static_cast<btScalar>(p[2])};
-    }
     void stop()
     {
         runs_.clear();
         objects_.clear();
         shapes_.clear();
-        meshes_.clear();
     }
 
     jostle::Executor* executor_ = nullptr;
-    std::vector<std::unique_ptr<btTriangleMesh>> meshes_;
-    std::vector<std::unique_ptr<btCollisionShape>> shapes_;
+    BulletShapes shapes_;
     std::vector<std::unique_ptr<btCollisionObject>> objects_;
     std::vector<std::unique_ptr<Run>> runs_;
 };

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
-#include <iterator>
-
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 
 #include "bench/program_peers.hpp"
 #include "question_parts.hpp"
+#include "touch_lists.hpp"
 
 namespace jostle_bench {
 namespace {
@@ -19,6 +17,7 @@ class BulletServer final : public ServerPeer
 {
   public:
     const char* name() const noexcept override { return "bullet"; }
+    bool has_shots() const noexcept override { return true; }
     void start(std::span<const Aabb3f> players, std::span<const Aabb3f> zones,
                std::span<const Aabb3f> props) override
     {
@@ -32,7 +31,7 @@ class BulletServer final : public ServerPeer
             insert(props_, box);
         for (btDbvt* tree : {&players_, &zones_, &props_})
             tree->optimizeTopDown();
-        touching_.assign(players.size(), {});
+        touching_.start(players.size());
         std::vector<std::uint32_t> all(players.size());
         for (std::uint32_t i = 0; i < all.size(); ++i)
             all[i] = i;
@@ -112,38 +111,20 @@ class BulletServer final : public ServerPeer
     /// Asks anew what these players touch.
     void compare(std::span<const std::uint32_t> moved, std::vector<Pair>& began, std::vector<Pair>& ended)
     {
-        const auto players = static_cast<std::uint32_t>(leaves_.size());
         for (const std::uint32_t a : moved) {
             now_.clear();
             for (btDbvt* tree : {&players_, &zones_, &props_})
                 collide(*tree, boxes_[a], [&](std::uint32_t b) {
                     if (a != b && jostle::overlaps(boxes_[a], boxes_[b])) now_.push_back(b);
                 });
-            std::sort(now_.begin(), now_.end());
-            std::vector<std::uint32_t>& before = touching_[a];
-            changed_.clear();
-            std::set_difference(now_.begin(), now_.end(), before.begin(), before.end(),
-                                std::back_inserter(changed_));
-            for (const std::uint32_t b : changed_) {
-                began.push_back({std::min(a, b), std::max(a, b)});
-                if (b < players)
-                    touching_[b].insert(std::lower_bound(touching_[b].begin(), touching_[b].end(), a), a);
-            }
-            changed_.clear();
-            std::set_difference(before.begin(), before.end(), now_.begin(), now_.end(),
-                                std::back_inserter(changed_));
-            for (const std::uint32_t b : changed_) {
-                ended.push_back({std::min(a, b), std::max(a, b)});
-                if (b < players) std::erase(touching_[b], a);
-            }
-            before = now_;
+            touching_.change(a, now_, began, ended);
         }
     }
 
     std::vector<Aabb3f> boxes_;
     std::vector<btDbvtNode*> leaves_; // of players
-    std::vector<std::vector<std::uint32_t>> touching_;
-    std::vector<std::uint32_t> now_, changed_;
+    TouchLists touching_;
+    std::vector<std::uint32_t> now_;
     btDbvt players_, zones_, props_;
 };
 

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The packaged library holds the double version only; a float one would be compiled here, for minutes.
-#include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
-
+#include "fcl_boxes.hpp"
 #include "peer_parts.hpp"
 
 namespace jostle_bench {
@@ -12,20 +10,6 @@ constexpr PeerInfo peer_info{
     "FCL 0.7 DynamicAABBTreeCollisionManager<double> (double is what the packaged library holds): "
     "computeAABB for what moved, update, collide",
     1'000'000, false, true};
-
-/// A geometry that is its box: moved by changing it, as a deforming mesh would be, so that FCL compares the
-/// very numbers that everyone else does.
-class BoxGeometry final : public fcl::CollisionGeometryd
-{
-  public:
-    explicit BoxGeometry(const jostle::Aabb3f& box) { set(box); }
-    void set(const jostle::Aabb3f& box)
-    {
-        aabb_local.min_ = {box.lo[0], box.lo[1], box.lo[2]};
-        aabb_local.max_ = {box.hi[0], box.hi[1], box.hi[2]};
-    }
-    void computeLocalAABB() override {}
-};
 
 class Fcl final : public Peer<3>
 {

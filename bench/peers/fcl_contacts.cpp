@@ -14,6 +14,7 @@ class FclContacts final : public ContactPeer
                "with a mesh";
     }
 
+    bool has(BodyKind) const noexcept override { return true; }
     void start(std::span<const BodyShape> shapes, std::span<const jostle::Pair> pairs,
                jostle::Executor& executor) override
     {

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <cmath>
+
 #include <fcl/narrowphase/distance.h>
 
 #include "bench/distance_peers.hpp"
@@ -13,9 +16,13 @@ class FclDistances final : public DistancePeer
     const char* name() const noexcept override { return "fcl"; }
     const char* how() const noexcept override
     {
-        return "FCL 0.7 distance<double> with points, and collide<double> for touching; its own solver for "
-               "simple shapes, libccd for hulls and meshes: each is the faster one there";
+        return "FCL 0.7 distance<double> with points, and collide<double> for touching and, with contacts, "
+               "depth; for distances its own solver for simple shapes, libccd for hulls and meshes; else "
+               "libccd: each is the faster one there";
     }
+    bool has_touching(BodyKind, BodyKind) const noexcept override { return true; }
+    bool has_distance(BodyKind, BodyKind, double) const noexcept override { return true; }
+    bool has_depth(BodyKind, BodyKind) const noexcept override { return true; }
     void start(std::span<const BodyShape> shapes, std::span<const jostle::Pair> pairs,
                std::span<const jostle::Pose3d> poses) override
     {
@@ -34,10 +41,11 @@ class FclDistances final : public DistancePeer
             for (int d = 0; d < 3; ++d)
                 transform.translation()[d] = poses[i].position[static_cast<std::size_t>(d)];
             transform_.push_back(transform);
+            meshes_ = meshes_ || shapes[i].kind == BodyKind::mesh;
             libccd_ = libccd_ || shapes[i].kind == BodyKind::hull || shapes[i].kind == BodyKind::mesh;
         }
     }
-    double distance(std::size_t pair) override
+    double distance(std::size_t pair, double) override
     {
         const auto [a, b] = pairs_[pair];
         fcl::DistanceRequestd request(true);
@@ -54,6 +62,18 @@ class FclDistances final : public DistancePeer
         fcl::collide(geometry_[a].get(), transform_[a], geometry_[b].get(), transform_[b], request, result);
         return result.isCollision();
     }
+    double depth(std::size_t pair) override
+    {
+        const auto [a, b] = pairs_[pair];
+        fcl::CollisionRequestd request(meshes_ ? 1'000'000 : 1, true);
+        request.gjk_solver_type = fcl::GST_LIBCCD;
+        fcl::CollisionResultd result;
+        fcl::collide(geometry_[a].get(), transform_[a], geometry_[b].get(), transform_[b], request, result);
+        double deepest = 0;
+        for (std::size_t i = 0; i < result.numContacts(); ++i)
+            deepest = std::max(deepest, std::abs(result.getContact(i).penetration_depth)); // of either sign
+        return deepest;
+    }
 
   private:
     static bool same(const BodyShape& one, const BodyShape& other)
@@ -64,7 +84,7 @@ class FclDistances final : public DistancePeer
     std::span<const jostle::Pair> pairs_;
     std::vector<std::shared_ptr<fcl::CollisionGeometryd>> geometry_;
     std::vector<fcl::Transform3d> transform_;
-    bool libccd_ = false;
+    bool libccd_ = false, meshes_ = false;
 };
 
 } // namespace

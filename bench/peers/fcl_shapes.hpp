@@ -8,7 +8,8 @@
 
 namespace jostle_bench {
 
-/// A body as FCL's, and how FCL has it turned: its capsules lie along z, the scene's along y.
+/// A body as FCL's, and how FCL has it turned: its capsules, cylinders and cones lie along z, the
+/// scene's along y.
 inline std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const BodyShape& body)
 {
     switch (body.kind) {
@@ -30,6 +31,12 @@ inline std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const BodyShape& body)
         }
         return std::make_shared<fcl::Convexd>(points, static_cast<int>(body.triangles.size()), faces);
     }
+    case BodyKind::cylinder:
+        return std::make_shared<fcl::Cylinderd>(body.radius, 2 * body.half_length);
+    case BodyKind::cone:
+        return std::make_shared<fcl::Coned>(body.radius, 2 * body.half_length);
+    case BodyKind::ellipsoid:
+        return std::make_shared<fcl::Ellipsoidd>(body.half[0], body.half[1], body.half[2]);
     case BodyKind::mesh:
         break;
     }
@@ -48,7 +55,7 @@ inline std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const BodyShape& body)
 
 inline fcl::Quaterniond fcl_turn(BodyKind kind, const fcl::Quaterniond& turn)
 {
-    if (kind != BodyKind::capsule) return turn;
+    if (kind != BodyKind::capsule && kind != BodyKind::cylinder && kind != BodyKind::cone) return turn;
     return turn * fcl::Quaterniond(0.70710678118654752, -0.70710678118654752, 0, 0);
 }
 

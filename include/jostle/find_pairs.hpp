@@ -133,9 +133,9 @@ struct FinderOptions
 /// Memory    stays as large as the largest call needed, until release_memory().
 /// Threads   one call at a time per finder. A second one, also from inside a callback, is an `Error`. Use one
 ///           finder per thread, or one finder with an executor of many threads.
-/// Errors    `Error` that names the lowest odd box (NaN or inverted), `std::bad_alloc`, or what a callback threw. If several
-///           callbacks throw, one of the exceptions leaves the call, the same for any number of threads. The
-///           finder can be used afterwards, and its result buffer is empty.
+/// Errors    `Error` that names the lowest odd box (NaN or inverted), `std::bad_alloc`, or what a callback
+///           threw. If several callbacks throw, one of the exceptions leaves the call, the same for any
+///           number of threads. The finder can be used afterwards, and its result buffer is empty.
 /// Source    hierarchical grids: Mirtich (1996); store-in-every-cell with an owner rule in place of a set
 ///           of seen pairs: docs/guide/engine.md.
 class JOSTLE_API PairFinder

@@ -400,7 +400,8 @@ typedef struct jostle_options
     const jostle_executor* executor;   ///< NULL: the default executor
     const jostle_allocator* allocator; ///< NULL: new and delete
     jostle_instruction_set instruction_set;
-    int32_t ignore_odd_boxes; ///< 1: NaN and inverted boxes touch nothing. For finders, indices, orders in space
+    int32_t
+        ignore_odd_boxes; ///< 1: NaN and inverted boxes touch nothing. For finders, indices, orders in space
 } jostle_options;
 
 // ---------------------------------------------------------------------------------------------------------

@@ -25,24 +25,35 @@ TEST_F(ToolTest, BenchContactsFindsTheSameOnAnyThreads)
     ASSERT_EQ(result.exit_code, 0) << result.err;
     expect_rounded(result.out);
     const nlohmann::json rows = nlohmann::json::parse(result.out);
-    EXPECT_EQ(rows.size(), 10u) << "five kinds of pairs on one thread and on two";
+    EXPECT_EQ(rows.size(), 44u)
+        << "eleven kinds of pairs on one thread and on two, all points and the deepest";
     std::map<std::string, std::set<std::pair<int, int>>> found;
+    std::map<std::string, std::set<int>> touching_of;
+    const std::set<std::string> whole{"sphere-sphere", "box-box", "capsule-box"};
     for (const auto& row : rows) {
         const int pairs = row["pairs"], touching = row["touching"];
-        EXPECT_EQ(pairs, row["pair"] == "box-mesh" ? 20 : row["pair"] == "hull-hull" ? 40 : 80);
+        EXPECT_EQ(pairs, row["pair"] == "box-mesh" ? 20 : whole.count(row["pair"]) == 0 ? 40 : 80);
         EXPECT_GT(touching, pairs / 5) << row; // about half of them, by the making of the scene
         EXPECT_LT(touching, pairs - pairs / 5) << row;
         EXPECT_GE(row["points"], touching) << row;
         EXPECT_LE(row["min_ns"], row["median_ns"]);
         EXPECT_LE(row["median_ns"], row["max_ns"]);
-        found[row["pair"]].insert({touching, row["points"]});
+        touching_of[row["pair"]].insert(touching);
+        // A contact of a mesh has one deepest point for each triangle.
+        if (row["system"] == "points" && row["pair"] != "box-mesh") {
+            EXPECT_EQ(row["points"], touching) << row;
+        }
+        found[std::string(row["system"]) + " " + std::string(row["pair"])].insert({touching, row["points"]});
     }
-    EXPECT_EQ(found.size(), 5u);
+    EXPECT_EQ(found.size(), 22u);
     for (const auto& [pair, counts] : found)
         EXPECT_EQ(counts.size(), 1u) << pair;
+    for (const auto& [pair, counts] : touching_of)
+        EXPECT_EQ(counts.size(), 1u) << pair;
+    EXPECT_LT(found["points box-box"].begin()->second, found["jostle box-box"].begin()->second);
 }
 
-TEST_F(ToolTest, BenchDistancesAsksFourQuestionsOfEachPair)
+TEST_F(ToolTest, BenchDistancesAsksSixQuestionsOfEachPair)
 {
     const Result result = run({"bench", "distances", "-n", "40", "--repetitions", "1", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -52,9 +63,12 @@ TEST_F(ToolTest, BenchDistancesAsksFourQuestionsOfEachPair)
         EXPECT_GT(row["median_ns"], 0) << row;
         means[row["pair"]][row["question"]] = row["mean"];
     }
-    EXPECT_EQ(means.size(), 11u);
+    EXPECT_EQ(means.size(), 17u);
     for (auto& [pair, mean] : means) {
-        EXPECT_EQ(mean.size(), 4u) << pair;
+        EXPECT_EQ(mean.size(), 6u) << pair;
+        EXPECT_EQ(mean["overlap"], 1) << pair;
+        EXPECT_GT(mean["depth"], 0.001) << pair;
+        EXPECT_LT(mean["depth"], 0.11) << pair;
         EXPECT_EQ(mean["distance"], mean["distances"]) << pair;
         EXPECT_GT(mean["distance"], 0.01) << pair; // by the making of the scene
         EXPECT_LT(mean["distance"], 0.51) << pair;
@@ -137,6 +151,54 @@ TEST_F(ToolTest, BenchProgramsDoesTheSameOnAnyThreads)
     for (const auto& [part, all] : answers)
         EXPECT_EQ(all.size(), 1u) << part;
 }
+
+#ifdef JOSTLE_TOOL_WITH_PEERS
+TEST_F(ToolTest, BenchProgramsAndTheirPeersDoTheSame)
+{
+    const Result result = run({"bench", "programs", "server", "grains", "planner", "--size", "0.01",
+                               "--threads", "1", "--repetitions", "3", "--peers", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err; // which says whose answer differs
+    std::map<std::string, std::set<std::string>> parts;
+    for (const auto& row : nlohmann::json::parse(result.out))
+        parts[std::string(row["program"]) + " " + std::string(row["system"])].insert(row["part"]);
+    const std::set<std::string> grains{"search", "forces", "total"};
+    EXPECT_EQ(parts["server bullet"], (std::set<std::string>{"move", "sight", "shots", "total"}));
+    EXPECT_EQ(parts["server fcl"], (std::set<std::string>{"move", "sight", "total"}));
+    for (const std::string system : {"jostle", "cells", "bullet", "fcl"})
+        EXPECT_EQ(parts["grains " + system], grains) << system;
+    EXPECT_EQ(parts["planner fcl"].size(), 9u);
+    EXPECT_EQ(parts["planner bullet"],
+              (std::set<std::string>{"capsules: rock", "capsules: self", "capsules: first",
+                                     "capsules: distances", "total"}))
+        << "nothing of two meshes";
+    EXPECT_EQ(parts.size(), 10u) << "and ours, of server and planner";
+}
+
+TEST_F(ToolTest, BenchDistancesOfPeersAreNearOurs)
+{
+    const Result result =
+        run({"bench", "distances", "-n", "2000", "--repetitions", "1", "--peers", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    std::map<std::string, double> ours;
+    std::map<std::string, int> rows;
+    for (const auto& row : nlohmann::json::parse(result.out)) {
+        const std::string pair = row["pair"], question = row["question"];
+        ++rows[row["system"]];
+        if (row["system"] == "jostle") {
+            ours[pair + question] = row["mean"];
+            continue;
+        }
+        // A depth of two triangles is what a system takes for one.
+        if (question == "depth" && pair.find("mesh") + pair.find("link") != 2 * std::string::npos) {
+            EXPECT_GT(row["mean"], 0) << row;
+        } else {
+            // Bullet and libccd, FCL's solver, come less near to curved surfaces, and to depths.
+            EXPECT_NEAR(row["mean"], ours[pair + question], question == "depth" ? 0.012 : 2e-3) << row;
+        }
+    }
+    EXPECT_EQ(rows, (std::map<std::string, int>{{"jostle", 102}, {"bullet", 48}, {"fcl", 68}}));
+}
+#endif
 
 TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
 {

@@ -109,16 +109,22 @@ TEST_F(ToolTest, BenchWorldNamesWhatItDoesntKnow)
 
 TEST_F(ToolTest, BenchWorldMakesSmallWorldsAndMasksQuestions)
 {
-    const Result result = run({"bench", "world", "small", "others", "few", "overlaps", "masked", "-n", "3000",
-                               "--threads", "1,2", "--frames", "3", "--json", "-"});
+    const Result result = run({"bench", "world", "small", "others", "same", "few", "overlaps", "masked",
+                               "counted", "-n", "3000", "--threads", "1,2", "--frames", "3", "--json", "-"});
     ASSERT_EQ(result.exit_code, 0) << result.err;
     const nlohmann::json rows = nlohmann::json::parse(result.out);
-    EXPECT_EQ(rows.size(), 10u);
+    EXPECT_EQ(rows.size(), 18u) << "masked and counted have rows of an index of their own";
     std::map<std::string, std::set<std::string>> checksums;
     std::map<std::string, std::uint64_t> results;
+    std::map<std::string, std::set<std::string>> systems;
     for (const auto& row : rows) {
         checksums[row["scene"]].insert(row["checksum"]);
-        results[row["scene"]] = row.contains("pairs") ? row["pairs"] : row["results"];
+        const std::uint64_t found = row.contains("pairs") ? row["pairs"] : row["results"];
+        EXPECT_EQ(results.try_emplace(row["scene"], found).first->second, found) << row;
+        if (row["scene"] == "same") {
+            EXPECT_EQ(row["moved"], 1000);
+        }
+        systems[row["scene"]].insert(row["system"]);
     }
     for (const auto& [scene, sums] : checksums)
         EXPECT_EQ(sums.size(), 1u) << scene;
@@ -126,6 +132,9 @@ TEST_F(ToolTest, BenchWorldMakesSmallWorldsAndMasksQuestions)
     EXPECT_GT(results["others"], 20'000u);
     EXPECT_LT(results["masked"], results["overlaps"] / 8) << "one box in eleven";
     EXPECT_GT(results["masked"], results["overlaps"] / 14);
+    EXPECT_EQ(results["counted"], results["masked"]);
+    for (const std::string scene : {"masked", "counted"})
+        EXPECT_EQ(systems[scene], (std::set<std::string>{"jostle", "own index"})) << scene;
 }
 
 } // namespace
