@@ -54,9 +54,10 @@ class Asking
                           !world.in_use.load(std::memory_order_relaxed)
                       ? world.masked_indexes.of(state_, filter.category, filter.mask, questions)
                       : nullptr),
-          numbers_(filter.owner != Filter::no_owner || (is_masked(filter) && !are_all_counted())),
+          masks_(is_masked(filter) && !knows_who_rests()),
           answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), tree_of_resting(),
-                   tree_of_active(world), state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere())
+                   tree_of_active(world), state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
+                   knows_who_rests() && !masked_->all_active() ? index::Wanted(of_active_) : index::Wanted())
     {
     }
 
@@ -68,14 +69,14 @@ class Asking
     [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
     [[nodiscard]] bool takes_all() const noexcept
     {
-        return exclude_ == Hit<T>::none && !numbers_ && !filter_.accept;
+        return exclude_ == Hit<T>::none && !masks_ && filter_.owner == Filter::no_owner && !filter_.accept;
     }
     [[nodiscard]] bool takes(std::uint32_t question, std::uint32_t index) const
     {
         if (index == exclude_) return false;
-        if (numbers_) {
+        if (masks_ || filter_.owner != Filter::no_owner) {
             const ObjectFilter object = state_.objects[Index{index}].filter();
-            if ((object.category & filter_.mask) == 0 || (filter_.category & object.mask) == 0) return false;
+            if (masks_ && !counts(object, filter_.category, filter_.mask)) return false;
             if (object.owner == filter_.owner && filter_.owner != Filter::no_owner) return false;
         }
         return !filter_.accept || filter_.accept(question, state_.id_of(Index{index}));
@@ -113,11 +114,10 @@ class Asking
     {
         return filter.category != ~0u || filter.mask != ~0u;
     }
-    /// Whether nothing lies in the indexes but what the masks are about.
-    [[nodiscard]] bool are_all_counted() const noexcept
+    /// Whether nothing that rests is in its index but what the masks are about.
+    [[nodiscard]] bool knows_who_rests() const noexcept
     {
-        return masked_ != nullptr && masked_->index() != nullptr && state_.shown == nullptr &&
-               (masked_->all_active() || masked_->no_active());
+        return masked_ != nullptr && masked_->index() != nullptr && state_.shown == nullptr;
     }
     [[nodiscard]] const index::Tree<Dim, T>& tree_of_resting() const noexcept
     {
@@ -136,7 +136,16 @@ class Asking
     const ObjectQueryFilter& filter_;
     std::uint32_t exclude_;
     const typename MaskedIndexes<Dim, T>::Masked* masked_; // null: it wouldn't be worth it
-    bool numbers_;                                         // objects are asked for their filters
+    bool masks_; // objects are asked for their masks, also those that rest
+    struct OfActive
+    {
+        const State<Dim, T>& state;
+        const ObjectQueryFilter& filter;
+        bool operator()(std::uint32_t index) const noexcept
+        {
+            return counts(state.objects[Index{index}].filter(), filter.category, filter.mask);
+        }
+    } of_active_{state_, filter_}; // which of these the masks are about
     using Elsewhere = typename index::Answers<Dim, T>::Elsewhere;
     struct Written
     {
