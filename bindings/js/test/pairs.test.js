@@ -130,6 +130,24 @@ test("statistics tell of the last search", async () => {
   assert.equal(finder.checksum, jostle.checksum(jostle.findPairs(scene.boxes, { dim: 3 })));
 });
 
+test("of two sets the narrower numbers are widened, which is exact", async () => {
+  const jostle = await modules.simd();
+  const narrow = Float32Array.of(0, 0, 1, 1, 5, 5, 6, 6);
+  const wide = Float64Array.of(1 + 1e-12, 0, 2, 2, 6, 6, 7, 7); // the first is just beside
+  assert.deepEqual([...jostle.findPairs(narrow, wide, { dim: 2 })], [1, 1]);
+  assert.deepEqual([...jostle.findPairs(wide, narrow, { dim: 2 })], [1, 1]);
+  const placed = jostle.array("float32", 8);
+  placed.view.set(narrow);
+  assert.deepEqual([...jostle.findPairs(placed, wide, { dim: 2 })], [1, 1]);
+  placed.dispose();
+});
+
+test("a checksum has 16 digits, also where it begins with zeros", async () => {
+  const jostle = await modules.simd();
+  const sums = Array.from({ length: 200 }, (_, i) => jostle.checksum(Uint32Array.of(i, i + 1)));
+  assert.ok(sums.every((sum) => /^[0-9a-f]{16}$/.test(sum)) && sums.some((sum) => sum.startsWith("0")));
+});
+
 test("many scenes", async () => {
   for (const loaded of Object.values(modules)) {
     const jostle = await loaded();
