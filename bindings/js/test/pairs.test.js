@@ -66,6 +66,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.equal(finder.stream(scene.boxes, { dim: 3 }, (pairs) => void parts.push(...pairs)), true);
     assert.deepEqual(Uint32Array.from(parts), whole);
     assert.equal(finder.stats.pairs, whole.length / 2);
+    const fresh = new jostle.PairFinder();
+    fresh.stream(scene.boxes, { dim: 3 }, () => true);
+    assert.equal(fresh.stats.pairs, whole.length / 2);
+    fresh.dispose();
     let calls = 0;
     assert.equal(finder.stream(scene.boxes, { dim: 3 }, () => ++calls < 2), false);
     assert.equal(calls, 2);
