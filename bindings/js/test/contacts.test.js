@@ -166,3 +166,44 @@ test("the simulation tells where its bodies are, what they are and where they to
   );
   simulation.dispose();
 });
+
+test("margins, a second set, parts, and rotations of each", async () => {
+  const jostle = await modules.simd();
+  const shapes = new jostle.Shapes();
+  shapes.addSpheres(Float64Array.of(1, 1));
+  const finder = new jostle.ContactFinder({ dim: 3, type: "float64" });
+  const at = (...positions) => ({ shapes, poses: poses(Float64Array.from(positions), { dim: 3 }) });
+  const near_by = at(0, 0, 0, 2.5, 0, 0), far = at(6, 0, 0, 0, 9, 0), pair = Uint32Array.of(0, 1);
+  assert.equal(finder.find(near_by, pair).length, 0);
+  assert.equal(finder.find(near_by, pair, { margin: 1 }).length, 1);
+  near(finder.distances(near_by, pair).distances[0], 0.5, 1e-12);
+  near(finder.distances(near_by, pair, { b: far }).distances[0], 7, 1e-12);
+  near(finder.distances(near_by, Uint32Array.of(1, 0), { b: far }).distances[0], 1.5, 1e-12);
+  const tight = jostle.bounds(near_by);
+  const wider = jostle.bounds(near_by, { margin: 0.5 });
+  tight.forEach((bound, i) => near(wider[i], bound + (i % 6 < 3 ? -0.5 : 0.5), 1e-12));
+
+  // Two balls in one shape: the ray from the right meets the second, whose part number is 1.
+  const ball = jostle.sphere(1), turn = [0, 0, 0, 1];
+  const two = new jostle.Shapes();
+  two.add(jostle.compound([ball, ball], Float64Array.of(-3, 0, 0, ...turn, 3, 0, 0, ...turn)));
+  two.add(ball);
+  const placed = { shapes: two, poses: poses(Float64Array.of(0, 0, 0, 10, 0, 0), { dim: 3 }) };
+  const { rays: line } = rays(Float64Array.of(9, 0, 0), Float64Array.of(-1, 0, 0), { dim: 3 });
+  const hit = finder.rayCasts(line, placed, Uint32Array.of(0, 0));
+  near(hit.fractions[0], 5, 1e-12);
+  assert.deepEqual([hit.parts[0], hit.movingParts[0]], [1, 0]);
+  const cast = finder.shapeCasts(placed, Float64Array.of(12, 0, 0, 0, 0, 0), placed, pair);
+  near(cast.fractions[0], 5 / 12, 1e-9);
+  assert.deepEqual([cast.parts[0], cast.movingParts[0]], [0, 1]);
+
+  const ground = new jostle.Shapes({
+    shapes: [jostle.heightField(new Float64Array(6), 3, { spacingX: 2, spacingZ: 5 })],
+  });
+  const box = jostle.bounds({ shapes: ground, poses: poses(Float64Array.of(0, 0, 0), { dim: 3 }) });
+  near(box[3] - box[0], 4, 1e-12);
+  near(box[5] - box[2], 5, 1e-12);
+  const turned = poses(new Float64Array(6), { dim: 3, rotations: [1, 2, 3, 4, 5, 6, 7, 8] });
+  assert.deepEqual([...turned], [0, 0, 0, 1, 2, 3, 4, 0, 0, 0, 5, 6, 7, 8]);
+  for (const each of [shapes, two, ground, finder]) each.dispose();
+});

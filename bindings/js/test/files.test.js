@@ -73,6 +73,7 @@ test("tables that are wrong get the command's complaints, which name line, colum
     [`${head}0,0,1,1,a\n3,0,2,1,b\n`, 1, "3"],
     [`${head}0,0,1,1,a\n\n0,0,1\n`, 1, undefined],
     [`${head}0,0,1,1,a,7\n`, 0, "7"],
+    [`${head}0,0,1,1,"a\nb"\n3,0,2,1,b\n`, 1, "3"],
     [`${head}0,,1,1,a\n`, 0, ""],
     [`${head}0,nan,1,1,a\n`, 0, "nan"],
     [`${head}0,0x10,1,1,a\n`, 0, "0x10"],

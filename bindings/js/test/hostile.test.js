@@ -154,6 +154,7 @@ test("worlds, indexes and contacts", async () => {
   refuses(() => world.move([1n], good), /ids is a Array: it must be a BigUint64Array/);
   refuses(() => world.add(Float64Array.from(good)), /boxes is a Float64Array: it must be Float32Array/);
   refuses(() => world.add(good, { category: -1 }), /category is -1/);
+  refuses(() => world.add(good, { category: 2 ** 32 }), /category is 4294967296: .* from 0 to 4294967295/);
   refuses(() => world.restore(new Uint8Array(7)), /snapshot/, { status: "bad_snapshot" });
   refuses(() => world.all({}), /questions are a Object/);
   refuses(() => world.all({ boxes: good.subarray(1) }), /boxes has 11 numbers/, { status: "size_mismatch" });

@@ -62,6 +62,55 @@ test("what is forgotten is used again", async () => {
   assert.ok(jostle.memoryBytes <= 1.5 * bytes, `${bytes} bytes became ${jostle.memoryBytes}`);
 });
 
+test("what was disposed of isn't freed once more when it is forgotten", async () => {
+  const jostle = await load();
+  const filled = (value) => {
+    const array = jostle.array("uint32", 1000);
+    array.view.fill(value);
+    return array;
+  };
+  const many = (first) => Array.from({ length: 50 }, (_, i) => filled(first + i));
+  for (const each of many(0)) each.dispose();
+  const kept = many(100); // where those were
+  await new Promise((done) => setTimeout(done, 5));
+  collect();
+  await new Promise((done) => setTimeout(done, 50));
+  const more = many(200);
+  for (const [first, arrays] of [[100, kept], [200, more]])
+    arrays.forEach((array, i) => assert.ok(array.view.every((value) => value === first + i)));
+});
+
+test("a world's accept is forgotten with the last world that asks it", async () => {
+  const jostle = await load();
+  const made = () => {
+    const accept = () => true;
+    const world = new jostle.World({ dim: 2, accept }), fork = world.fork();
+    world.dispose();
+    return [fork, new WeakRef(accept)];
+  };
+  const [fork, accept] = made();
+  const later = async () => {
+    await new Promise((done) => setTimeout(done, 5));
+    collect();
+    return accept.deref();
+  };
+  assert.equal(typeof (await later()), "function");
+  fork.dispose();
+  assert.equal(await later(), undefined);
+});
+
+test("threads end with their module", async () => {
+  process.report.excludeNetwork = true;
+  const workers = () => process.report.getReport().workers.length;
+  const before = workers();
+  const jostle = await load({ threads: 3 });
+  assert.equal(workers(), before + 2);
+  jostle.dispose();
+  for (let tries = 0; workers() > before && tries < 100; ++tries)
+    await new Promise((done) => setTimeout(done, 50));
+  assert.equal(workers(), before);
+});
+
 test("failures leak nothing", async () => {
   const jostle = await load();
   const bad = random_boxes(20_000, 3, 1);

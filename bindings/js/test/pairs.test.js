@@ -66,6 +66,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
     assert.equal(finder.stream(scene.boxes, { dim: 3 }, (pairs) => void parts.push(...pairs)), true);
     assert.deepEqual(Uint32Array.from(parts), whole);
     assert.equal(finder.stats.pairs, whole.length / 2);
+    const fresh = new jostle.PairFinder();
+    fresh.stream(scene.boxes, { dim: 3 }, () => true);
+    assert.equal(fresh.stats.pairs, whole.length / 2);
+    fresh.dispose();
     let calls = 0;
     assert.equal(finder.stream(scene.boxes, { dim: 3 }, () => ++calls < 2), false);
     assert.equal(calls, 2);
@@ -128,6 +132,24 @@ test("statistics tell of the last search", async () => {
   finder.find(scene.boxes, { dim: 3, engine: "chapter" });
   assert.deepEqual([finder.stats.objects, finder.stats.pairs, finder.stats.bricks], [30_000, pairs, 0]);
   assert.equal(finder.checksum, jostle.checksum(jostle.findPairs(scene.boxes, { dim: 3 })));
+});
+
+test("of two sets the narrower numbers are widened, which is exact", async () => {
+  const jostle = await modules.simd();
+  const narrow = Float32Array.of(0, 0, 1, 1, 5, 5, 6, 6);
+  const wide = Float64Array.of(1 + 1e-12, 0, 2, 2, 6, 6, 7, 7); // the first is just beside
+  assert.deepEqual([...jostle.findPairs(narrow, wide, { dim: 2 })], [1, 1]);
+  assert.deepEqual([...jostle.findPairs(wide, narrow, { dim: 2 })], [1, 1]);
+  const placed = jostle.array("float32", 8);
+  placed.view.set(narrow);
+  assert.deepEqual([...jostle.findPairs(placed, wide, { dim: 2 })], [1, 1]);
+  placed.dispose();
+});
+
+test("a checksum has 16 digits, also where it begins with zeros", async () => {
+  const jostle = await modules.simd();
+  const sums = Array.from({ length: 200 }, (_, i) => jostle.checksum(Uint32Array.of(i, i + 1)));
+  assert.ok(sums.every((sum) => /^[0-9a-f]{16}$/.test(sum)) && sums.some((sum) => sum.startsWith("0")));
 });
 
 test("many scenes", async () => {

@@ -165,6 +165,9 @@ for (const [kind, loaded] of Object.entries(modules)) {
     const category = new Uint32Array(41).fill(1), mask = new Uint32Array(41).fill(1);
     category[30] = 2;
     assert.deepEqual(lists({ asker: { category: 1, mask: 1 }, category, mask }), [[10, 20, 40], [10, 20]]);
+    const owner = new Uint32Array(41).fill(7);
+    owner[20] = 5;
+    assert.deepEqual(lists({ asker: { owner: 5 }, owner }), [[10, 30, 40], [10, 30]]);
     assert.throws(
       () =>
         lists({
@@ -191,6 +194,20 @@ for (const [kind, loaded] of Object.entries(modules)) {
     world.update();
     const found = world.all({ boxes: regions }, { exclude: ids[0], accept: (question, id) => id !== ids[1] });
     assert.deepEqual([...found.of(0)], [ids[2], ids[3]]);
+    assert.deepEqual([...world.join(regions, { exclude: ids[1] })], [0, 0, 0, 2, 0, 3, 1, 0, 1, 2]);
+    if (jostle.threads === 1)
+      assert.deepEqual(
+        [...world.join(regions, { accept: (question, id) => question === 1 && id !== ids[0] })],
+        [1, 1, 1, 2],
+      );
     world.dispose();
   });
 }
+
+test("rays are packed one after the other, each with its own end", () => {
+  const from = Float32Array.of(0, 0, 1, 1), along = Float32Array.of(1, 0, 0, 1);
+  const packed = (options) => [...rays(from, along, { dim: 2, ...options }).rays];
+  assert.deepEqual(packed({ maxFraction: [3, 4] }), [0, 0, 1, 0, 3, 1, 1, 0, 1, 4]);
+  assert.deepEqual(packed({ maxFraction: 2 }), [0, 0, 1, 0, 2, 1, 1, 0, 1, 2]);
+  assert.deepEqual(packed({}), [0, 0, 1, 0, Infinity, 1, 1, 0, 1, Infinity]);
+});

@@ -164,3 +164,73 @@ test("accept decides, forks ask it as well, and what it throws comes out of the 
     assert.equal(ids.length, 3);
   }
 });
+
+test("what some objects are told is theirs alone", async () => {
+  for (const loaded of Object.values(modules)) {
+    const jostle = await loaded();
+    const world = new jostle.World({ dim: 2, pairSlots: true });
+    const of = (...ids) => BigUint64Array.from(ids);
+    assert.equal(world.boundsOfAll(), undefined);
+    const [a, b, c] = world.add(new Float32Array([0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1]));
+    const [d] = world.add(new Float32Array([0, 0, 1, 1]), { enabled: false, isStatic: true });
+    world.update();
+    assert.deepEqual([...world.began()], [a, b, a, c, b, c]);
+    const slots = world.beganSlots();
+    assert.deepEqual([...world.enabled(of(a, d))], [1, 0]);
+    assert.deepEqual(world.filters(of(a, d)).map((filter) => filter.isStatic), [false, true]);
+    world.setEnabled(of(a), Uint8Array.of(0));
+    world.update();
+    assert.deepEqual([...world.ended().pairs], [a, b, a, c]);
+    assert.deepEqual([...world.endedSlots()], [...slots.subarray(0, 2)]);
+    world.setEnabled(of(a, d), Uint8Array.of(0, 1));
+    world.update();
+    assert.deepEqual([...world.enabled(of(a, d))], [0, 1]);
+    assert.deepEqual([...world.began()], [b, d, c, d]);
+    world.reportAgain(of(b), of(c));
+    world.update();
+    assert.deepEqual([...world.began()], [b, c]); // and not b and d
+    world.remove(of(a));
+    world.update();
+    assert.deepEqual([...world.ids()], [b, c, d]);
+    assert.deepEqual([...world.ids(Uint32Array.of(0, 1))], [0n, b]);
+    world.dispose();
+  }
+});
+
+test("the command with the greatest sequence wins, whatever it says", async () => {
+  const jostle = await modules.simd();
+  const world = new jostle.World({ dim: 2 });
+  const ids = world.add(new Float32Array(8));
+  const one = ids.subarray(0, 1), other = ids.subarray(1);
+  const low = new Float32Array([1, 1, 2, 2]), high = new Float32Array([5, 5, 6, 6]);
+  world.teleport(one, low, { sequence: 2 });
+  world.teleport(one, high, { sequence: 1 });
+  world.teleport(other, high, { sequence: 2 });
+  world.teleport(other, low, { sequence: 1 });
+  world.update();
+  assert.deepEqual([...world.boxes(ids)], [...low, ...high]);
+  world.dispose();
+});
+
+test("worlds with slack and with odd boxes, and what their statistics tell", async () => {
+  const jostle = await modules.simd();
+  const boxes = random_boxes(400, 2, 6), nudged = boxes.map((bound) => bound + 1e-3);
+  const stats_of = (options) => {
+    const world = new jostle.World({ dim: 2, ...options });
+    const ids = world.add(boxes);
+    world.update();
+    world.update(ids, nudged);
+    const { stats } = world;
+    world.dispose();
+    return stats;
+  };
+  const stats = stats_of({ slack: 0.1 });
+  assert.deepEqual([stats.padded, stats_of({}).padded], [400, 0]); // neighbours are remembered, or aren't
+  const parts = stats.usApply + stats.usActive + stats.usResting + stats.usEvents + stats.usIndex;
+  assert.ok(stats.usTotal > 0 && stats.usTotal < 1e8 && parts <= stats.usTotal * 1.01);
+  const odd = new jostle.World({ dim: 2, ignoreOddBoxes: true });
+  odd.add(new Float32Array([0, 0, 1, 1, NaN, 0, 1, 1, 0, 0, 1, 1]));
+  odd.update();
+  assert.deepEqual([odd.began().length, odd.stats.odd], [2, 1]);
+  odd.dispose();
+});
