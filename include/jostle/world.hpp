@@ -358,8 +358,8 @@ class JOSTLE_API World
     // They are those of `BoxIndex`, with the same answers in the same order, where an id's index stands for
     // the id. The first one after an update that moved objects brings the index of active objects up to date.
     // Where a category or mask leaves few of many objects, and is asked for often, the world keeps an index
-    // of those among the resting ones: a question then costs two to three times what it costs in a BoxIndex of
-    // all that are asked for, the more the more others move.
+    // of those among the resting ones: a question then costs two to three times what it costs in a BoxIndex
+    // of all that are asked for, the more the more others move.
 
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 
