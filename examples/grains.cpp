@@ -13,7 +13,6 @@
 namespace {
 
 using jostle::Vec3f;
-
 constexpr float stiffness = 1e5f, friction = 0.5f, skin = 0.3f, dt = 1e-3f, largest = 20, gravity = 10;
 
 struct Grain
@@ -62,7 +61,6 @@ int main(int argc, char** argv)
     const std::size_t steps = argc > 2 ? std::strtoul(argv[2], nullptr, 10) : 500;
     std::mt19937 random(1);
     const auto uniform = [&] { return static_cast<float>(random()) / 4294967296.0f; };
-
     std::vector<Grain> grains(count);
     float volume = 0;
     for (Grain& grain : grains) { // each size fills as much space as any other
@@ -87,12 +85,12 @@ int main(int argc, char** argv)
         const jostle::Aabb3f box = jostle::bounds(shapes[i], poses[i]);
         placed.insert(std::span(&i, 1), std::span(&box, 1));
     }
-
     jostle::PeriodicImages3f images;
     jostle::PairFinder finder;
     std::vector<jostle::Aabb3f> boxes(count);
     std::vector<Vec3f> at_search(count);
     std::vector<Neighbours> list;
+    const auto to_b = [&](const auto& n) { return poses[n.b].position + n.shift - poses[n.a].position; };
     const auto search = [&] {
         for (std::size_t i = 0; i < count; at_search[i] = poses[i].position, ++i)
             for (int d = 0; d < 2; ++d) // back into the first period
@@ -100,10 +98,12 @@ int main(int argc, char** argv)
         jostle::bounds(shapes, poses, boxes, skin / 2); // good until something has moved as far as that
         images.build(boxes, {side, side, 0});
         list.clear();
-        for (const jostle::Pair pair : finder.find(images.boxes(), images.filter()))
-            list.push_back({pair.a, images.origin()[pair.b], images.shift()[pair.b]});
+        for (const jostle::Pair pair : finder.find(images.boxes(), images.filter())) {
+            const Neighbours n{pair.a, images.origin()[pair.b], images.shift()[pair.b]};
+            const float near = grains[n.a].radius + grains[n.b].radius + skin;
+            if (jostle::dot(to_b(n), to_b(n)) <= near * near) list.push_back(n); // not only their boxes
+        }
     };
-    const auto to_b = [&](const auto& n) { return poses[n.b].position + n.shift - poses[n.a].position; };
     jostle::Responses<Load> loads;
     std::size_t searches = 0;
     float furthest = skin; // squared distance moved since the search; enough to search in the first step

@@ -355,9 +355,13 @@ Parts run_grains(const Options& options, jostle::Executor& executor)
             const auto origin = images.origin();
             const auto shift = images.shift();
             for (const std::span<const Pair> block : finder.find(images.boxes(), images.filter()).blocks())
-                for (const Pair pair : block) {
-                    pairs.push_back({pair.a, origin[pair.b]});
-                    shifts.push_back(shift[pair.b]);
+                for (const auto [a, image] : block) {
+                    const std::uint32_t b = origin[image];
+                    const Vec3f way = grains.centers[b] + shift[image] - grains.centers[a];
+                    const float near = grains.radii[a] + grains.radii[b] + skin;
+                    if (jostle::dot(way, way) > near * near) continue; // only their boxes are
+                    pairs.push_back({a, b});
+                    shifts.push_back(shift[image]);
                 }
         });
         timed(parts[1], [&] {
