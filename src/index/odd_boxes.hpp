@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory_resource>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/box.hpp"
@@ -43,21 +45,21 @@ class OddBoxes
     using View = BoxView<Dim, T>;
     using Ids = std::span<const std::uint32_t>;
 
-    explicit OddBoxes(std::pmr::memory_resource* memory) : boxes_(memory) {}
+    explicit OddBoxes(std::pmr::memory_resource* memory) : boxes_(typename Map::allocator_type(memory)) {}
 
     [[nodiscard]] std::size_t size() const noexcept { return boxes_.size(); }
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept { return boxes_.contains(id); }
     [[nodiscard]] const Box& box(std::uint32_t id) const { return boxes_.find(id)->second; }
     [[nodiscard]] std::uint64_t bytes() const noexcept
     {
-        return boxes_.size() * sizeof(typename Map::node_type);
+        return boxes_.size() * (sizeof(typename Map::value_type) + 4 * sizeof(void*)); // a node's links
     }
     void clear() noexcept { boxes_.clear(); }
 
     void build(Tree<Dim, T>& tree, Ids ids, const View& boxes)
     {
         ValidBoxes<Dim, T> good(memory());
-        Map odd(memory());
+        Map odd(boxes_.get_allocator());
         for (std::size_t i = 0; i < boxes.size(); ++i) {
             const std::uint32_t id = ids.empty() ? static_cast<std::uint32_t>(i) : ids[i];
             if (const Box box = boxes[i]; valid(box))
@@ -71,7 +73,7 @@ class OddBoxes
     void insert(Tree<Dim, T>& tree, Ids ids, const View& boxes)
     {
         ValidBoxes<Dim, T> good(memory());
-        Map odd(memory());
+        Map odd(boxes_.get_allocator());
         for (std::size_t i = 0; i < boxes.size(); ++i)
             if (const Box box = boxes[i]; valid(box))
                 good.add(ids[i], box);
@@ -93,7 +95,7 @@ class OddBoxes
     {
         ValidBoxes<Dim, T> stay(memory()), enter(memory()); // in the tree, and into it
         std::pmr::vector<std::uint32_t> leave(memory());    // it
-        Map odd(memory());
+        Map odd(boxes_.get_allocator());
         for (std::size_t i = 0; i < boxes.size(); ++i) {
             const Box box = boxes[i];
             const bool was_odd = contains(ids[i]);
@@ -118,7 +120,9 @@ class OddBoxes
     }
 
   private:
-    using Map = std::pmr::map<std::uint32_t, Box>;
+    // Not std::pmr::map, which not every standard library has.
+    using Map = std::map<std::uint32_t, Box, std::less<>,
+                         std::pmr::polymorphic_allocator<std::pair<const std::uint32_t, Box>>>;
     [[nodiscard]] std::pmr::memory_resource* memory() const { return boxes_.get_allocator().resource(); }
 
     Map boxes_; // by id

@@ -84,8 +84,8 @@ TEST(OddBoxes, AreAsIfTheyWereNotThere)
         constexpr int Dim = K::dim;
         using T = typename K::Number;
         std::uint64_t seed = 0, pairs = 0;
-        for (const std::size_t count : {1, 2, 17, 128, 129, 700, 9000})
-            for (const std::uint32_t odd : {1, 2, 40}) {
+        for (const std::size_t count : {1u, 2u, 17u, 128u, 129u, 700u, 9000u})
+            for (const std::uint32_t odd : {1u, 2u, 40u}) {
                 const Scattered<Dim, T> a(count, odd, ++seed), b(count / 2 + 1, odd, ++seed);
                 const std::string what = kind_name<Dim, T>() + " " + std::to_string(count) + " boxes";
                 std::vector<Pair> among = jostle::find_pairs_brute_force(BoxView<Dim, T>(a.good));
@@ -141,7 +141,7 @@ TEST(OddBoxes, HaveNoPartInScenes)
         Boxes<Dim, T> all;
         std::vector<std::uint64_t> offsets{0};
         std::uint64_t odd = 0;
-        for (const std::size_t count : {3, 0, 100, 128, 129, 6000, 40}) {
+        for (const std::size_t count : {3u, 0u, 100u, 128u, 129u, 6000u, 40u}) {
             const Scattered<Dim, T> scene(count, 3, offsets.size());
             all.insert(all.end(), scene.all.begin(), scene.all.end());
             offsets.push_back(all.size());

@@ -252,7 +252,8 @@ void nearest_equals_a_loop(std::uint64_t seed)
                                                return given.size() < 3;
                                            }),
                       all.size() < 3);
-            ASSERT_TRUE(std::equal(given.begin(), given.end(), all.begin(), all.begin() + few));
+            ASSERT_TRUE(std::equal(given.begin(), given.end(), all.begin(),
+                                   all.begin() + static_cast<std::ptrdiff_t>(few)));
             given.clear(); // those as near as the first, or nearer than half a unit beyond it
             ASSERT_TRUE(visit_nearest_shapes(scene.world, {scene.shapes, scene.poses}, question,
                                              [&](const auto& found, T& bound) {
