@@ -108,7 +108,8 @@ struct FinderOptions
     /// Accepts odd boxes (NaN or inverted) instead of throwing an `Error`, for hosts that hand over such
     /// boxes now and then. An odd box touches nothing and is found by no question, as if it weren't there,
     /// but keeps its number or id; `odd` in Stats and IndexStats counts them. A question with an odd box
-    /// finds nothing, and a sweep that doesn't move hits, at 0, what its box touches.
+    /// finds nothing, and a sweep that doesn't move hits, at 0, what its box touches. Calls that change an
+    /// index, and joins, allocate where an odd box is among those that they are given.
     bool ignore_odd_boxes = false;
 };
 

@@ -369,6 +369,8 @@ template <int Dim, Coordinate T>
 namespace detail {
 /// The `Error` where there are more or fewer `things` than questions.
 [[noreturn]] JOSTLE_API void throw_not_one_each(std::size_t questions, std::size_t count, const char* things);
+/// The `Error` where the visitor of an object has made the bound NaN.
+[[noreturn]] JOSTLE_API void throw_bad_bound(std::uint32_t object);
 } // namespace detail
 
 JOSTLE_NAMESPACE_END

@@ -171,13 +171,25 @@ void visit_boxes(const Asked& asked, const NearestShape<Dim, T>& nearest, const 
         boxes.nearest, [&](const auto& hit, T& bound) { return inside(hit.id, bound, hit.at); }, filter);
 }
 
-/// The order of hits: by fraction, then id.
-struct HitOrder
+/// How far away an answer is, as its order goes.
+template <int Dim, Coordinate T, class Id>
+[[nodiscard]] constexpr T at_of(const ShapeHit<Dim, T, Id>& hit) noexcept
 {
-    template <class Hit>
-    bool operator()(const Hit& a, const Hit& b) const noexcept
+    return hit.fraction;
+}
+template <int Dim, Coordinate T, class Id>
+[[nodiscard]] constexpr T at_of(const ShapeDistance<Dim, T, Id>& distance) noexcept
+{
+    return distance.distance;
+}
+
+/// The order of answers: the nearest first, then by id.
+struct AnswerOrder
+{
+    template <class Answer>
+    bool operator()(const Answer& a, const Answer& b) const noexcept
     {
-        return a.fraction < b.fraction || (a.fraction == b.fraction && a.id < b.id);
+        return at_of(a) < at_of(b) || (at_of(a) == at_of(b) && a.id < b.id);
     }
 };
 template <class Hit, class At>
@@ -204,7 +216,7 @@ HitOf<Asked> first_of(const Asked& asked, const ShapesOf<Asked>& objects, const 
         objects.with(object, [&](const auto& shape, const auto& pose) {
             const auto found = with_id<HitOf<Asked>>(cast_at(question, shape, pose, object), id);
             if (found.fraction == std::numeric_limits<T>::infinity()) return;
-            if (any && !HitOrder{}(found, best)) return;
+            if (any && !AnswerOrder{}(found, best)) return;
             best = found;
             any = true;
             if (const T most = no_less(best.fraction); most < bound) bound = most;
@@ -232,21 +244,21 @@ bool append_all_of(const Asked& asked, const ShapesOf<Asked>& objects, const Que
             const auto found = with_id<HitOf<Asked>>(cast_at(question, shape, pose, object), id);
             if (found.fraction == std::numeric_limits<T>::infinity()) return;
             if (full) {
-                if (!HitOrder{}(found, out[before])) return;
-                std::pop_heap(begin(), out.end(), HitOrder{});
+                if (!AnswerOrder{}(found, out[before])) return;
+                std::pop_heap(begin(), out.end(), AnswerOrder{});
                 out.back() = found;
-                std::push_heap(begin(), out.end(), HitOrder{});
+                std::push_heap(begin(), out.end(), AnswerOrder{});
             } else {
                 out.push_back(found);
                 full = limited && out.size() - before > max_results;
-                if (full) std::make_heap(begin(), out.end(), HitOrder{});
+                if (full) std::make_heap(begin(), out.end(), AnswerOrder{});
             }
             if (full)
                 if (const T most = no_less(out[before].fraction); most < bound) bound = most;
         });
         return true;
     });
-    std::sort(begin(), out.end(), HitOrder{});
+    std::sort(begin(), out.end(), AnswerOrder{});
     if (full) out.pop_back();
     return full;
 }
@@ -271,9 +283,7 @@ DistanceOf<Asked> nearest_of(const Asked& asked, const ShapesOf<Asked>& objects,
             const auto found =
                 with_id<DistanceOf<Asked>>(distance_at(question, shape, pose, most, object), id);
             if (found.distance == std::numeric_limits<T>::infinity()) return;
-            if (any &&
-                !(found.distance < best.distance || (found.distance == best.distance && found.id < best.id)))
-                return;
+            if (any && !AnswerOrder{}(found, best)) return;
             best = found;
             any = true;
             const T apart = std::max(best.distance, T(0));
@@ -284,27 +294,13 @@ DistanceOf<Asked> nearest_of(const Asked& asked, const ShapesOf<Asked>& objects,
     return best;
 }
 
-/// How far away an answer is, as its order goes.
-template <int Dim, Coordinate T, class Id>
-[[nodiscard]] constexpr T at_of(const ShapeHit<Dim, T, Id>& hit) noexcept
-{
-    return hit.fraction;
-}
-template <int Dim, Coordinate T, class Id>
-[[nodiscard]] constexpr T at_of(const ShapeDistance<Dim, T, Id>& distance) noexcept
-{
-    return distance.distance;
-}
-
-/// The `Error` where a visitor makes the bound NaN.
-[[noreturn]] JOSTLE_API void throw_bad_bound(std::uint32_t object);
-
 /// Answers that are known before it is their turn: a box in front of their shape's may hold a nearer one. The
 /// nearest of them is on top of a heap.
-template <class Answer, Coordinate T>
+template <class Asked, class Answer>
 class AnswersInOrder
 {
   public:
+    using T = NumberOf<Asked>;
     using Visitor = FunctionRef<bool(const Answer& answer, T& bound)>;
 
     AnswersInOrder(Visitor visitor, T bound) : visitor_(visitor), bound_(bound) {}
@@ -316,14 +312,14 @@ class AnswersInOrder
     void add(const Answer& answer)
     {
         waiting_.push_back(answer);
-        std::push_heap(waiting_.begin(), waiting_.end(), later);
+        std::push_heap(waiting_.begin(), waiting_.end(), is_later);
     }
     /// Hands over all answers at(answer) < `nearest`, how near a box may be that is still to come.
     template <class At>
     void hand_over(T nearest, const At& at)
     {
         while (goes_on_ && !waiting_.empty() && at(waiting_.front()) < nearest) {
-            std::pop_heap(waiting_.begin(), waiting_.end(), later);
+            std::pop_heap(waiting_.begin(), waiting_.end(), is_later);
             const Answer next = waiting_.back();
             waiting_.pop_back();
             if (at_of(next) > bound_) { // so are all others
@@ -332,18 +328,13 @@ class AnswersInOrder
             }
             T wish = bound_;
             goes_on_ = visitor_(next, wish);
-            if (wish != wish) throw_bad_bound(number_of(next.id));
+            if (wish != wish) throw_bad_bound(AskedTypes<Asked>::number(next.id));
             bound_ = std::min(bound_, wish);
         }
     }
 
   private:
-    static bool later(const Answer& a, const Answer& b) noexcept
-    {
-        return at_of(b) < at_of(a) || (at_of(a) == at_of(b) && b.id < a.id);
-    }
-    static std::uint32_t number_of(std::uint32_t id) noexcept { return id; }
-    static std::uint32_t number_of(ObjectId id) noexcept { return id.index; }
+    static bool is_later(const Answer& a, const Answer& b) noexcept { return AnswerOrder{}(b, a); }
 
     Visitor visitor_;
     T bound_;
@@ -359,7 +350,7 @@ bool visit_hits_of(const Asked& asked, const ShapesOf<Asked>& objects, const Que
     using T = NumberOf<Asked>;
     constexpr T infinity = std::numeric_limits<T>::infinity();
     check_question(question, Error::no_index);
-    AnswersInOrder<HitOf<Asked>, T> answers(visitor, infinity);
+    AnswersInOrder<Asked, HitOf<Asked>> answers(visitor, infinity);
     const auto of_box = [](const auto& hit) { return no_less(hit.fraction); };
     visit_boxes(asked, question, filter, [&](const auto& id, T& bound, T at) {
         answers.hand_over(at, of_box);
@@ -384,7 +375,7 @@ bool visit_nearest_of(const Asked& asked, const ShapesOf<Asked>& objects, const 
     using T = NumberOf<Asked>;
     constexpr T infinity = std::numeric_limits<T>::infinity();
     check_question(question, Error::no_index);
-    AnswersInOrder<DistanceOf<Asked>, T> answers(visitor, question.max_distance);
+    AnswersInOrder<Asked, DistanceOf<Asked>> answers(visitor, question.max_distance);
     const auto square = [](T distance) {
         const T apart = std::max(distance, T(0));
         return no_less(apart * apart);

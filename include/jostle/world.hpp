@@ -203,7 +203,8 @@ enum class DrawKind : std::uint8_t
 ///           Everything that reads: from any number of threads, not during update(), restore or moves.
 ///           update(), apply(), restore(), clear() and join() into a vector: one call at a time, and none of
 ///           them inside `accept`, or an `Error`. All but join() are one also inside the `accept` of a
-///           question and inside a function given to draw(), pairs(), closest_pairs() or visit().
+///           question and inside a function given to draw() or to a question: pairs(), touching(), visit(),
+///           closest_pairs(), join().
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -358,8 +359,8 @@ class JOSTLE_API World
     // They are those of `BoxIndex`, with the same answers in the same order, where an id's index stands for
     // the id. The first one after an update that moved objects brings the index of active objects up to date.
     // Where a category or mask leaves few of many objects, and is asked for often, the world keeps an index
-    // of those among the resting ones: a question then costs two to three times what it costs in a BoxIndex
-    // of all that are asked for, the more the more others move.
+    // of those among the resting ones. Where a twentieth of all objects moves, a question then costs two to
+    // three times what it costs in a BoxIndex of all that are asked for.
 
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 

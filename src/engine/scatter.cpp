@@ -18,23 +18,19 @@ std::uint32_t Scatter<Dim, T>::add_unit(std::uint32_t number)
     kernels_.load<Dim, T>()(set, begin, unit_);
     for (std::uint32_t i = 0; i < unit_.count; ++i)
         unit_.object[i] = (static_cast<std::uint32_t>(begin) + i) | side;
-    kernels_.quantise<Dim, T>()(grid_, unit_);
-    const std::uint32_t odd = unit_.bad ? drop_odd() : 0;
+    const std::uint32_t count = unit_.count;
     append_unit();
-    return odd;
+    return count - unit_.count;
 }
 
-/// Leaves the unit with what is valid in it, in the same order. Returns how many boxes are gone.
+/// Leaves the unit with what is valid in it, in the same order.
 template <int Dim, class T>
-std::uint32_t Scatter<Dim, T>::drop_odd()
+void Scatter<Dim, T>::drop_odd()
 {
     const std::uint32_t count = unit_.count;
     unit_.count = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
-        bool valid = true;
-        for (int d = 0; d < Dim; ++d)
-            valid &= unit_.lo[d][i] <= unit_.hi[d][i];
-        if (!valid) continue;
+        if (!valid<Dim>(unit_, i)) continue;
         const std::uint32_t to = unit_.count++;
         unit_.object[to] = unit_.object[i];
         for (int d = 0; d < Dim; ++d) {
@@ -42,8 +38,6 @@ std::uint32_t Scatter<Dim, T>::drop_odd()
             unit_.hi[d][to] = unit_.hi[d][i];
         }
     }
-    kernels_.quantise<Dim, T>()(grid_, unit_);
-    return count - unit_.count;
 }
 
 template <int Dim, class T>
@@ -60,17 +54,20 @@ void Scatter<Dim, T>::add_records(const Record* records, std::uint32_t count)
                 unit_.hi[d][i] = set.hi(d, object & index_mask);
             }
         }
-        kernels_.quantise<Dim, T>()(grid_, unit_);
         append_unit();
     }
 }
 
-/// Stores the records of a unit that is quantised.
 template <int Dim, class T>
 void Scatter<Dim, T>::append_unit()
 {
     Unit<T>& unit = unit_; // known to stay the same, as members aren't while records are written
     BrickStore& store = store_;
+    kernels_.quantise<Dim, T>()(grid_, unit);
+    if (unit.bad) {
+        drop_odd();
+        kernels_.quantise<Dim, T>()(grid_, unit);
+    }
     for (std::uint32_t i = 0; i < unit.records; ++i) {
         store.prefetch(unit.brick[std::min(i + 16, unit.records - 1)]);
         store.append(unit.brick[i], unit.record[i]);

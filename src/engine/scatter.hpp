@@ -38,7 +38,7 @@ class Scatter
     void add_records(const Record* records, std::uint32_t count);
 
   private:
-    std::uint32_t drop_odd();
+    void drop_odd();
     void append_unit();
     void append_wide(std::uint32_t i);
 

@@ -83,10 +83,7 @@ void shrink(T& bound, T wish, std::uint32_t id)
     if (wish < bound)
         bound = wish;
     else if (wish != wish)
-        throw Error(ErrorCode::nan_coordinate,
-                    "the visitor of object " + std::to_string(id) +
-                        " has made the bound NaN; it must be a number",
-                    id);
+        detail::throw_bad_bound(id);
 }
 
 /// Results on their way to the end of a vector.

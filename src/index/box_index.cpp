@@ -289,11 +289,8 @@ struct BoxIndex<Dim, T>::Implementation
             joins.run(tree, *executor, boxes, pairs);
         }
         if (!passes_all(filters))
-            pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
-                                       [&](const Pair& pair) {
-                                           return !Asked(filter_of(filters, pair.a), pair.a)(pair.b);
-                                       }),
-                        pairs.end());
+            std::erase_if(
+                pairs, [&](const Pair& pair) { return !Asked(filter_of(filters, pair.a), pair.a)(pair.b); });
         out = std::move(pairs);
     }
     template <class Filters>

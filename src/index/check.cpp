@@ -265,4 +265,12 @@ void detail::throw_not_one_each(std::size_t questions, std::size_t count, const 
                                               std::to_string(count) + " " + things + "; give one for each");
 }
 
+void detail::throw_bad_bound(std::uint32_t object)
+{
+    throw Error(ErrorCode::nan_coordinate,
+                "the visitor of object " + std::to_string(object) +
+                    " has made the bound NaN; it must be a number",
+                object);
+}
+
 JOSTLE_NAMESPACE_END

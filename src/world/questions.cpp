@@ -414,23 +414,17 @@ JOSTLE_BATCHES(FilterOfEach<ObjectQueryFilter>)
 namespace world {
 namespace {
 
-template <class Kept>
-void keep_if(std::pmr::vector<Pair>& pairs, const Kept& kept)
+/// All pairs of one of the boxes and an object, ascending, but for those that `erase_refused` takes out.
+template <int Dim, class T, class Erase>
+void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
+          std::pmr::vector<Pair>& out, const Erase& erase_refused)
 {
-    pairs.erase(std::remove_if(pairs.begin(), pairs.end(), [&](const Pair& pair) { return !kept(pair); }),
-                pairs.end());
-}
-
-/// All pairs of one of the boxes and an object, ascending.
-template <int Dim, class T>
-void join_all(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
-              std::pmr::vector<Pair>& out)
-{
+    const InUse call(me.in_use, "World");
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
     me.state.resting.join(boxes, all);
     if (me.state.shown != nullptr)
-        keep_if(all, [&](const Pair& pair) { return me.state.is_shown_resting(Index{pair.b}); });
+        std::erase_if(all, [&](const Pair& pair) { return !me.state.is_shown_resting(Index{pair.b}); });
     if (BoxIndex<Dim, T>* const active = me.active_index.of(me.state)) {
         if (me.applied)
             me.arena.begin_again();
@@ -446,6 +440,7 @@ void join_all(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>&
             else
                 --a, all[r + a] = more[a];
     }
+    erase_refused(all);
     out.swap(all);
 }
 
@@ -455,12 +450,12 @@ void join_all(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>&
 template <int Dim, Coordinate T>
 void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
 {
-    const InUse call(implementation_->in_use, "World");
-    world::join_all<Dim, T>(*implementation_, boxes, out);
-    // In use as the world is, this doesn't go by an index for a mask, which the search above hasn't either.
-    const world::Asking<Dim, T> asking(*implementation_, filter);
-    if (!asking.takes_all())
-        world::keep_if(out, [&](const Pair& pair) { return asking.takes(pair.a, pair.b); });
+    world::join<Dim, T>(*implementation_, boxes, out, [&](std::pmr::vector<Pair>& all) {
+        // In use as the world is, this doesn't go by an index for a mask, which the search hasn't either.
+        const world::Asking<Dim, T> asking(*implementation_, filter);
+        if (!asking.takes_all())
+            std::erase_if(all, [&](const Pair& pair) { return !asking.takes(pair.a, pair.b); });
+    });
 }
 
 template <int Dim, Coordinate T>
@@ -468,13 +463,13 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out,
                          FilterOfEach<ObjectQueryFilter> filters)
 {
     index::check_filters(boxes.size(), filters.size());
-    const InUse call(implementation_->in_use, "World");
-    world::join_all<Dim, T>(*implementation_, boxes, out);
-    std::optional<world::Asking<Dim, T>> asking;
-    std::size_t asker = boxes.size();
-    world::keep_if(out, [&](const Pair& pair) {
-        if (pair.a != asker) asking.emplace(*implementation_, filters[asker = pair.a]);
-        return asking->takes(pair.a, pair.b);
+    world::join<Dim, T>(*implementation_, boxes, out, [&](std::pmr::vector<Pair>& all) {
+        std::optional<world::Asking<Dim, T>> asking;
+        std::size_t asker = boxes.size();
+        std::erase_if(all, [&](const Pair& pair) {
+            if (pair.a != asker) asking.emplace(*implementation_, filters[asker = pair.a]);
+            return !asking->takes(pair.a, pair.b);
+        });
     });
 }
 

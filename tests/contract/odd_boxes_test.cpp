@@ -9,6 +9,7 @@
 #include "harness.hpp"
 #include "jostle/spatial_order.hpp"
 #include "pairs/pair_finder_access.hpp"
+#include "tests/odd_box.hpp"
 
 namespace contract {
 namespace {
@@ -37,26 +38,7 @@ struct Scattered
                 box.hi[d] = box.lo[d] + static_cast<T>(below(3));
             }
             if (random() % odd == 0) {
-                const int d = static_cast<int>(random() % Dim);
-                const T nan = std::numeric_limits<T>::quiet_NaN(), most = std::numeric_limits<T>::max();
-                switch (random() % 5) {
-                case 0:
-                    box.lo[d] = nan;
-                    break;
-                case 1:
-                    box.hi[d] = nan;
-                    break;
-                case 2:
-                    std::swap(box.lo[d], box.hi[d]), box.lo[d] += 1;
-                    break;
-                case 3:
-                    box.lo[d] = most, box.hi[d] = -most;
-                    break;
-                case 4:
-                    std::fill(box.lo.begin(), box.lo.end(), std::numeric_limits<T>::infinity()),
-                        std::fill(box.hi.begin(), box.hi.end(), -most);
-                    break;
-                }
+                make_odd(box, random());
             } else {
                 number.push_back(static_cast<std::uint32_t>(i));
                 good.push_back(box);

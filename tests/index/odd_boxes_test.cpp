@@ -10,6 +10,7 @@
 
 #include "jostle/box_index.hpp"
 #include "tests/index/twin.hpp"
+#include "tests/odd_box.hpp"
 
 namespace {
 
@@ -19,22 +20,7 @@ template <int Dim, class T>
 Aabb<Dim, T> random_odd_box(twin::Random& random)
 {
     Aabb<Dim, T> box = twin::random_box<Dim, T>(random, twin::Kind::uniform);
-    const int d = static_cast<int>(random.below(Dim));
-    const T nan = std::numeric_limits<T>::quiet_NaN(), most = std::numeric_limits<T>::max();
-    switch (random.below(4)) {
-    case 0:
-        box.lo[d] = nan;
-        break;
-    case 1:
-        box.hi[d] = nan;
-        break;
-    case 2:
-        box.lo[d] = box.hi[d] + 1;
-        break;
-    case 3:
-        std::fill(box.lo.begin(), box.lo.end(), most), std::fill(box.hi.begin(), box.hi.end(), -most);
-        break;
-    }
+    make_odd(box, random.below(1000));
     return box;
 }
 

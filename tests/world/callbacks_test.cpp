@@ -136,6 +136,12 @@ TEST(World, NoUpdateOrRestoreInsideAQuestionOrADrawing)
     world.draw([&](const jostle::Aabb3f&, jostle::DrawKind) { misuse(); },
                [&](const jostle::Vec3f&, const jostle::Vec3f&, jostle::DrawKind) { misuse(); });
     EXPECT_EQ(errors.size(), drawn_from + 3 * 3) << "two boxes and a line";
+    const std::size_t visited_from = errors.size();
+    const auto on_hit = [&](std::uint32_t, ObjectId) { return misuse(); };
+    EXPECT_FALSE(world.join(boxes, on_hit));
+    EXPECT_FALSE(world.join(boxes, on_hit, std::vector<jostle::ObjectQueryFilter>(3)));
+    EXPECT_FALSE(world.touching(a, [&](ObjectId) { return misuse(); }));
+    EXPECT_EQ(errors.size(), visited_from + 3 * 3) << "one object each, as each visitor stops";
     for (const Error& error : errors) {
         EXPECT_EQ(error.code(), ErrorCode::invalid_argument);
         EXPECT_NE(std::string(error.what()).find("is answering a question or draw()"), std::string::npos);
@@ -143,6 +149,12 @@ TEST(World, NoUpdateOrRestoreInsideAQuestionOrADrawing)
     auto throwing = [](std::uint32_t, ObjectId) -> bool { throw std::runtime_error("no"); };
     filter.accept = throwing;
     EXPECT_THROW((void)world.any(cube(0), filter), std::runtime_error);
+    std::pmr::vector<jostle::Pair> joined(3);
+    EXPECT_THROW(world.join(boxes, joined, filter), std::runtime_error);
+    EXPECT_TRUE(joined.empty());
+    joined.resize(3);
+    EXPECT_THROW(world.join(boxes, joined, std::vector(3, filter)), std::runtime_error);
+    EXPECT_TRUE(joined.empty());
     world.move(b, cube(0.25f));
     world.update(); // after the question it can be used as before
     EXPECT_EQ(world.size(), 3u);

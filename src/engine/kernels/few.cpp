@@ -46,12 +46,8 @@ HWY_ATTR bool pad_and_check(Unit<T>& unit)
 template <int Dim, class T>
 void hide_odd(Unit<T>& unit)
 {
-    for (std::uint32_t i = 0; i < unit.count; ++i) {
-        bool valid = true;
-        for (int d = 0; d < Dim; ++d)
-            valid &= unit.lo[d][i] <= unit.hi[d][i];
-        if (!valid) unit.lo[0][i] = std::numeric_limits<T>::quiet_NaN();
-    }
+    for (std::uint32_t i = 0; i < unit.count; ++i)
+        if (!valid<Dim>(unit, i)) unit.lo[0][i] = std::numeric_limits<T>::quiet_NaN();
 }
 
 /// Writes the pairs of row a with the boxes first + k whose bits k are set. Most rows have up to four in 64

@@ -134,14 +134,6 @@ void throw_no_shape(std::uint32_t id, std::size_t shapes, std::size_t poses)
                 id);
 }
 
-void throw_bad_bound(std::uint32_t object)
-{
-    throw Error(ErrorCode::nan_coordinate,
-                "the visitor of object " + std::to_string(object) +
-                    " has made the bound NaN; it must be a number",
-                object);
-}
-
 #define JOSTLE_SHAPE_QUERY(Dim, T)                                                                           \
     template JOSTLE_API void check_question(const Ray<Dim, T>&, std::uint64_t);                              \
     template JOSTLE_API void check_question(const ShapeSweep<Dim, T>&, std::uint64_t);                       \
