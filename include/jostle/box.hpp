@@ -51,7 +51,7 @@ class StridedView
   public:
     StridedView() = default;
     StridedView(const T* first, std::size_t size, std::ptrdiff_t stride_bytes = sizeof(T)) noexcept
-        : first_(reinterpret_cast<const std::byte*>(first)), stride_(stride_bytes), size_(size)
+        : first_(reinterpret_cast<const std::byte*>(first)), stride_(stride_bytes), own_(size), size_(size)
     {
     }
     /// An array, vector or span.
@@ -69,16 +69,29 @@ class StridedView
     {
     }
 
+    /// The same values over and over, `size` in all: element i is this view's element i % size(). A view that
+    /// repeats already goes on as it did. So the shapes of a robot's links serve for any number of its
+    /// configurations. An empty view has nothing to repeat, and stays empty.
+    [[nodiscard]] StridedView repeated(std::size_t size) const noexcept
+    {
+        StridedView view = *this;
+        view.own_ = own_ < size_ ? own_ : size_;
+        view.size_ = view.own_ == 0 ? 0 : size;
+        return view;
+    }
+
     [[nodiscard]] std::size_t size() const noexcept { return size_; }
     [[nodiscard]] bool empty() const noexcept { return size_ == 0; }
     [[nodiscard]] const T& operator[](std::size_t i) const noexcept
     {
+        if (i >= own_) i %= own_;
         return *reinterpret_cast<const T*>(first_ + static_cast<std::ptrdiff_t>(i) * stride_);
     }
 
   private:
     const std::byte* first_ = nullptr;
     std::ptrdiff_t stride_ = sizeof(T);
+    std::size_t own_ = 0; ///< elements in memory, at least 1 unless size_ is 0
     std::size_t size_ = 0;
 };
 

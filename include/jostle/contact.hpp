@@ -190,10 +190,10 @@ struct ContactOptions
 
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
 ///
-/// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. With a stride
-/// of 0 all objects have one shape: StridedView<Shape3>(&shape, poses.size(), 0). Pairs name
-/// objects by position and may come in any order, also with b < a; no object may be paired with itself. With
-/// two sets, a is of the first and b of the second.
+/// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Shapes may
+/// repeat, of a whole set, StridedView<Shape3>(shapes).repeated(poses.size()), or one for all,
+/// StridedView<Shape3>(&shape, poses.size(), 0). Pairs name objects by position and may come in any order,
+/// also with b < a; no object may be paired with itself. With two sets, a is of the first, b of the second.
 ///
 /// Touching  shapes are closed: those that share a point touch, with depth >= 0 up to rounding. Everything is
 ///           computed in double, relative to one of the two objects.

@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t worth_masking = 1024;
 // To make an index takes about as long as one question per so many resting objects saves.
 constexpr std::size_t objects_per_question = 64;
+// The same of active objects.
+constexpr std::size_t active_per_question = 32;
 // Updates until one that nobody asks about goes.
 constexpr std::uint32_t patience = 64;
 
@@ -50,15 +52,21 @@ auto MaskedIndexes<Dim, T>::of(const State<Dim, T>& state, std::uint32_t categor
         if (masked == nullptr) return nullptr; // all are taken by others
     }
     masked->unasked_.store(0, std::memory_order_relaxed);
-    if (masked->is_fresh.load(std::memory_order_acquire)) return masked;
+    if (masked->is_fresh.load(std::memory_order_acquire)) {
+        index_active(*masked, state, questions);
+        return masked;
+    }
     const std::uint64_t asked = masked->asked_.fetch_add(questions, std::memory_order_relaxed) + questions;
     if (asked < state.resting.size() / objects_per_question) return nullptr;
     if (state.shown != nullptr) return nullptr; // what rests may have other filters now
-    const std::lock_guard lock(mutex_);
-    if (!masked->is_fresh.load(std::memory_order_relaxed)) {
-        refresh(*masked, state);
-        masked->is_fresh.store(true, std::memory_order_release);
+    {
+        const std::lock_guard lock(mutex_);
+        if (!masked->is_fresh.load(std::memory_order_relaxed)) {
+            refresh(*masked, state);
+            masked->is_fresh.store(true, std::memory_order_release);
+        }
     }
+    index_active(*masked, state, questions);
     return masked;
 }
 
@@ -75,18 +83,42 @@ void MaskedIndexes<Dim, T>::refresh(Masked& masked, const State<Dim, T>& state)
     else if (masked.is_worth_it_)
         follow(masked, state);
     masked.moved_.clear();
+    masked.asked_active_.store(0, std::memory_order_relaxed);
     masked.of_active_ = state.active_count();
     masked.active_ = 0;
+    masked.ids_active_.clear();
     state.each_active([&](Index index) {
-        masked.active_ += counts(state.objects[index].filter(), masked.category_, masked.mask_);
+        if (!counts(state.objects[index].filter(), masked.category_, masked.mask_)) return;
+        if (2 * ++masked.active_ <= masked.of_active_) masked.ids_active_.push_back(raw(index));
     });
+}
+
+/// Puts the active objects that count into an index, if these questions, too, make it pay.
+template <int Dim, class T>
+void MaskedIndexes<Dim, T>::index_active(Masked& masked, const State<Dim, T>& state, std::uint64_t questions)
+{
+    if (masked.of_active_ < worth_masking || masked.active_ == 0 || 2 * masked.active_ > masked.of_active_ ||
+        state.shown != nullptr || masked.has_active_.load(std::memory_order_relaxed))
+        return;
+    const std::uint64_t asked =
+        masked.asked_active_.fetch_add(questions, std::memory_order_relaxed) + questions;
+    if (asked < masked.of_active_ / active_per_question) return;
+    const std::lock_guard lock(mutex_);
+    if (masked.has_active_.load(std::memory_order_relaxed)) return;
+    boxes_.clear();
+    for (const std::uint32_t i : masked.ids_active_)
+        boxes_.push_back(state.shown_box(Index{i}));
+    if (!masked.index_of_active_) masked.index_of_active_.emplace(options_);
+    BoxIndexAccess::rebuild(*masked.index_of_active_, std::span<const std::uint32_t>(masked.ids_active_),
+                            BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
+    masked.has_active_.store(true, std::memory_order_release);
 }
 
 template <int Dim, class T>
 void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
 {
-    std::pmr::vector<std::uint32_t> ids(options_.memory);
-    std::pmr::vector<Aabb<Dim, T>> boxes(options_.memory);
+    ids_.clear();
+    boxes_.clear();
     masked.resting_ = state.resting.size();
     masked.is_worth_it_ = true;
     const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
@@ -94,15 +126,15 @@ void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
         const auto object = state.objects[Index{i}];
         if (object.place() != Place::resting) continue;
         if (!counts(object.filter(), masked.category_, masked.mask_)) continue;
-        ids.push_back(i);
-        boxes.push_back(state.objects[Index{i}].last());
-        masked.is_worth_it_ = 2 * ids.size() <= masked.resting_;
+        ids_.push_back(i);
+        boxes_.push_back(state.objects[Index{i}].last());
+        masked.is_worth_it_ = 2 * ids_.size() <= masked.resting_;
     }
     if (masked.is_worth_it_) {
         masked.index_.emplace(options_);
         BoxIndexAccess::expect_to_come_back(*masked.index_);
-        BoxIndexAccess::rebuild(*masked.index_, std::span<const std::uint32_t>(ids),
-                                BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes)));
+        BoxIndexAccess::rebuild(*masked.index_, std::span<const std::uint32_t>(ids_),
+                                BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
     } else {
         masked.index_.reset();
     }
@@ -115,21 +147,22 @@ void MaskedIndexes<Dim, T>::follow(Masked& masked, const State<Dim, T>& state)
     auto& moved = masked.moved_;
     std::sort(moved.begin(), moved.end());
     moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
-    std::vector<std::uint32_t> gone, come;
-    std::vector<Aabb<Dim, T>> boxes;
+    std::pmr::vector<std::uint32_t> gone(options_.memory);
+    ids_.clear();
+    boxes_.clear();
     for (const std::uint32_t i : moved) {
         if (masked.index_->contains(i)) gone.push_back(i); // who is back may lie elsewhere
         const auto object = state.objects[Index{i}];
         if (object.place() != Place::resting) continue;
         if (!counts(object.filter(), masked.category_, masked.mask_)) continue;
-        come.push_back(i);
-        boxes.push_back(state.objects[Index{i}].last());
+        ids_.push_back(i);
+        boxes_.push_back(state.objects[Index{i}].last());
     }
     masked.is_made_ = false; // unless all succeeds
     BoxIndexAccess::erase(*masked.index_, std::span<const std::uint32_t>(gone));
-    if (!come.empty())
-        BoxIndexAccess::insert(*masked.index_, std::span<const std::uint32_t>(come),
-                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes)));
+    if (!ids_.empty())
+        BoxIndexAccess::insert(*masked.index_, std::span<const std::uint32_t>(ids_),
+                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
     masked.is_made_ = true;
 }
 
@@ -140,10 +173,12 @@ void MaskedIndexes<Dim, T>::note(std::span<const std::uint32_t> rested,
     for (Masked& masked : all_) {
         if (!masked.is_named.load(std::memory_order_relaxed)) continue;
         masked.is_fresh.store(false, std::memory_order_relaxed);
+        masked.has_active_.store(false, std::memory_order_relaxed);
         if (masked.unasked_.fetch_add(1, std::memory_order_relaxed) == patience) {
             masked.is_named.store(false, std::memory_order_relaxed);
             masked.is_made_ = false;
             masked.index_.reset();
+            masked.index_of_active_.reset();
             masked.moved_.clear();
             continue;
         }

@@ -23,10 +23,12 @@ namespace world {
     return ((object.category & mask) != 0) & ((category & object.mask) != 0);
 }
 
-/// The resting objects that a category and mask of queries select, in an index of their own. If they lie
-/// among many others, each leaf of the main index has some of both, so only an index without the others
-/// avoids visiting them. It is made when so many queries have been made that it pays, and kept up to date
-/// from then on; if it isn't used for long, it is dropped. Only a cache: no answer depends on it.
+/// The objects that a category and mask of queries select, in indexes of their own. If they lie among many
+/// others, each leaf of the main indexes has some of both, so only an index without the others avoids
+/// visiting them. That of the resting ones is made when so many queries have been made that it pays, and kept
+/// up to date from then on; if it isn't used for long, it is dropped. That of the active ones, who have moved
+/// by the next update, is made anew when so many queries have been made since the last one. Only a cache: no
+/// answer depends on it.
 template <int Dim, class T>
 class MaskedIndexes
 {
@@ -43,10 +45,16 @@ class MaskedIndexes
         /// How many of the active objects count.
         [[nodiscard]] bool all_active() const noexcept { return active_ == of_active_; }
         [[nodiscard]] bool no_active() const noexcept { return active_ == 0; }
+        /// Those that count, and nothing else. Null: the index of all active objects is used. May be there
+        /// from one call to the next.
+        [[nodiscard]] const BoxIndex<Dim, T>* index_of_active() const noexcept
+        {
+            return has_active_.load(std::memory_order_acquire) ? &*index_of_active_ : nullptr;
+        }
 
       private:
         friend class MaskedIndexes;
-        explicit Masked(std::pmr::memory_resource* memory) : moved_(memory) {}
+        explicit Masked(std::pmr::memory_resource* memory) : moved_(memory), ids_active_(memory) {}
         std::atomic<bool> is_named{false}; // category_ and mask_ are set, and stay as long as it is
         std::atomic<bool> is_fresh{false}; // all else is as the last update has left the world
         std::uint32_t category_ = 0, mask_ = 0;
@@ -55,13 +63,19 @@ class MaskedIndexes
         bool is_made_ = false, is_worth_it_ = false;
         std::size_t resting_ = 0; // how many there were when that was found out
         std::size_t active_ = 0, of_active_ = 0;
-        std::optional<BoxIndex<Dim, T>> index_;
+        std::optional<BoxIndex<Dim, T>> index_, index_of_active_;
+        std::atomic<bool> has_active_{false};        // the latter is as the last update has left the world
+        std::atomic<std::uint64_t> asked_active_{0}; // questions since that update
         std::pmr::vector<std::uint32_t> moved_; // who came to rest, shifted or woke up since it was fresh
+        std::pmr::vector<std::uint32_t> ids_active_; // of the active ones that count, where they are few
     };
 
     explicit MaskedIndexes(const IndexOptions& options)
         : options_(options),
-          all_{Masked(options.memory), Masked(options.memory), Masked(options.memory), Masked(options.memory)}
+          all_{Masked(options.memory), Masked(options.memory), Masked(options.memory),
+               Masked(options.memory)},
+          ids_(options.memory),
+          boxes_(options.memory)
     {
     }
 
@@ -77,10 +91,13 @@ class MaskedIndexes
     void make(Masked& masked, const State<Dim, T>& state);
     void follow(Masked& masked, const State<Dim, T>& state);
     void refresh(Masked& masked, const State<Dim, T>& state);
+    void index_active(Masked& masked, const State<Dim, T>& state, std::uint64_t questions);
 
     const IndexOptions options_;
     std::mutex mutex_; // held while one is named or brought up to date
     std::array<Masked, 4> all_;
+    std::pmr::vector<std::uint32_t> ids_; // who goes into an index, and where they are
+    std::pmr::vector<Aabb<Dim, T>> boxes_;
 };
 
 } // namespace world

@@ -55,9 +55,12 @@ class Asking
                       ? world.masked_indexes.of(state_, filter.category, filter.mask, questions)
                       : nullptr),
           masks_(is_masked(filter) && !knows_who_rests()),
+          active_(masked_ != nullptr && state_.shown == nullptr ? masked_->index_of_active() : nullptr),
           answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), tree_of_resting(),
                    tree_of_active(world), state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
-                   knows_who_rests() && !masked_->all_active() ? index::Wanted(of_active_) : index::Wanted())
+                   knows_who_rests() && active_ == nullptr && !masked_->all_active()
+                       ? index::Wanted(of_active_)
+                       : index::Wanted())
     {
     }
 
@@ -127,7 +130,7 @@ class Asking
     [[nodiscard]] const index::Tree<Dim, T>* tree_of_active(const Implementation& world) const
     {
         if (masked_ != nullptr && masked_->no_active() && state_.shown == nullptr) return nullptr;
-        const BoxIndex<Dim, T>* active = world.active_index.of(world.state);
+        const BoxIndex<Dim, T>* active = active_ != nullptr ? active_ : world.active_index.of(world.state);
         return active != nullptr ? &BoxIndexAccess::tree(*active) : nullptr;
     }
 
@@ -136,7 +139,8 @@ class Asking
     const ObjectQueryFilter& filter_;
     std::uint32_t exclude_;
     const typename MaskedIndexes<Dim, T>::Masked* masked_; // null: it wouldn't be worth it
-    bool masks_; // objects are asked for their masks, also those that rest
+    bool masks_;                     // objects are asked for their masks, also those that rest
+    const BoxIndex<Dim, T>* active_; // of the active ones only those that the masks are about, or null
     struct OfActive
     {
         const State<Dim, T>& state;

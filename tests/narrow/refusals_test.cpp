@@ -54,6 +54,66 @@ TEST(Errors, OfWhatIsZeroTooMuchOrInTheWrongPlace)
     }
 }
 
+TEST(Errors, OfNumbersThatShapesCantHave)
+{
+    const double nan = std::numeric_limits<double>::quiet_NaN(),
+                 infinite = std::numeric_limits<double>::infinity();
+    const auto says = [](const auto& call, const std::string& words) {
+        const std::string message = message_of(call);
+        EXPECT_NE(message.find(words), std::string::npos) << message << " doesn't say: " << words;
+    };
+    const std::vector<double> level(4, 1.0);
+    EXPECT_NO_THROW(HeightField(HeightGrid<double>{level, 2, 2, 1, 1}));
+    says([&] { HeightField(HeightGrid<double>{level, 4, 1, 1, 1}); }, "4 x 1 heights; give at least 2 x 2");
+    for (const double wrong : {0.0, -1.0, nan, infinite, 1e61}) {
+        says([&] { HeightField(HeightGrid<double>{level, 2, 2, wrong, 1}); }, "spacing is");
+        says([&] { HeightField(HeightGrid<double>{level, 2, 2, 1, wrong}); }, "spacing is");
+    }
+    for (const double wrong : {-1e-9, nan, infinite}) {
+        HeightGrid<double> grid{level, 2, 2, 1, 1};
+        grid.thickness = wrong;
+        says([&] { HeightField{grid}; }, "thickness is");
+    }
+    for (const double wrong : {nan, infinite, -2e60}) {
+        std::vector<double> heights = level;
+        heights[2] = wrong;
+        says([&] { HeightField(HeightGrid<double>{heights, 2, 2, 1, 1}); }, "height 2 is");
+        std::vector<Vec<3, double>> vertices(3);
+        vertices[1][2] = wrong;
+        says([&] { Mesh<3>(vertices, std::vector<Mesh<3>::Element>{{0, 1, 2}}); },
+             "vertex 1 of a mesh has the coordinate");
+        says([&] { (void)Shape3::half_space({0, 1, 0}, wrong); }, "offset is");
+    }
+    for (const double wrong : {nan, infinite})
+        says([&] { (void)Shape3::half_space({0, wrong, 0}, 1); }, "normal is");
+
+    says([] { Compound<3>(std::span<const Compound<3>::Child>()); }, "a compound of no children");
+    const Shape3 ball = Shape3::sphere(1);
+    Pose3d poses[4];
+    poses[0].position = {0, 2e60, 0};
+    poses[1].position = {0, nan, 0};
+    poses[2].rotation = {0, 0, 0, 0};
+    poses[3].rotation = {0, infinite, 0, 1};
+    for (const Pose3d& pose : poses) {
+        const std::vector<Compound<3>::Child> children{{ball, Pose3d{}}, {ball, pose}};
+        says([&] { Compound<3>{children}; }, "child 1 of a compound has no pose");
+    }
+    const HeightField field(HeightGrid<double>{level, 2, 2, 1, 1});
+    const std::vector<Compound<3>::Child> with_field{{Shape3(field), Pose3d{}}};
+    says([&] { Compound<3>{with_field}; }, "child 0 of a compound is a mesh, height field or compound");
+
+    const std::vector<Shape3> shapes(2);
+    const std::vector<Pair> pairs{{0, 1}, {1, 0}};
+    std::vector<std::uint8_t> touch(1);
+    ContactFinder3d finder;
+    says([&] { finder.touching(shapes, std::vector<Pose3d>(2), pairs, touch); },
+         "2 pairs and room for 1 answers");
+    Motion<3, double> still, off;
+    off.pose.position[1] = nan;
+    EXPECT_THROW((void)time_of_impact(ball, still, ball, off, 0.1), Error);
+    EXPECT_THROW((void)time_of_impact(ball, off, ball, still, 0.1), Error);
+}
+
 TEST(Errors, NameTheObjectAndTheValue)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN();

@@ -117,6 +117,62 @@ TEST(AUsersTest, TheLastOneThatWasAddedCounts)
     }
 }
 
+/// The poses that a test is given are those of the objects, in 3D by quaternions of any rotation and in 2D.
+TEST(AUsersTest, GetsTheRotationsThatThePosesHave)
+{
+    std::vector<std::array<double, 4>> seen;
+    ContactFinder3d finder({.executor = &serial_executor()});
+    finder.add_test({ShapeTypes::box, ShapeTypes::cone,
+                     [](void* context, const PairTestInput<3>& input, PairTest<3>::Emit) {
+                         static_cast<decltype(seen)*>(context)->push_back(input.pose_b.rotation);
+                     },
+                     &seen});
+    const std::vector<Shape3> shapes{Shape3::box({1, 2, 3}), Shape3::cone(1, 0.5)};
+    const std::vector<Pair> pairs = {{0, 1}};
+    for (int largest = 0; largest < 4; ++largest)
+        for (int signs = 0; signs < 16; ++signs) {
+            std::vector<Pose3d> poses(2);
+            double size = 0;
+            for (int i = 0; i < 4; ++i) {
+                double& q = poses[1].rotation[static_cast<std::size_t>(i)];
+                q = (i == largest ? 0.9 : 0.1 * (i + 1)) * ((signs >> i & 1) != 0 ? -1 : 1);
+                size += q * q;
+            }
+            finder.find(shapes, poses, pairs);
+            double same = 0;
+            for (std::size_t i = 0; i < 4; ++i)
+                same += seen.back()[i] * poses[1].rotation[i] / std::sqrt(size);
+            EXPECT_NEAR(std::abs(same), 1, 1e-14) << largest << ", " << signs; // q and -q are one rotation
+        }
+    EXPECT_EQ(seen.size(), 64u);
+
+    std::vector<std::array<double, 2>> seen2;
+    ContactFinder<2, double> flat({.executor = &serial_executor()});
+    flat.add_test({ShapeTypes::box, ShapeTypes::capsule,
+                   [](void* context, const PairTestInput<2>& input, PairTest<2>::Emit) {
+                       static_cast<decltype(seen2)*>(context)->push_back(input.pose_b.rotation);
+                   },
+                   &seen2});
+    std::vector<Pose2d> poses2(2);
+    poses2[1].rotation = {-0.6, 0.8};
+    flat.find(std::vector<Shape2>{Shape2::box({1, 2}), Shape2::capsule(1, 0.5)}, poses2, pairs);
+    ASSERT_EQ(seen2.size(), 1u);
+    EXPECT_NEAR(seen2[0][0], -0.6, 1e-15);
+    EXPECT_NEAR(seen2[0][1], 0.8, 1e-15);
+
+    try {
+        finder.add_test({ShapeTypes::sphere, ShapeTypes::box, nullptr});
+        ADD_FAILURE() << "a test without a function was taken";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::invalid_argument);
+    }
+    // It goes with its finder.
+    ContactFinder3d moved(std::move(finder)), assigned;
+    assigned = std::move(moved);
+    assigned.find(shapes, std::vector<Pose3d>(2), pairs);
+    EXPECT_EQ(seen.size(), 65u);
+}
+
 /// A finder called while it works: from its own callback, and from another thread meanwhile.
 TEST(Custom, AFinderInUseRefusesAnotherCall)
 {

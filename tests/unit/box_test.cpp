@@ -171,4 +171,28 @@ TEST(StridedView, MembersArraysAndStrides)
     EXPECT_TRUE(StridedView<std::uint32_t>(std::span<const Body>(), &Body::group).empty());
 }
 
+TEST(StridedView, Repeats)
+{
+    const std::vector<std::uint32_t> values = {4, 5, 6};
+    const StridedView<std::uint32_t> view(values);
+    const auto listed = [](const StridedView<std::uint32_t>& some) {
+        std::vector<std::uint32_t> list;
+        for (std::size_t i = 0; i < some.size(); ++i)
+            list.push_back(some[i]);
+        return list;
+    };
+    using List = std::vector<std::uint32_t>;
+    EXPECT_EQ(listed(view.repeated(8)), (List{4, 5, 6, 4, 5, 6, 4, 5}));
+    EXPECT_EQ(&view.repeated(8)[7], &values[1]); // in place
+    EXPECT_EQ(listed(view.repeated(3)), values);
+    EXPECT_EQ(listed(view.repeated(0)), List());
+    const StridedView<std::uint32_t> backwards(&values[2], 3, -4);
+    EXPECT_EQ(listed(backwards.repeated(4)), (List{6, 5, 4, 6}));
+    // Of a part, and of what repeats already.
+    EXPECT_EQ(listed(view.repeated(2).repeated(5)), (List{4, 5, 4, 5, 4}));
+    EXPECT_EQ(listed(view.repeated(4).repeated(7)), (List{4, 5, 6, 4, 5, 6, 4}));
+    EXPECT_EQ(StridedView<std::uint32_t>().repeated(3).size(), 0u);
+    EXPECT_EQ(view.repeated(0).repeated(3).size(), 0u);
+}
+
 } // namespace

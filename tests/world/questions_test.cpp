@@ -85,6 +85,85 @@ TEST(Questions, AboutFewByTheirMasks)
     ask_masked<2, double>(2, 50, *threads);
 }
 
+TEST(Questions, AboutFewOfManyThatMoveByTheirMasks)
+{
+    constexpr std::size_t objects = 4500;
+    Churn<3, float> churn(11, 40, false);
+    churn.giants = false;
+    for (std::size_t k = 0; k < 3 * objects; ++k)
+        churn.operate(objects);
+    std::uint64_t seed = 0;
+    for (int update = 0; update < 24; ++update) {
+        // First some that move and some that rest; then nobody speaks, and all come to rest.
+        for (int k = 0; update < 9 && k < 1100; ++k)
+            churn.operate(objects);
+        ASSERT_TRUE(churn.update(false));
+        if (update < 4) continue;
+        if (update < 9) {
+            ASSERT_GT(churn.world->stats().active, 1024u);
+            ASSERT_GT(churn.world->stats().resting, 1024u);
+        }
+        for (const auto& [category, mask] : {std::pair{~0u, 4u}, {~0u, 2u}, {4u, ~0u}}) {
+            Questions<3, float> questions(churn, ++seed);
+            questions.only(category, mask);
+            ASSERT_TRUE(questions.agree())
+                << "update " << update << ", category " << category << ", mask " << mask;
+        }
+    }
+    EXPECT_LT(churn.world->stats().active, 1024u);
+}
+
+// Of what moves a mask is about few, of what rests about most; and ahead of the update some lie elsewhere.
+TEST(Questions, AboutFewOfThoseThatMoveAndMostOfThoseThatRest)
+{
+    jostle::World3f world;
+    std::vector<ObjectId> ids;
+    const auto kind = [](std::size_t i) { return (i < 2000 ? i % 4 == 0 : i % 3 != 0) ? 2u : 1u; };
+    const auto cube_of = [](std::size_t i, float by) {
+        const float x = static_cast<float>(i % 50) + by, y = static_cast<float>(i / 50);
+        return jostle::Aabb3f{{x, y, 0}, {x + 0.75f, y + 0.75f, 1}};
+    };
+    for (std::size_t i = 0; i < 5000; ++i) {
+        jostle::ObjectOptions<float> with;
+        with.filter.category = kind(i);
+        ids.push_back(world.add(cube_of(i, 0), with));
+    }
+    std::vector<jostle::Aabb3f> regions;
+    for (int k = 0; k < 100; ++k) {
+        const auto x = static_cast<float>(k % 10 * 5), y = static_cast<float>(k / 10 * 10);
+        regions.push_back({{x, y, 0}, {x + 7, y + 13, 1}});
+    }
+    const auto agree = [&] {
+        jostle::ResultLists<ObjectId> found;
+        world.all(regions, found, {.mask = 2});
+        for (std::size_t k = 0; k < regions.size(); ++k) {
+            std::vector<ObjectId> expected;
+            for (std::size_t i = 0; i < ids.size(); ++i)
+                if (kind(i) == 2 && overlaps(world.box(ids[i]), regions[k])) expected.push_back(ids[i]);
+            if (!std::equal(found[k].begin(), found[k].end(), expected.begin(), expected.end())) return false;
+        }
+        return true;
+    };
+    for (int update = 0; update < 8; ++update) {
+        for (std::size_t i = 0; i < 2000; ++i)
+            world.move(ids[i], cube_of(i, static_cast<float>(update % 3)));
+        world.update();
+        if (update < 5) continue;
+        ASSERT_GE(world.stats().active, 2000u);
+        bool agrees[3] = {}; // whoever of them makes the index
+        std::vector<std::thread> askers;
+        for (bool& each : agrees)
+            askers.emplace_back([&] { each = agree(); });
+        for (std::thread& thread : askers)
+            thread.join();
+        ASSERT_TRUE(agrees[0] && agrees[1] && agrees[2]) << update;
+        for (std::size_t i = 0; i < 5000; i += 7)
+            world.move(ids[i], cube_of(i, 30));
+        world.apply();
+        ASSERT_TRUE(agree()) << update << ", ahead of the next one";
+    }
+}
+
 TEST(Questions, AboutFewByTheirMasksFromManyThreadsAndInsideAccept)
 {
     std::function<void()> in_accept = [] {};

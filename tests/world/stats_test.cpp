@@ -166,6 +166,53 @@ TEST(World, CountsAllThatItTookFromItsMemory)
     EXPECT_EQ(memory.bytes, 0u) << "all is given back";
 }
 
+TEST(World, ExplainsWhatMakesItSlow)
+{
+    jostle::WorldOptions options;
+    bool is_against = true;
+    options.accept = [&](ObjectId, ObjectId) { return !is_against; };
+    World3f world(options);
+    const auto says = [&](const char* words) { return world.explain().find(words) != std::string::npos; };
+    std::vector<ObjectId> pile;
+    for (int i = 0; i < 100; ++i)
+        pile.push_back(world.add(cube(0)));
+    world.update();
+    EXPECT_TRUE(says("4950 touching pairs are refused by accept")) << world.explain();
+    EXPECT_FALSE(says("Slow because"));
+    EXPECT_FALSE(says("For a while"));
+    EXPECT_FALSE(says("removed before their turn"));
+    is_against = false;
+    for (const ObjectId id : pile)
+        world.report_again(id);
+    world.update();
+    world.move(pile[0], cube(0.25f));
+    world.update();
+    EXPECT_TRUE(says("objects that moved touch 99 others on average")) << world.explain();
+    world.remove(pile[1]);
+    world.update();
+    // Another thread may remove an object while this one moves it.
+    world.remove(pile[2]);
+    world.move(pile[2], cube(0.5f));
+    world.update();
+    EXPECT_TRUE(says("1 commands were about objects that had been removed before their turn"))
+        << world.explain();
+
+    World3f many;
+    std::vector<ObjectId> ids;
+    for (int i = 0; i < 3000; ++i)
+        ids.push_back(many.add(cube(static_cast<float>(3 * i))));
+    for (const float by : {0.0f, 0.1f, 0.2f}) {
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            many.move(ids[i], cube(static_cast<float>(3 * i) + by));
+        many.update();
+    }
+    many.move(ids[0], cube(-3));
+    many.update();
+    EXPECT_NE(many.explain().find("objects stopped moving lately and come to rest bit by bit"),
+              std::string::npos)
+        << many.explain();
+}
+
 TEST(World, ExplainsAndDrawsItself)
 {
     World3f world;

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+// What the C interface refuses, and what it says then; and what has names.
+#include <string>
+#include <vector>
+
+#include "tests/c/twin.hpp"
+
+namespace c_twin {
+namespace {
+
+class CRefusals : public CTwin
+{
+  protected:
+    void refused(jostle_status status, const std::string& words, jostle_status with = JOSTLE_INVALID_ARGUMENT)
+    {
+        EXPECT_EQ(status, with);
+        EXPECT_NE(std::string(error.message).find(words), std::string::npos)
+            << error.message << " doesn't say: " << words;
+    }
+};
+
+TEST_F(CRefusals, StatusesAreCalledAsInCpp)
+{
+    const std::pair<jostle_status, const char*> names[] = {
+        {JOSTLE_OK, "ok"},
+        {JOSTLE_NAN_COORDINATE, "nan_coordinate"},
+        {JOSTLE_INVERTED_BOX, "inverted_box"},
+        {JOSTLE_TOO_MANY_OBJECTS, "too_many_objects"},
+        {JOSTLE_SIZE_MISMATCH, "size_mismatch"},
+        {JOSTLE_INVALID_ARGUMENT, "invalid_argument"},
+        {JOSTLE_STALE_ID, "stale_id"},
+        {JOSTLE_BAD_SNAPSHOT, "bad_snapshot"},
+        {JOSTLE_FILE_ERROR, "file_error"},
+        {JOSTLE_OUT_OF_MEMORY, "out_of_memory"},
+        {JOSTLE_BAD_HANDLE, "bad_handle"},
+        {JOSTLE_CALLBACK_FAILED, "callback_failed"},
+        {JOSTLE_INTERNAL_ERROR, "internal_error"},
+    };
+    for (const auto& [status, expected] : names) {
+        const char* name = nullptr;
+        OK(jostle_status_name(status, &name, &error));
+        EXPECT_STREQ(name, expected);
+    }
+    const char* name = nullptr;
+    refused(jostle_status_name(9999, &name, &error), "9999");
+    refused(jostle_instruction_set_name(-1, &name, &error), "-1");
+    refused(jostle_instruction_set_name(99, &name, &error), "99");
+}
+
+TEST_F(CRefusals, ExecutorsHaveThreads)
+{
+    OK(jostle_executor_threads(3, &executor, &error));
+    std::uint32_t threads = 0;
+    OK(jostle_executor_concurrency(executor, &threads, &error));
+    EXPECT_EQ(threads, 3u);
+    std::vector<int> ran(100);
+    const auto task = [](void* context, std::uint32_t i) { ++(*static_cast<std::vector<int>*>(context))[i]; };
+    OK(jostle_executor_run(executor, 100, task, &ran, &error));
+    EXPECT_EQ(ran, std::vector<int>(100, 1));
+    const auto run = [](void*, std::uint32_t, void (*)(void*, std::uint32_t), void*) -> std::int32_t {
+        return 1;
+    };
+    jostle_executor* none = nullptr;
+    refused(jostle_executor_callback(0, run, nullptr, &none, &error), "at least 1");
+    EXPECT_EQ(none, nullptr);
+    // One that is freed is no executor any more.
+    OK(jostle_executor_free(executor, &error));
+    jostle_executor* const freed = executor;
+    executor = nullptr;
+    refused(jostle_executor_concurrency(freed, &threads, &error), "freed", JOSTLE_BAD_HANDLE);
+    refused(jostle_executor_free(freed, &error), "freed", JOSTLE_BAD_HANDLE);
+}
+
+TEST_F(CRefusals, BoxesAndBlocks)
+{
+    // No boxes at all: then there need be no numbers, either.
+    jostle_boxes none{};
+    OK(jostle_boxes_strided(JOSTLE_2D, nullptr, nullptr, 0, 32, &none, &error));
+    EXPECT_EQ(none.count, 0u);
+    refused(jostle_boxes_strided(JOSTLE_2D, nullptr, nullptr, 1, 32, &none, &error), "lo");
+    const Pairs pairs{{0, 1}};
+    const jostle_block block{pairs.data(), 1};
+    const jostle_blocks blocks{&block, 1, 1, 12};
+    std::uint64_t sum = 0;
+    refused(jostle_pair_checksum(&blocks, &sum, &error), "item_size is 12");
+}
+
+TEST_F(CRefusals, QuestionsToIndexAndWorld)
+{
+    Random random(4);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 9);
+    const jostle_boxes given = view(boxes);
+    OK(jostle_index_new(JOSTLE_3F, nullptr, &index, &error));
+    const std::vector<std::uint32_t> ids{4, 40, 400, 5, 50, 500, 6, 60, 600};
+    OK(jostle_index_build(index, ids.data(), &given, &error));
+    std::vector<std::uint64_t> counts(2);
+    OK(jostle_index_count(index, JOSTLE_BOX, boxes.data(), 1, nullptr, counts.data(), &error));
+    EXPECT_GE(counts[0], 1u);
+    auto filter = options_of<jostle_query_filter>();
+    std::uint64_t exclude = std::uint64_t{1} << 32;
+    filter.exclude = &exclude;
+    refused(jostle_index_count(index, JOSTLE_BOX, boxes.data(), 1, &filter, counts.data(), &error),
+            "exclude is 4294967296");
+    filter.exclude = nullptr;
+    for (const jostle_question kind :
+         {jostle_question{-1}, jostle_question{99}, jostle_question{JOSTLE_NEAREST}})
+        refused(jostle_index_count(index, kind, boxes.data(), 1, &filter, counts.data(), &error),
+                std::to_string(kind));
+    jostle_query_filter filters[2] = {options_of<jostle_query_filter>(), options_of<jostle_query_filter>()};
+    filters[0].count = filters[1].count = 2;
+    filters[0].struct_size = sizeof filter - 4;
+    refused(jostle_index_count(index, JOSTLE_BOX, boxes.data(), 2, filters, counts.data(), &error),
+            "struct_size");
+
+    OK(jostle_world_new(JOSTLE_3F, nullptr, &world, &error));
+    std::vector<jostle_id> objects(boxes.size());
+    OK(jostle_world_add(world, &given, nullptr, objects.data(), &error));
+    OK(jostle_world_update(world, &error));
+    const std::uint32_t column[9] = {};
+    for (jostle_values jostle_query_filter::* const member :
+         {&jostle_query_filter::category, &jostle_query_filter::mask, &jostle_query_filter::owner}) {
+        filter = options_of<jostle_query_filter>();
+        filter.*member = {column, 9, sizeof column[0]};
+        refused(jostle_world_count(world, JOSTLE_BOX, boxes.data(), 1, &filter, counts.data(), &error),
+                "no category, mask or owner");
+    }
+    // The asker's own count: nobody has category 2, which is all that it wants.
+    filter = options_of<jostle_query_filter>();
+    const jostle_asker asker{1, 2, UINT32_MAX};
+    filter.asker = &asker;
+    OK(jostle_world_count(world, JOSTLE_BOX, boxes.data(), 1, &filter, counts.data(), &error));
+    EXPECT_EQ(counts[0], 0u);
+    OK(jostle_world_count(world, JOSTLE_BOX, boxes.data(), 1, nullptr, counts.data(), &error));
+    EXPECT_GE(counts[0], 1u);
+    std::uint8_t any = 7;
+    OK(jostle_world_any(world, JOSTLE_BOX, boxes.data(), 1, nullptr, &any, &error));
+    EXPECT_EQ(any, 1);
+    refused(jostle_world_join(world, &given, filters + 1, results, &error), "one filter");
+    jostle_world* other = nullptr;
+    OK(jostle_world_new(JOSTLE_3D, nullptr, &other, &error));
+    std::int32_t finished = 0;
+    const auto visit = [](void*, std::uint64_t, std::uint64_t, double, double*) -> std::int32_t { return 1; };
+    refused(jostle_world_closest_pairs(world, other, 1, visit, nullptr, &finished, &error),
+            "different spaces");
+    OK(jostle_world_free(other, &error));
+    auto stats = options_of<jostle_world_stats>();
+    stats.struct_size = 4;
+    refused(jostle_world_stats_read(world, &stats, &error), "struct_size is 4");
+    stats.struct_size = 5000;
+    refused(jostle_world_stats_read(world, &stats, &error), "struct_size is 5000");
+}
+
+TEST_F(CRefusals, DrawsEveryKind)
+{
+    OK(jostle_world_new(JOSTLE_3F, nullptr, &world, &error));
+    // 0 and 1 rest and touch, 2 is disabled, 3 comes to touch 1 while 4 goes, 5 moves within 1.
+    std::vector<Aabb3f> boxes;
+    for (const float x : {0.0f, 1.0f, 20.0f, 30.0f, 0.5f, 1.2f})
+        boxes.push_back({{x, 0, 0}, {x + 1, 1, 1}});
+    const jostle_boxes given = view(boxes);
+    std::vector<jostle_id> ids(boxes.size());
+    OK(jostle_world_add(world, &given, nullptr, ids.data(), &error));
+    const std::uint8_t off = 0;
+    OK(jostle_world_set_enabled(world, &ids[2], 1, &off, 0, &error));
+    for (int k = 0; k < 8; ++k)
+        OK(jostle_world_update(world, &error));
+    const jostle_id movers[] = {ids[3], ids[5]};
+    for (int k = 0; k < 3; ++k) {
+        const float by = 0.01f * static_cast<float>(k);
+        const std::vector<Aabb3f> moved{{{1.5f + by, 0, 0}, {2.5f, 1, 1}}, {{1.3f + by, 0, 0}, {2.3f, 1, 1}}};
+        const jostle_boxes now = view(moved);
+        OK(jostle_world_move(world, movers, &now, nullptr, 0, &error));
+        if (k == 2) {
+            OK(jostle_world_remove(world, &ids[4], 1, &error));
+        }
+        OK(jostle_world_update(world, &error));
+        if (k == 1) continue;
+        std::vector<int> kinds(6);
+        const auto count = [](void* context, const void*, jostle_draw_kind kind) -> std::int32_t {
+            ++(*static_cast<std::vector<int>*>(context)).at(static_cast<std::size_t>(kind));
+            return 1;
+        };
+        OK(jostle_world_draw(world, count, count, &kinds, &error));
+        EXPECT_EQ(kinds[JOSTLE_DRAW_ACTIVE] + kinds[JOSTLE_DRAW_RESTING], k == 0 ? 5 : 4);
+        EXPECT_GT(kinds[JOSTLE_DRAW_RESTING], 0);
+        EXPECT_EQ(kinds[JOSTLE_DRAW_DISABLED], 1);
+        EXPECT_EQ(kinds[JOSTLE_DRAW_BEGAN] > 0, k == 0);
+        EXPECT_GT(kinds[JOSTLE_DRAW_PERSISTED], 0);
+    }
+}
+
+TEST_F(CRefusals, ShapesAndWork)
+{
+    jostle_shape* ball = nullptr;
+    OK(jostle_shape_sphere(3, 1, &ball, &error));
+    const double* corners = nullptr;
+    const std::uint32_t* face = nullptr;
+    std::uint64_t count = 0;
+    refused(jostle_shape_vertices(ball, &corners, &count, &error), "not a hull");
+    refused(jostle_shape_face_count(ball, &count, &error), "neither a hull nor a mesh");
+    refused(jostle_shape_face(ball, 0, &face, &count, &error), "not a hull");
+    OK(jostle_shape_free(ball, &error));
+    const double triangle[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const std::uint32_t element[3] = {0, 1, 2};
+    jostle_shape* mesh = nullptr;
+    OK(jostle_shape_mesh(JOSTLE_3D, triangle, 3, element, 1, &mesh, &error));
+    refused(jostle_shape_vertices(mesh, &corners, &count, &error), "not a hull");
+    refused(jostle_shape_face(mesh, 0, &face, &count, &error), "not a hull");
+    OK(jostle_shape_face_count(mesh, &count, &error));
+    EXPECT_EQ(count, 1u);
+    OK(jostle_shape_free(mesh, &error));
+
+    const auto row = [](void*, std::uint32_t, std::uint32_t, std::uint32_t, jostle_work) -> std::int32_t {
+        return 1;
+    };
+    refused(jostle_process_all_pairs(3, row, nullptr, nullptr, 99, &error), "no schedule 99");
+    auto options = options_of<jostle_responses_options>();
+    for (const jostle_response_form form : {-1, 99}) {
+        options.form = form;
+        refused(jostle_responses_new(JOSTLE_DOUBLE, 1, &options, &responses, &error),
+                "no form " + std::to_string(form));
+    }
+}
+
+} // namespace
+} // namespace c_twin
