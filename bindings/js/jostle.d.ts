@@ -176,6 +176,8 @@ export interface FindOptions extends Filter {
   dim: Dimension;
   /** Pairs ascending by (a, b). Else they come by their place in space, which is the fastest. */
   sort?: boolean;
+  /** Takes NaN and inverted boxes: they touch nothing, and `stats.odd` counts them. Not in periodic space. */
+  ignoreOddBoxes?: boolean;
   /**
    * What finds them. "grid" is the library's own engine. "chapter" is the hierarchical hash grid that it grew
    * out of, "uniform" the same with one cell size (`cellSize`, by default the longest edge of all), "brute"
@@ -191,6 +193,8 @@ export type Engine = "grid" | "chapter" | "uniform" | "brute";
 /** What a search did. Times are in milliseconds. */
 export interface FindStats {
   objects: number;
+  /** Of these: ignored. */
+  odd: number;
   pairs: number;
   /** Copies of boxes that were stored in bricks. */
   records: number;
@@ -447,6 +451,8 @@ export interface Questionable<Id, IdArray, F> {
 export interface IndexOptions {
   dim: Dimension;
   type?: NumberType;
+  /** Takes NaN and inverted boxes: nothing finds such objects, and `stats.odd` counts them. */
+  ignoreOddBoxes?: boolean;
 }
 
 /**
@@ -468,6 +474,7 @@ export interface BoxIndex extends Disposable, Questionable<number, Uint32Array, 
   join(boxes: Floats): Uint32Array;
   readonly stats: {
     objects: number;
+    odd: number;
     pages: number;
     leaves: number;
     nodes: number;

@@ -24,12 +24,12 @@ function narrow(ids) {
 export class BoxIndex extends Owned {
   #asked;
 
-  constructor(core, { dim, type = "float32" } = {}) {
+  constructor(core, { dim, type = "float32", ignoreOddBoxes = false } = {}) {
     const space = space_of(dim, type);
     super(
       core,
       "_jostle_index_free",
-      core.within(() => core.make("jostle_index_new", space, core.options())),
+      core.within(() => core.make("jostle_index_new", space, core.options(core.executor, ignoreOddBoxes))),
     );
     this.dim = dim;
     this.type = type;

@@ -60,7 +60,7 @@ function filter_of(core, options, layout, accept_pointer) {
 }
 
 export class PairFinder extends Owned {
-  #serial; // where callbacks are called: on this thread
+  #others = []; // for other options; those with callbacks run on this thread
   #last; // the finder that the last search ran on
   #own = { pointer: 0, room: 0 }; // memory for pairs that don't lie together
   #pairs = { pointer: 0, count: 0 };
@@ -70,12 +70,18 @@ export class PairFinder extends Owned {
     super(core, "_jostle_finder_free", core.within(() => core.make("jostle_finder_new", core.options())));
   }
 
-  #finder(serial) {
+  #finder(calls_back, ignores_odd = false) {
     const core = this.core;
-    if (!serial || core.executor === core.serial) return this.pointer;
-    this.#serial ??= new Owned(core, "_jostle_finder_free",
-      core.within(() => core.make("jostle_finder_new", core.options(core.serial))));
-    return this.#serial.pointer;
+    const serial = calls_back && core.executor !== core.serial;
+    if (!serial && !ignores_odd) return this.pointer;
+    const executor = serial ? core.serial : core.executor;
+    this.#others[2 * serial + ignores_odd] ??= new Owned(core, "_jostle_finder_free",
+      core.within(() => core.make("jostle_finder_new", core.options(executor, ignores_odd))));
+    return this.#others[2 * serial + ignores_odd].pointer;
+  }
+  #free_others() {
+    for (const finder of this.#others) finder?.dispose();
+    this.#others = [];
   }
 
   find(...given) {
@@ -92,7 +98,7 @@ export class PairFinder extends Owned {
         return;
       }
       const { filter, forget } = filter_of(core, options, C.jostle_filter, "_jostle_js_accept_pair_pointer");
-      const finder = this.#finder(options.accept !== undefined);
+      const finder = this.#finder(options.accept !== undefined, Boolean(options.ignoreOddBoxes));
       const blocks = core.struct(C.jostle_blocks);
       this.#last = finder;
       this.#stats = undefined;
@@ -137,9 +143,10 @@ export class PairFinder extends Owned {
     const core = this.core;
     if (
       b !== undefined ||
+      options.ignoreOddBoxes ||
       ["category", "mask", "owner", "accept"].some((name) => options[name] !== undefined)
     )
-      refuse("only the engine grid searches between two sets, or with a filter");
+      refuse("only the engine grid searches between two sets, with a filter, or ignores odd boxes");
     const cell = options.cellSize ?? 0;
     if (!(cell >= 0 && cell < Infinity))
       refuse(`cellSize is ${describe(cell)}: it must be a length, or 0 for the longest edge`);
@@ -204,7 +211,7 @@ export class PairFinder extends Owned {
           C.jostle_filter,
           "_jostle_js_accept_pair_pointer",
         );
-        const finder = this.#finder(true);
+        const finder = this.#finder(true, Boolean(options.ignoreOddBoxes));
         this.#last = finder;
         this.#stats = undefined;
         const finished = core.scratch.take(4);
@@ -252,7 +259,7 @@ export class PairFinder extends Owned {
         core.with_values([a], options.dim, () =>
           core.call(
             "jostle_finder_find_scenes",
-            this.#finder(options.accept !== undefined),
+            this.#finder(options.accept !== undefined, Boolean(options.ignoreOddBoxes)),
             space_of(options.dim, a.type),
             core.boxes(a, options.dim),
             table.pointer,
@@ -274,15 +281,15 @@ export class PairFinder extends Owned {
 
   releaseMemory() {
     this.core.call("jostle_finder_release_memory", this.pointer);
-    this.#serial?.dispose();
+    this.#free_others();
     this.#own.memory?.dispose();
-    this.#serial = this.#last = undefined;
+    this.#last = undefined;
     this.#own = { pointer: 0, room: 0 };
     this.#pairs = { pointer: 0, count: 0 };
   }
 
   dispose() {
-    this.#serial?.dispose();
+    this.#free_others();
     this.#own.memory?.dispose();
     super.dispose();
   }
@@ -331,6 +338,7 @@ export function validate(core, boxes, { dim }) {
 }
 
 export function find_periodic_pairs(core, finder, boxes, period, options) {
+  if (options.ignoreOddBoxes) refuse("findPeriodicPairs ignores no odd boxes: leave them out");
   return core.within(() => {
     const { dim } = options;
     const [a] = place_sets(core, boxes, undefined, dim);

@@ -103,6 +103,14 @@ test("arguments of the wrong kind", async () => {
     () => jostle.findPairs(good, { dim: 3, engine: "brute", owner: Uint32Array.of(1, 2) }),
     /only the engine grid/,
   );
+  refuses(
+    () => jostle.findPairs(good, { dim: 3, engine: "chapter", ignoreOddBoxes: true }),
+    /only the engine grid/,
+  );
+  refuses(
+    () => jostle.findPeriodicPairs(good, [10, 10, 0], { dim: 3, ignoreOddBoxes: true }),
+    /ignores no odd boxes/,
+  );
   refuses(() => jostle.findPairs(good, { dim: 3, owner: Uint32Array.of(1) }), /owner/, {
     status: "size_mismatch",
   });

@@ -9,14 +9,15 @@
 namespace jostle_python {
 
 py::array find(const py::array& boxes, const std::optional<py::array>& other, PairFilter& filter, bool sorted,
-               std::uint32_t threads, jostle_accept_pair_function accept, void* context)
+               bool ignore_odd_boxes, std::uint32_t threads, jostle_accept_pair_function accept, void* context)
 {
     const Boxes a = boxes_of(boxes, "boxes");
     std::optional<Boxes> b;
     if (other) b = boxes_of(*other, "other", a.space);
     const Executor executor = executor_of(threads);
     Interruptible memory;
-    const jostle_options options = options_of(executor, memory.allocator());
+    jostle_options options = options_of(executor, memory.allocator());
+    options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
     jostle_filter wish = filter.filter;
     if (accept != nullptr) {
         wish.accept = accept;
@@ -82,7 +83,8 @@ py::tuple find_periodic(const py::array& boxes, const Packed<double>& period, Pa
 /// Returns the pairs of all scenes, one scene's behind the other's, and where each scene's begin.
 py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offsets,
                       const std::optional<py::array>& category, const std::optional<py::array>& mask,
-                      const std::optional<py::array>& owner, const py::object& accept, std::uint32_t threads)
+                      const std::optional<py::array>& owner, const py::object& accept, bool ignore_odd_boxes,
+                      std::uint32_t threads)
 {
     const Boxes all = boxes_of(boxes, "boxes");
     const std::uint64_t count = length_of(offsets, "offsets");
@@ -90,7 +92,8 @@ py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offse
         refuse("offsets is empty: it must have one number for each scene's first box, and the end");
     const Executor executor = executor_of(threads);
     Interruptible memory;
-    const jostle_options options = options_of(executor, memory.allocator());
+    jostle_options options = options_of(executor, memory.allocator());
+    options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
     struct Asked
     {
         const py::object& accept;
@@ -125,12 +128,13 @@ py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offse
     return py::make_tuple(copy_pairs(pairs), first);
 }
 
-py::array spatial_order(const py::array& boxes, std::uint32_t threads)
+py::array spatial_order(const py::array& boxes, bool ignore_odd_boxes, std::uint32_t threads)
 {
     const Boxes given = boxes_of(boxes, "boxes");
     const Executor executor = executor_of(threads);
     Interruptible memory;
-    const jostle_options options = options_of(executor, memory.allocator());
+    jostle_options options = options_of(executor, memory.allocator());
+    options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
     Packed<std::uint32_t> order(static_cast<py::ssize_t>(given.view.count));
     std::uint32_t* const to = order.mutable_data();
     memory.call([&](jostle_error* error) {
@@ -146,7 +150,9 @@ void define_pairs(py::module_& m)
     define_class<PairFilter>(m, "PairFilter")
         .def(py::init<Maybe, Maybe, Maybe, Maybe, Maybe, Maybe, py::object>());
     m.def("find", [](const Array& boxes, const Maybe& other, PairFilter& filter, bool sorted,
-                     std::uint32_t threads) { return find(boxes, other, filter, sorted, threads); });
+                     bool ignore_odd_boxes, std::uint32_t threads) {
+        return find(boxes, other, filter, sorted, ignore_odd_boxes, threads);
+    });
     m.def("find_periodic", &find_periodic);
     m.def("find_scenes", &find_scenes);
     m.def("spatial_order", &spatial_order);
