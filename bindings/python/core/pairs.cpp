@@ -9,7 +9,8 @@
 namespace jostle_python {
 
 py::array find(const py::array& boxes, const std::optional<py::array>& other, PairFilter& filter, bool sorted,
-               bool ignore_odd_boxes, std::uint32_t threads, jostle_accept_pair_function accept, void* context)
+               bool ignore_odd_boxes, std::uint32_t threads, jostle_accept_pair_function accept,
+               void* context)
 {
     const Boxes a = boxes_of(boxes, "boxes");
     std::optional<Boxes> b;
