@@ -78,7 +78,10 @@ for (const [kind, loaded] of Object.entries(modules)) {
         slow_pairs(boxes, dim, (i, j) => good(i, j) && accept(i, j)),
       );
       const others = boxes.slice(0, 200 * dim);
-      assert.deepEqual([...finder.find(boxes, others, options)], slow_pairs_between(boxes, others, dim, good));
+      assert.deepEqual(
+        [...finder.find(boxes, others, options)],
+        slow_pairs_between(boxes, others, dim, good),
+      );
       let streamed = 0;
       finder.stream(boxes, { dim, ignoreOddBoxes: true }, (pairs) => void (streamed += pairs.length));
       assert.equal(streamed, expected.length);
