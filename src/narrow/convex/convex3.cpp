@@ -23,7 +23,7 @@ void polish(const Core3& a, const Core3& b, Gap<3>& gap)
         Simplex simplex;
         Gap<3> parted;
         const Vec3 shift = gap.normal * (1e-3 * size - gap.distance);
-        if (gjk(a, b, shift, HUGE_VAL, all_steps, simplex, parted) != Verdict::apart) return;
+        if (gjk(a, b, shift, HUGE_VAL, {}, simplex, parted) != Verdict::apart) return;
         const Vec3& n = parted.normal;
         const double depth = dot(n, furthest(a, n) - furthest(b, -n));
         if (!(depth < -gap.distance - 1e-14 * size)) return;
@@ -38,15 +38,25 @@ void overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap
     const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
                              (a.polytope.vertices + b.polytope.vertices);
     if (!a.is_smooth() && !b.is_smooth() && axes_cost < most_axes_cost) return gap_by_axes(a, b, gap);
-    if (descends(a, b)) return least_overlap(a, b, gap.normal, gap);
+    if (descends(a, b)) return least_overlap(a, b, simplex, gap);
     expand(a, b, simplex, gap);
     if (a.is_smooth() || b.is_smooth()) polish(a, b, gap);
+}
+/// Whether two cores are apart, and their gap if so.
+Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& simplex, Gap<3>& gap)
+{
+    if (descends(a, b)) { // on smooth surfaces GJK goes on for long, and Newton's method for a few steps
+        const Verdict verdict = gjk(a, b, {}, enough, {.parted = 4}, simplex, gap);
+        if (verdict != Verdict::unclear) return verdict;
+        if (gap_by_descent(a, b, enough, gap)) return Verdict::apart;
+    }
+    return gjk(a, b, {}, enough, {}, simplex, gap);
 }
 /// As core_gap, for what is mostly apart.
 void distant_core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 {
     Simplex simplex;
-    if (gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::apart) return;
+    if (gap_if_apart(a, b, enough, simplex, gap) == Verdict::apart) return;
     if (are_small_polyhedra(a, b) && polyhedra_gap(a, b, enough, gap)) {
         gap.distance = std::min(0.0, gap.distance);
         return;
@@ -61,7 +71,7 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
     Simplex simplex;
     if (are_small_polyhedra(a, b)) {
         // A few steps tell most of those apart that are; what is left mostly overlaps.
-        const Verdict verdict = gjk(a, b, {}, enough, 2, simplex, gap);
+        const Verdict verdict = gjk(a, b, {}, enough, {.steps = 2}, simplex, gap);
         if (verdict == Verdict::apart) return;
         if (polyhedra_gap(a, b, enough, gap)) {
             if (verdict == Verdict::touch) gap.distance = std::min(0.0, gap.distance);
@@ -69,7 +79,7 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
             if (gap.distance <= 0 || gap.distance == HUGE_VAL) return;
         }
     }
-    if (gjk(a, b, {}, enough, all_steps, simplex, gap) != Verdict::apart) overlap(a, b, simplex, gap);
+    if (gap_if_apart(a, b, enough, simplex, gap) != Verdict::apart) overlap(a, b, simplex, gap);
 }
 
 void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
@@ -106,7 +116,7 @@ bool convex_touch(const Core3& a, const Core3& b)
     Simplex simplex;
     Gap<3> gap;
     const double enough = a.radius + b.radius;
-    return gjk(a, b, {}, enough, all_steps, simplex, gap) == Verdict::touch || gap.distance <= enough;
+    return gjk(a, b, {}, enough, {}, simplex, gap) == Verdict::touch || gap.distance <= enough;
 }
 
 void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap)

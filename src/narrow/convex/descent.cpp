@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/convex/descent.hpp"
 
+#include "narrow/convex/epa.hpp"
+
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
@@ -98,41 +100,32 @@ class Descent
   public:
     Descent(const Core3& a, const Core3& b) : a_(a), b_(b), size_(a.reach + b.reach) {}
 
-    /// Goes downhill, and keeps what it finds if it is the least so far. Returns false if `start` is the end,
-    /// too.
-    bool from(const Vec3& start)
+    /// Goes downhill, and keeps what it finds if it is the least so far.
+    void from(const Vec3& start)
     {
         left_disc_ = false;
         jump(start);
         double trust = longest_turn;
         for (int step = 0; step < most_steps; ++step) {
-            if (settles_on_disc()) {
-                keep();
-                return step > 0;
-            }
-            if (is_known()) return true;
-            if (!(now_ - propose(trust) > 1e-15 * size_)) {
-                if (found_count_ < most_found) found_[found_count_++] = n_;
-                break;
-            }
-            if (!advance(trust)) break;
+            if (settles_on_disc() || !(now_ - propose(trust) > 1e-15 * size_) || !advance(trust)) break;
         }
         keep();
-        return true;
     }
+
+    double depth = HUGE_VAL; ///< below 0: they are apart
+    Vec3 normal, on_a, on_b; ///< the points, as far as the pieces' weights say where they are
+    /// How far the points are from where depth and normal say.
+    [[nodiscard]] double off() const { return length(on_a - on_b - normal * depth); }
+
+  private:
+    static constexpr int most_pieces = 4, most_steps = 40;
+    static constexpr double longest_turn = 0.2; ///< radians: the models are no good further off
 
     [[nodiscard]] Piece top(const Vec3& n) const
     {
         const Support a = support(a_, n), b = support(b_, -n);
         return {a.vertex, b.vertex, a.p, b.p, dot(n, a.p - b.p), {}, 0, 0};
     }
-
-    double depth = HUGE_VAL;
-    Vec3 normal, on_a, on_b; ///< the points, as far as the pieces' weights say where they are
-
-  private:
-    static constexpr int most_pieces = 4, most_steps = 40, most_found = 8;
-    static constexpr double longest_turn = 0.2; ///< radians: the models are no good further off
 
     [[nodiscard]] Piece* known(const Piece& piece)
     {
@@ -191,13 +184,6 @@ class Descent
     {
         const Vec3 to = n_ + u_ * turn.x + v_ * turn.y;
         return to * (1 / length(to));
-    }
-    /// Whether the search has come to where an earlier one ended.
-    [[nodiscard]] bool is_known() const
-    {
-        for (int i = 0; i < found_count_; ++i)
-            if (dot(found_[i], n_) > 0.998) return true;
-        return false;
     }
     void keep()
     {
@@ -407,80 +393,40 @@ class Descent
     Bend bend_;
     Vec2 turn_; ///< the step that is proposed
     bool left_disc_ = false;
-    Vec3 found_[most_found];
-    int found_count_ = 0;
 };
 
-/// Directions from which to search: spread over the sphere, and the shapes' own.
-class Starts
+/// Every point of the surface of an ellipsoid lies on a ball of this radius inside it: the least radius of
+/// curvature. Other cores have edges, where there is none. Source: Blaschke, Kreis und Kugel (1916), sec. 24.
+double least_curvature(const Core3& core)
 {
-  public:
-    Starts(const Descent& descent, const Core3& a, const Core3& b, const Vec3& hint) : descent_(descent)
-    {
-        add(hint);
-        const double scale[] = {0, 1, std::sqrt(0.5), std::sqrt(1.0 / 3)};
-        for (int x = -1; x <= 1; ++x)
-            for (int y = -1; y <= 1; ++y)
-                for (int z = -1; z <= 1; ++z)
-                    if (const int size = x * x + y * y + z * z; size > 0)
-                        add(a.frame.r * (Vec3{double(x), double(y), double(z)} * scale[size]));
-        const Mat3& r = b.frame.r;
-        for (const Vec3& axis : {r.x, r.y, r.z}) {
-            add(axis);
-            add(-axis);
-        }
-        const Vec3 across = cross(a.frame.r.y, r.y);
-        if (const double size = length(across); size > 1e-6) {
-            add(across * (1 / size));
-            add(across * (-1 / size));
-        }
-    }
-    /// The best one near which there may be less than `depth`, or nullptr.
-    [[nodiscard]] const Vec3* best(double depth)
-    {
-        for (;;) {
-            Start* found = nullptr;
-            for (int i = 0; i < count_; ++i)
-                if (start_[i].bound < depth && (found == nullptr || start_[i].overlap < found->overlap))
-                    found = &start_[i];
-            if (found == nullptr) return nullptr;
-            for (int i = 0; i < count_ && found->bound < depth; ++i)
-                found->bound = std::max(found->bound, least_near(found->n, start_[i].w));
-            if (found->bound < depth) return &found->n;
-        }
-    }
-    static double least_near(const Vec3& n, const Vec3& w)
-    {
-        constexpr double cosine = 0.88, sine = 0.475;
-        const double h = dot(n, w);
-        return h * cosine - sine * std::sqrt(std::max(0.0, length2(w) - h * h));
-    }
-    /// Takes away those for which dot(n, .) is at least `near`.
-    void remove(const Vec3& n, double near)
-    {
-        for (int i = 0; i < count_; ++i)
-            if (dot(start_[i].n, n) >= near) start_[i].bound = HUGE_VAL;
-    }
+    if (core.smooth != Smooth::ellipsoid) return 0;
+    const Vec3& size = core.lengths;
+    const double least = std::min({size.x, size.y, size.z});
+    return least * (least / std::max({size.x, size.y, size.z}));
+}
 
-  private:
-    struct Start
-    {
-        Vec3 n, w;
-        double overlap;
-        double bound; ///< no direction near this one has less
-    };
-    /// All directions are within 28 degrees of one of those that are spread. The difference of the two points
-    /// furthest along n is a point of the cores' difference, which reaches at least as far along any other.
-    void add(const Vec3& n)
-    {
-        const Piece piece = descent_.top(n);
-        const Vec3 w = piece.a - piece.b;
-        start_[count_++] = {n, w, piece.overlap, least_near(n, w)};
+/// Grows a polytope inside the difference of the cores, which says how deep they overlap at least, and goes
+/// downhill from each of its faces that shows a direction better than what is known.
+void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent& descent)
+{
+    constexpr double close_enough = 0.999; // of the depth
+    constexpr int most_steps = 64;
+    Expansion expansion(a, b);
+    if (!expansion.start(simplex)) {
+        descent.depth = 0;
+        descent.normal = expansion.flat_normal;
+        return;
     }
-    const Descent& descent_;
-    Start start_[35];
-    int count_ = 0;
-};
+    expansion.take_in(expansion.furthest(descent.normal));
+    for (int step = 0; step < most_steps; ++step) {
+        const auto [face, offset] = expansion.nearest();
+        if (offset >= close_enough * descent.depth - 1e-12 * (a.reach + b.reach)) return;
+        const Vec3 n = expansion.normal(face);
+        const SimplexPoint w = expansion.furthest(n);
+        if (dot(n, w.w) < descent.depth) descent.from(n);
+        if (!expansion.grow(face, w)) return;
+    }
+}
 
 } // namespace
 
@@ -500,29 +446,42 @@ bool descends(const Core3& a, const Core3& b)
         case Smooth::none:
             break;
         }
-        return core.polytope.vertices <= 8;
+        return true;
     };
     return (a.is_smooth() || b.is_smooth()) && has_pieces(a) && has_pieces(b);
 }
 
-void least_overlap(const Core3& a, const Core3& b, const Vec3& hint, Gap<3>& gap)
+void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap)
 {
-    constexpr int most_searches = 6;
     Descent descent(a, b);
-    Starts starts(descent, a, b, hint);
-    for (int i = 0; i < most_searches; ++i) {
-        const Vec3* const best = starts.best(descent.depth);
-        if (best == nullptr) break;
-        const Vec3 n = *best;
-        // One that led nowhere, on a disc's normal, says nothing of those beside it.
-        starts.remove(n, descent.from(n) ? 0.9 : 1 - 1e-12);
-    }
+    descent.from(gap.normal);
+    // A ball inside the difference that touches its surface where the search has ended holds the smaller ball
+    // around the origin that touches it there, too: nothing is nearer.
+    const bool is_least =
+        descent.off() < 1e-7 * (a.reach + b.reach) && descent.depth <= least_curvature(a) + least_curvature(b);
+    if (!is_least) search_all(a, b, simplex, descent);
     gap.normal = descent.normal;
     gap.distance = -std::max(0.0, descent.depth);
     gap.on_a = descent.on_a;
     gap.on_b = descent.on_b;
-    const Vec3 off = gap.on_a - gap.on_b + gap.normal * gap.distance;
-    gap.located = length(off) < 1e-7 * (a.reach + b.reach);
+    gap.located = descent.off() < 1e-7 * (a.reach + b.reach);
+}
+
+bool gap_by_descent(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+{
+    Descent descent(a, b);
+    descent.from(gap.normal);
+    const double distance = -descent.depth;
+    if (distance > enough) {
+        gap.distance = HUGE_VAL;
+        return true;
+    }
+    if (!(descent.off() <= 1e-7 * distance)) return false;
+    gap.distance = distance;
+    gap.normal = descent.normal;
+    gap.on_a = descent.on_a;
+    gap.on_b = descent.on_b;
+    return true;
 }
 
 } // namespace narrow

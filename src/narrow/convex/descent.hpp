@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: MIT
-// How deep two cores overlap of which one is smooth, from the shapes' own formulas: the overlap along a
-// direction is a function on the sphere, whose least value Newton's method finds from a few of the best
-// directions tried.
+// How deep two cores overlap of which one is smooth, or how far they are apart, from the shapes' own formulas:
+// the overlap along a direction is a function on the sphere, whose least value Newton's method finds.
 #pragma once
 
-#include "narrow/convex/core3.hpp"
-#include "narrow/convex/manifold.hpp"
+#include "narrow/convex/gjk.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Whether the two are known by more than their support points, and have few enough corners.
+/// Whether one of the two is smooth, and both are known by more than their support points.
 bool descends(const Core3& a, const Core3& b);
 
-/// The least overlap of two such cores that touch. `hint` is one more direction to try.
-void least_overlap(const Core3& a, const Core3& b, const Vec3& hint, Gap<3>& gap);
+/// The least overlap of two such cores of which gjk() said that they touch, from its last simplex and the
+/// direction that it left in the gap. It is that of a direction from which every small turn is for the worse;
+/// no other direction has less by more than a thousandth, unless very many come near to that.
+void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap);
+
+/// The gap of two such cores that gap.normal shows to be apart; infinite once it is known to be more than
+/// `enough`. Returns false if the search ends where that isn't certain.
+bool gap_by_descent(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

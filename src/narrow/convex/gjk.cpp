@@ -103,7 +103,7 @@ bool closest_on_tetrahedron(Simplex& s, bool surely_outside = false)
 
 /// b is looked at moved by `shift`; the gap's points are where they are without. Where they aren't apart
 /// gap.normal is the direction in which they overlap least of those tried.
-Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, int most_steps, Simplex& s,
+Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,
             Gap<3>& gap)
 {
     Vec3 v = a.frame.p - b.frame.p - shift;
@@ -113,7 +113,7 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, in
     s.count = 0;
     double widest = -HUGE_VAL;
     for (int step = 0; step < all_steps; ++step) {
-        if (step == most_steps) return Verdict::unclear;
+        if (step == most.steps || (step >= most.parted && widest > 0)) return Verdict::unclear;
         const Support pa = support(a, -v), pb = support(b, v);
         const SimplexPoint w{pa.p - (pb.p + shift), pa.p, pb.p, pa.vertex, pb.vertex};
         extent = std::max(extent, length2(w.w));

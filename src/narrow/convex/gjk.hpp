@@ -24,12 +24,17 @@ struct Simplex
 };
 
 inline constexpr int all_steps = 100; ///< then rounding is all that is left
+/// After how many steps to leave it to another test, and after how many if a plane is found that parts the two.
+struct MostSteps
+{
+    int steps = all_steps, parted = all_steps;
+};
 
 /// The gap between two cores, without their radii, b moved by `shift`; the gap's points are where they are
 /// without. Says apart where there is a gap: its distance is infinite once it is known to be more than
 /// `enough`. Else gap.normal is the direction in which they overlap least of those tried, and `s` the last
-/// simplex: they touch, as well as doubles can tell, or `most_steps` weren't enough to be clear.
-Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, int most_steps, Simplex& s,
+/// simplex: they touch, as well as doubles can tell, or `most` steps weren't enough to be clear.
+Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,
             Gap<3>& gap);
 
 } // namespace narrow

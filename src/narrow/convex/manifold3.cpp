@@ -26,7 +26,7 @@ void nearest_when_parted(const Core3& a, const Core3& b, const Gap<3>& cores, Ve
     Simplex simplex;
     Gap<3> moved;
     const double clear = 1e-3 * (a.reach + b.reach);
-    if (gjk(a, b, n * (clear - cores.distance), HUGE_VAL, all_steps, simplex, moved) == Verdict::apart) {
+    if (gjk(a, b, n * (clear - cores.distance), HUGE_VAL, {}, simplex, moved) == Verdict::apart) {
         on_a = moved.on_a;
         on_b = moved.on_b;
     } else {
