@@ -46,6 +46,7 @@ class SmallVector
         if (size > capacity_) grow(size);
         size_ = size;
     }
+    T pop_back() { return data_[--size_]; }
     void clear() { size_ = 0; }
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }

@@ -417,13 +417,24 @@ void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent&
         descent.normal = expansion.flat_normal;
         return;
     }
-    expansion.take_in(expansion.furthest(descent.normal));
+    const Vec3 normal = descent.normal;
+    expansion.take_in(expansion.furthest(normal));
+    if (a.is_smooth() && b.is_smooth()) {
+        // The faces around this point are close enough if they lean by less than 0.045: on a round surface,
+        // those between points along directions that lean by a little more.
+        constexpr double lean = 0.05;
+        Vec3 u, v;
+        basis(normal, u, v);
+        for (const Vec3& aside : {u, v, -u, -v})
+            expansion.take_in(expansion.furthest(normal + aside * lean));
+    }
     for (int step = 0; step < most_steps; ++step) {
-        const auto [face, offset] = expansion.nearest();
-        if (offset >= close_enough * descent.depth - 1e-12 * (a.reach + b.reach)) return;
+        const auto [face, offset] =
+            expansion.nearest(close_enough * descent.depth - 1e-12 * (a.reach + b.reach));
+        if (offset == HUGE_VAL) return;
         const Vec3 n = expansion.normal(face);
-        const SimplexPoint w = expansion.furthest(n);
-        if (dot(n, w.w) < descent.depth) descent.from(n);
+        const Vec3 w = expansion.furthest(n);
+        if (dot(n, w) < descent.depth) descent.from(n);
         if (!expansion.grow(face, w)) return;
     }
 }

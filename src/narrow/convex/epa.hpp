@@ -15,7 +15,9 @@ namespace narrow {
 class Expansion
 {
   public:
-    Expansion(const Core3& a, const Core3& b) : a_(a), b_(b), size_(a.reach + b.reach) {}
+    Expansion(const Core3& a, const Core3& b) : a_(a), b_(b), least_out_(1e-14 * (a.reach + b.reach)), size_(a.reach + b.reach)
+    {
+    }
 
     /// Begins with a tetrahedron, from gjk()'s last simplex. Returns false where the difference of the two
     /// cores has no volume: they overlap by nothing along `flat_normal` then.
@@ -24,43 +26,60 @@ class Expansion
     struct Nearest
     {
         std::uint32_t face;
-        double offset; ///< infinite if no face is left
+        double offset; ///< infinite if none is left
     };
-    [[nodiscard]] Nearest nearest() const
+    /// Of the faces whose offset is less than `limit`, which may only fall from call to call.
+    [[nodiscard]] Nearest nearest(double limit)
     {
         Nearest found{0, HUGE_VAL};
-        for (std::uint32_t f = 0; f < offsets_.size(); ++f)
-            if (offsets_[f] < found.offset) found = {f, offsets_[f]};
+        std::size_t kept = 0;
+        for (std::size_t k = 0; k < waiting_.size(); ++k) {
+            const std::uint32_t f = waiting_[k];
+            const double offset = offsets_[f];
+            faces_[f].waits = offset < limit;
+            waiting_[kept] = f;
+            kept += offset < limit ? 1 : 0;
+            if (offset < limit && offset < found.offset) found = {f, offset};
+        }
+        waiting_.resize(kept);
+        limit_ = limit;
         return found;
     }
     [[nodiscard]] const Vec3& normal(std::uint32_t face) const { return faces_[face].normal; }
 
     /// The point of the difference that is furthest along a direction.
-    [[nodiscard]] SimplexPoint furthest(const Vec3& direction) const
+    [[nodiscard]] Vec3 furthest(const Vec3& direction) const
     {
-        const Support pa = support(a_, direction), pb = support(b_, -direction);
-        return {pa.p - pb.p, pa.p, pb.p, pa.vertex, pb.vertex};
+        return support(a_, direction).p - support(b_, -direction).p;
     }
 
     /// Takes in a point beyond a face. Returns false where rounding has left no closed surface.
-    bool grow(std::uint32_t from, const SimplexPoint& beyond);
+    bool grow(std::uint32_t from, const Vec3& beyond);
     /// Takes in a point if it is outside.
-    void take_in(const SimplexPoint& point);
+    void take_in(const Vec3& point);
 
     Vec3 flat_normal{0, 1, 0};
 
   private:
+    /// Counterclockwise from outside: side i goes from v[i] to v[i + 1].
     struct Face
     {
-        std::uint32_t v[3], beside[3]; // beside[i] across the side from v[i] to v[i + 1]
-        std::uint32_t round;
+        std::uint32_t v[3];
+        std::uint32_t beside[3];    ///< the face across a side
+        std::uint8_t beside_its[3]; ///< which side of that face it is
+        bool waits;                 ///< is among those that wait
+        std::uint32_t round;        ///< in which it went, if it did
         Vec3 normal;
     };
+    /// A side of a face that stays, where faces beyond it go.
     struct Side
     {
-        std::uint32_t a, b, beyond;
+        std::uint32_t face, from, to; ///< the points as the new face there has them
+        std::uint8_t of;
     };
+    void visit(std::uint32_t face, std::uint8_t side, const Vec3& beyond);
     std::uint32_t add(std::uint32_t i, std::uint32_t j, std::uint32_t k);
+    void join(std::uint32_t face, int side, std::uint32_t other, int its);
     bool flat(const Vec3& n)
     {
         flat_normal = n;
@@ -69,12 +88,14 @@ class Expansion
 
     const Core3& a_;
     const Core3& b_;
+    double least_out_; ///< beyond a face by less is on it
     double size_;
-    SmallVector<SimplexPoint, 64> points_;
+    SmallVector<Vec3, 64> points_;
     SmallVector<Face, 128> faces_;
     SmallVector<double, 128> offsets_; ///< of each face's plane; infinite where a place is empty
-    SmallVector<std::uint32_t, 64> patch_, made_;
-    std::size_t free_ = 0; ///< of patch_, how many places have new faces
+    SmallVector<std::uint32_t, 64> places_;   ///< of faces that went
+    SmallVector<std::uint32_t, 128> waiting_; ///< faces among which is the nearest
+    double limit_ = HUGE_VAL;
     SmallVector<Side, 64> horizon_;
     std::uint32_t round_ = 0;
 };
