@@ -35,25 +35,26 @@ struct Bend
     }
 };
 
-/// Adds how a core's piece bends at unit direction n: the second derivative of its support function across n.
+/// Adds how a core's piece bends at unit direction n: the second derivative of its support function across n,
+/// along u and v.
 void add_bend(const Core3& core, std::uint32_t piece, const Vec3& n, const Vec3& u, const Vec3& v,
               double much, Bend& bend)
 {
-    const Vec3 d = core.frame.r.back(n), du = core.frame.r.back(u), dv = core.frame.r.back(v);
     const Vec3& size = core.lengths;
     switch (core.smooth) {
     case Smooth::cone:
         if (piece == 0) return;
         [[fallthrough]];
-    case Smooth::cylinder: {
-        const double across = d.x * d.x + d.z * d.z;
+    case Smooth::cylinder: { // only turns around the axis bend: those along u are around v, and the other way
+        const double on_u = dot(core.frame.r.y, u), on_v = dot(core.frame.r.y, v);
+        const double across = on_u * on_u + on_v * on_v; // of n and the axis, the sine's square
         if (across < 1e-20) return;
         const double inverse = 1 / std::sqrt(across);
-        bend.add(much * size.x * inverse * inverse * inverse, d.x * du.z - d.z * du.x,
-                 d.x * dv.z - d.z * dv.x);
+        bend.add(much * size.x * inverse * inverse * inverse, on_v, -on_u);
         return;
     }
     case Smooth::ellipsoid: {
+        const Vec3 d = core.frame.r.back(n), du = core.frame.r.back(u), dv = core.frame.r.back(v);
         const Vec3 p = smooth_support(core, d);
         const double height = dot(p, d);
         if (!(height > 1e-10 * core.reach)) return;
@@ -107,7 +108,12 @@ class Descent
         jump(start);
         double trust = longest_turn;
         for (int step = 0; step < most_steps; ++step) {
-            if (settles_on_disc() || !(now_ - propose(trust) > 1e-15 * size_) || !advance(trust)) break;
+            if (settles_on_disc()) break;
+            if (!(now_ - propose(trust) > 1e-15 * size_)) {
+                take_last_step();
+                break;
+            }
+            if (!advance(trust)) break;
         }
         keep();
     }
@@ -197,6 +203,16 @@ class Descent
         }
     }
 
+    /// Takes a step that is too short to be seen in the overlap, as it doubles the points' digits.
+    void take_last_step()
+    {
+        if (length(turn_) < 1e-11) return;
+        const Vec3 to = turned(turn_);
+        const Piece there = top(to);
+        if (!(there.overlap <= now_ + 1e-14 * size_) || known(there) == nullptr) return;
+        move(to, there);
+        propose(longest_turn);
+    }
     /// Takes the step that was proposed, or a shorter one, or meets a new piece. Returns false if no step is
     /// any good.
     bool advance(double& trust)
@@ -237,9 +253,11 @@ class Descent
         if (left_disc_) return false;
         for (const Core3* core : {&a_, &b_}) {
             const double sign = core == &a_ ? 1 : -1;
+            const double along = dot(core->frame.r.y, n_);
+            if (!(along * along > 0.96)) continue;
             const Vec3 d = core->frame.r.back(n_ * sign);
             const double across = d.x * d.x + d.z * d.z;
-            if (disc(*core, d) == 0 || across > 0.04) continue;
+            if (disc(*core, d) == 0) continue;
             const Vec3 to = core->frame.r.y * (d.y > 0 ? sign : -sign);
             if (across > right_angle) {
                 const Piece here = top(n_);
@@ -468,8 +486,8 @@ void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3
     descent.from(gap.normal);
     // A ball inside the difference that touches its surface where the search has ended holds the smaller ball
     // around the origin that touches it there, too: nothing is nearer.
-    const bool is_least =
-        descent.off() < 1e-7 * (a.reach + b.reach) && descent.depth <= least_curvature(a) + least_curvature(b);
+    const bool is_least = descent.off() < 1e-7 * (a.reach + b.reach) &&
+                          descent.depth <= least_curvature(a) + least_curvature(b);
     if (!is_least) search_all(a, b, simplex, descent);
     gap.normal = descent.normal;
     gap.distance = -std::max(0.0, descent.depth);

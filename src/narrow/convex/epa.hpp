@@ -15,7 +15,8 @@ namespace narrow {
 class Expansion
 {
   public:
-    Expansion(const Core3& a, const Core3& b) : a_(a), b_(b), least_out_(1e-14 * (a.reach + b.reach)), size_(a.reach + b.reach)
+    Expansion(const Core3& a, const Core3& b)
+        : a_(a), b_(b), least_out_(1e-14 * (a.reach + b.reach)), size_(a.reach + b.reach)
     {
     }
 
@@ -92,7 +93,7 @@ class Expansion
     double size_;
     SmallVector<Vec3, 64> points_;
     SmallVector<Face, 128> faces_;
-    SmallVector<double, 128> offsets_; ///< of each face's plane; infinite where a place is empty
+    SmallVector<double, 128> offsets_;        ///< of each face's plane; infinite where a place is empty
     SmallVector<std::uint32_t, 64> places_;   ///< of faces that went
     SmallVector<std::uint32_t, 128> waiting_; ///< faces among which is the nearest
     double limit_ = HUGE_VAL;
