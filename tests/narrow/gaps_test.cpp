@@ -155,4 +155,42 @@ TYPED_TEST(Batches, OfDistancesHaveTheBitsOfSinglePairs)
         }
 }
 
+// Whether shapes touch has a short way of its own. It agrees with what is found to the last digit: b is moved
+// towards a until they touch, by halves of what is left.
+TEST(ClosedForms, TouchWhereThereIsAContact)
+{
+    Random random(78);
+    ContactFinder<3, double> finder;
+    int edges = 0;
+    for (int round = 0; round < 4000; ++round) {
+        Case c = random_case(random);
+        const Vec3d from = c.pose_a.position;
+        Vec3d way;
+        for (double& x : way)
+            x = c.scale * (random.chance(0.3) ? 0 : random.uniform(-8, 8));
+        const auto check = [&](double t) {
+            for (std::size_t d = 0; d < 3; ++d)
+                c.pose_b.position[d] = from[d] + t * way[d];
+            const bool has_contact = !contacts(c.a, c.pose_a, c.b, c.pose_b).empty();
+            const Shape3 shapes[] = {c.a, c.b};
+            const Pose3d poses[] = {c.pose_a, c.pose_b};
+            const Pair pair[] = {{0, 1}};
+            std::uint8_t out = 2;
+            finder.touching(shapes, poses, pair, std::span(&out, 1));
+            EXPECT_EQ(out != 0, has_contact) << round << " at " << t;
+            EXPECT_EQ(touching(c.a, c.pose_a, c.b, c.pose_b), has_contact) << round << " at " << t;
+            EXPECT_EQ(touching(c.b, c.pose_b, c.a, c.pose_a), has_contact) << round << " at " << t;
+            return has_contact;
+        };
+        double near = 0, far = 1;
+        if (!check(near) || check(far)) continue;
+        ++edges;
+        for (int step = 0; step < 60; ++step) {
+            const double middle = (near + far) / 2;
+            (check(middle) ? near : far) = middle;
+        }
+    }
+    EXPECT_GT(edges, 1000);
+}
+
 } // namespace

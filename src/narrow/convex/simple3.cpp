@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/convex/simple3.hpp"
 
+#include "narrow/convex/gaps3.hpp"
 #include "narrow/convex/manifold3.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -246,6 +247,13 @@ class FaceMeeting
     std::uint16_t face_y_, edge_y_[4];
 };
 
+/// From how far a core of some radius is from a box.
+Verdict core_touches(double distance, double radius, double size)
+{
+    if (distance > 1e-9 * size) return distance <= radius ? Verdict::touch : Verdict::apart;
+    return radius > 1e-8 * size ? Verdict::touch : Verdict::unclear;
+}
+
 } // namespace
 
 Verdict spheres(double radius_a, double radius_b, const Vec3& d, double margin, Manifold<3>& manifold)
@@ -326,6 +334,63 @@ Verdict boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half
         return Verdict::touch;
     }
     return faces(axis.axis, true);
+}
+
+Verdict boxes_touch(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b, const Vec3& d)
+{
+    const Axes box_a(a, half_a), box_b(b, half_b);
+    const double *ha = box_a.half, *hb = box_b.half;
+    const double clearly = 1e-8 * (ha[0] + ha[1] + ha[2] + hb[0] + hb[1] + hb[2]);
+    double ta[3], cosine[3][3], size[3][3], most = -HUGE_VAL;
+    for (int i = 0; i < 3; ++i) {
+        ta[i] = dot(box_a.axis[i], d);
+        for (int j = 0; j < 3; ++j) {
+            cosine[i][j] = dot(box_a.axis[i], box_b.axis[j]);
+            size[i][j] = std::abs(cosine[i][j]);
+        }
+        const double reach = ha[i] + hb[0] * size[i][0] + hb[1] * size[i][1] + hb[2] * size[i][2];
+        const double separation = std::abs(ta[i]) - reach;
+        if (separation > 0) return Verdict::apart;
+        most = std::max(most, separation);
+    }
+    for (int j = 0; j < 3; ++j) {
+        const double reach = hb[j] + ha[0] * size[0][j] + ha[1] * size[1][j] + ha[2] * size[2][j];
+        const double separation = std::abs(dot(box_b.axis[j], d)) - reach;
+        if (separation > 0) return Verdict::apart;
+        most = std::max(most, separation);
+    }
+    // Across two edges no direction need be known, as long as none parts the boxes.
+    bool parted = false;
+    for (int i = 0; i < 3; ++i) {
+        const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+        for (int j = 0; j < 3; ++j) {
+            const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+            const double t = ta[i2] * cosine[i1][j] - ta[i1] * cosine[i2][j];
+            const double reach =
+                ha[i1] * size[i2][j] + ha[i2] * size[i1][j] + hb[j1] * size[i][j2] + hb[j2] * size[i][j1];
+            parted = parted || std::abs(t) - reach > 0;
+        }
+    }
+    if (parted && box_axis(a, half_a, b, half_b, d).separation > 0) return Verdict::apart;
+    return !parted && most < -clearly ? Verdict::touch : Verdict::unclear;
+}
+
+Verdict sphere_box_touch(double radius, const Mat3& b, const Vec3& half, const Vec3& d)
+{
+    double square = 0;
+    for (int i = 0; i < 3; ++i) {
+        const double centre = 0 - dot(i == 0 ? b.x : i == 1 ? b.y : b.z, d);
+        const double gap = clamped(centre, half[i]) - centre;
+        square = i == 0 ? gap * gap : square + gap * gap;
+    }
+    return core_touches(std::sqrt(square), radius, half.x + half.y + half.z);
+}
+
+Verdict capsule_box_touch(const Vec3& axis, double half_length, double radius, const Mat3& b,
+                          const Vec3& half, const Vec3& d)
+{
+    return core_touches(capsule_box_gap(axis, half_length, b, half, d).distance, radius,
+                        half_length + half.x + half.y + half.z);
 }
 
 Verdict capsule_box(const Vec3& axis, double half_length, double radius, const Mat3& b, const Vec3& half,

@@ -14,6 +14,11 @@ inline bool spheres_near(double enough, const Vec3& d)
 {
     return length2(d) <= enough * enough * (1 + 1e-15);
 }
+[[nodiscard]] inline Verdict spheres_touch(double radius_a, double radius_b, const Vec3& d)
+{
+    const double radii = radius_a + radius_b;
+    return spheres_near(radii, d) && length(d) <= radii ? Verdict::touch : Verdict::apart;
+}
 /// b's centre at d from a's. Source: none needed.
 [[nodiscard]] Verdict spheres(double radius_a, double radius_b, const Vec3& d, double margin,
                               Manifold<3>& manifold);
@@ -23,6 +28,14 @@ inline bool spheres_near(double enough, const Vec3& d)
 /// Simulations, GDC 2015; Ericson sec. 4.4.1, 5.1.9.
 [[nodiscard]] Verdict boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
                             const Vec3& d, const BoxAxis& axis, double margin, Manifold<3>& manifold);
+
+// Whether there would be a contact without a margin, to the last digit. Unclear where the two touch or part by
+// no more than rounding.
+[[nodiscard]] Verdict boxes_touch(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
+                                  const Vec3& d);
+[[nodiscard]] Verdict sphere_box_touch(double radius, const Mat3& b, const Vec3& half, const Vec3& d);
+[[nodiscard]] Verdict capsule_box_touch(const Vec3& axis, double half_length, double radius, const Mat3& b,
+                                        const Vec3& half, const Vec3& d);
 
 /// From the gap between a capsule's segment (a sphere's centre) and a box to their contact.
 [[nodiscard]] Verdict capsule_box(const Vec3& axis, double half_length, double radius, const Mat3& b,

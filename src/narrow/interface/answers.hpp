@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "narrow/convex/gaps3.hpp"
+#include "narrow/convex/simple3.hpp"
 #include "narrow/parts/cast.hpp"
 #include "narrow/parts/motion.hpp"
 #include "narrow/parts/ray.hpp"
@@ -80,6 +81,19 @@ Distance<Dim, T> distance_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, co
     Gap<Dim> gap;
     find_gap(pair, double{max_distance}, gap);
     return finish<Dim, T>(gap, pair.d, swapped);
+}
+
+template <int Dim, class T>
+bool touching_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                 const Pose<Dim, T>& pose_b, const Kernels& kernels)
+{
+    if constexpr (Dim == 3)
+        if ((a.type() | b.type()) == int{ShapeTypes::sphere})
+            return spheres_touch(a.radius(), b.radius(), load(pose_b.position) - load(pose_a.position)) ==
+                   Verdict::touch;
+    Placed<Dim> pair = place(a, pose_a, b, pose_b, kernels);
+    arrange(pair);
+    return find_touch(pair);
 }
 
 template <int Dim, class T>

@@ -267,11 +267,8 @@ bool ContactFinder<Dim, T>::Implementation::touches(const Objects& set_a, const 
                                                     const Pair& pair, narrow::FoundList<Dim>& scratch) const
 {
     const Shape<Dim>&a = set_a.shapes[pair.a], &b = set_b.shapes[pair.b];
-    if (own_test(a.type(), b.type()) == nullptr) {
-        narrow::Placed<Dim> placed = narrow::place(a, set_a.poses[pair.a], b, set_b.poses[pair.b], *kernels);
-        narrow::arrange(placed);
-        return narrow::find_touch(placed);
-    }
+    if (own_test(a.type(), b.type()) == nullptr)
+        return narrow::touching_of(a, set_a.poses[pair.a], b, set_b.poses[pair.b], *kernels);
     find_one(set_a, set_b, pair, 0, scratch);
     bool any = false;
     for (const narrow::Found<Dim>& one : scratch)

@@ -29,9 +29,8 @@ template <int Dim, Coordinate T>
 bool touching(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
               const Pose<Dim, T>& pose_b)
 {
-    narrow::Placed<Dim> pair = narrow::checked(a, pose_a, b, pose_b);
-    narrow::arrange(pair);
-    return narrow::find_touch(pair);
+    narrow::check_poses(pose_a, pose_b);
+    return narrow::touching_of(a, pose_a, b, pose_b, narrow::best_kernels());
 }
 
 template <int Dim, Coordinate T>

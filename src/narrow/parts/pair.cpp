@@ -137,6 +137,21 @@ Verdict simple_contact(const Placed<2>&, double, Manifold<2>&)
 {
     return Verdict::unclear;
 }
+/// Whether there would be a contact without a margin; unclear where that has to be found to say so.
+Verdict simple_touch(const Placed<3>& pair)
+{
+    const Shape<3>&a = *pair.a, &b = *pair.b;
+    if (b.type() == ShapeTypes::sphere) return spheres_touch(a.radius(), b.radius(), pair.d);
+    if (b.type() != ShapeTypes::box || !is_simple(a.type())) return Verdict::unclear;
+    const Vec3 half = load(b.size());
+    if (a.type() == ShapeTypes::box) return boxes_touch(pair.ra, load(a.size()), pair.rb, half, pair.d);
+    if (a.type() == ShapeTypes::sphere) return sphere_box_touch(a.radius(), pair.rb, half, pair.d);
+    return capsule_box_touch(pair.ra.y, a.size()[1], a.radius(), pair.rb, half, pair.d);
+}
+Verdict simple_touch(const Placed<2>&)
+{
+    return Verdict::unclear;
+}
 
 } // namespace
 
@@ -194,8 +209,11 @@ bool find_touch(const Placed<Dim>& pair)
 {
     if (!within_reach(pair, 0)) return false;
     if (is_simple(pair.b->type())) {
-        Manifold<Dim> manifold;
-        const Verdict verdict = simple_contact(pair, 0, manifold);
+        Verdict verdict = simple_touch(pair);
+        if (verdict == Verdict::unclear) {
+            Manifold<Dim> manifold;
+            verdict = simple_contact(pair, 0, manifold);
+        }
         if (verdict != Verdict::unclear) return verdict == Verdict::touch;
     }
     if constexpr (Dim == 3)

@@ -76,10 +76,7 @@ template <int Dim>
 bool within_reach(const Placed<Dim>& pair, double margin)
 {
     const double reach = ShapeAccess::reach(*pair.a) + ShapeAccess::reach(*pair.b) + margin;
-    double size = 0;
-    for (int d = 0; d < Dim; ++d)
-        size = std::max(size, std::abs(pair.d[d]));
-    return size <= reach * (1 + 1e-14);
+    return length2(pair.d) <= reach * reach * (1 + 1e-14);
 }
 
 /// From the frame of an arranged pair to the user's.
