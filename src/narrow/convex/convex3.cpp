@@ -5,6 +5,7 @@
 #include "narrow/convex/descent.hpp"
 #include "narrow/convex/epa.hpp"
 #include "narrow/convex/manifold3.hpp"
+#include "narrow/convex/simple3.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -52,16 +53,19 @@ Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& sim
     }
     return gjk(a, b, {}, enough, {}, simplex, gap);
 }
-/// As core_gap, for what is mostly apart.
-void distant_core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+/// The gap of two boxes that overlap, from their contact. Returns false where they aren't sharp boxes, or touch
+/// by no more than rounding.
+bool gap_of_boxes(const Core3& a, const Core3& b, Gap<3>& gap)
 {
-    Simplex simplex;
-    if (gap_if_apart(a, b, enough, simplex, gap) == Verdict::apart) return;
-    if (are_small_polyhedra(a, b) && polyhedra_gap(a, b, enough, gap)) {
-        gap.distance = std::min(0.0, gap.distance);
-        return;
-    }
-    overlap(a, b, simplex, gap);
+    if (!a.is_box || !b.is_box || a.radius > 0 || b.radius > 0) return false;
+    const Vec3 half_a = a.polytope.vertex(7), half_b = b.polytope.vertex(7), d = b.frame.p - a.frame.p;
+    const BoxAxis axis = box_axis(a.frame.r, half_a, b.frame.r, half_b, d);
+    Manifold<3> manifold;
+    if (!(axis.separation < 0)) return false;
+    if (boxes(a.frame.r, half_a, b.frame.r, half_b, d, axis, 0, manifold) != Verdict::touch) return false;
+    const Vec3 middle = a.frame.p + manifold.point[0].p, half = axis.normal * (0.5 * axis.separation);
+    gap = {axis.separation, axis.normal, middle - half, middle + half, true};
+    return true;
 }
 
 } // namespace
@@ -84,12 +88,20 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 
 void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 {
+    Simplex simplex;
     Gap<3> cores;
-    distant_core_gap(a, b, enough + a.radius + b.radius, cores);
+    const double cores_enough = enough + a.radius + b.radius;
+    if (gap_if_apart(a, b, cores_enough, simplex, cores) != Verdict::apart) {
+        if (gap_of_boxes(a, b, gap)) return;
+        if (are_small_polyhedra(a, b) && polyhedra_gap(a, b, cores_enough, cores))
+            cores.distance = std::min(0.0, cores.distance);
+        else
+            overlap(a, b, simplex, cores);
+    }
     gap.distance = cores.distance - a.radius - b.radius;
     gap.normal = cores.normal;
     if (cores.distance == HUGE_VAL) return;
-    if (cores.distance > 0) {
+    if (cores.distance > 0 || cores.located) {
         gap.on_a = cores.on_a + cores.normal * a.radius;
         gap.on_b = cores.on_b - cores.normal * b.radius;
         return;
