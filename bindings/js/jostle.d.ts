@@ -669,6 +669,11 @@ export interface Shapes extends Disposable {
   addBoxes(halves: Float64Array): void;
   set(object: number, shape: Shape): void;
   clear(): void;
+  /**
+   * Whether the shapes serve for a whole multiple of `length` poses, over and over: object i has shape
+   * i % length. So the shapes of a robot's links serve for any number of its configurations. At first false.
+   */
+  repeats: boolean;
 }
 
 /**

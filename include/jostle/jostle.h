@@ -1090,6 +1090,11 @@ JOSTLE_C_API jostle_status jostle_shapes_add_from(jostle_shapes* shapes, const j
 /// Gives one object another shape.
 JOSTLE_C_API jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object,
                                              const jostle_shape* shape, jostle_error* error);
+/// Whether the list serves for a whole multiple of its size of poses, over and over: object i has shape
+/// i % size. So the shapes of a robot's links serve for any number of its configurations. At first it
+/// doesn't.
+JOSTLE_C_API jostle_status jostle_shapes_set_repeats(jostle_shapes* shapes, int32_t repeats,
+                                                     jostle_error* error);
 
 /// Objects with a shape and a pose. A pose is a position and, in 3D, a quaternion x, y, z, w; in 2D cosine
 /// and sine: 7 or 4 numbers of the space. Where a motion is wanted, linear and angular velocity follow: 13 or

@@ -470,6 +470,10 @@ jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object, const jo
             open_shapes(shapes).shapes);
     });
 }
+jostle_status jostle_shapes_set_repeats(jostle_shapes* shapes, int32_t repeats, jostle_error* error)
+{
+    return guarded(error, [&] { open_shapes(shapes).repeats = repeats != 0; });
+}
 
 jostle_status jostle_bounds(jostle_space space, const jostle_objects* objects, double margin,
                             jostle_executor* executor, void* boxes, jostle_error* error)

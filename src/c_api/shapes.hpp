@@ -75,6 +75,7 @@ class ShapesContent final : public Content
 {
   public:
     std::variant<ManyShapes<2>, ManyShapes<3>> shapes;
+    bool repeats = false;
 };
 
 template <>
@@ -113,9 +114,13 @@ template <int Dim, class Placed>
 Objects<Dim, Placed> objects_of(const jostle_objects* objects, const char* name)
 {
     const jostle_objects& given = wanted(objects, name);
-    const auto* const shapes = std::get_if<ManyShapes<Dim>>(&open(given.shapes).shapes);
-    if (shapes == nullptr) refuse(std::string(name) + "'s shapes aren't in " + std::to_string(Dim) + "D");
-    return {shapes->shapes, view<Placed>(given.poses, "poses")};
+    const ShapesContent& content = open(given.shapes);
+    const auto* const many = std::get_if<ManyShapes<Dim>>(&content.shapes);
+    if (many == nullptr) refuse(std::string(name) + "'s shapes aren't in " + std::to_string(Dim) + "D");
+    const StridedView<Shape<Dim>> shapes(many->shapes);
+    const StridedView<Placed> placed = view<Placed>(given.poses, "poses");
+    const bool fits = !shapes.empty() && placed.size() % shapes.size() == 0;
+    return {content.repeats && fits ? shapes.repeated(placed.size()) : shapes, placed};
 }
 
 /// What a shape is, for C.

@@ -196,6 +196,34 @@ TEST_F(CShapes, CopiedFromOtherListsKeepWhatTheyPointTo)
     EXPECT_EQ(jostle_shapes_free(copied, &error), JOSTLE_OK);
 }
 
+TEST_F(CShapes, RepeatForAWholeMultipleOfPoses)
+{
+    constexpr std::size_t times = 3;
+    Random random(8);
+    std::vector<jostle::Pose3f> poses;
+    std::vector<jostle::Shape3> expected;
+    for (std::size_t i = 0; i < times * twins.size(); ++i) {
+        expected.push_back(twins[i % twins.size()]);
+        poses.push_back(random_motion(random).pose);
+        if (expected.back().type() == jostle::ShapeTypes::half_space) poses.back() = {};
+    }
+    std::vector<Aabb3f> bounds(poses.size()), expected_bounds(poses.size());
+    jostle::bounds<3, float>(expected, poses, expected_bounds, 0);
+    const jostle_objects objects{shapes, values_of(poses)};
+    const auto ask = [&](const jostle_objects& of) {
+        return jostle_bounds(JOSTLE_3F, &of, 0, nullptr, bounds.data(), &error);
+    };
+    EXPECT_EQ(ask(objects), JOSTLE_SIZE_MISMATCH);
+    OK(jostle_shapes_set_repeats(shapes, 1, &error));
+    OK(ask(objects));
+    expect_same_bytes(bounds, expected_bounds);
+    jostle_objects fewer = objects;
+    --fewer.poses.count;
+    EXPECT_EQ(ask(fewer), JOSTLE_SIZE_MISMATCH) << "no whole multiple";
+    OK(jostle_shapes_set_repeats(shapes, 0, &error));
+    EXPECT_EQ(ask(objects), JOSTLE_SIZE_MISMATCH);
+}
+
 TEST_F(CShapes, MeetAsTheirTwinsDo)
 {
     const std::vector<jostle::Pose3f> poses = poses_of(motions), more_poses = poses_of(more_motions);

@@ -148,6 +148,15 @@ export class Shapes extends Owned {
   clear() {
     this.core.call("jostle_shapes_clear", this.pointer);
   }
+  #repeats = false;
+  get repeats() {
+    return this.#repeats;
+  }
+  set repeats(wish) {
+    if (typeof wish !== "boolean") refuse(`repeats is ${describe(wish)}: it must be true or false`);
+    this.core.call("jostle_shapes_set_repeats", this.pointer, wish ? 1 : 0);
+    this.#repeats = wish;
+  }
 }
 
 function shape_pointer(shape) {
@@ -176,9 +185,11 @@ export function bounds(core, objects, { margin = 0 } = {}) {
   return core.within(() => {
     const placed = place_objects(core, objects);
     const { rows, dim } = placed;
-    const length = objects.shapes.length;
-    if (rows.count !== length) refuse(`there are ${length} shapes and ${rows.count} poses`, "size_mismatch");
-    const out = core.scratch.take(2 * dim * length * size_of(rows.type));
+    const size = objects.shapes.length;
+    const fits = objects.shapes.repeats && size > 0 && rows.count % size === 0;
+    if (rows.count !== size && !fits)
+      refuse(`there are ${size} shapes and ${rows.count} poses`, "size_mismatch");
+    const out = core.scratch.take(2 * dim * rows.count * size_of(rows.type));
     core.call(
       "jostle_bounds",
       space_of(dim, rows.type),
@@ -187,7 +198,7 @@ export function bounds(core, objects, { margin = 0 } = {}) {
       core.executor,
       out,
     );
-    return core.view(rows.type, out, 2 * dim * length).slice();
+    return core.view(rows.type, out, 2 * dim * rows.count).slice();
   });
 }
 

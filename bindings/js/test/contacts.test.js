@@ -8,6 +8,25 @@ import { modules, random } from "./help.js";
 const near = (a, b, within = 1e-5) => assert.ok(Math.abs(a - b) <= within, `${a} is not ${b}`);
 
 for (const [kind, loaded] of Object.entries(modules)) {
+  test(`shapes that repeat serve for all configurations: ${kind}`, async () => {
+    const jostle = await loaded();
+    const links = [jostle.sphere(0.5), jostle.box([0.5, 0.4, 0.3]), jostle.capsule(0.5, 0.2)];
+    const next = random(5), at = poses(Float64Array.from({ length: 36 }, () => next() * 2), { dim: 3 });
+    const arm = { shapes: new jostle.Shapes({ shapes: links }), poses: at };
+    const copies = { shapes: new jostle.Shapes({ shapes: [links, links, links, links].flat() }), poses: at };
+    assert.equal(arm.shapes.repeats, false);
+    assert.throws(() => jostle.bounds(arm), { status: "size_mismatch" });
+    arm.shapes.repeats = true;
+    assert.deepEqual(jostle.bounds(arm), jostle.bounds(copies));
+    const pairs = Uint32Array.of(0, 1, 3, 4, 9, 11, 2, 11);
+    const finder = new jostle.ContactFinder({ dim: 3, type: "float64" });
+    assert.deepEqual(finder.distances(arm, pairs), finder.distances(copies, pairs));
+    assert.throws(() => jostle.bounds({ ...arm, poses: at.subarray(7) }), { status: "size_mismatch" });
+    assert.throws(() => (arm.shapes.repeats = 2), /repeats is 2/);
+    arm.shapes.repeats = false;
+    assert.throws(() => finder.distances(arm, pairs), { status: "size_mismatch" });
+  });
+
   test(`spheres touch where they should: ${kind}`, async () => {
     const jostle = await loaded();
     const count = 200, next = random(3);

@@ -175,6 +175,8 @@ void define_shapes(py::module_& m)
     define_class<Shapes>(m, "Shapes")
         .def(py::init<int>())
         .def_readonly("dim", &Shapes::dim)
+        .def_property(
+            "repeats", [](const Shapes& self) { return self.repeats; }, &Shapes::set_repeats)
         .def("size", &Shapes::size)
         .def("clear",
              [](Shapes& self) {
@@ -229,13 +231,13 @@ void define_shapes(py::module_& m)
     m.def("bounds", [](jostle_space space, const Shapes& shapes, const Array& poses, double margin) {
         Objects objects(shapes, poses, space, false, "poses");
         objects.want_pose_each("poses");
-        Array out(number_of(space),
-                  {static_cast<py::ssize_t>(shapes.size()), py::ssize_t(2), py::ssize_t(dim_of(space))});
+        Array out(number_of(space), {static_cast<py::ssize_t>(objects.view.poses.count), py::ssize_t(2),
+                                     py::ssize_t(dim_of(space))});
         auto* const data = static_cast<char*>(out.mutable_data());
         const auto size = static_cast<std::uint64_t>(out.strides(0));
         const Executor executor =
             make<Executor>([](auto** made, auto* error) { return jostle_executor_default(made, error); });
-        call_in_parts(shapes.size(), nullptr, [&](auto first, auto count, jostle_error* error) {
+        call_in_parts(objects.view.poses.count, nullptr, [&](auto first, auto count, jostle_error* error) {
             jostle_objects some;
             const jostle_status status = objects.part_of(first, count, some, error);
             if (status != JOSTLE_OK) return status;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -32,15 +33,23 @@ class Shapes
         call([&](jostle_error* error) { return jostle_shapes_size(handle.get(), &count, error); });
         return count;
     }
+    void set_repeats(bool wish)
+    {
+        call([&](jostle_error* error) {
+            return jostle_shapes_set_repeats(handle.get(), wish ? 1 : 0, error);
+        });
+        repeats = wish;
+    }
     int dim;
     ShapesHandle handle;
+    bool repeats = false;
 };
 
 /// Shapes and poses, or motions.
 struct Objects
 {
     Objects(const Shapes& shapes, const py::array& rows, jostle_space space, bool moving, const char* name)
-        : kept(rows), dim_(dim_of(space))
+        : kept(rows), dim_(dim_of(space)), repeats_(shapes.repeats)
     {
         if (shapes.dim != dim_)
             refuse("the shapes are in " + std::to_string(shapes.dim) + "D, and they must be in " +
@@ -71,19 +80,20 @@ struct Objects
         } else {
             status = jostle_shapes_clear(some, error);
         }
-        if (status == JOSTLE_OK) status = jostle_shapes_add_from(some, view.shapes, first, count, error);
+        if (status == JOSTLE_OK) status = add_shapes(some, first, count, error);
         part.shapes = some;
         part.poses.count = count;
         part.poses.data =
             static_cast<const char*>(view.poses.data) + static_cast<std::int64_t>(first) * view.poses.stride;
         return status;
     }
-    /// Refuses another number of shapes than of poses.
+    /// Refuses another number of shapes than of poses, unless the shapes repeat.
     void want_pose_each(const char* name) const
     {
         std::uint64_t count = 0;
         call([&](jostle_error* error) { return jostle_shapes_size(view.shapes, &count, error); });
-        if (count != view.poses.count)
+        const bool fits = repeats_ && count != 0 && view.poses.count % count == 0;
+        if (count != view.poses.count && !fits)
             raise_error("size_mismatch",
                         std::string(name) + " has " + std::to_string(view.poses.count) +
                             " rows, and there are " + std::to_string(count) + " shapes",
@@ -93,7 +103,24 @@ struct Objects
     jostle_objects view{};
 
   private:
+    /// Adds the shapes of some of the objects.
+    jostle_status add_shapes(jostle_shapes* some, std::uint64_t first, std::uint64_t count,
+                             jostle_error* error) const
+    {
+        if (!repeats_) return jostle_shapes_add_from(some, view.shapes, first, count, error);
+        std::uint64_t size = 0;
+        jostle_status status = jostle_shapes_size(view.shapes, &size, error);
+        while (status == JOSTLE_OK && count != 0) {
+            const std::uint64_t from = first % size, run = std::min(count, size - from);
+            status = jostle_shapes_add_from(some, view.shapes, from, run, error);
+            first += run;
+            count -= run;
+        }
+        return status;
+    }
+
     int dim_;
+    bool repeats_;
     ShapesHandle some_;
 };
 

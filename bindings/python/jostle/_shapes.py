@@ -140,6 +140,16 @@ class Shapes:
     def dim(self) -> int:
         return self._shapes.dim
 
+    @property
+    def repeats(self) -> bool:
+        """Whether the shapes serve for a whole multiple of len(self) poses, over and over: object i has shape i % len(self). So the
+        shapes of a robot's links serve for any number of its configurations. At first they don't."""
+        return self._shapes.repeats
+
+    @repeats.setter
+    def repeats(self, wish: bool) -> None:
+        self._shapes.repeats = bool(wish)
+
     def append(self, shape: Shape, count: int = 1) -> None:
         """Adds an object, or several of the same shape."""
         if count < 0:

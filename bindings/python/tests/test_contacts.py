@@ -252,3 +252,30 @@ def test_mistakes_name_the_object():
             call()
     with pytest.raises(IndexError):
         shapes[2] = jostle.sphere(1)
+
+
+@pytest.mark.parametrize("count", [4, 300_000])  # the second one is asked in parts
+def test_shapes_that_repeat_serve_for_all_configurations(count):
+    rng = np.random.default_rng(9)
+    links = [jostle.sphere(0.5), jostle.box([0.5, 0.4, 0.3]), jostle.capsule(0.5, 0.2)]
+    arm, copies = jostle.Shapes(links), jostle.Shapes(links * count)
+    poses = jostle.poses(rng.random((3 * count, 3)) * 2)
+    pairs = [(3 * k + i, 3 * k + j) for k in range(4) for i in range(3) for j in range(i)]
+    assert not arm.repeats
+    with pytest.raises(jostle.Error, match=f"{3 * count} rows, and there are 3 shapes"):
+        jostle.bounds(arm, poses)
+    arm.repeats = True
+    assert arm.repeats and len(arm) == 3
+    assert np.array_equal(jostle.bounds(arm, poses), jostle.bounds(copies, poses))
+    with pytest.raises(jostle.Error, match="there are 3 shapes"):
+        jostle.bounds(arm, poses[1:])
+    finder = jostle.ContactFinder(3, np.float64)
+    assert np.array_equal(finder.touching(arm, poses, pairs), finder.touching(copies, poses, pairs))
+    assert np.array_equal(finder.distances(arm, poses, pairs), finder.distances(copies, poses, pairs))
+    index = jostle.BoxIndex(jostle.bounds(copies, poses)[:12])
+    near = [index.nearest_shapes(shapes, poses[3:15], copies_of, poses[:12]) for shapes, copies_of in
+            [(arm, arm), (jostle.Shapes(links * 4), jostle.Shapes(links * 4))]]
+    assert np.array_equal(near[0], near[1])
+    arm.repeats = False
+    with pytest.raises(jostle.Error):
+        finder.touching(arm, poses, pairs)

@@ -53,8 +53,8 @@ Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& sim
     }
     return gjk(a, b, {}, enough, {}, simplex, gap);
 }
-/// The gap of two boxes that overlap, from their contact. Returns false where they aren't sharp boxes, or touch
-/// by no more than rounding.
+/// The gap of two boxes that overlap, from their contact. Returns false where they aren't sharp boxes, or
+/// touch by no more than rounding.
 bool gap_of_boxes(const Core3& a, const Core3& b, Gap<3>& gap)
 {
     if (!a.is_box || !b.is_box || a.radius > 0 || b.radius > 0) return false;

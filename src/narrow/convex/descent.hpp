@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// How deep two cores overlap of which one is smooth, or how far they are apart, from the shapes' own formulas:
-// the overlap along a direction is a function on the sphere, whose least value Newton's method finds.
+// How deep two cores overlap of which one is smooth, or how far they are apart, from the shapes' own
+// formulas: the overlap along a direction is a function on the sphere, whose least value Newton's method
+// finds.
 #pragma once
 
 #include "narrow/convex/gjk.hpp"

@@ -24,7 +24,8 @@ struct Simplex
 };
 
 inline constexpr int all_steps = 100; ///< then rounding is all that is left
-/// After how many steps to leave it to another test, and after how many if a plane is found that parts the two.
+/// After how many steps to leave it to another test, and after how many once a plane is found that parts the
+/// two.
 struct MostSteps
 {
     int steps = all_steps, parted = all_steps;

@@ -29,8 +29,8 @@ inline bool spheres_near(double enough, const Vec3& d)
 [[nodiscard]] Verdict boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
                             const Vec3& d, const BoxAxis& axis, double margin, Manifold<3>& manifold);
 
-// Whether there would be a contact without a margin, to the last digit. Unclear where the two touch or part by
-// no more than rounding.
+// Whether there would be a contact without a margin, to the last digit. Unclear where the two touch or are
+// parted by no more than rounding.
 [[nodiscard]] Verdict boxes_touch(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b,
                                   const Vec3& d);
 [[nodiscard]] Verdict sphere_box_touch(double radius, const Mat3& b, const Vec3& half, const Vec3& d);
