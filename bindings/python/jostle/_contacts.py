@@ -43,14 +43,15 @@ class ContactFinder:
 
     def _given(self, shapes: Shapes, rows: Any, pairs: Any, shapes_b: Shapes | None,
                rows_b: Any) -> tuple[Any, np.ndarray, Any, np.ndarray | None, np.ndarray]:
-        b = None if rows_b is None else self._rows(rows_b)
+        a, b = self._rows(rows), None if rows_b is None else self._rows(rows_b)
         named = _arrays.pairs(pairs)
         if named.ndim == 2 and named.shape[1] == 2:
-            for column, many in enumerate((len(shapes), len(shapes) if shapes_b is None else len(shapes_b))):
+            for column, (of, placed) in enumerate(((shapes, a), (shapes, a) if shapes_b is None else (shapes_b, b))):
+                many = len(placed) if of.repeats and placed is not None else len(of)
                 if len(named) and named[:, column].max() >= many:
                     at = int(np.argmax(named[:, column] >= many))
                     raise NoSuchObjectError(f"pairs[{at}] names object {named[at, column]}, and there are {many}", at)
-        return shapes._shapes, self._rows(rows), None if shapes_b is None else shapes_b._shapes, b, named
+        return shapes._shapes, a, None if shapes_b is None else shapes_b._shapes, b, named
 
     def _rows(self, rows: Any) -> np.ndarray:
         return _arrays.packed_poses(rows, self.dtype)
@@ -174,7 +175,7 @@ def shape_casts(moving: Shapes, moving_poses: Any, displacements: Any, shapes: S
 def bounds(shapes: Shapes, poses: Any, margin: float = 0.0) -> np.ndarray:
     """The tightest box around each object, rounded outwards: (n, 2, d)."""
     given = ContactFinder._rows(_finder(shapes, poses, None), poses)
-    if given.ndim != 2 or len(given) != len(shapes):
+    if given.ndim != 2:
         raise Error(f"poses has the shape {given.shape}, and there are {len(shapes)} shapes", None, "size_mismatch")
     return _core.bounds(_arrays.SPACES[shapes.dim, given.dtype], shapes._shapes, given, margin)
 

@@ -269,13 +269,14 @@ def test_shapes_that_repeat_serve_for_all_configurations(count):
     assert np.array_equal(jostle.bounds(arm, poses), jostle.bounds(copies, poses))
     with pytest.raises(jostle.Error, match="there are 3 shapes"):
         jostle.bounds(arm, poses[1:])
+    with pytest.raises(jostle.NoSuchObjectError, match=f"names object {3 * count}, and there are {3 * count}"):
+        jostle.touching(arm, poses, [(0, 3 * count)])
     finder = jostle.ContactFinder(3, np.float64)
     assert np.array_equal(finder.touching(arm, poses, pairs), finder.touching(copies, poses, pairs))
     assert np.array_equal(finder.distances(arm, poses, pairs), finder.distances(copies, poses, pairs))
     index = jostle.BoxIndex(jostle.bounds(copies, poses)[:12])
-    near = [index.nearest_shapes(shapes, poses[3:15], copies_of, poses[:12]) for shapes, copies_of in
-            [(arm, arm), (jostle.Shapes(links * 4), jostle.Shapes(links * 4))]]
-    assert np.array_equal(near[0], near[1])
+    moved, whole = poses[:12] + [3, 0, 0, 0, 0, 0, 0], jostle.Shapes(links * 4)
+    assert np.array_equal(index.nearest_shapes(arm, moved, arm, poses[:12]), index.nearest_shapes(whole, moved, whole, poses[:12]))
     arm.repeats = False
     with pytest.raises(jostle.Error):
         finder.touching(arm, poses, pairs)
