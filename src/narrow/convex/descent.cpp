@@ -254,7 +254,7 @@ class Descent
         for (const Core3* core : {&a_, &b_}) {
             const double sign = core == &a_ ? 1 : -1;
             const double along = dot(core->frame.r.y, n_);
-            if (!(along * along > 0.96)) continue;
+            if (!(along * along > 0.96)) continue; // the disc's normal is more than 0.2 away
             const Vec3 d = core->frame.r.back(n_ * sign);
             const double across = d.x * d.x + d.z * d.z;
             if (disc(*core, d) == 0) continue;
@@ -436,7 +436,7 @@ void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent&
         return;
     }
     const Vec3 normal = descent.normal;
-    expansion.take_in(expansion.furthest(normal));
+    if (!expansion.take_in(expansion.furthest(normal))) return;
     if (a.is_smooth() && b.is_smooth()) {
         // The faces around this point are close enough if they lean by less than 0.045: on a round surface,
         // those between points along directions that lean by a little more.
@@ -444,7 +444,7 @@ void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent&
         Vec3 u, v;
         basis(normal, u, v);
         for (const Vec3& aside : {u, v, -u, -v})
-            expansion.take_in(expansion.furthest(normal + aside * lean));
+            if (!expansion.take_in(expansion.furthest(normal + aside * lean))) return;
     }
     for (int step = 0; step < most_steps; ++step) {
         const auto [face, offset] =
@@ -484,16 +484,16 @@ void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3
 {
     Descent descent(a, b);
     descent.from(gap.normal);
+    const auto is_located = [&] { return descent.off() < 1e-7 * (a.reach + b.reach); };
     // A ball inside the difference that touches its surface where the search has ended holds the smaller ball
     // around the origin that touches it there, too: nothing is nearer.
-    const bool is_least = descent.off() < 1e-7 * (a.reach + b.reach) &&
-                          descent.depth <= least_curvature(a) + least_curvature(b);
+    const bool is_least = is_located() && descent.depth <= least_curvature(a) + least_curvature(b);
     if (!is_least) search_all(a, b, simplex, descent);
     gap.normal = descent.normal;
     gap.distance = -std::max(0.0, descent.depth);
     gap.on_a = descent.on_a;
     gap.on_b = descent.on_b;
-    gap.located = descent.off() < 1e-7 * (a.reach + b.reach);
+    gap.located = is_located();
 }
 
 bool gap_by_descent(const Core3& a, const Core3& b, double enough, Gap<3>& gap)

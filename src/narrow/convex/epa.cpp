@@ -139,7 +139,7 @@ bool Expansion::grow(std::uint32_t from, const Vec3& beyond)
     return true;
 }
 
-void Expansion::take_in(const Vec3& point)
+bool Expansion::take_in(const Vec3& point)
 {
     std::uint32_t from = 0;
     double furthest_out = least_out_;
@@ -149,7 +149,7 @@ void Expansion::take_in(const Vec3& point)
         furthest_out = out;
         from = f;
     }
-    if (furthest_out > least_out_) grow(from, point);
+    return !(furthest_out > least_out_) || grow(from, point);
 }
 
 void expand(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap)

@@ -56,8 +56,8 @@ class Expansion
 
     /// Takes in a point beyond a face. Returns false where rounding has left no closed surface.
     bool grow(std::uint32_t from, const Vec3& beyond);
-    /// Takes in a point if it is outside.
-    void take_in(const Vec3& point);
+    /// Takes in a point if it is outside. Returns false as grow() does.
+    bool take_in(const Vec3& point);
 
     Vec3 flat_normal{0, 1, 0};
 

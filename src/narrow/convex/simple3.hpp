@@ -14,10 +14,10 @@ inline bool spheres_near(double enough, const Vec3& d)
 {
     return length2(d) <= enough * enough * (1 + 1e-15);
 }
-[[nodiscard]] inline Verdict spheres_touch(double radius_a, double radius_b, const Vec3& d)
+[[nodiscard]] inline bool spheres_touch(double radius_a, double radius_b, const Vec3& d)
 {
     const double radii = radius_a + radius_b;
-    return spheres_near(radii, d) && length(d) <= radii ? Verdict::touch : Verdict::apart;
+    return spheres_near(radii, d) && length(d) <= radii;
 }
 /// b's centre at d from a's. Source: none needed.
 [[nodiscard]] Verdict spheres(double radius_a, double radius_b, const Vec3& d, double margin,

@@ -87,10 +87,9 @@ template <int Dim, class T>
 bool touching_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                  const Pose<Dim, T>& pose_b, const Kernels& kernels)
 {
-    if constexpr (Dim == 3)
+    if constexpr (Dim == 3) // two spheres need no rotations, which would take most of the time
         if ((a.type() | b.type()) == int{ShapeTypes::sphere})
-            return spheres_touch(a.radius(), b.radius(), load(pose_b.position) - load(pose_a.position)) ==
-                   Verdict::touch;
+            return spheres_touch(a.radius(), b.radius(), load(pose_b.position) - load(pose_a.position));
     Placed<Dim> pair = place(a, pose_a, b, pose_b, kernels);
     arrange(pair);
     return find_touch(pair);

@@ -141,7 +141,6 @@ Verdict simple_contact(const Placed<2>&, double, Manifold<2>&)
 Verdict simple_touch(const Placed<3>& pair)
 {
     const Shape<3>&a = *pair.a, &b = *pair.b;
-    if (b.type() == ShapeTypes::sphere) return spheres_touch(a.radius(), b.radius(), pair.d);
     if (b.type() != ShapeTypes::box || !is_simple(a.type())) return Verdict::unclear;
     const Vec3 half = load(b.size());
     if (a.type() == ShapeTypes::box) return boxes_touch(pair.ra, load(a.size()), pair.rb, half, pair.d);
