@@ -49,7 +49,10 @@ struct Combination
 };
 constexpr Combination all_combinations[] = {
     {"sphere-sphere", BodyKind::sphere, BodyKind::sphere, 1},
+    {"capsule-capsule", BodyKind::capsule, BodyKind::capsule, 1},
+    {"sphere-capsule", BodyKind::sphere, BodyKind::capsule, 1},
     {"box-box", BodyKind::box, BodyKind::box, 1},
+    {"sphere-box", BodyKind::sphere, BodyKind::box, 1},
     {"capsule-box", BodyKind::capsule, BodyKind::box, 1},
     {"cylinder-cylinder", BodyKind::cylinder, BodyKind::cylinder, 2},
     {"cone-cone", BodyKind::cone, BodyKind::cone, 2},

@@ -98,6 +98,66 @@ TEST(ClosedForms, AreTheSearchsDistances)
     EXPECT_GT(compared, 20'000);
 }
 
+/// Capsules, and spheres with capsules, as near as they get to touching.
+Case random_round_case(Random& random)
+{
+    for (;;) {
+        Case c = random_case(random);
+        if (c.a.type() == ShapeTypes::box || c.b.type() == ShapeTypes::box) continue;
+        if (c.a.type() == ShapeTypes::sphere && c.b.type() == ShapeTypes::sphere) continue;
+        const double reach = narrow::ShapeAccess::reach(c.a) + narrow::ShapeAccess::reach(c.b);
+        for (std::size_t d = 0; d < 3; ++d)
+            c.pose_b.position[d] = c.pose_a.position[d] + reach * random.uniform(-0.7, 0.7);
+        return c;
+    }
+}
+
+TEST(ClosedForms, ContactsOfRoundShapesAreTheSearchs)
+{
+    Random random(52);
+    int single = 0, twofold = 0;
+    for (int round = 0; round < 60'000; ++round) {
+        const Case c = random_round_case(random);
+        narrow::Placed<3> pair = narrow::place(c.a, c.pose_a, c.b, c.pose_b);
+        narrow::arrange(pair);
+        const double size = narrow::length(pair.d) + narrow::ShapeAccess::reach(c.a) +
+                            narrow::ShapeAccess::reach(c.b) + 1e-300;
+        const double margin = random.chance(0.5) ? 0 : size * random.uniform(0, 0.2);
+        SCOPED_TRACE(testing::Message() << "round " << round << " types " << c.a.type() << " and "
+                                        << c.b.type() << " within " << margin);
+        narrow::FoundList<3> quick, slow;
+        narrow::find_contacts(pair, margin, quick);
+        narrow::find_contacts_generally(pair, margin, slow);
+        narrow::Gap<3> gap;
+        narrow::find_gap(pair, HUGE_VAL, gap);
+        if (std::abs(gap.distance - margin) < 1e-12 * size) continue; // rounding decides
+        ASSERT_EQ(quick.size(), slow.size());
+        if (quick.empty()) continue;
+        const narrow::Manifold<3>&one = quick[0].manifold, &other = slow[0].manifold;
+        ASSERT_EQ(one.count, other.count);
+        (one.count == 1 ? single : twofold) += 1;
+        const double cores = gap.distance + c.a.radius() + c.b.radius();
+        const double angle = cores < 1e-6 * size ? 1e-4 : 1e-7; // of cores that nearly touch
+        for (int d = 0; d < 3; ++d)
+            ASSERT_NEAR(one.normal[d], other.normal[d], angle);
+        for (std::uint32_t k = 0; k < one.count; ++k) {
+            const narrow::ManifoldPoint<3>& point = one.point[k];
+            // Two points that are as deep but for rounding may come in either order.
+            const bool turned = one.count == 2 && length2(other.point[1 - k].p - point.p) <
+                                                      length2(other.point[k].p - point.p);
+            const narrow::ManifoldPoint<3>& twin = other.point[turned ? 1 - k : k];
+            ASSERT_NEAR(point.depth, twin.depth, angle * size);
+            for (int d = 0; d < 3; ++d)
+                ASSERT_NEAR(point.p[d], twin.p[d], 30 * angle * size);
+            if (pair.b->size()[1] == 0 || pair.a->size()[1] == 0) continue; // an end, or an edge without length
+            ASSERT_EQ(point.feature_a, twin.feature_a);
+            ASSERT_EQ(point.feature_b, twin.feature_b);
+        }
+    }
+    EXPECT_GT(single, 10'000);
+    EXPECT_GT(twofold, 1'000);
+}
+
 template <class T>
 class Batches : public testing::Test
 {

@@ -25,11 +25,12 @@ TEST_F(ToolTest, BenchContactsFindsTheSameOnAnyThreads)
     ASSERT_EQ(result.exit_code, 0) << result.err;
     expect_rounded(result.out);
     const nlohmann::json rows = nlohmann::json::parse(result.out);
-    EXPECT_EQ(rows.size(), 44u)
-        << "eleven kinds of pairs on one thread and on two, all points and the deepest";
+    EXPECT_EQ(rows.size(), 56u)
+        << "fourteen kinds of pairs on one thread and on two, all points and the deepest";
     std::map<std::string, std::set<std::pair<int, int>>> found;
     std::map<std::string, std::set<int>> touching_of;
-    const std::set<std::string> whole{"sphere-sphere", "box-box", "capsule-box"};
+    const std::set<std::string> whole{"sphere-sphere", "capsule-capsule", "sphere-capsule",
+                                      "box-box",       "sphere-box",      "capsule-box"};
     for (const auto& row : rows) {
         const int pairs = row["pairs"], touching = row["touching"];
         EXPECT_EQ(pairs, row["pair"] == "box-mesh" ? 20 : whole.count(row["pair"]) == 0 ? 40 : 80);
@@ -45,7 +46,7 @@ TEST_F(ToolTest, BenchContactsFindsTheSameOnAnyThreads)
         }
         found[std::string(row["system"]) + " " + std::string(row["pair"])].insert({touching, row["points"]});
     }
-    EXPECT_EQ(found.size(), 22u);
+    EXPECT_EQ(found.size(), 28u);
     for (const auto& [pair, counts] : found)
         EXPECT_EQ(counts.size(), 1u) << pair;
     for (const auto& [pair, counts] : touching_of)

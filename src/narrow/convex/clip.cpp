@@ -41,12 +41,6 @@ std::uint32_t best_face(const Core3& core, const Vec3& d, double& alignment)
     return best;
 }
 
-/// The sine of the angle of which `nearly_face` is the cosine.
-constexpr double nearly_level = 0.087;
-/// Two edges cross in a point, but in one that runs off along them as they get parallel: at 1 degree it moves
-/// by 50 times what they do. Below this sine of the angle they are side by side and have two points.
-constexpr double side_by_side = 0.02;
-
 /// A disc is clipped as a polygon of so many corners, of which the first is where the disc reaches furthest
 /// along d.
 constexpr std::uint32_t rim_corners = 8;

@@ -42,11 +42,16 @@ struct Clip
 {
     /// Along `normal`, unit, from a to b.
     Clip(const Core3& a, const Core3& b, const Vec3& normal, double contact_margin)
+        : Clip(a.radius, b.radius, a.reach + b.reach, normal, contact_margin)
+    {
+    }
+    Clip(double a_radius, double b_radius, double reaches, const Vec3& normal, double contact_margin)
         : lateral(normal),
-          radius_a(a.radius),
-          radius_b(b.radius),
+          radius_a(a_radius),
+          radius_b(b_radius),
           margin(contact_margin),
-          size(a.reach + b.reach + a.radius + b.radius)
+          cores(reaches),
+          size(reaches + a_radius + b_radius)
     {
     }
     /// A point over lateral place `at`, where the cores' surfaces lie at two heights along the normal. It is
@@ -60,9 +65,23 @@ struct Clip
         const Vec3 p = lateral.u * at.x + lateral.v * at.y + lateral.n * (0.5 * (top + bottom));
         found.push_back({p, depth, feature_a, feature_b});
     }
+    /// The shapes overlap by `depth`, at `deepest()`. Adds that point where none that was found is as deep: a
+    /// vertex against anything, as all of a user's shape is, and rounding.
+    template <class Deepest>
+    void complete(double depth, const Deepest& deepest)
+    {
+        double most = -HUGE_VAL;
+        for (std::size_t i = 0; i < found.size(); ++i)
+            most = std::max(most, found[i].depth);
+        const double slack = 1e-7 * (cores + std::abs(depth));
+        if (most > depth + slack) found.clear();
+        if (!(most >= depth - slack) || found.empty()) found.push_back(deepest());
+    }
 
     Lateral lateral;
-    double radius_a, radius_b, margin, size;
+    double radius_a, radius_b, margin;
+    double cores; ///< how far they reach
+    double size;  ///< of both, with their radii
     SmallVector<ManifoldPoint<3>, 24> found;
 };
 

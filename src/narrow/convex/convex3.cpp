@@ -53,11 +53,14 @@ Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& sim
     }
     return gjk(a, b, {}, enough, {}, simplex, gap);
 }
-/// The gap of two boxes that overlap, from their contact. Returns false where they aren't sharp boxes, or
-/// touch by no more than rounding.
+bool are_sharp_boxes(const Core3& a, const Core3& b)
+{
+    return a.is_box && b.is_box && a.radius == 0 && b.radius == 0;
+}
+/// The gap of two sharp boxes that overlap, from their contact. Returns false where they touch by no more than
+/// rounding, or don't.
 bool gap_of_boxes(const Core3& a, const Core3& b, Gap<3>& gap)
 {
-    if (!a.is_box || !b.is_box || a.radius > 0 || b.radius > 0) return false;
     const Vec3 half_a = a.polytope.vertex(7), half_b = b.polytope.vertex(7), d = b.frame.p - a.frame.p;
     const BoxAxis axis = box_axis(a.frame.r, half_a, b.frame.r, half_b, d);
     Manifold<3> manifold;
@@ -91,12 +94,19 @@ void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
     Simplex simplex;
     Gap<3> cores;
     const double cores_enough = enough + a.radius + b.radius;
-    if (gap_if_apart(a, b, cores_enough, simplex, cores) != Verdict::apart) {
-        if (gap_of_boxes(a, b, gap)) return;
-        if (are_small_polyhedra(a, b) && polyhedra_gap(a, b, cores_enough, cores))
-            cores.distance = std::min(0.0, cores.distance);
-        else
-            overlap(a, b, simplex, cores);
+    Verdict verdict = Verdict::unclear;
+    bool overlaps = false;
+    if (are_small_polyhedra(a, b)) { // without a plane between them after two steps, most overlap
+        verdict = gjk(a, b, {}, cores_enough, {.unparted = 2}, simplex, cores);
+        if (verdict != Verdict::apart) {
+            const bool are_boxes = are_sharp_boxes(a, b);
+            if (are_boxes && gap_of_boxes(a, b, gap)) return;
+            overlaps = !are_boxes && polyhedra_gap(a, b, cores_enough, cores) && cores.distance <= 0;
+        }
+    }
+    if (!overlaps && verdict != Verdict::apart) {
+        verdict = gap_if_apart(a, b, cores_enough, simplex, cores);
+        if (verdict != Verdict::apart) overlap(a, b, simplex, cores);
     }
     gap.distance = cores.distance - a.radius - b.radius;
     gap.normal = cores.normal;

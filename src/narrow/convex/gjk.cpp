@@ -113,7 +113,7 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Mo
     s.count = 0;
     double widest = -HUGE_VAL;
     for (int step = 0; step < all_steps; ++step) {
-        if (step == most.steps || (step >= most.parted && widest > 0)) return Verdict::unclear;
+        if (step == most.steps || step >= (widest > 0 ? most.parted : most.unparted)) return Verdict::unclear;
         const Support pa = support(a, -v), pb = support(b, v);
         const SimplexPoint w{pa.p - (pb.p + shift), pa.p, pb.p, pa.vertex, pb.vertex};
         extent = std::max(extent, length2(w.w));

@@ -24,11 +24,11 @@ struct Simplex
 };
 
 inline constexpr int all_steps = 100; ///< then rounding is all that is left
-/// After how many steps to leave it to another test, and after how many once a plane is found that parts the
-/// two.
+/// After how many steps to leave it to another test, after how many once a plane is found that parts the two,
+/// and after how many if none is.
 struct MostSteps
 {
-    int steps = all_steps, parted = all_steps;
+    int steps = all_steps, parted = all_steps, unparted = all_steps;
 };
 
 /// The gap between two cores, without their radii, b moved by `shift`; the gap's points are where they are

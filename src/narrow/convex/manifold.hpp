@@ -76,8 +76,13 @@ inline constexpr double squarely_face = 0.9998;
 /// Two faces, or a face and an edge, that will lie flat in a step or two share points already: about 5
 /// degrees, at which a face of length 1 stands off by 0.09.
 inline constexpr double nearly_face = 0.996;
+/// The sine of that angle: an edge is level up to it.
+inline constexpr double nearly_level = 0.087;
 /// What meets a face squarely may itself be a face at up to 60 degrees: beyond it an edge or vertex meets it.
 inline constexpr double other_face = 0.5;
+/// Two edges cross in a point, but in one that runs off along them as they get parallel: at 1 degree it moves
+/// by 50 times what they do. Below this sine of the angle they are side by side and have two points.
+inline constexpr double side_by_side = 0.02;
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

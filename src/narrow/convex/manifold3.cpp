@@ -128,18 +128,11 @@ void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double m
     Feature fa, fb;
     take_features(a, b, n, fa, fb);
     clip_features(clip, fa, fb);
-    double deepest = -HUGE_VAL;
-    for (std::size_t i = 0; i < clip.found.size(); ++i)
-        deepest = std::max(deepest, clip.found[i].depth);
-    // What is left: a vertex against anything, as all of a user's shape is, and rounding.
-    const double slack = 1e-7 * (a.reach + b.reach + std::abs(depth));
-    if (deepest > depth + slack) clip.found.clear();
-    if (!(deepest >= depth - slack) || clip.found.empty()) {
+    clip.complete(depth, [&]() -> ManifoldPoint<3> {
         Vec3 on_a = cores.on_a, on_b = cores.on_b;
         if (cores.distance <= 0 && !cores.located) nearest_when_parted(a, b, cores, on_a, on_b);
-        const Vec3 middle = (on_a + n * a.radius + on_b - n * b.radius) * 0.5;
-        clip.found.push_back({middle, depth, id_of(fa), id_of(fb)});
-    }
+        return {(on_a + n * a.radius + on_b - n * b.radius) * 0.5, depth, id_of(fa), id_of(fb)};
+    });
     reduce(n, clip.found.data(), static_cast<std::uint32_t>(clip.found.size()), manifold);
 }
 

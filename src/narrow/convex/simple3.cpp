@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/convex/simple3.hpp"
 
-#include "narrow/convex/gaps3.hpp"
+#include "narrow/convex/clip.hpp"
 #include "narrow/convex/manifold3.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -247,6 +247,24 @@ class FaceMeeting
     std::uint16_t face_y_, edge_y_[4];
 };
 
+/// What of a capsule or sphere meets a normal, whose sine with its axis is `rise`: the segment where that is
+/// level, else the end that is higher.
+std::uint16_t round_feature(const Round& round, double rise)
+{
+    if (round.half_length > 0 && std::abs(rise) <= nearly_level) return feature_id(edge_feature, 0);
+    return feature_id(vertex_feature, round.half_length > 0 && rise > 0 ? 1 : 0);
+}
+Feature segment_of(const Round& round, const Vec3& place)
+{
+    Feature feature;
+    feature.kind = edge_feature;
+    for (const std::uint32_t end : {0u, 1u}) {
+        feature.vertex.push_back(end);
+        feature.point.push_back(place + round.axis * (end == 0 ? -round.half_length : round.half_length));
+    }
+    return feature;
+}
+
 /// From how far a core of some radius is from a box.
 Verdict core_touches(double distance, double radius, double size)
 {
@@ -268,6 +286,26 @@ Verdict spheres(double radius_a, double radius_b, const Vec3& d, double margin, 
     manifold.point[0] = {n * (0.5 * (radius_a + (distance - radius_b))), radii - distance,
                          feature_id(vertex_feature, 0), feature_id(vertex_feature, 0)};
     return Verdict::touch;
+}
+
+void rounds(const Round& a, const Round& b, const Vec3& d, const Gap<3>& gap, double margin,
+            Manifold<3>& manifold)
+{
+    const Vec3& n = gap.normal;
+    const std::uint16_t feature_a = round_feature(a, dot(n, a.axis)),
+                        feature_b = round_feature(b, -dot(n, b.axis));
+    const ManifoldPoint<3> nearest{(gap.on_a + gap.on_b) * 0.5, -gap.distance, feature_a, feature_b};
+    // The clipping knows exactly which segments lie side by side as seen along the normal.
+    if (feature_a == edge_feature && feature_b == edge_feature &&
+        std::abs(dot(n, cross(a.axis, b.axis))) < 2 * side_by_side) {
+        Clip clip(a.radius, b.radius, a.half_length + b.half_length, n, margin);
+        clip_features(clip, segment_of(a, {}), segment_of(b, d));
+        clip.complete(nearest.depth, [&] { return nearest; });
+        return reduce(n, clip.found.data(), static_cast<std::uint32_t>(clip.found.size()), manifold);
+    }
+    manifold.normal = n;
+    manifold.count = 1;
+    manifold.point[0] = nearest;
 }
 
 Verdict boxes(const Mat3& a, const Vec3& half_a, const Mat3& b, const Vec3& half_b, const Vec3& d,

@@ -3,6 +3,7 @@
 // which decides where they return unclear: at a corner close by, or for a shape without extent.
 #pragma once
 
+#include "narrow/convex/gaps3.hpp"
 #include "narrow/convex/manifold.hpp"
 #include "narrow/kernels/kernels.hpp"
 
@@ -22,6 +23,10 @@ inline bool spheres_near(double enough, const Vec3& d)
 /// b's centre at d from a's. Source: none needed.
 [[nodiscard]] Verdict spheres(double radius_a, double radius_b, const Vec3& d, double margin,
                               Manifold<3>& manifold);
+
+/// From the gap of a capsule and another one or a sphere, which is `a`, to their contact.
+void rounds(const Round& a, const Round& b, const Vec3& d, const Gap<3>& gap, double margin,
+            Manifold<3>& manifold);
 
 /// From the axis that separates two boxes best to their contact: the face that meets the other's face, cut to
 /// it, or the point where two edges cross. Source: Gregorius, Robust Contact Creation for Physics

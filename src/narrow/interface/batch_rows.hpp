@@ -38,6 +38,30 @@ inline void put(const Vec3& v, double (&to)[3][batch], std::uint32_t k)
     to[2][k] = v.z;
 }
 
+/// A capsule, or a sphere with one: that lies along y, whatever it turns.
+template <class T>
+void put_rounds(RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k)
+{
+    if (s.a->type() == ShapeTypes::sphere) {
+        for (std::size_t d = 0; d < 4; ++d)
+            rows.turn_a[d][k] = d == 3 ? 1 : 0;
+    }
+    rows.half_a[k] = s.a->size()[1];
+    rows.half_b[k] = s.b->size()[1];
+}
+/// What the kernel has found of them.
+template <class T>
+Cores round_cores(const RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k)
+{
+    return {rows.distance[k],
+            lane(rows.normal, k),
+            lane(rows.on_a, k),
+            lane(rows.on_b, k),
+            extent(s.d) + s.a->size()[1] + s.b->size()[1],
+            s.a->radius(),
+            s.b->radius()};
+}
+
 inline bool is_zero(const Vec3& v)
 {
     return v.x == 0 && v.y == 0 && v.z == 0;

@@ -16,18 +16,19 @@ inline constexpr std::size_t block_pairs = 512;
 enum class Group
 {
     spheres,
+    rounds, ///< capsules, and spheres with capsules
     boxes,
     capsule_box, ///< sphere with box as well
     other
 };
-inline constexpr std::size_t groups = 4;
+inline constexpr std::size_t groups = 5;
 
 /// Of the two types of a pair, in any order. There are no kernels for the plane.
 template <int Dim>
 Group group_of(ShapeType a, ShapeType b)
 {
-    constexpr Group group[3][3] = {{Group::spheres, Group::other, Group::capsule_box},
-                                   {Group::other, Group::other, Group::capsule_box},
+    constexpr Group group[3][3] = {{Group::spheres, Group::rounds, Group::capsule_box},
+                                   {Group::rounds, Group::rounds, Group::capsule_box},
                                    {Group::capsule_box, Group::capsule_box, Group::boxes}};
     return Dim == 3 && is_simple(a) && is_simple(b) ? group[a][b] : Group::other;
 }

@@ -57,19 +57,9 @@ void DistanceBatch<T>::run(const Kernels& kernels)
     };
     through_kernel(
         set, of(Form::rounds), kernels.rounds, all,
-        [](RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k) {
-            if (s.a->type() == ShapeTypes::sphere) { // along y, whatever it turns
-                for (std::size_t d = 0; d < 4; ++d)
-                    rows.turn_a[d][k] = d == 3 ? 1 : 0;
-            }
-            rows.half_a[k] = s.a->size()[1];
-            rows.half_b[k] = s.b->size()[1];
-        },
+        put_rounds<T>,
         [&](const RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k, std::uint16_t i) {
-            const double size = extent(s.d) + s.a->size()[1] + s.b->size()[1];
-            answer({rows.distance[k], lane(rows.normal, k), lane(rows.on_a, k), lane(rows.on_b, k), size,
-                    s.a->radius(), s.b->radius()},
-                   s, i);
+            answer(round_cores(rows, s, k), s, i);
         },
         general);
     through_kernel(

@@ -57,6 +57,7 @@ struct RoundBatch
     // Out: how far the segments are from each other, in which direction (where that is above 0), and where.
     double distance[batch];
     double normal[3][batch], on_a[3][batch], on_b[3][batch];
+    double axis_a[3][batch], axis_b[3][batch]; ///< their directions
 };
 /// A point and a box.
 struct PointBoxBatch

@@ -246,6 +246,8 @@ HWY_ATTR inline void rounds(RoundBatch& pairs)
         put(scale3(way, Real(1) / distance), pairs.normal, k);
         put(on_a, pairs.on_a, k);
         put(on_b, pairs.on_b, k);
+        put(a, pairs.axis_a, k);
+        put(b, pairs.axis_b, k);
     }
 }
 

@@ -116,11 +116,24 @@ class Collector
     SmallVector<Unsure, 4> unsure_;
 };
 
+/// A capsule, or a sphere: which way that is turned doesn't matter.
+Round round_of(const Shape<3>& shape, const Mat3& turn)
+{
+    return {shape.type() == ShapeTypes::capsule ? turn.y : Vec3{0, 1, 0}, shape.size()[1], shape.radius()};
+}
+
 /// The short ways, for the shapes that have one.
 Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifold)
 {
     const Shape<3>&a = *pair.a, &b = *pair.b;
     if (b.type() == ShapeTypes::sphere) return spheres(a.radius(), b.radius(), pair.d, margin, manifold);
+    if (b.type() == ShapeTypes::capsule) {
+        const Round round_a = round_of(a, pair.ra), round_b = round_of(b, pair.rb);
+        Gap<3> gap;
+        const Verdict verdict = round_gap(round_a, round_b, pair.d, margin, gap);
+        if (verdict == Verdict::touch) rounds(round_a, round_b, pair.d, gap, margin, manifold);
+        return verdict;
+    }
     if (b.type() != ShapeTypes::box || !is_simple(a.type())) return Verdict::unclear;
     const Vec3 half = load(b.size());
     if (a.type() == ShapeTypes::box) {
@@ -141,6 +154,10 @@ Verdict simple_contact(const Placed<2>&, double, Manifold<2>&)
 Verdict simple_touch(const Placed<3>& pair)
 {
     const Shape<3>&a = *pair.a, &b = *pair.b;
+    if (b.type() == ShapeTypes::capsule) {
+        Gap<3> gap;
+        return round_gap(round_of(a, pair.ra), round_of(b, pair.rb), pair.d, 0, gap);
+    }
     if (b.type() != ShapeTypes::box || !is_simple(a.type())) return Verdict::unclear;
     const Vec3 half = load(b.size());
     if (a.type() == ShapeTypes::box) return boxes_touch(pair.ra, load(a.size()), pair.rb, half, pair.d);
