@@ -57,11 +57,16 @@ constexpr Combination all_combinations[] = {
     {"cylinder-cylinder", BodyKind::cylinder, BodyKind::cylinder, 2},
     {"cone-cone", BodyKind::cone, BodyKind::cone, 2},
     {"ellipsoid-ellipsoid", BodyKind::ellipsoid, BodyKind::ellipsoid, 2},
+    {"sphere-cylinder", BodyKind::sphere, BodyKind::cylinder, 2},
     {"cylinder-box", BodyKind::cylinder, BodyKind::box, 2},
     {"cone-box", BodyKind::cone, BodyKind::box, 2},
     {"ellipsoid-box", BodyKind::ellipsoid, BodyKind::box, 2},
     {"hull-hull", BodyKind::hull, BodyKind::hull, 2},
+    {"box-hull", BodyKind::box, BodyKind::hull, 2},
+    {"sphere-mesh", BodyKind::sphere, BodyKind::mesh, 4},
+    {"capsule-mesh", BodyKind::capsule, BodyKind::mesh, 4},
     {"box-mesh", BodyKind::box, BodyKind::mesh, 4},
+    {"hull-mesh", BodyKind::hull, BodyKind::mesh, 4},
 };
 
 constexpr std::uint32_t warm_up = 2;
@@ -211,7 +216,7 @@ std::unique_ptr<PairScene> make_scene(const Combination& combination, std::uint6
     auto made = std::make_unique<PairScene>();
     PairScene& scene = *made;
     Numbers numbers(seed);
-    if (combination.a == BodyKind::hull) add_hull_models(scene, numbers);
+    if (combination.a == BodyKind::hull || combination.b == BodyKind::hull) add_hull_models(scene, numbers);
     const bool with_mesh = combination.b == BodyKind::mesh;
     std::vector<Pose3f> base;
     if (with_mesh) {

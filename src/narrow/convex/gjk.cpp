@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/convex/gjk.hpp"
 
+#include "narrow/convex/gaps3.hpp"
+
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
@@ -99,6 +101,49 @@ bool closest_on_tetrahedron(Simplex& s, bool surely_outside = false)
     return !outside;
 }
 
+/// Of a triangle's points the one nearest to p.
+Vec3 nearest_of_triangle(const Vec3 (&corner)[3], const Vec3& p)
+{
+    const Nearest nearest = nearest_on_triangle(p - corner[0], p - corner[1], p - corner[2]);
+    Vec3 on;
+    for (int i = 0; i < nearest.count; ++i)
+        on += corner[nearest.of[i]] * nearest.weight[i];
+    return on;
+}
+/// Of a cylinder's or cone's points the one nearest to p, in its axes: it lies in the half-plane of the axis
+/// and p.
+Vec3 nearest_of_round(const Core3& core, const Vec3& p)
+{
+    const double radius = core.lengths.x, half = core.lengths.y;
+    const double aside = std::sqrt(p.x * p.x + p.z * p.z);
+    const Vec3 rim = aside > 0 ? Vec3{p.x / aside * radius, 0, p.z / aside * radius} : Vec3{radius, 0, 0};
+    if (core.smooth == Smooth::cone)
+        return nearest_of_triangle({{rim.x, -half, rim.z}, {0, half, 0}, {0, -half, 0}}, p);
+    const double y = clamped(p.y, half);
+    return aside > radius ? Vec3{rim.x, y, rim.z} : Vec3{p.x, y, p.z};
+}
+
+/// A point's gap, which needs no steps where the other core is one of these. Unclear where it is another one,
+/// or they touch.
+Verdict point_gap(const Core3& a, const Core3& b, const Vec3& shift, double enough, Gap<3>& gap)
+{
+    if (a.is_smooth() || a.polytope.vertices != 1) return Verdict::unclear;
+    const Vec3 p = a.frame * a.polytope.vertex(0) - shift, local = b.frame.r.back(p - b.frame.p);
+    Vec3 nearest;
+    if (!b.is_smooth() && b.polytope.vertices == 3)
+        nearest = nearest_of_triangle({b.polytope.vertex(0), b.polytope.vertex(1), b.polytope.vertex(2)}, local);
+    else if (b.smooth == Smooth::cylinder || b.smooth == Smooth::cone)
+        nearest = nearest_of_round(b, local);
+    else
+        return Verdict::unclear;
+    const Vec3 way = nearest - local;
+    const double size = length2(way), distance = std::sqrt(size), extent = length(local) + b.reach;
+    if (!(distance > core_touch * extent)) return Verdict::unclear;
+    gap = {distance > enough ? HUGE_VAL : distance, b.frame.r * (way * (1 / distance)), p + shift,
+           b.frame * nearest};
+    return Verdict::apart;
+}
+
 } // namespace
 
 /// b is looked at moved by `shift`; the gap's points are where they are without. Where they aren't apart
@@ -106,6 +151,7 @@ bool closest_on_tetrahedron(Simplex& s, bool surely_outside = false)
 Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,
             Gap<3>& gap)
 {
+    if (point_gap(a, b, shift, enough, gap) == Verdict::apart) return Verdict::apart;
     Vec3 v = a.frame.p - b.frame.p - shift;
     if (length2(v) == 0) v = {1, 0, 0};
     double least = HUGE_VAL, extent = 0;
@@ -161,7 +207,7 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Mo
     }
     const double distance = length(v);
     // A gap this small has a direction of few digits: the overlap's is better.
-    if (distance <= 1e-9 * std::sqrt(extent)) return Verdict::touch;
+    if (distance <= core_touch * std::sqrt(extent)) return Verdict::touch;
     gap.distance = distance;
     gap.normal = v * (-1 / distance);
     gap.on_a = on_a;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/parts/nearest.hpp"
 
+#include <algorithm>
+
 #include "narrow/convex/convex3.hpp"
 #include "narrow/parts/each_part.hpp"
 #include "narrow/small_vector.hpp"
@@ -51,12 +53,17 @@ class Side
     }
     [[nodiscard]] bool is_half_space() const { return part_ != nullptr && part_->half_space; }
     [[nodiscard]] const Part<3>& half_space() const { return *part_; }
+    /// The number of a leaf's part.
+    [[nodiscard]] std::uint32_t number(std::uint32_t at) const
+    {
+        return mesh_ == nullptr ? number_ : child(at) & ~MeshTree::leaf;
+    }
     /// Calls visit(number, part) with the part of a leaf.
     template <class Visit>
     void with_part(std::uint32_t at, const Kernels& kernels, const Visit& visit) const
     {
         if (mesh_ == nullptr) return visit(number_, *part_);
-        const std::uint32_t e = child(at) & ~MeshTree::leaf;
+        const std::uint32_t e = number(at);
         visit(e, Part<3>(*mesh_, mesh_->elements[e], frame, kernels));
     }
 
@@ -241,6 +248,24 @@ struct Judge
     }
 };
 
+/// Two leaves, and the numbers of their parts.
+struct Leaves
+{
+    std::uint32_t number_a, number_b, at_a, at_b;
+};
+struct Near : Judge
+{
+    double margin;
+    SmallVector<Leaves, 64>& found;
+
+    [[nodiscard]] bool excludes(double key) const { return key > margin; }
+    void keys(const Opening& opening, double (&key)[BoxRows::size]) const { distances(opening, key); }
+    void visit(std::uint32_t at_a, std::uint32_t at_b)
+    {
+        found.push_back({a.number(at_a), b.number(at_b), at_a, at_b});
+    }
+};
+
 /// The nearest parts so far; what is further away than `limit` doesn't count.
 struct Least
 {
@@ -377,6 +402,21 @@ struct Approaching : Judge
 };
 
 } // namespace
+
+void for_each_near(const Placed<3>& pair, double margin, FunctionRef<VisitPartPair> visit)
+{
+    const double rounding = rounding_of(pair);
+    for_each_side_pair(pair, Range<3>{margin}, [&](const Side& a, const Side& b) {
+        SmallVector<Leaves, 64> found;
+        Near judge{{a, b, *pair.kernels, rounding}, margin, found};
+        search(a, b, judge);
+        std::sort(found.data(), found.data() + found.size(), [](const Leaves& x, const Leaves& y) {
+            return x.number_a != y.number_a ? x.number_a < y.number_a : x.number_b < y.number_b;
+        });
+        for (std::size_t i = 0; i < found.size(); ++i)
+            judge.with_parts(found[i].at_a, found[i].at_b, visit);
+    });
+}
 
 void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best)
 {

@@ -207,16 +207,23 @@ template <int Dim>
 void find_contacts_generally(const Placed<Dim>& pair, double margin, FoundList<Dim>& found)
 {
     Collector<Dim> collector(pair, found);
-    for_each_part_pair(
-        pair, Range<Dim>{margin},
-        [&](std::uint32_t number_a, const Part<Dim>& a, std::uint32_t number_b, const Part<Dim>& b) {
-            Found<Dim> one;
-            double gap = 0;
-            const Answer answer = part_contact(a, b, margin, one.manifold, gap);
-            one.part_a = number_a;
-            one.part_b = number_b;
-            collector.add(answer, one, gap);
-        });
+    const auto meet = [&](std::uint32_t number_a, const Part<Dim>& a, std::uint32_t number_b,
+                          const Part<Dim>& b) {
+        Found<Dim> one;
+        double gap = 0;
+        const Answer answer = part_contact(a, b, margin, one.manifold, gap);
+        one.part_a = number_a;
+        one.part_b = number_b;
+        collector.add(answer, one, gap);
+    };
+    if constexpr (Dim == 3) {
+        if (has_mesh_tree(pair))
+            for_each_near(pair, margin, meet);
+        else
+            for_each_part_pair(pair, Range<Dim>{margin}, meet);
+    } else {
+        for_each_part_pair(pair, Range<Dim>{margin}, meet);
+    }
     collector.finish();
 }
 

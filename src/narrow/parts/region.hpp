@@ -39,10 +39,10 @@ struct Region
     [[nodiscard]] bool meets(const double* lo2, const double* hi2, const Range<Dim>& range) const
     {
         if (range.time > 0) return meets_on_its_way(lo2, hi2, range);
-        bool apart = false;
+        int apart = 0; // which is hard to predict: no branches
         for (int d = 0; d < Dim; ++d)
-            apart = apart || lo2[d] > hi[d] + range.reach || lo[d] > hi2[d] + range.reach;
-        return !apart;
+            apart |= int{lo2[d] > hi[d] + range.reach} | int{lo[d] > hi2[d] + range.reach};
+        return apart == 0;
     }
     /// Narrows [enter, leave] to the time for which it meets lo2 to hi2 along an axis.
     void clip(int d, double lo2, double hi2, double reach, double& enter, double& leave) const
