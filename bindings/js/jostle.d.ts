@@ -555,6 +555,7 @@ export interface WorldStats {
   usIndex: number;
   padded: number;
   odd: number;
+  contested: number;
 }
 
 /**

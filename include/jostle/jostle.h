@@ -764,7 +764,7 @@ typedef struct jostle_world_stats
         persisted, ended;
     uint64_t bytes_reserved;
     double us_total, us_apply, us_active, us_resting, us_events, us_index;
-    uint64_t padded, odd;
+    uint64_t padded, odd, contested;
 } jostle_world_stats;
 
 /// A part of the picture: a box, 2 dim numbers, or a line from centre to centre, 2 dim numbers.

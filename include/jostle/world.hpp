@@ -162,6 +162,9 @@ struct WorldStats
 
     std::uint64_t commands = 0;        ///< applied by the last update
     std::uint64_t dropped = 0;         ///< of these: for objects removed before the command's turn came
+    /// Objects that had commands from several threads. Where these set the same property, only one of them
+    /// counts, and it needn't be the last: see Order at World.
+    std::uint64_t contested = 0;
     std::uint64_t changed = 0;         ///< objects that differ from the update before
     std::uint64_t woken = 0;           ///< resting objects that became active
     std::uint64_t settled = 0;         ///< active objects that came to rest

@@ -53,7 +53,8 @@ class Changes
     [[nodiscard]] bool is_again(const Pair& pair) const noexcept;
 
     std::uint64_t commands = 0;
-    std::uint64_t dropped = 0; // of these, because their objects are gone
+    std::uint64_t dropped = 0;   // of these, because their objects are gone
+    std::uint64_t contested = 0; // objects that commands of several threads are about
 
     // For those who apply commands:
     [[nodiscard]] std::pmr::vector<Index>& list() noexcept { return objects_; }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <tuple>
 
 #include "world/instantiate.hpp"
 #include "world/writer.hpp"
@@ -70,14 +69,14 @@ struct Settings
     }
 };
 
-/// A command about a contested object, and its place among the others.
+/// A contested object: what the queue makes of it that is being looked at, and what wins so far.
 template <int Dim, class T>
-struct Statement
+struct Contest
 {
     Index index;
-    std::uint32_t queue;
-    std::uint64_t turn;
-    Command<Dim, T> command;
+    bool is_removed;                     // which beats everything
+    std::uint32_t queue = 0, queues = 0; // the one that is being looked at, and how many had commands
+    Settings<Dim, T> of_queue = {}, best = {};
 };
 
 template <int Dim, class T>
@@ -88,52 +87,50 @@ class Contests
         : state_(state),
           changes_(changes),
           writer_(writer),
-          statements_(arena.list<Statement<Dim, T>>("commands about contested objects")),
+          contests_(arena.list<Contest<Dim, T>>("contested objects")),
+          place_of_(arena.take<Table<Index, std::uint32_t>>("places of contested objects")),
           additions_(arena.list<const Addition<Dim, T>*>("additions of contested objects"))
     {
     }
 
-    void gather(const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue)
+    void gather(const Queues<Dim, T>& queues)
     {
-        const auto state_it = [&](const Command<Dim, T>& command, std::uint32_t queue) {
-            if (is_contested(command.id))
-                statements_.push_back({Index{command.id.index}, queue, statements_.size(), command});
-        };
-        for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
+        place_of_.grow(state_.objects.capacity());
+        for (const Index index : changes_.objects())
+            if (state_.objects[index].has(flag::contested)) {
+                place_of_[index] = static_cast<std::uint32_t>(contests_.size());
+                contests_.push_back({index, !state_.objects[index].has(flag::alive)});
+            }
+        for (const Contest<Dim, T>& contest : contests_)
+            writer_.touch(contest.index);
+        for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next)
             for (const Addition<Dim, T>& addition : queue->taken_additions)
                 if (is_contested(addition.id)) additions_.push_back(&addition);
-            for (const Command<Dim, T>& command : queue->taken_commands)
-                state_it(command, queue->number);
-        }
-        for (std::size_t i = 0; i < moves.ids.size(); ++i)
-            state_it({moves.ids[i], 0, CommandKind::move, moves.boxes[i]}, own_queue);
-        std::sort(statements_.begin(), statements_.end(), [](const auto& x, const auto& y) {
-            return std::tie(x.index, x.queue, x.turn) < std::tie(y.index, y.queue, y.turn);
-        });
         std::sort(additions_.begin(), additions_.end(),
                   [](const auto* x, const auto* y) { return x->id.index < y->id.index; });
     }
 
-    void settle()
+    void settle(const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue)
     {
-        const auto* next = statements_.data();
-        const auto* const end = next + statements_.size();
-        while (next != end) {
-            const Index index = next->index;
-            const bool is_removed = !state_.objects[index].has(flag::alive); // beats everything
-            writer_.touch(index);
-            Settings<Dim, T> best;
-            while (next != end && next->index == index) {
-                const std::uint32_t queue = next->queue;
-                Settings<Dim, T> of_queue;
-                restart(index);
-                for (; next != end && next->index == index && next->queue == queue; ++next)
-                    obey(next->command, of_queue);
-                best.compete(of_queue);
-            }
-            restart(index);
-            write(index, best);
-            if (is_removed) state_.objects[index].set(flag::alive, false);
+        // The own queue last, as the moves go on from what it says.
+        const Queue<Dim, T>* own = nullptr;
+        for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
+            if (queue->number == own_queue)
+                own = queue;
+            else
+                hear(*queue);
+        }
+        if (own != nullptr) hear(*own);
+        for (std::size_t i = 0; i < moves.ids.size(); ++i)
+            if (is_contested(moves.ids[i]))
+                obey({moves.ids[i], 0, CommandKind::move, moves.boxes[i]}, own_queue);
+        changes_.contested = 0;
+        for (Contest<Dim, T>& contest : contests_) {
+            contest.best.compete(contest.of_queue);
+            restart(contest.index);
+            write(contest.index, contest.best);
+            if (contest.is_removed) state_.objects[contest.index].set(flag::alive, false);
+            changes_.contested += contest.queues > 1 ? 1 : 0;
         }
     }
 
@@ -153,8 +150,22 @@ class Contests
         else
             changes_.reset(index);
     }
-    void obey(const Command<Dim, T>& command, Settings<Dim, T>& settings)
+    void hear(const Queue<Dim, T>& queue)
     {
+        for (const Command<Dim, T>& command : queue.taken_commands)
+            if (is_contested(command.id)) obey(command, queue.number);
+    }
+    void obey(const Command<Dim, T>& command, std::uint32_t queue)
+    {
+        Contest<Dim, T>& contest = contests_[place_of_[Index{command.id.index}]];
+        if (contest.queue != queue) {
+            contest.best.compete(contest.of_queue);
+            contest.of_queue = {};
+            contest.queue = queue;
+            ++contest.queues;
+            restart(contest.index);
+        }
+        Settings<Dim, T>& settings = contest.of_queue;
         switch (command.kind) {
         case CommandKind::remove: // settle() has seen it
         case CommandKind::report: // nobody can be against it
@@ -203,7 +214,8 @@ class Contests
     State<Dim, T>& state_;
     Changes<Dim, T>& changes_;
     Writer<Dim, T>& writer_;
-    std::pmr::vector<Statement<Dim, T>>& statements_; // by object, then queue, then the queue's order
+    std::pmr::vector<Contest<Dim, T>>& contests_;
+    Table<Index, std::uint32_t>& place_of_; // of contested objects only
     std::pmr::vector<const Addition<Dim, T>*>& additions_;
 };
 
@@ -217,8 +229,8 @@ void settle_contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim,
     changes.sort_filters();
     changes.sort_reaches();
     Contests<Dim, T> contests(state, changes, writer, arena);
-    contests.gather(queues, moves, own_queue);
-    contests.settle();
+    contests.gather(queues);
+    contests.settle(queues, moves, own_queue);
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \

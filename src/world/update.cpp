@@ -191,7 +191,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
 
     // Nothing fails from here on.
     const std::uint64_t changed = changes.objects().size(), commands = changes.commands,
-                        dropped = changes.dropped;
+                        dropped = changes.dropped, contested = changes.contested;
     for (const world::Index index : entries.stirring)
         world::unpark(state, index);
     world::commit_objects(state, neighbour_lists, std::span<const world::Index>(changes.objects()));
@@ -225,6 +225,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     stats = world::describe(state, next);
     stats.commands = commands;
     stats.dropped = dropped;
+    stats.contested = contested;
     stats.changed = changed;
     stats.woken = entries.waking.size();
     stats.settled = rest.settling.size();

@@ -526,6 +526,8 @@ std::string World<Dim, T>::explain() const
          << "% were kept apart by filters.\n";
     if (s.dropped != 0)
         text << s.dropped << " commands were about objects that had been removed before their turn.\n";
+    if (s.contested != 0)
+        text << s.contested << " objects had commands from several threads, of which one may have overruled another.\n";
     if (s.refused != 0) text << s.refused << " touching pairs are refused by accept.\n";
     if (s.candidates > 1000 && 2 * s.false_positives > s.candidates)
         text << "Slow because: filters reject most of what touches.\n";

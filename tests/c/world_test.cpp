@@ -327,6 +327,7 @@ TEST_F(CWorld, StatsAreThoseOfCpp)
         EXPECT_EQ(stats.listed, expected.listed);
         EXPECT_EQ(stats.padded, expected.padded);
         EXPECT_EQ(stats.odd, expected.odd);
+        EXPECT_EQ(stats.contested, expected.contested);
         EXPECT_EQ(stats.began, expected.began);
         EXPECT_EQ(stats.persisted, expected.persisted);
         EXPECT_EQ(stats.ended, expected.ended);

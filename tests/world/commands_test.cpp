@@ -150,6 +150,25 @@ TEST(Commands, OfAMoveInPlaceAndAnotherThreadsItDoesntMatterWhoSaidWhich)
     }
 }
 
+TEST(Commands, AMoveInPlaceComesAfterWhatItsThreadQueued)
+{
+    for (const bool forth : {false, true}) {
+        const float first = forth ? 10.0f : 20.0f, last = forth ? 20.0f : 10.0f;
+        World3f world;
+        std::vector<ObjectId> ids(1);
+        std::thread([&] { // the first to queue
+            world.add(std::vector<jostle::Aabb3f>{cube(0)}, ids);
+            world.set_margin(ids[0], 1);
+        }).join();
+        world.update();
+        std::thread([&] { world.set_margin(ids[0], 2); }).join();
+        world.move(ids[0], cube(first));
+        world.update(ids, std::vector<jostle::Aabb3f>{cube(last)});
+        EXPECT_EQ(world.stats().contested, 1u);
+        EXPECT_EQ(world.box(ids[0]).lo[0], last);
+    }
+}
+
 TEST(Commands, ThreadsThatHaveNothingToSayCostNoMemory)
 {
     World3f world;

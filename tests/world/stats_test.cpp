@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "jostle/world.hpp"
@@ -61,6 +62,38 @@ TEST(World, CountsWhatItWasTold)
     EXPECT_EQ(world.stats().changed, 0u) << "it was there";
     world.update();
     EXPECT_EQ(world.stats().commands, 0u);
+}
+
+TEST(World, CountsObjectsThatSeveralThreadsCommand)
+{
+    World3f world;
+    const ObjectId a = world.add(cube(0)), b = world.add(cube(5)), c = world.add(cube(10));
+    world.update();
+    EXPECT_EQ(world.stats().contested, 0u);
+    world.move(a, cube(1), 2);
+    world.move(a, cube(2), 1); // overruled by its own thread
+    world.move(c, cube(11));
+    std::thread([&] { world.move(b, cube(6)); }).join();
+    world.update();
+    EXPECT_EQ(world.stats().contested, 0u) << "each object had one thread";
+    EXPECT_EQ(world.box(a).lo[0], 1);
+
+    std::thread other([&] {
+        world.move(a, cube(20));
+        world.move(b, cube(20));
+    });
+    other.join();
+    world.move(a, cube(3), 1); // the greater sequence wins, also against one that came first
+    const std::vector<ObjectId> ids{b, c};
+    const std::vector<jostle::Aabb3f> boxes{cube(7), cube(12)};
+    world.update(ids, boxes);
+    EXPECT_EQ(world.stats().contested, 2u);
+    EXPECT_NE(world.explain().find("2 objects had commands from several threads"), std::string::npos);
+    EXPECT_EQ(world.box(a).lo[0], 3);
+    EXPECT_TRUE(world.box(b).lo[0] == 7 || world.box(b).lo[0] == 20);
+    EXPECT_EQ(world.box(c).lo[0], 12);
+    world.update();
+    EXPECT_EQ(world.stats().contested, 0u);
 }
 
 TEST(World, RestingObjectsCostNothingAndStillMeet)

@@ -117,6 +117,7 @@ class World
         stats["us_index"] = s.us_index;
         stats["padded"] = s.padded;
         stats["odd"] = s.odd;
+        stats["contested"] = s.contested;
         return stats;
     }
 

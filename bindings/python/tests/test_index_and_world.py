@@ -304,7 +304,7 @@ def test_a_world_with_slack_says_the_same_and_may_ignore_odd_boxes():
         worlds[0].move(ids[0], odd)
     worlds[1].move(ids[1], odd)
     worlds[1].update()
-    assert worlds[1].stats()["odd"] == 2 and worlds[1].stats()["disabled"] == 0
+    assert worlds[1].stats()["odd"] == 2 and worlds[1].stats()["disabled"] == 0 and worlds[1].stats()["contested"] == 0
     other = pickle.loads(pickle.dumps(worlds[1]))
     assert other.stats()["odd"] == 2
     other.move(ids[1], boxes)
