@@ -109,7 +109,7 @@ class JOSTLE_API BoxIndex
     /// Costs less than any other way while a box has few results. With about 140 each, a PairFinder that is
     /// given both sets takes half the time, as results needn't be sorted by box there.
     void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const QueryFilter& filter = {});
-    /// Hands the same pairs to `visitor`, a by a, until it returns false; says whether it never did. The
+    /// Hands the same pairs to `visitor`, a by a, until it returns false. Returns false then, else true. The
     /// objects that one box touches come in the order of visit(). Costs about a question for each box, and no
     /// memory; it may be called by several threads at a time.
     bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const QueryFilter& filter = {}) const;
@@ -150,9 +150,9 @@ class JOSTLE_API BoxIndex
                  const QueryFilter& filter = {}) const;
 
     // --- Handed over as they are found ---
-    // `visitor` gets each object that is an answer, once, until it returns false; the call returns whether it
-    // never did. The visitors in query.hpp say what one may do. What it throws ends the call. Nothing is
-    // allocated, except the first time that hundreds of objects are about equally near.
+    // `visitor` gets each object that is an answer, once, until it returns false; the call returns false
+    // then, else true. The visitors in query.hpp say what one may do. What it throws ends the call. Nothing
+    // is allocated, except the first time that hundreds of objects are about equally near.
     // Lines and the nearest hand objects over ascending by (at, id); the nearest, at most `count` of them.
     // The search goes no further than the last object handed over, so a visitor that stops early, or lowers
     // the bound, saves the rest. Regions hand objects over in an order of the index's own, which costs no
@@ -171,13 +171,13 @@ class JOSTLE_API BoxIndex
     // Pairs are of two of this index's objects, each once, with a < b; or of one of this index's, a, and one
     // of another index's, b. Both indexes are asked: neither may change meanwhile.
 
-    /// Hands over the pairs whose boxes touch until `visitor` returns false; returns whether it never did.
+    /// Hands over the pairs whose boxes touch until `visitor` returns false. Returns false then, else true.
     /// The order is the indexes' own, as with visit() of a region. Allocates nothing. For all pairs of many
     /// objects that move, a PairFinder costs less.
     bool pairs(PairVisitor visitor) const;
     bool pairs(const BoxIndex& other, PairVisitor visitor) const;
     /// Hands over pairs no further apart than `max_distance`, the closest first, until `visitor` returns
-    /// false; says whether it never did. The bound begins with the square of `max_distance`; the visitor
+    /// false. Returns false then, else true. The bound begins with the square of `max_distance`; the visitor
     /// makes it less as soon as it knows how far apart two shapes are. Pairs at squared distance 0 come in an
     /// order of the indexes' own, the others ascending by (at, a, b). Costs a search for those at 0, and
     /// about as much again each time that four times as many were handed over as the time before.
@@ -193,9 +193,9 @@ class JOSTLE_API BoxIndex
     // --- Only whether, or how many ---
     // `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
 
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     [[nodiscard]] bool any(const Question& question, const QueryFilter& filter = {}) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     [[nodiscard]] std::uint64_t count(const Question& question, const QueryFilter& filter = {}) const;
 
     // --- Many questions at once ---
@@ -203,20 +203,20 @@ class JOSTLE_API BoxIndex
     // or an `Error` (size_mismatch). `accept` is told the question. An array of results wants one element per
     // question; `first` says "none" by Hit<T>::none.
 
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     void first(std::span<const Line> lines, std::span<Hit<T>> out, const QueryFilter& filter = {}) const;
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     void first(std::span<const Line> lines, std::span<Hit<T>> out, FilterOfEach<QueryFilter> filters) const;
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     void all(std::span<const Line> lines, ResultLists<Hit<T>>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     void all(std::span<const Line> lines, ResultLists<Hit<T>>& out, FilterOfEach<QueryFilter> filters,
              std::uint64_t max_results = no_limit) const;
-    template <class Region>
+    template <RegionOf<Dim, T> Region>
     void all(std::span<const Region> regions, ResultLists<std::uint32_t>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
-    template <class Region>
+    template <RegionOf<Dim, T> Region>
     void all(std::span<const Region> regions, ResultLists<std::uint32_t>& out,
              FilterOfEach<QueryFilter> filters, std::uint64_t max_results = no_limit) const;
     void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
@@ -227,15 +227,15 @@ class JOSTLE_API BoxIndex
                  const QueryFilter& filter = {}) const;
     void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
                  FilterOfEach<QueryFilter> filters) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     void any(std::span<const Question> questions, std::span<bool> out, const QueryFilter& filter = {}) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     void any(std::span<const Question> questions, std::span<bool> out,
              FilterOfEach<QueryFilter> filters) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                const QueryFilter& filter = {}) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                FilterOfEach<QueryFilter> filters) const;
 

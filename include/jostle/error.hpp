@@ -23,7 +23,7 @@ enum class ErrorCode
     nan_coordinate = 1, ///< a bound of a box is NaN
     inverted_box,       ///< lo > hi on some axis
     too_many_objects,   ///< more objects than a 32-bit index can name
-    size_mismatch,      ///< per-object arrays of different lengths
+    size_mismatch,      ///< per-object arrays of different lengths, or one without the other it needs
     invalid_argument,   ///< anything else that the documentation of the call forbids
     stale_id,           ///< an `ObjectId` that names no object of the world
     bad_snapshot,       ///< a snapshot that is cut short, altered, or of another kind of world
@@ -41,7 +41,9 @@ class JOSTLE_API Error : public std::runtime_error
     ~Error() override; // here, so that the type has one home and can be caught across libraries
 
     [[nodiscard]] ErrorCode code() const noexcept { return code_; }
-    /// The lowest offending object of the call, or `no_index` where no object is at fault.
+    /// What is at fault, where it is something with a number; else `no_index`. Where objects have no id yet,
+    /// as in a search or in add(), and in a BoxIndex, that is the lowest offending position in the arrays
+    /// that were given; in a World, the index of the object's id.
     [[nodiscard]] std::uint64_t index() const noexcept { return index_; }
 
   private:

@@ -300,6 +300,11 @@ bool stream_pairs(const A& a, const B& b, PairSink sink, const CrossFilter& filt
 /// Cost: one pass over the boxes, on the calling thread.
 template <int Dim, Coordinate T>
 JOSTLE_API void validate_boxes(const BoxView<Dim, T>& boxes);
+template <BoxContainer Boxes>
+void validate_boxes(const Boxes& boxes)
+{
+    validate_boxes(box_view(boxes));
+}
 
 /// The definition, written to be obviously right rather than fast: every box against every other, ascending
 /// by (a, b). O(n^2) on the calling thread. For checking results, ours and others'.
@@ -309,5 +314,15 @@ template <int Dim, Coordinate T>
 template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
 [[nodiscard]] JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& a, const View& b,
                                                                   const CrossFilter& filter = {});
+template <BoxContainer Boxes>
+[[nodiscard]] std::vector<Pair> find_pairs_brute_force(const Boxes& boxes, const Filter& filter = {})
+{
+    return find_pairs_brute_force(box_view(boxes), filter);
+}
+template <BoxContainer A, BoxContainer B>
+[[nodiscard]] std::vector<Pair> find_pairs_brute_force(const A& a, const B& b, const CrossFilter& filter = {})
+{
+    return find_pairs_brute_force(box_view(a), box_view(b), filter);
+}
 
 JOSTLE_NAMESPACE_END

@@ -31,8 +31,8 @@ struct PeriodicOptions
 ///         meet(images.origin()[pair.a], images.origin()[pair.b], images.shift()[pair.b]);
 ///
 /// Pairs     each pair of objects is found once for each shift by which it touches: once, since no box
-///           reaches half a period. Of the two that meet across a border the one further up has the image, so
-///           images are shifted down on the first axis on which they are shifted.
+///           reaches half a period. Of two that meet across a border the one with the greater coordinate has
+///           the image, shifted down by a period: the first component of a shift that isn't 0 is negative.
 /// Order     boxes() has the originals in their order, then the images by ascending origin, for any number of
 ///           threads. In a pair of this search a < b: `a` is an original, and `b` an original or an image.
 /// Places    the boxes may lie anywhere, as long as they lie within less than two periods: with all centres
@@ -45,9 +45,9 @@ struct PeriodicOptions
 /// Memory    is kept: a steady scene allocates nothing.
 /// Threads   one call at a time; const members from any number of threads.
 /// Errors    `Error` from build(), which leaves the images as they were: a box that is NaN or inverted, or
-///           that is half a period long or longer; the lowest such box is named. A box that reaches two
-///           periods up from the lowest of all. A period that is negative, infinite or NaN. More than
-///           2^32 - 1 boxes and images. `std::bad_alloc`, after which there are no boxes.
+///           that is half a period long or longer; the lowest such box is named. A box whose upper bound is
+///           two periods or more above the lowest bound of all boxes. A period that is negative, infinite or
+///           NaN. More than 2^32 - 1 boxes and images. `std::bad_alloc`, after which there are no boxes.
 /// Source    Allen and Tildesley, Computer Simulation of Liquids (1987), sec. 1.5.2.
 template <int Dim, Coordinate T>
 class JOSTLE_API PeriodicImages

@@ -235,6 +235,15 @@ class FilterOfEach
     std::span<const Filter> filters_;
 };
 
+/// What is asked along a line, about a region, or as either, in so many dimensions and these numbers.
+template <class Question, int Dim, class T>
+concept LineOf = std::same_as<Question, Ray<Dim, T>> || std::same_as<Question, Sweep<Dim, T>>;
+template <class Question, int Dim, class T>
+concept RegionOf = std::same_as<Question, Aabb<Dim, T>> || std::same_as<Question, Sphere<Dim, T>> ||
+                   std::same_as<Question, Frustum<Dim, T>>;
+template <class Question, int Dim, class T>
+concept LineOrRegionOf = LineOf<Question, Dim, T> || RegionOf<Question, Dim, T>;
+
 /// Whether questions lie in one piece in it: std::vector, std::array, a span of questions that may change. (A
 /// span of constant ones is what it is read as.)
 template <class Many>

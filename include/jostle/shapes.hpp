@@ -258,9 +258,11 @@ class JOSTLE_API Shape
     /// A cone: its base is a disc of `radius` at y = -half_length, its tip is at y = +half_length.
     [[nodiscard]] static Shape cone(double half_length, double radius)
         requires(Dim == 3);
-    /// Half as wide along each axis as `half` says, a ball where all are alike. In 2D an ellipse.
+    /// An ellipsoid with semi-axes half[0], half[1] and half[2]; a ball where they are equal. In 2D an
+    /// ellipse.
     [[nodiscard]] static Shape ellipsoid(const Vec<Dim, double>& half);
-    /// The points p with normal . p <= offset * |normal|: everything below a plane, without end.
+    /// The points p with normal . p <= offset * |normal|: everything below a plane, without end. Two
+    /// half-spaces have neither contacts nor a distance, and never count as touching.
     [[nodiscard]] static Shape half_space(const Vec<Dim, double>& normal, double offset);
 
     Shape(const ConvexHull<Dim>& hull) noexcept;
@@ -281,7 +283,7 @@ class JOSTLE_API Shape
     /// Returns the radius of a sphere or capsule, or the one by which a box or hull is rounded; else 0.
     [[nodiscard]] double radius() const noexcept { return radius_; }
     /// box: half edges; capsule: {0, half length, 0}; cylinder and cone: {radius, half length, radius};
-    /// ellipsoid: half its widths; half-space: unit normal; else zeros.
+    /// ellipsoid: its semi-axes; half-space: unit normal; else zeros.
     [[nodiscard]] const Vec<Dim, double>& size() const noexcept { return size_; }
     /// Returns the offset of a half-space; else 0.
     [[nodiscard]] double offset() const noexcept { return type_ == ShapeTypes::half_space ? reach_ : 0; }

@@ -21,7 +21,7 @@
 /// because whatever belongs together is fetched together.
 ///
 ///     std::vector<std::uint32_t> order(boxes.size());
-///     jostle::spatial_order(jostle::box_view(boxes), order);    // now and then, such as every 100 frames
+///     jostle::spatial_order(boxes, order);                      // now and then, such as every 100 frames
 ///     jostle::apply_order(order, boxes, positions, velocities); // all that is numbered like the boxes
 
 JOSTLE_NAMESPACE_BEGIN
@@ -41,6 +41,11 @@ JOSTLE_NAMESPACE_BEGIN
 template <int Dim, Coordinate T>
 void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
                    const FinderOptions& options = {});
+template <BoxContainer Boxes>
+void spatial_order(const Boxes& boxes, std::span<std::uint32_t> order, const FinderOptions& options = {})
+{
+    spatial_order(box_view(boxes), order, options);
+}
 
 namespace detail {
 /// The `Error` for an order of this length and an array that has `size` elements.

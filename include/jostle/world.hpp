@@ -123,7 +123,7 @@ struct WorldOptions
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
     /// One of supported_instruction_sets(), or the constructor refuses it; for tests and measurements.
     InstructionSet instruction_set = supported_instruction_sets().front();
-    /// By how much every box counts as bigger on each side, in its own units: pairs begin before boxes touch.
+    /// Added to every side of every box, in the boxes' units: pairs begin before boxes touch.
     double margin = 0;
     /// How far the sides of a box may go, in small motions to and fro, before its neighbours among the active
     /// objects are searched for anew; units of the boxes. No answer depends on it: pairs, events, questions
@@ -155,13 +155,13 @@ struct WorldStats
 {
     std::uint64_t objects = 0;  ///< in the world
     std::uint64_t resting = 0;  ///< of these: kept in the index, cost nothing
-    std::uint64_t active = 0;   ///< of these: moved in one of the last updates, and not just once
+    std::uint64_t active = 0;   ///< of these: changed in several of the last updates
     std::uint64_t disabled = 0; ///< of these
     std::uint64_t odd = 0;      ///< of these: enabled, with an odd box; see ignore_odd_boxes
     std::uint64_t refused = 0;  ///< pairs that `accept` has refused and that still touch
 
-    std::uint64_t commands = 0;        ///< applied by the last update
-    std::uint64_t dropped = 0;         ///< of these: for objects removed before the command's turn came
+    std::uint64_t commands = 0; ///< applied by the last update
+    std::uint64_t dropped = 0;  ///< of these: for objects removed before the command's turn came
     /// Objects that had commands from several threads. Where these set the same property, only one of them
     /// counts, and it needn't be the last: see Order at World.
     std::uint64_t contested = 0;
@@ -198,22 +198,25 @@ enum class DrawKind : std::uint8_t
 /// What callers do between updates is *queued* and takes effect, all at once, in the next update(). Between
 /// two updates everything that can be read stays as it is, but where apply() shows what is queued.
 ///
-/// Cost      an update is proportional to the objects that changed and their pairs. Resting objects cost
-///           nothing, however many. There is nothing to configure: no capacity, bounds, cell size or order of
-///           insertion.
+/// Cost      an update is proportional to the commands, the objects that changed and their pairs. A command
+///           takes 10 to 50 ns. Resting objects cost nothing, however many. Threads that queue are never held
+///           back: several commands for one object and update are waste. There is nothing to configure: no
+///           capacity, bounds, cell size or order of insertion.
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
-///           Everything that reads: from any number of threads, not during update(), restore or moves.
-///           update(), apply(), restore(), clear() and join() into a vector: one call at a time, and none of
-///           them inside `accept`, or an `Error`. All but join() are one also inside the `accept` of a
-///           question and inside a function given to draw() or to a question: pairs(), touching(), visit(),
-///           closest_pairs(), join().
+///           Everything that reads: from any number of threads, but not during update() or restore(), nor
+///           while the World is moved from or assigned to. update(), apply(), restore(), clear() and join()
+///           into a vector exclude each other: a second one at the same time is an `Error`, and so is any of
+///           them inside WorldOptions::accept. Inside functions given to questions and to draw(), update(),
+///           apply(), restore() and clear() are an `Error`; join() isn't.
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
-///           greatest `sequence` wins, and of equals a fixed choice by the values. A removal beats
-///           everything. Which ids add() hands out does depend on who asks first: where that matters, add
-///           from one thread at a time.
+///           greatest `sequence` wins, and of equals a fixed choice by the values: not the later call, even
+///           where the other thread has ended before it. So let one thread command an object in a tick, or
+///           give what corrects others a greater `sequence`. WorldStats::contested counts such objects. A
+///           removal beats everything. Which ids add() hands out does depend on who asks first: where that
+///           matters, add from one thread at a time.
 /// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes
 ///           denormal numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` that names the object and the value, from the call that was given it: stale ids, NaN
@@ -334,14 +337,15 @@ class JOSTLE_API World
     /// All pairs that touch, changed or not, given by index and ascending by (a, b). The call searches for
     /// them, which costs as much as a `PairFinder` takes for all objects.
     [[nodiscard]] PairBuffer pairs() const;
-    /// Hands the same pairs to `visit` one by one, in the same order, until it returns false; says whether it
-    /// never did. Costs about a question for each object that it comes by, and no memory for the pairs.
+    /// Hands the same pairs to `visit` one by one, in the same order, until it returns false. Returns false
+    /// then, else true. Costs about a question for each object that it comes by, and no memory for the pairs.
     /// `visit` may queue commands and read the world, not update or restore it.
     bool pairs(FunctionRef<bool(ObjectId a, ObjectId b)> visit) const;
     /// Refills `out` with who this object touches: the others of its pairs in pairs(), ascending by index.
     /// Costs a question about its bounds.
     void touching(ObjectId id, std::vector<ObjectId>& out) const;
-    /// Hands them to `visitor`, in the order of visit(), until it returns false; says whether it never did.
+    /// Hands them to `visitor`, in the order of visit(), until it returns false. Returns false then, else
+    /// true.
     bool touching(ObjectId id, ObjectVisitor visitor) const;
 
     /// As BoxIndex::closest_pairs and closest_pair, with the objects' bounds: of this world's objects that
@@ -368,7 +372,7 @@ class JOSTLE_API World
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 
     /// `Line` is Ray<Dim, T> or Sweep<Dim, T>.
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     [[nodiscard]] std::optional<ObjectHit<T>> first(const Line& line,
                                                     const ObjectQueryFilter& filter = {}) const;
     bool all(const Ray<Dim, T>& ray, std::vector<ObjectHit<T>>& out, const ObjectQueryFilter& filter = {},
@@ -385,7 +389,7 @@ class JOSTLE_API World
                  const ObjectQueryFilter& filter = {}) const;
     void nearest(const NearestToBox<Dim, T>& question, std::vector<ObjectHit<T>>& out,
                  const ObjectQueryFilter& filter = {}) const;
-    /// Hands each answer to `visitor` until it returns false; says whether it never did. As
+    /// Hands each answer to `visitor` until it returns false. Returns false then, else true. As
     /// BoxIndex::visit, which tells the order; that of a region may be another one after a restore(). The
     /// visitor may queue commands and read the world, not update or restore it.
     bool visit(const Ray<Dim, T>& ray, ObjectHitVisitor<T> visitor,
@@ -402,29 +406,29 @@ class JOSTLE_API World
     bool visit(const Frustum<Dim, T>& region, ObjectVisitor visitor,
                const ObjectQueryFilter& filter = {}) const;
     /// `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     [[nodiscard]] bool any(const Question& question, const ObjectQueryFilter& filter = {}) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     [[nodiscard]] std::uint64_t count(const Question& question, const ObjectQueryFilter& filter = {}) const;
 
     /// Answers many questions at once, on the executor's threads. One filter serves all, or there is one for
     /// each, or an `Error` (size_mismatch).
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
                const ObjectQueryFilter& filter = {}) const;
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
                FilterOfEach<ObjectQueryFilter> filters) const;
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     void all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
              const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
-    template <class Line>
+    template <LineOf<Dim, T> Line>
     void all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
              FilterOfEach<ObjectQueryFilter> filters, std::uint64_t max_results = no_limit) const;
-    template <class Region>
+    template <RegionOf<Dim, T> Region>
     void all(std::span<const Region> regions, ResultLists<ObjectId>& out,
              const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
-    template <class Region>
+    template <RegionOf<Dim, T> Region>
     void all(std::span<const Region> regions, ResultLists<ObjectId>& out,
              FilterOfEach<ObjectQueryFilter> filters, std::uint64_t max_results = no_limit) const;
     void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
@@ -435,16 +439,16 @@ class JOSTLE_API World
                  const ObjectQueryFilter& filter = {}) const;
     void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                  FilterOfEach<ObjectQueryFilter> filters) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     void any(std::span<const Question> questions, std::span<bool> out,
              const ObjectQueryFilter& filter = {}) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     void any(std::span<const Question> questions, std::span<bool> out,
              FilterOfEach<ObjectQueryFilter> filters) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                const ObjectQueryFilter& filter = {}) const;
-    template <class Question>
+    template <LineOrRegionOf<Dim, T> Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                FilterOfEach<ObjectQueryFilter> filters) const;
 
@@ -476,7 +480,7 @@ class JOSTLE_API World
     /// update(), one call at a time, or an `Error`. Costs what BoxIndex::join does.
     void join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter = {});
     void join(const Boxes& boxes, std::pmr::vector<Pair>& out, FilterOfEach<ObjectQueryFilter> filters);
-    /// Hands the same pairs over, a by a, until the visitor returns false; says whether it never did. The
+    /// Hands the same pairs over, a by a, until the visitor returns false. Returns false then, else true. The
     /// objects that one box touches come in the order of visit(). Costs about a question for each box.
     bool join(const Boxes& boxes, ObjectJoinVisitor visitor, const ObjectQueryFilter& filter = {}) const;
     bool join(const Boxes& boxes, ObjectJoinVisitor visitor, FilterOfEach<ObjectQueryFilter> filters) const;
@@ -509,7 +513,8 @@ class JOSTLE_API World
     /// source's src/world/snapshot.cpp; the same bytes on every machine. About 44 bytes and 60 ns an object.
     [[nodiscard]] std::vector<std::byte> save() const;
     /// Becomes the world that was saved, with its margin; executor, memory, `accept` and whether pairs have
-    /// slots stay as they are here (if they have here and hadn't there, they get them in ascending order).
+    /// slots stay as they are here. If pairs have slots in this world and had none in the saved one, they
+    /// get them in ascending order of the pairs.
     /// Every later result is, byte for byte, what that world would have given. What was queued is forgotten,
     /// and ids of objects whose addition was still queued are given out again (by a fork, too): no command
     /// may be given during the call. A snapshot that is cut short, altered or of another kind of world is an
@@ -588,3 +593,13 @@ using ObjectOptionsf = ObjectOptions<float>;
 using ObjectOptionsd = ObjectOptions<double>;
 
 JOSTLE_NAMESPACE_END
+
+/// So that ids can be keys of std::unordered_map and std::unordered_set.
+template <>
+struct std::hash<jostle::ObjectId>
+{
+    [[nodiscard]] std::size_t operator()(const jostle::ObjectId& id) const noexcept
+    {
+        return std::hash<std::uint64_t>()(std::uint64_t{id.generation} << 32 | id.index);
+    }
+};

@@ -656,7 +656,7 @@ std::optional<PairHit<T>> BoxIndex<Dim, T>::closest_pair(const BoxIndex& other, 
 }
 
 template <int Dim, Coordinate T>
-template <class Question>
+template <LineOrRegionOf<Dim, T> Question>
 bool BoxIndex<Dim, T>::any(const Question& question, const QueryFilter& filter) const
 {
     implementation_->check(question, filter);
@@ -665,7 +665,7 @@ bool BoxIndex<Dim, T>::any(const Question& question, const QueryFilter& filter) 
 }
 
 template <int Dim, Coordinate T>
-template <class Question>
+template <LineOrRegionOf<Dim, T> Question>
 std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilter& filter) const
 {
     implementation_->check(question, filter);
@@ -678,20 +678,20 @@ std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilte
 // With one filter for all questions, and with one for each.
 #define JOSTLE_BATCHES(Filters)                                                                              \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Line>                                                                                    \
+    template <LineOf<Dim, T> Line>                                                                           \
     void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out, Filters filters) const  \
     {                                                                                                        \
         implementation_->first(lines, out, filters);                                                         \
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Line>                                                                                    \
+    template <LineOf<Dim, T> Line>                                                                           \
     void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out, Filters filters,       \
                                std::uint64_t max_results) const                                              \
     {                                                                                                        \
         implementation_->all(lines, out, filters, max_results);                                              \
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Region>                                                                                  \
+    template <RegionOf<Dim, T> Region>                                                                       \
     void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uint32_t>& out,             \
                                Filters filters, std::uint64_t max_results) const                             \
     {                                                                                                        \
@@ -710,14 +710,14 @@ std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilte
         implementation_->nearest(questions, out, filters);                                                   \
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Question>                                                                                \
+    template <LineOrRegionOf<Dim, T> Question>                                                               \
     void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> out, Filters filters)    \
         const                                                                                                \
     {                                                                                                        \
         implementation_->any(questions, out, filters);                                                       \
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Question>                                                                                \
+    template <LineOrRegionOf<Dim, T> Question>                                                               \
     void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,          \
                                  Filters filters) const                                                      \
     {                                                                                                        \

@@ -8,6 +8,8 @@ namespace world {
 
 void IdTable::throw_stale(ObjectId id) const
 {
+    if (id == ObjectId{})
+        throw Error(ErrorCode::stale_id, "an empty ObjectId names no object; use ids that add() returned");
     const std::string name =
         "object " + std::to_string(id.index) + " (generation " + std::to_string(id.generation) + ")";
     const std::uint32_t now = generation(id.index);

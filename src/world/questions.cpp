@@ -231,7 +231,7 @@ class AskingMany
 } // namespace world
 
 template <int Dim, Coordinate T>
-template <class Line>
+template <LineOf<Dim, T> Line>
 std::optional<ObjectHit<T>> World<Dim, T>::first(const Line& line, const ObjectQueryFilter& filter) const
 {
     world::check(implementation_->state, line);
@@ -312,7 +312,7 @@ JOSTLE_VISIT(Frustum)
 #undef JOSTLE_VISIT
 
 template <int Dim, Coordinate T>
-template <class Question>
+template <LineOrRegionOf<Dim, T> Question>
 bool World<Dim, T>::any(const Question& question, const ObjectQueryFilter& filter) const
 {
     world::check(implementation_->state, question);
@@ -321,7 +321,7 @@ bool World<Dim, T>::any(const Question& question, const ObjectQueryFilter& filte
 }
 
 template <int Dim, Coordinate T>
-template <class Question>
+template <LineOrRegionOf<Dim, T> Question>
 std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFilter& filter) const
 {
     world::check(implementation_->state, question);
@@ -348,7 +348,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
     }
 #define JOSTLE_BATCHES(Filters)                                                                              \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Line>                                                                                    \
+    template <LineOf<Dim, T> Line>                                                                           \
     void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out, Filters filters)     \
         const                                                                                                \
     {                                                                                                        \
@@ -360,7 +360,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
         });                                                                                                  \
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Line>                                                                                    \
+    template <LineOf<Dim, T> Line>                                                                           \
     void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out, Filters filters,    \
                             std::uint64_t max_results) const                                                 \
     {                                                                                                        \
@@ -373,7 +373,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
             });                                                                                              \
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Region>                                                                                  \
+    template <RegionOf<Dim, T> Region>                                                                       \
     void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out, Filters filters,    \
                             std::uint64_t max_results) const                                                 \
     {                                                                                                        \
@@ -388,7 +388,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
     JOSTLE_NEAREST(Nearest, Filters)                                                                         \
     JOSTLE_NEAREST(NearestToBox, Filters)                                                                    \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Question>                                                                                \
+    template <LineOrRegionOf<Dim, T> Question>                                                               \
     void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out, Filters filters) const \
     {                                                                                                        \
         index::check_room(questions.size(), out.size());                                                     \
@@ -399,7 +399,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
         });                                                                                                  \
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
-    template <class Question>                                                                                \
+    template <LineOrRegionOf<Dim, T> Question>                                                               \
     void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,             \
                               Filters filters) const                                                         \
     {                                                                                                        \

@@ -215,8 +215,11 @@ void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement
         if (!(moved.lo[d] <= moved.hi[d])) {
             std::ostringstream message;
             message.imbue(std::locale::classic());
-            message << "displacement of object " << id.index << ": displacement[" << d
-                    << "] = " << displacement[d] << " doesn't take " << box.lo[d] << " to a number";
+            message << "displacement of object " << id.index << ": displacement[" << d << "] ";
+            if (std::isnan(displacement[d]))
+                message << "is NaN; give a number";
+            else
+                message << "= " << displacement[d] << " moves a bound to NaN; give a finite number";
             throw Error(ErrorCode::nan_coordinate, message.str(), id.index);
         }
     Box packed{};
@@ -527,7 +530,8 @@ std::string World<Dim, T>::explain() const
     if (s.dropped != 0)
         text << s.dropped << " commands were about objects that had been removed before their turn.\n";
     if (s.contested != 0)
-        text << s.contested << " objects had commands from several threads, of which one may have overruled another.\n";
+        text << s.contested
+             << " objects had commands from several threads, of which one may have overruled another.\n";
     if (s.refused != 0) text << s.refused << " touching pairs are refused by accept.\n";
     if (s.candidates > 1000 && 2 * s.false_positives > s.candidates)
         text << "Slow because: filters reject most of what touches.\n";

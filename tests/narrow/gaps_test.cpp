@@ -143,13 +143,14 @@ TEST(ClosedForms, ContactsOfRoundShapesAreTheSearchs)
         for (std::uint32_t k = 0; k < one.count; ++k) {
             const narrow::ManifoldPoint<3>& point = one.point[k];
             // Two points that are as deep but for rounding may come in either order.
-            const bool turned = one.count == 2 && length2(other.point[1 - k].p - point.p) <
-                                                      length2(other.point[k].p - point.p);
+            const bool turned = one.count == 2 &&
+                                length2(other.point[1 - k].p - point.p) < length2(other.point[k].p - point.p);
             const narrow::ManifoldPoint<3>& twin = other.point[turned ? 1 - k : k];
             ASSERT_NEAR(point.depth, twin.depth, angle * size);
             for (int d = 0; d < 3; ++d)
                 ASSERT_NEAR(point.p[d], twin.p[d], 30 * angle * size);
-            if (pair.b->size()[1] == 0 || pair.a->size()[1] == 0) continue; // an end, or an edge without length
+            if (pair.b->size()[1] == 0 || pair.a->size()[1] == 0)
+                continue; // an end, or an edge without length
             ASSERT_EQ(point.feature_a, twin.feature_a);
             ASSERT_EQ(point.feature_b, twin.feature_b);
         }

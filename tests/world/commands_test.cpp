@@ -159,7 +159,8 @@ TEST(Commands, AMoveInPlaceComesAfterWhatItsThreadQueued)
         std::thread([&] { // the first to queue
             world.add(std::vector<jostle::Aabb3f>{cube(0)}, ids);
             world.set_margin(ids[0], 1);
-        }).join();
+        })
+            .join();
         world.update();
         std::thread([&] { world.set_margin(ids[0], 2); }).join();
         world.move(ids[0], cube(first));

@@ -6,8 +6,10 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
+#include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
 #include "tests/contract/error_of.hpp"
 #include "tests/world/events.hpp"
@@ -47,8 +49,13 @@ TEST(World, BadBoxesAreRefusedByName)
     const float nowhere[3] = {0, std::nanf(""), 0}, negative[3] = {1, -1, 1};
     const Error displaced = error_of([&] { world.move(b, cube(0), nowhere); });
     EXPECT_EQ(displaced.code(), ErrorCode::nan_coordinate);
-    EXPECT_STREQ(displaced.what(),
-                 "displacement of object 1: displacement[1] = nan doesn't take 0 to a number");
+    EXPECT_STREQ(displaced.what(), "displacement of object 1: displacement[1] is NaN; give a number");
+    const float endless[3] = {-HUGE_VALF, 0, 0};
+    EXPECT_STREQ(
+        error_of([&] { world.move(b, {{HUGE_VALF, 0, 0}, {HUGE_VALF, 1, 1}}, endless); }).what(),
+        "displacement of object 1: displacement[0] = -inf moves a bound to NaN; give a finite number");
+    EXPECT_STREQ(error_of([&] { world.move(ObjectId{}, cube(0)); }).what(),
+                 "an empty ObjectId names no object; use ids that add() returned");
     EXPECT_STREQ(error_of([&] { world.resize(a, negative); }).what(),
                  "size of object 0: size[1] = -1 is not a number >= 0");
     EXPECT_EQ(error_of([&] { world.set_margin(a, -1); }).code(), ErrorCode::invalid_argument);
@@ -58,6 +65,33 @@ TEST(World, BadBoxesAreRefusedByName)
     EXPECT_STREQ(error_of([&] { (void)World3f(huge); }).what(),
                  "margin 1e+300 of the world; give a number from 0 to 3.40282e+38");
     EXPECT_NO_THROW((void)World3d(huge)); // doubles hold it
+}
+
+// What can't be asked doesn't compile.
+template <class Asked, class Question>
+concept HasFirst = requires(const Asked& asked, const Question& question) { asked.first(question); };
+template <class Asked, class Question>
+concept HasAny = requires(const Asked& asked, const Question& question) { asked.any(question); };
+static_assert(HasFirst<World3f, jostle::Ray3f> && HasFirst<World3f, jostle::Sweep3f>);
+static_assert(!HasFirst<World3f, jostle::Sphere3f> && !HasFirst<World3f, jostle::Ray3d>);
+static_assert(HasAny<World3f, jostle::Ray3f> && HasAny<World3f, jostle::Sphere3f>);
+static_assert(!HasAny<World3f, jostle::Nearest3f> && !HasAny<World3f, jostle::Sphere2f>);
+static_assert(HasAny<jostle::BoxIndex3f, jostle::Frustum3f> &&
+              !HasAny<jostle::BoxIndex3f, jostle::Nearest3f>);
+
+TEST(World, IdsMayBeKeysOfHashTables)
+{
+    World3f world;
+    std::unordered_map<ObjectId, int> number;
+    std::vector<ObjectId> ids;
+    for (int i = 0; i < 100; ++i)
+        number[ids.emplace_back(world.add(cube(0)))] = i;
+    world.remove(ids[7]);
+    world.update();
+    number[world.add(cube(0))] = 100; // an index that was used before, and another id
+    EXPECT_EQ(number.size(), 101u);
+    EXPECT_EQ(number.at(ids[7]), 7);
+    EXPECT_EQ(std::hash<ObjectId>()(ids[3]), std::hash<ObjectId>()(world.id(ids[3].index)));
 }
 
 TEST(World, AFailedUpdateInPlaceChangesNothingAndKeepsWhatWasQueued)

@@ -57,8 +57,8 @@ bool are_sharp_boxes(const Core3& a, const Core3& b)
 {
     return a.is_box && b.is_box && a.radius == 0 && b.radius == 0;
 }
-/// The gap of two sharp boxes that overlap, from their contact. Returns false where they touch by no more than
-/// rounding, or don't.
+/// The gap of two sharp boxes that overlap, from their contact. Returns false where they touch by no more
+/// than rounding, or don't.
 bool gap_of_boxes(const Core3& a, const Core3& b, Gap<3>& gap)
 {
     const Vec3 half_a = a.polytope.vertex(7), half_b = b.polytope.vertex(7), d = b.frame.p - a.frame.p;

@@ -131,7 +131,8 @@ Verdict point_gap(const Core3& a, const Core3& b, const Vec3& shift, double enou
     const Vec3 p = a.frame * a.polytope.vertex(0) - shift, local = b.frame.r.back(p - b.frame.p);
     Vec3 nearest;
     if (!b.is_smooth() && b.polytope.vertices == 3)
-        nearest = nearest_of_triangle({b.polytope.vertex(0), b.polytope.vertex(1), b.polytope.vertex(2)}, local);
+        nearest =
+            nearest_of_triangle({b.polytope.vertex(0), b.polytope.vertex(1), b.polytope.vertex(2)}, local);
     else if (b.smooth == Smooth::cylinder || b.smooth == Smooth::cone)
         nearest = nearest_of_round(b, local);
     else

@@ -57,16 +57,16 @@ template <class T>
 void Batch<T>::run(const Kernels& kernels)
 {
     run_spheres();
-    run_kernel(Group::rounds, kernels.rounds, put_rounds<T>,
-               [this](const RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k,
-                      Manifold<3>& manifold) {
-                   Gap<3> gap;
-                   const Verdict verdict = gap_of(round_cores(rows, s, k), margin, gap);
-                   if (verdict != Verdict::touch) return verdict;
-                   rounds({lane(rows.axis_a, k), s.a->size()[1], s.a->radius()},
-                          {lane(rows.axis_b, k), s.b->size()[1], s.b->radius()}, s.d, gap, margin, manifold);
-                   return verdict;
-               });
+    run_kernel(
+        Group::rounds, kernels.rounds, put_rounds<T>,
+        [this](const RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k, Manifold<3>& manifold) {
+            Gap<3> gap;
+            const Verdict verdict = gap_of(round_cores(rows, s, k), margin, gap);
+            if (verdict != Verdict::touch) return verdict;
+            rounds({lane(rows.axis_a, k), s.a->size()[1], s.a->radius()},
+                   {lane(rows.axis_b, k), s.b->size()[1], s.b->radius()}, s.d, gap, margin, manifold);
+            return verdict;
+        });
     run_kernel(
         Group::boxes, kernels.boxes,
         [](BoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k) {

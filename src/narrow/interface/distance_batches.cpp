@@ -56,8 +56,7 @@ void DistanceBatch<T>::run(const Kernels& kernels)
         out[i] = finish<3, T>(gap, s.d, s.swapped);
     };
     through_kernel(
-        set, of(Form::rounds), kernels.rounds, all,
-        put_rounds<T>,
+        set, of(Form::rounds), kernels.rounds, all, put_rounds<T>,
         [&](const RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k, std::uint16_t i) {
             answer(round_cores(rows, s, k), s, i);
         },

@@ -25,8 +25,8 @@ bool has_mesh_tree(const Placed<Dim>& pair)
 /// With the numbers of both.
 using VisitPartPair = void(std::uint32_t, const Part<3>&, std::uint32_t, const Part<3>&);
 
-/// Visits the pairs of parts that are within `margin` of each other, and maybe others that nearly are. Those of
-/// a mesh and one part, or of two meshes, come by ascending numbers.
+/// Visits the pairs of parts that are within `margin` of each other, and maybe others that nearly are. Those
+/// of a mesh and one part, or of two meshes, come by ascending numbers.
 void for_each_near(const Placed<3>& pair, double margin, FunctionRef<VisitPartPair> visit);
 /// As find_gap. Of parts that are equally near, those of the lowest numbers count: part_a's first.
 void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best);
