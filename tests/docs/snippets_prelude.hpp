@@ -9,6 +9,7 @@
 #include <map>
 #include <span>
 #include <thread>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 

@@ -30,6 +30,10 @@ class Side
             own_.centre[d] = 0.5 * (lo + hi);
             own_.half[d] = 0.5 * (hi - lo);
         }
+        if (core.reach < round * length(own_.half)) { // its ball is smaller than the box
+            own_.centre = own_.half = {};
+            radius += core.reach;
+        }
     }
 
     [[nodiscard]] bool is_leaf(std::uint32_t at) const
@@ -71,6 +75,9 @@ class Side
     double radius = 0; ///< around the box
 
   private:
+    /// Where a core reaches no further than this part of its box's half diagonal, its ball is smaller.
+    static constexpr double round = 0.75;
+
     [[nodiscard]] const MeshTree::Node& node(std::uint32_t at) const
     {
         return mesh_->tree.nodes[at / BoxRows::size];
