@@ -651,8 +651,9 @@ JOSTLE_C_API jostle_status jostle_index_stats_read(const jostle_index* index, jo
 JOSTLE_C_API jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes,
                                              jostle_results* results, jostle_error* error);
 
-// Questions: `count` of one kind, one after another in memory. One is answered on the calling thread, more on
-// the executor. `filter` may be NULL.
+// Questions: `count` of one kind, one after another in memory. How one lies there is said at jostle_question:
+// a ray is its origin, direction and greatest fraction. One is answered on the calling thread, more on the
+// executor. `filter` may be NULL.
 
 /// The first object along each ray or sweep: hits[i].
 JOSTLE_C_API jostle_status jostle_index_first(const jostle_index* index, jostle_question kind,

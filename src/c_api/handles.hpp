@@ -294,8 +294,13 @@ BoxView<Dim, T> view(const jostle_boxes* boxes, const char* name)
     check_stride(given.count, given.stride, alignof(T), name);
     std::array<const T*, detail::axes<Dim>> lo, hi;
     for (std::size_t d = 0; d < Dim; ++d) {
-        lo[d] = wanted_array_of<T>(given.lo[d], 1, name);
-        hi[d] = wanted_array_of<T>(given.hi[d], 1, name);
+        const auto bounds = [&](const void* const(&rows)[3], const char* side) {
+            if (rows[d] == nullptr)
+                refuse(std::string(name) + "::" + side + "[" + std::to_string(d) + "] is NULL");
+            return wanted_array_of<T>(rows[d], 1, name);
+        };
+        lo[d] = bounds(given.lo, "lo");
+        hi[d] = bounds(given.hi, "hi");
     }
     return BoxView<Dim, T>::arrays(lo, hi, static_cast<std::size_t>(given.count),
                                    static_cast<std::ptrdiff_t>(given.stride));

@@ -92,6 +92,9 @@ TEST_F(CRefusals, QuestionsToIndexAndWorld)
     const jostle_boxes given = view(boxes);
     OK(jostle_index_new(JOSTLE_3F, nullptr, &index, &error));
     const std::vector<std::uint32_t> ids{4, 40, 400, 5, 50, 500, 6, 60, 600};
+    jostle_boxes without = given;
+    without.hi[1] = nullptr;
+    refused(jostle_index_build(index, ids.data(), &without, &error), "boxes::hi[1] is NULL");
     OK(jostle_index_build(index, ids.data(), &given, &error));
     std::vector<std::uint64_t> counts(2);
     OK(jostle_index_count(index, JOSTLE_BOX, boxes.data(), 1, nullptr, counts.data(), &error));
