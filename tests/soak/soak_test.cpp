@@ -3,6 +3,8 @@
 // questions to a view of it meanwhile, snapshots that are restored elsewhere. Memory stays level, all that is
 // compared agrees, and it is told how long updates took.
 //   JOSTLE_SOAK_SECONDS  how long; a few seconds if not given
+//   JOSTLE_SOAK_THREADS  how many the world is updated on, 2 if not given. With 1 it is also told how long
+//                        that thread worked, whoever else had the cores
 //   JOSTLE_SOAK_SERIES   a file (.csv) for what each part of the time was like; docs/images/soak.py draws it
 #include <gtest/gtest.h>
 
@@ -13,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <memory_resource>
 #include <mutex>
@@ -67,6 +70,18 @@ std::uint64_t resident()
     std::uint64_t all = 0, pages = 0;
     file >> all >> pages;
     return pages * 4096;
+}
+
+/// How long this thread has worked; 0 where the system doesn't say.
+double thread_ms()
+{
+#ifdef CLOCK_THREAD_CPUTIME_ID
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) * 1e3 + static_cast<double>(time.tv_nsec) / 1e6;
+#else
+    return 0;
+#endif
 }
 
 double ms_since(Clock::time_point start)
@@ -261,6 +276,7 @@ struct Part
     std::uint64_t bytes = 0, resident = 0, pairs = 0;
     std::vector<float> ms;    ///< each update's
     std::vector<float> whole; ///< of those during which the system took no core away
+    std::vector<float> work;  ///< what the thread that updates worked for each
 };
 
 float quantile(std::vector<float> all, double q)
@@ -282,8 +298,11 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
 {
     const char* const given = std::getenv("JOSTLE_SOAK_SECONDS");
     const double seconds = given == nullptr ? 4 : std::atof(given);
+    const char* const threads_given = std::getenv("JOSTLE_SOAK_THREADS");
+    const auto update_threads =
+        static_cast<std::uint32_t>(threads_given == nullptr ? 2 : std::max(1, std::atoi(threads_given)));
     Meter memory;
-    const auto executor = jostle::make_thread_executor(2);
+    const auto executor = jostle::make_thread_executor(update_threads);
     jostle::WorldOptions options;
     options.executor = executor.get();
     options.memory = &memory;
@@ -323,7 +342,9 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
         turn.notify_all();
         const std::uint64_t preempted = jostle_system::preemptions();
         const auto update_start = Clock::now();
+        const double worked = thread_ms();
         world.update();
+        part.work.push_back(static_cast<float>(thread_ms() - worked));
         const auto ms = static_cast<float>(ms_since(update_start));
         const std::uint64_t taken = jostle_system::preemptions() - preempted;
         part.ms.push_back(ms);
@@ -373,12 +394,13 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
     // Ids are given out again, and memory is level: the last third needs what the second one did.
     EXPECT_LT(world.index_end(), 2 * commanders * objects_each);
     std::array<std::uint64_t, 3> bytes{};
-    std::vector<float> ms, whole;
+    std::vector<float> ms, whole, work;
     for (std::size_t k = 0; k < series.size(); ++k) {
         const std::size_t third = 3 * k / series.size();
         bytes[third] = std::max(bytes[third], series[k].bytes);
         ms.insert(ms.end(), series[k].ms.begin(), series[k].ms.end());
         whole.insert(whole.end(), series[k].whole.begin(), series[k].whole.end());
+        work.insert(work.end(), series[k].work.begin(), series[k].work.end());
     }
     EXPECT_LE(static_cast<double>(bytes[2]), 1.15 * static_cast<double>(bytes[1]));
 
@@ -388,6 +410,7 @@ TEST(Soak, MemoryStaysLevelAndEverythingAgrees)
                 static_cast<unsigned long long>(restored));
     tell("all updates", ms);
     tell("those during which no core was taken away", whole);
+    if (update_threads == 1) tell("what the thread worked for them", work);
     std::printf("memory: at most %.1f MB in the second third, %.1f in the last\n"
                 "the worst update:\n%s\nthe worst from which no core was taken away:\n%s\n",
                 static_cast<double>(bytes[1]) / 1e6, static_cast<double>(bytes[2]) / 1e6,
