@@ -594,12 +594,14 @@ using ObjectOptionsd = ObjectOptions<double>;
 
 JOSTLE_NAMESPACE_END
 
+namespace std {
 /// So that ids can be keys of std::unordered_map and std::unordered_set.
 template <>
-struct std::hash<jostle::ObjectId>
+struct hash<jostle::ObjectId>
 {
-    [[nodiscard]] std::size_t operator()(const jostle::ObjectId& id) const noexcept
+    [[nodiscard]] size_t operator()(const jostle::ObjectId& id) const noexcept
     {
-        return std::hash<std::uint64_t>()(std::uint64_t{id.generation} << 32 | id.index);
+        return hash<uint64_t>()(uint64_t{id.generation} << 32 | id.index);
     }
 };
+} // namespace std
