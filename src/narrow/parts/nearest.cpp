@@ -263,7 +263,7 @@ struct Leaves
 struct Near : Judge
 {
     double margin;
-    SmallVector<Leaves, 64>& found;
+    SmallVector<Leaves, most_near>& found;
 
     [[nodiscard]] bool excludes(double key) const { return key > margin; }
     void keys(const Opening& opening, double (&key)[BoxRows::size]) const { distances(opening, key); }
@@ -414,7 +414,7 @@ void for_each_near(const Placed<3>& pair, double margin, FunctionRef<VisitPartPa
 {
     const double rounding = rounding_of(pair);
     for_each_side_pair(pair, Range<3>{margin}, [&](const Side& a, const Side& b) {
-        SmallVector<Leaves, 64> found;
+        SmallVector<Leaves, most_near> found;
         Near judge{{a, b, *pair.kernels, rounding}, margin, found};
         search(a, b, judge);
         std::sort(found.data(), found.data() + found.size(), [](const Leaves& x, const Leaves& y) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Contacts, gaps, touching and impacts of two shapes of which at least one is a mesh: a search down the
-// meshes' trees, nearest first, with a bound that shrinks as parts are found.
+// meshes' trees, nearest first, with a bound that shrinks as parts are found. Nothing is allocated, but for
+// contacts where more than `most_near` pairs of parts are near.
 // Source: Larsen, Gottschalk, Lin, Manocha, Fast Distance Queries with Rectangular Swept Sphere Volumes, ICRA
 // 2000.
 #pragma once
@@ -25,6 +26,7 @@ bool has_mesh_tree(const Placed<Dim>& pair)
 /// With the numbers of both.
 using VisitPartPair = void(std::uint32_t, const Part<3>&, std::uint32_t, const Part<3>&);
 
+inline constexpr std::size_t most_near = 1024;
 /// Visits the pairs of parts that are within `margin` of each other, and maybe others that nearly are. Those
 /// of a mesh and one part, or of two meshes, come by ascending numbers.
 void for_each_near(const Placed<3>& pair, double margin, FunctionRef<VisitPartPair> visit);

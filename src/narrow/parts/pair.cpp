@@ -216,14 +216,12 @@ void find_contacts_generally(const Placed<Dim>& pair, double margin, FoundList<D
         one.part_b = number_b;
         collector.add(answer, one, gap);
     };
-    if constexpr (Dim == 3) {
-        if (has_mesh_tree(pair))
+    if constexpr (Dim == 3)
+        if (has_mesh_tree(pair)) {
             for_each_near(pair, margin, meet);
-        else
-            for_each_part_pair(pair, Range<Dim>{margin}, meet);
-    } else {
-        for_each_part_pair(pair, Range<Dim>{margin}, meet);
-    }
+            return collector.finish();
+        }
+    for_each_part_pair(pair, Range<Dim>{margin}, meet);
     collector.finish();
 }
 
