@@ -1800,7 +1800,7 @@ static void test_bad_input(void)
     wrong = boxes;
     wrong.hi[2] = NULL;
     FAILS(jostle_finder_find(finder, JOSTLE_3F, &wrong, NULL, NULL, 0, &pairs, &error),
-          JOSTLE_INVALID_ARGUMENT, "a is NULL");
+          JOSTLE_INVALID_ARGUMENT, "a::hi[2] is NULL");
     wrong = boxes;
     wrong.lo[0] = (const char*)boxes.lo[0] + 1;
     FAILS(jostle_finder_find(finder, JOSTLE_3F, &wrong, NULL, NULL, 0, &pairs, &error),
