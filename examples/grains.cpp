@@ -83,7 +83,7 @@ int main(int argc, char** argv)
                                 Vec3f{1, 1, 1} * grains[i].radius;
         while (placed.any(jostle::bounds(shapes[i], poses[i])));
         const jostle::Aabb3f box = jostle::bounds(shapes[i], poses[i]);
-        placed.insert(std::span(&i, 1), std::span(&box, 1));
+        placed.insert(i, box);
     }
     jostle::PeriodicImages3f images;
     jostle::PairFinder finder;

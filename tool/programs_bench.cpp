@@ -282,7 +282,7 @@ struct Grains
                                r + random.uniform(0, top *= 1.001f)};
                 box = {at - Vec3f{r, r, r}, at + Vec3f{r, r, r}};
             } while (placed.any(box));
-            placed.insert(std::span(&i, 1), std::span(&box, 1));
+            placed.insert(i, box);
             centers.push_back((box.lo + box.hi) * 0.5f);
             velocities.push_back({random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)});
         }

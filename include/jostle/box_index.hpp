@@ -86,6 +86,10 @@ class JOSTLE_API BoxIndex
     /// index is built anew, so no number of moves costs much more than that. Every id must be in the index,
     /// and once in the call.
     void move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes);
+    // The same for one object.
+    void insert(std::uint32_t id, const Box& box) { insert(std::span(&id, 1), std::span(&box, 1)); }
+    void erase(std::uint32_t id) { erase(std::span(&id, 1)); }
+    void move(std::uint32_t id, const Box& box) { move(std::span(&id, 1), std::span(&box, 1)); }
     /// Removes all objects, and keeps the memory.
     void clear() noexcept;
     /// Gives back the working memory of join and of building again (as much as the index itself and 16 bytes

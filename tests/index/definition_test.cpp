@@ -187,6 +187,25 @@ TEST(Refusals, OfObjectsLeaveTheIndexAsItWas)
     EXPECT_EQ(index.count(cube), 2u);
 }
 
+TEST(Objects, MayComeGoAndMoveOneByOne)
+{
+    BoxIndex3f index;
+    index.insert(0, cube);
+    index.insert(7, cube);
+    EXPECT_EQ(index.size(), 2u);
+    const Aabb3f there{{9, 9, 9}, {10, 10, 10}};
+    index.move(7, there);
+    EXPECT_EQ(index.box(7).lo, there.lo);
+    EXPECT_EQ(index.box(0).lo, cube.lo);
+    EXPECT_EQ(index.count(there), 1u);
+    index.erase(0);
+    EXPECT_TRUE(index.contains(7) && !index.contains(0));
+    EXPECT_EQ(refusal(ErrorCode::invalid_argument, [&] { index.erase(0); }),
+              "entry 0: id 0 is not in the index");
+    EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.move(7, Aabb3f{{0, 0, 0}, {1, -1, 1}}); }),
+              "box 0: lo.y = 0 is greater than hi.y = -1; swap them or drop the box");
+}
+
 /// Questions in a vector, an array and a span that may change have the answers of a span of constant ones.
 template <class Asked, class HitType, class Id>
 void ask_in_any_range(const Asked& asked)
