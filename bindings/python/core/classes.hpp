@@ -12,10 +12,10 @@ namespace jostle_python {
 /// As py::class_. pybind11 keeps a list of all objects, and an object for which that has no room is half
 /// made: its memory would be given back without a call of its destructor or, where a unique_ptr still owns
 /// it, twice.
-template <class T>
-py::class_<T> define_class(py::module_& m, const char* name, const char* doc = "")
+template <class T, class... Extra>
+py::class_<T> define_class(py::module_& m, const char* name, const char* doc = "", const Extra&... extra)
 {
-    py::class_<T> made(m, name, doc);
+    py::class_<T> made(m, name, doc, extra...);
     py::detail::type_info* const type = py::detail::get_type_info(typeid(T));
     static auto* const init = type->init_instance;
     type->init_instance = [](py::detail::instance* object, const void* holder) {

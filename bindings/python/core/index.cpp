@@ -6,6 +6,7 @@
 #include "core/module.hpp"
 #include "core/questions.hpp"
 #include "core/shape_queries.hpp"
+#include "core/users.hpp"
 
 namespace jostle_python {
 
@@ -32,13 +33,38 @@ class BoxIndex
         const Boxes given = boxes_of(boxes, "boxes", space);
         if (ids) want_length(*ids, given.view.count, "ids");
         const std::uint32_t* const first = ids ? ids->data() : nullptr;
+        const Users::Changing now(users);
         memory.call([&](jostle_error* error) { return f(handle.get(), first, &given.view, error); });
+    }
+    template <class F>
+    void change(F&& f)
+    {
+        const Users::Changing now(users);
+        call([&](jostle_error* error) { return f(handle.get(), error); });
+    }
+    /// What f(index) returns, which asks and changes nothing.
+    template <class F>
+    auto read(F&& f) const
+    {
+        const Users::Reading now(users);
+        return f(static_cast<const jostle_index*>(handle.get()));
+    }
+    /// The same, which also asks another index, or none.
+    template <class F>
+    auto read(const BoxIndex* other, F&& f) const
+    {
+        if (other == nullptr) return read([&](const jostle_index* index) { return f(index, static_cast<const jostle_index*>(nullptr)); });
+        return read([&](const jostle_index* index) {
+            return other->read([&](const jostle_index* others) { return f(index, others); });
+        });
     }
     py::dict stats() const
     {
         jostle_index_stats s{};
         s.struct_size = sizeof s;
-        call([&](jostle_error* error) { return jostle_index_stats_read(handle.get(), &s, error); });
+        read([&](auto* index) {
+            call([&](jostle_error* error) { return jostle_index_stats_read(index, &s, error); });
+        });
         return py::dict("objects"_a = s.objects, "odd"_a = s.odd, "pages"_a = s.pages, "leaves"_a = s.leaves,
                         "nodes"_a = s.nodes, "depth"_a = s.depth, "bytes"_a = s.bytes, "sorts"_a = s.sorts,
                         "splits"_a = s.splits);
@@ -46,13 +72,10 @@ class BoxIndex
 
     jostle_space space;
     Interruptible memory;
+    mutable Users users{"index"};
+    Users joining{"index's join"};
     IndexHandle handle;
 };
-
-const jostle_index* handle_of(const BoxIndex* index)
-{
-    return index == nullptr ? nullptr : index->handle.get();
-}
 
 } // namespace
 
@@ -70,25 +93,18 @@ void define_index(py::module_& m)
              [](BoxIndex& self, const U32& ids) {
                  const std::uint64_t count = length_of(ids, "ids");
                  const std::uint32_t* const first = ids.data();
-                 call([&](jostle_error* error) {
-                     return jostle_index_erase(self.handle.get(), first, count, error);
+                 self.change([&](auto* index, auto* error) {
+                     return jostle_index_erase(index, first, count, error);
                  });
              })
-        .def("clear",
-             [](BoxIndex& self) {
-                 call([&](jostle_error* error) { return jostle_index_clear(self.handle.get(), error); });
-             })
-        .def("release_memory",
-             [](BoxIndex& self) {
-                 call([&](jostle_error* error) {
-                     return jostle_index_release_memory(self.handle.get(), error);
-                 });
-             })
+        .def("clear", [](BoxIndex& self) { self.change(jostle_index_clear); })
+        .def("release_memory", [](BoxIndex& self) { self.change(jostle_index_release_memory); })
         .def("size",
              [](const BoxIndex& self) {
                  std::uint64_t size = 0;
-                 call(
-                     [&](jostle_error* error) { return jostle_index_size(self.handle.get(), &size, error); });
+                 self.read([&](auto* index) {
+                     call([&](jostle_error* error) { return jostle_index_size(index, &size, error); });
+                 });
                  return size;
              })
         .def("contains",
@@ -97,8 +113,10 @@ void define_index(py::module_& m)
                  const std::uint32_t* const first = ids.data();
                  std::uint8_t* const data = out.mutable_data();
                  const auto count = static_cast<std::uint64_t>(out.shape(0));
-                 call([&](jostle_error* error) {
-                     return jostle_index_contains(self.handle.get(), first, count, data, error);
+                 self.read([&](auto* index) {
+                     call([&](jostle_error* error) {
+                         return jostle_index_contains(index, first, count, data, error);
+                     });
                  });
                  return out;
              })
@@ -109,8 +127,10 @@ void define_index(py::module_& m)
                                                    py::ssize_t(dim_of(self.space))});
                  const std::uint32_t* const first = ids.data();
                  void* const data = out.mutable_data();
-                 call([&](jostle_error* error) {
-                     return jostle_index_boxes(self.handle.get(), first, count, data, error);
+                 self.read([&](auto* index) {
+                     call([&](jostle_error* error) {
+                         return jostle_index_boxes(index, first, count, data, error);
+                     });
                  });
                  return out;
              })
@@ -119,6 +139,8 @@ void define_index(py::module_& m)
              [](BoxIndex& self, const Array& boxes) {
                  const Boxes given = boxes_of(boxes, "boxes", self.space);
                  const Results results = new_results(self.memory.allocator());
+                 const Users::Reading now(self.users);
+                 const Users::Changing alone(self.joining); // it works in memory of the index's
                  self.memory.call([&](jostle_error* error) {
                      return jostle_index_join(self.handle.get(), &given.view, results.get(), error);
                  });
@@ -128,55 +150,68 @@ void define_index(py::module_& m)
              [](const BoxIndex& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
                 const Shapes& shapes, const Array& poses, AskFilter& filter, const py::dtype& type) {
                  Casts casts(moving, moving_poses, given, self.space);
-                 return shapes_of_index.ask_first(self.handle.get(), self.space, casts, shapes, poses, filter,
-                                                  type);
+                 return self.read([&](auto* index) {
+                     return shapes_of_index.ask_first(index, self.space, casts, shapes, poses, filter, type);
+                 });
              })
         .def("all_hits",
              [](const BoxIndex& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
                 const Shapes& shapes, const Array& poses, AskFilter& filter, std::uint64_t limit,
                 const py::dtype& type) {
                  Casts casts(moving, moving_poses, given, self.space);
-                 return shapes_of_index.ask_all(self.handle.get(), self.space, casts, shapes, poses, filter,
-                                                limit, type);
+                 return self.read([&](auto* index) {
+                     return shapes_of_index.ask_all(index, self.space, casts, shapes, poses, filter, limit,
+                                                    type);
+                 });
              })
         .def("nearest_shapes",
              [](const BoxIndex& self, const Shapes& near_shapes, const Array& near_poses,
                 const F64& max_distances, const Shapes& shapes, const Array& poses, AskFilter& filter) {
-                 return shapes_of_index.ask_nearest(self.handle.get(), self.space, near_shapes, near_poses,
-                                                    max_distances, shapes, poses, filter);
+                 return self.read([&](auto* index) {
+                     return shapes_of_index.ask_nearest(index, self.space, near_shapes, near_poses,
+                                                        max_distances, shapes, poses, filter);
+                 });
              })
         .def("first",
              [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
-                 return of_index.ask_first(self.handle.get(), questions, filter);
+                 return self.read([&](auto* index) { return of_index.ask_first(index, questions, filter); });
              })
         .def("all",
              [](const BoxIndex& self, const Questions& questions, AskFilter& filter, std::uint64_t limit) {
-                 return of_index.ask_all(self.handle.get(), questions, filter, limit);
+                 return self.read(
+                     [&](auto* index) { return of_index.ask_all(index, questions, filter, limit); });
              })
-        .def("any", [](const BoxIndex& self, const Questions& questions,
-                       AskFilter& filter) { return of_index.ask_any(self.handle.get(), questions, filter); })
+        .def("any",
+             [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
+                 return self.read([&](auto* index) { return of_index.ask_any(index, questions, filter); });
+             })
         .def("count",
              [](const BoxIndex& self, const Questions& questions, AskFilter& filter) {
-                 return of_index.ask_count(self.handle.get(), questions, filter);
+                 return self.read([&](auto* index) { return of_index.ask_count(index, questions, filter); });
              })
         .def("visit",
              [](const BoxIndex& self, const Questions& questions, AskFilter& filter, py::object visit,
                 std::uint64_t chunk) {
-                 return of_index.ask_visit(self.handle.get(), questions, filter, std::move(visit), chunk);
+                 return self.read([&](auto* index) {
+                     return of_index.ask_visit(index, questions, filter, std::move(visit), chunk);
+                 });
              })
         .def("visit_pairs",
              [](const BoxIndex& self, const BoxIndex* other, py::object visit, std::uint64_t chunk) {
                  Pending pending;
                  Visitor visitor(std::move(visit), chunk, 2, true, pending);
-                 return visitor.run([&](void* context, auto* finished, auto* error) {
-                     return jostle_index_pairs(self.handle.get(), handle_of(other), Visitor::take_pair,
-                                               context, finished, error);
+                 return self.read(other, [&](auto* index, auto* others) {
+                     return visitor.run([&](void* context, auto* finished, auto* error) {
+                         return jostle_index_pairs(index, others, Visitor::take_pair, context, finished,
+                                                   error);
+                     });
                  });
              })
         .def("visit_closest_pairs", [](const BoxIndex& self, const BoxIndex* other, double max_distance,
                                        py::object visit, std::uint64_t chunk) {
-            return of_index.ask_closest_pairs(self.handle.get(), handle_of(other), max_distance,
-                                              std::move(visit), chunk, true);
+            return self.read(other, [&](auto* index, auto* others) {
+                return of_index.ask_closest_pairs(index, others, max_distance, std::move(visit), chunk, true);
+            });
         });
 }
 

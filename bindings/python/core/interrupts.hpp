@@ -25,14 +25,14 @@
 
 namespace jostle_python {
 
-/// Calls ask(first, count, error) about `count` things, a few at a time, and looks for signals in between. If
+/// Calls ask(first, count, error) about `count` things, a few at a time, at most `most`, and looks for signals in between. If
 /// there are none, it is called once all the same, so that the other arguments are checked. After a mistake
 /// it is called about all of them at once, so that the mistake's number counts from the first one.
 template <class F>
-void call_in_parts(std::uint64_t count, Pending* pending, F&& ask)
+void call_in_parts(std::uint64_t count, Pending* pending, F&& ask, std::uint64_t most = UINT64_MAX)
 {
     using Clock = std::chrono::steady_clock;
-    std::uint64_t first = 0, part = 4; // each may take a second
+    std::uint64_t first = 0, part = std::min<std::uint64_t>(4, most); // each may take a second
     do {
         const std::uint64_t now = std::min(part, count - first);
         const Clock::time_point begin = Clock::now();
@@ -49,7 +49,8 @@ void call_in_parts(std::uint64_t count, Pending* pending, F&& ask)
         first += now;
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
         const auto took = Clock::now() - begin;
-        if (took < std::chrono::milliseconds(25)) part *= took < std::chrono::milliseconds(2) ? 8 : 2;
+        if (took < std::chrono::milliseconds(25))
+            part = std::min(part * (took < std::chrono::milliseconds(2) ? 8 : 2), most);
         if (took > std::chrono::milliseconds(100)) part = std::max<std::uint64_t>(part / 2, 1);
     } while (first < count);
 }

@@ -139,6 +139,7 @@ struct AskFilter
         each[first].count = number;
         return &each[first];
     }
+    [[nodiscard]] bool asks_python() const { return !accept.is_none(); }
     void check(std::uint64_t questions) const
     {
         if (has_each && excludes.size() != questions)
@@ -161,14 +162,17 @@ struct AskFilter
 };
 
 /// Calls ask(first, count, error) about `count` questions, a few at a time, and looks for Ctrl-C in between.
+/// Where a function in Python is asked, one at a time, which stays on this thread: of several, each would
+/// wait for the others most of the time, and not notice Ctrl-C.
 template <class F>
 void ask_in_parts(std::uint64_t count, AskFilter& filter, F&& ask)
 {
     filter.check(count);
-    call_in_parts(count, &filter.pending, [&](std::uint64_t first, std::uint64_t now, jostle_error* error) {
+    const auto part = [&](std::uint64_t first, std::uint64_t now, jostle_error* error) {
         filter.first_question = first;
         return ask(first, now, error);
-    });
+    };
+    call_in_parts(count, &filter.pending, part, filter.asks_python() ? 1 : UINT64_MAX);
 }
 
 /// Lists of answers, one for each question, which were asked in parts.

@@ -178,35 +178,34 @@ void define_shapes(py::module_& m)
         .def_property(
             "repeats", [](const Shapes& self) { return self.repeats; }, &Shapes::set_repeats)
         .def("size", &Shapes::size)
-        .def("clear",
-             [](Shapes& self) {
-                 call([&](jostle_error* error) { return jostle_shapes_clear(self.handle.get(), error); });
-             })
+        .def("clear", [](Shapes& self) { self.change(jostle_shapes_clear); })
         .def("add",
              [](Shapes& self, const Shape& shape, std::uint64_t count) {
-                 call([&](jostle_error* error) {
-                     return jostle_shapes_add(self.handle.get(), shape.handle.get(), count, error);
+                 self.change([&](auto* shapes, auto* error) {
+                     return jostle_shapes_add(shapes, shape.handle.get(), count, error);
                  });
              })
         .def("add_from",
              [](Shapes& self, const Shapes& from) {
                  const std::uint64_t count = from.size();
-                 call([&](jostle_error* error) {
-                     return jostle_shapes_add_from(self.handle.get(), from.handle.get(), 0, count, error);
+                 std::optional<Users::Reading> now;
+                 if (&from != &self) now.emplace(from.users);
+                 self.change([&](auto* shapes, auto* error) {
+                     return jostle_shapes_add_from(shapes, from.handle.get(), 0, count, error);
                  });
              })
         .def("set",
              [](Shapes& self, std::uint64_t object, const Shape& shape) {
-                 call([&](jostle_error* error) {
-                     return jostle_shapes_set(self.handle.get(), object, shape.handle.get(), error);
+                 self.change([&](auto* shapes, auto* error) {
+                     return jostle_shapes_set(shapes, object, shape.handle.get(), error);
                  });
              })
         .def("add_spheres",
              [](Shapes& self, const F64& radii) {
                  const std::uint64_t count = length_of(radii, "radii");
                  const double* const data = radii.data();
-                 call([&](jostle_error* error) {
-                     return jostle_shapes_add_spheres(self.handle.get(), data, count, error);
+                 self.change([&](auto* shapes, auto* error) {
+                     return jostle_shapes_add_spheres(shapes, data, count, error);
                  });
              })
         .def("add_capsules",
@@ -214,8 +213,8 @@ void define_shapes(py::module_& m)
                  const std::uint64_t count = length_of(radii, "radii");
                  want_length(half_lengths, count, "half_lengths");
                  const double *const halves = half_lengths.data(), *const data = radii.data();
-                 call([&](jostle_error* error) {
-                     return jostle_shapes_add_capsules(self.handle.get(), halves, data, count, error);
+                 self.change([&](auto* shapes, auto* error) {
+                     return jostle_shapes_add_capsules(shapes, halves, data, count, error);
                  });
              })
         .def("add_boxes", [](Shapes& self, const F64& halves) {
@@ -224,8 +223,8 @@ void define_shapes(py::module_& m)
                        std::to_string(self.dim) + ")");
             const double* const data = halves.data();
             const auto count = static_cast<std::uint64_t>(halves.shape(0));
-            call([&](jostle_error* error) {
-                return jostle_shapes_add_boxes(self.handle.get(), data, count, error);
+            self.change([&](auto* shapes, auto* error) {
+                return jostle_shapes_add_boxes(shapes, data, count, error);
             });
         });
     m.def("bounds", [](jostle_space space, const Shapes& shapes, const Array& poses, double margin) {

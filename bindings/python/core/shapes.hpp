@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/arrays.hpp"
+#include "core/users.hpp"
 
 namespace jostle_python {
 
@@ -29,18 +30,27 @@ class Shapes
     }
     [[nodiscard]] std::uint64_t size() const
     {
+        const Users::Reading now(users);
         std::uint64_t count = 0;
         call([&](jostle_error* error) { return jostle_shapes_size(handle.get(), &count, error); });
         return count;
     }
+    /// Calls f(shapes, error), which changes them.
+    template <class F>
+    void change(F&& f)
+    {
+        const Users::Changing now(users);
+        call([&](jostle_error* error) { return f(handle.get(), error); });
+    }
     void set_repeats(bool wish)
     {
-        call([&](jostle_error* error) {
-            return jostle_shapes_set_repeats(handle.get(), wish ? 1 : 0, error);
+        change([&](auto* shapes, auto* error) {
+            return jostle_shapes_set_repeats(shapes, wish ? 1 : 0, error);
         });
         repeats = wish;
     }
     int dim;
+    mutable Users users{"list of shapes"};
     ShapesHandle handle;
     bool repeats = false;
 };
@@ -49,7 +59,7 @@ class Shapes
 struct Objects
 {
     Objects(const Shapes& shapes, const py::array& rows, jostle_space space, bool moving, const char* name)
-        : kept(rows), dim_(dim_of(space)), repeats_(shapes.repeats)
+        : kept(rows), now_(shapes.users), dim_(dim_of(space)), repeats_(shapes.repeats)
     {
         if (shapes.dim != dim_)
             refuse("the shapes are in " + std::to_string(shapes.dim) + "D, and they must be in " +
@@ -119,6 +129,7 @@ struct Objects
         return status;
     }
 
+    Users::Reading now_;
     int dim_;
     bool repeats_;
     ShapesHandle some_;

@@ -3,6 +3,7 @@
 
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include "core/module.hpp"
 #include "core/questions.hpp"
@@ -40,11 +41,67 @@ void restore(const Restore& function, Handle* world, const py::bytes& snapshot)
     });
 }
 
+/// The world of an object that Python's collector looks at, null before and after its life.
+World* world_of(PyObject* object)
+{
+    const auto place = reinterpret_cast<py::detail::instance*>(object)->get_value_and_holder();
+    return place.holder_constructed() ? place.value_ptr<World>() : nullptr;
+}
+
+/// Shows Python's collector that a world owns the function that it asks, which may own the world.
+void collect_functions(PyHeapTypeObject* heap_type)
+{
+    PyTypeObject& type = heap_type->ht_type;
+    type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+    type.tp_traverse = [](PyObject* object, visitproc visit, void* arg) -> int {
+        Py_VISIT(Py_TYPE(object));
+        if (const World* const world = world_of(object)) Py_VISIT(world->accept.ptr());
+        return 0;
+    };
+    type.tp_clear = [](PyObject* object) -> int {
+        if (World* const world = world_of(object)) {
+            world->handle.reset(); // it would ask the function
+            world->accept = py::none();
+        }
+        return 0;
+    };
+}
+
+/// join(), where a function in Python is asked: box by box, each on this thread.
+py::array join_one_by_one(World& self, const Boxes& boxes, AskFilter& filter)
+{
+    std::vector<jostle_pair> found;
+    const jostle_query_filter* const one = filter.one();
+    const Results results = new_results();
+    ask_in_parts(boxes.view.count, filter, [&](std::uint64_t first, std::uint64_t number, auto* error) {
+        jostle_boxes some = boxes.view;
+        some.count = number;
+        const auto skipped = static_cast<std::ptrdiff_t>(first) * some.stride;
+        for (int d = 0; d < dim_of(self.space); ++d) {
+            some.lo[d] = static_cast<const char*>(some.lo[d]) + skipped;
+            some.hi[d] = static_cast<const char*>(some.hi[d]) + skipped;
+        }
+        jostle_blocks pairs;
+        jostle_status status = jostle_world_join(self.handle.get(), &some, one, results.get(), error);
+        if (status == JOSTLE_OK) status = jostle_results_blocks(results.get(), &pairs, error);
+        if (status != JOSTLE_OK) return status;
+        const std::size_t before = found.size();
+        found.resize(before + pairs.count);
+        status = jostle_blocks_copy(&pairs, pairs.count, found.data() + before, error);
+        for (std::size_t i = before; i < found.size(); ++i)
+            found[i].a += static_cast<std::uint32_t>(first);
+        return status;
+    });
+    Packed<std::uint32_t> out({static_cast<py::ssize_t>(found.size()), py::ssize_t(2)});
+    std::memcpy(out.mutable_data(), found.data(), found.size() * sizeof found[0]);
+    return out;
+}
+
 } // namespace
 
 void define_world(py::module_& m)
 {
-    py::class_<World> world = define_class<World>(m, "World");
+    py::class_<World> world = define_class<World>(m, "World", "", py::custom_type_setup(collect_functions));
     world.def(py::init<jostle_space, double, py::object, std::uint32_t, bool, bool, double>())
         .def("began_slots", [](const World& self) { return self.listed_slots(jostle_world_began_slots); })
         .def("ended_slots", [](const World& self) { return self.listed_slots(jostle_world_ended_slots); })
@@ -192,6 +249,7 @@ void define_world(py::module_& m)
         .def("join",
              [](World& self, const Array& boxes, AskFilter& filter) {
                  const Boxes given = boxes_of(boxes, "boxes", self.space);
+                 if (filter.asks_python()) return join_one_by_one(self, given, filter);
                  const jostle_query_filter* const one = filter.one();
                  const Results results = new_results(self.memory->allocator());
                  self.memory->call(

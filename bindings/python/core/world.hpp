@@ -31,7 +31,7 @@ class World
         options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
         options.slack = slack;
         if (!accept.is_none()) {
-            asked = std::make_unique<Asks>(Asks{accept, pending.get()});
+            asked = std::make_shared<Asks>(Asks{accept, pending.get()});
             options.context = asked.get();
             options.accept = [](void* context, jostle_id a, jostle_id b) {
                 auto* const self = static_cast<Asks*>(context);
@@ -126,7 +126,7 @@ class World
     std::shared_ptr<Pending> pending;
     struct Asks
     {
-        py::object accept;
+        py::handle accept; // which every world that asks it owns: Python's collector has to see each owner
         Pending* pending;
     };
     std::shared_ptr<Asks> asked;           // a fork asks the same

@@ -81,15 +81,16 @@ def integers(given: Any, name: str, dtype: Any) -> np.ndarray:
     if out.dtype == dtype:
         return out if out.dtype.isnative and out.flags.aligned else out.astype(dtype)
     if out.dtype.kind == "b":
-        return out.astype(dtype)
+        raise Error(f"{name} has the dtype bool: it must be whole numbers, as numpy.flatnonzero({name}) is")
     if out.dtype.kind not in "iu":
         raise Error(f"{name} has the dtype {out.dtype}: it must be whole numbers")
     limits = np.iinfo(dtype)
     if out.size:
         wrong = (out < limits.min) | (out > limits.max) if out.dtype.kind == "i" else out > limits.max
         if wrong.any():
-            at = int(np.flatnonzero(wrong.reshape(-1))[0])
-            raise Error(f"{name}[{at}] is {out.reshape(-1)[at]}, and must be from 0 to {limits.max}", at)
+            place = tuple(int(i) for i in np.argwhere(wrong)[0])
+            where = f"[{', '.join(map(str, place))}]" if place else ""
+            raise Error(f"{name}{where} is {out[place]}, and must be from 0 to {limits.max}", place[0] if place else None)
     return out.astype(dtype)
 
 
@@ -107,6 +108,36 @@ def whole(given: Any, name: str) -> int:
     if not 0 <= number < 2**32:
         raise Error(f"{name} is {number}: it must be from 0 to {2**32 - 1}")
     return number
+
+
+def threads(given: Any, accept: Any = None) -> int:
+    """How many threads. A function in Python is asked on one: of several, each would mostly wait for the others."""
+    number = whole(given, "threads")
+    if number > 1024:
+        raise Error(f"threads is {number}: it must be from 0 to 1024")
+    return number if accept is None else 1
+
+
+def function(given: Any, name: str) -> Any:
+    if given is not None and not callable(given):
+        raise Error(f"{name} is {given!r}: it must be a function, or None")
+    return given
+
+
+def flags(given: Any, name: str, count: int) -> np.ndarray:
+    """What is so of each of `count` objects, or of all: truth values, or 0 and 1."""
+    out = np.asarray(given)
+    if out.dtype.kind not in "biu" or out.size and not np.isin(out, (0, 1)).all():
+        raise Error(f"{name} is {given!r}: it must be True or False, or one of these for each object")
+    return per_object(out.astype(np.uint8), name, count)
+
+
+def per_object(given: np.ndarray, name: str, count: int) -> np.ndarray:
+    """One for each of `count` objects, where there may be one for all."""
+    if given.shape not in ((), (1,), (count,)):
+        raise Error(f"{name} has the shape {given.shape}, and there are {count} objects: give one for all, or one for each",
+                    None, "size_mismatch")
+    return np.ascontiguousarray(np.broadcast_to(given, (count,)))
 
 
 def ids(given: Any, name: str = "ids") -> np.ndarray:

@@ -22,7 +22,7 @@ class ClosedMesh:
     """
 
     def __init__(self, mesh: _core.Shape, threads: int = 0) -> None:
-        self._mesh, self._threads = _core.ClosedMesh(mesh), _arrays.whole(threads, "threads")
+        self._mesh, self._threads = _core.ClosedMesh(mesh), _arrays.threads(threads)
 
     def contains(self, points: Any, pose: Any = None) -> np.ndarray:
         """Whether each of the points (n, 3) lies inside: (n,) bool. The answer is exact, whatever the triangles look like."""

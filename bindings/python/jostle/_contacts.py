@@ -39,7 +39,7 @@ class ContactFinder:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a contact finder is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._finder = _core.ContactFinder(_arrays.SPACES[self.dim, self.dtype], _arrays.whole(threads, "threads"))
+        self._finder = _core.ContactFinder(_arrays.SPACES[self.dim, self.dtype], _arrays.threads(threads))
 
     def _given(self, shapes: Shapes, rows: Any, pairs: Any, shapes_b: Shapes | None,
                rows_b: Any) -> tuple[Any, np.ndarray, Any, np.ndarray | None, np.ndarray]:
@@ -81,8 +81,8 @@ class ContactFinder:
 
     def distances(self, shapes: Shapes, poses: Any, pairs: Any, max_distance: float = np.inf, shapes_b: Shapes | None = None,
                   poses_b: Any = None) -> np.ndarray:
-        """The signed distance of each pair, infinite above max_distance: a structured array of distance, normal, point_a,
-        point_b."""
+        """The signed distance of each pair, infinite above max_distance: a structured array of distance, normal (from a to b),
+        point_a, point_b, each relative to its own object's position."""
         rows = self._finder.rows(*self._given(shapes, poses, pairs, shapes_b, poses_b), max_distance, False)
         names = ("distance", "normal", "point_a", "point_b")
         return rows.view(_arrays.rows_dtype(self.dim, self.dtype, names)).reshape(-1)
@@ -152,7 +152,8 @@ def touching(shapes: Shapes, poses: Any, pairs: Any, shapes_b: Shapes | None = N
 
 def distances(shapes: Shapes, poses: Any, pairs: Any, max_distance: float = np.inf, shapes_b: Shapes | None = None,
               poses_b: Any = None) -> np.ndarray:
-    """ContactFinder.distances for a single call."""
+    """ContactFinder.distances for a single call: a structured array of the same fields, each point relative to its own object's
+    position."""
     return _finder(shapes, poses, poses_b).distances(shapes, poses, pairs, max_distance, shapes_b, poses_b)
 
 
@@ -194,5 +195,5 @@ def sum_by_object(objects: Any, values: Any, count: int, threads: int = 0) -> np
     flat = given.ndim == 1
     sums = _core.sum_by_object(_arrays.packed(objects, "objects", np.uint32),
                                np.ascontiguousarray(given[:, None] if flat else given), _arrays.whole(count, "count"),
-                               _arrays.whole(threads, "threads"))
+                               _arrays.threads(threads))
     return sums[:, 0] if flat else sums

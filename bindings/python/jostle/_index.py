@@ -23,7 +23,8 @@ class BoxIndex:
         index.all(jostle.nearest(points, 8))                # the eight nearest of each point
 
     dim and dtype are those of the boxes unless given. With ignore_odd_boxes NaN and inverted boxes aren't errors: nothing finds such
-    objects, stats()["odd"] counts them, and queries with such a box find nothing. Several threads may make queries at the same time; make changes one at a time.
+    objects, stats()["odd"] counts them, and queries with such a box find nothing. Several threads may make queries at the same time;
+    make changes one at a time. A change while a query goes on, in its callback or another thread, is an Error.
     """
 
     def __init__(self, boxes: Any = None, ids: Any = None, *, dim: int | None = None, dtype: Any = None,
@@ -34,7 +35,7 @@ class BoxIndex:
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"an index is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
         self._index = _core.BoxIndex(_arrays.SPACES[self.dim, self.dtype], bool(ignore_odd_boxes),
-                                     _arrays.whole(threads, "threads"))
+                                     _arrays.threads(threads))
         if given is not None:
             self._index.build(None if ids is None else _arrays.packed(ids, "ids", np.uint32), given)
 
@@ -175,6 +176,9 @@ class BoxIndex:
         none is within max_distances), normal, point_a, point_b; a is the shape of `near`."""
         return _shape_queries.nearest_shapes(self._index, self.dim, self.dtype, near, near_poses, shapes, poses, max_distances,
                                              asking(asker, exclude, accept, category, mask, owner))
+
+    def __copy__(self) -> BoxIndex:
+        raise TypeError("a BoxIndex can't be copied: build another one of the same boxes")
 
     def __repr__(self) -> str:
         return f"BoxIndex({len(self)} boxes, {self.dim}D {self.dtype})"

@@ -23,7 +23,8 @@ def _filter(category: Any, mask: Any, owner: Any, category_b: Any, mask_b: Any, 
         Any, Any, Any, Any, Any, Any, Any]:
     return (_arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
             _arrays.optional_integers(owner, "owner"), _arrays.optional_integers(category_b, "category_b"),
-            _arrays.optional_integers(mask_b, "mask_b"), _arrays.optional_integers(owner_b, "owner_b"), accept)
+            _arrays.optional_integers(mask_b, "mask_b"), _arrays.optional_integers(owner_b, "owner_b"),
+            _arrays.function(accept, "accept"))
 
 
 def _two(boxes: Any, other: Any) -> tuple[np.ndarray, np.ndarray | None]:
@@ -46,7 +47,7 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
     category, mask one uint32 per box: a pair counts if each box's category has a bit in common with the other's mask
     owner          one uint32 per box: boxes of the same owner don't pair; 2**32 - 1 means no owner
     ..._b          the same for `other`
-    accept         called last with (a, b); slow, since it is Python. An exception that it raises comes out of the call
+    accept         called last with (a, b), on one thread; slow, since it is Python. An exception that it raises comes out of the call
     order          "canonical": by position in space, the same on every machine, the fastest. "sorted": ascending by (a, b)
     ignore_odd_boxes   takes NaN and inverted boxes, which are errors else: they touch nothing
     threads        0 for one per core
@@ -56,7 +57,7 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
     """
     a, b = _two(boxes, other)
     wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, accept))
-    return _core.find(a, b, wish, _is_sorted(order), bool(ignore_odd_boxes), _arrays.whole(threads, "threads"))
+    return _core.find(a, b, wish, _is_sorted(order), bool(ignore_odd_boxes), _arrays.threads(threads, accept))
 
 
 def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: Any = None, owner: Any = None,
@@ -75,7 +76,7 @@ def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: 
     if not np.array_equal(rounded, lengths, equal_nan=True):
         raise Error(f"period is {lengths.tolist()}, which {a.dtype} doesn't have: give {rounded.tolist()}, or boxes of float64")
     wish = _core.PairFilter(*_filter(category, mask, owner, None, None, None, accept))
-    return _core.find_periodic(a, lengths, wish, _is_sorted(order), _arrays.whole(threads, "threads"))
+    return _core.find_periodic(a, lengths, wish, _is_sorted(order), _arrays.threads(threads, accept))
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = N
     boxes          of all scenes, scene by scene, as for find_pairs
     offsets        (scenes + 1,) whole numbers: scene k is boxes[offsets[k]:offsets[k + 1]]. The first is 0, the last len(boxes)
     category, mask, owner   one uint32 per box of all scenes, as for find_pairs
-    accept         called last with (scene, a, b); slow, since it is Python
+    accept         called last with (scene, a, b), on one thread; slow, since it is Python
     ignore_odd_boxes   as for find_pairs
     threads        0 for one per core
 
@@ -118,7 +119,8 @@ def find_scenes(boxes: Any, offsets: Any, *, category: Any = None, mask: Any = N
     places = _arrays.packed(offsets, "offsets", np.uint64)
     return ScenePairs(*_core.find_scenes(
         _arrays.boxes(boxes), places, _arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
-        _arrays.optional_integers(owner, "owner"), accept, bool(ignore_odd_boxes), _arrays.whole(threads, "threads")))
+        _arrays.optional_integers(owner, "owner"), _arrays.function(accept, "accept"), bool(ignore_odd_boxes),
+        _arrays.threads(threads, accept)))
 
 
 def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, category: Any = None, mask: Any = None,
@@ -133,7 +135,7 @@ def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, categor
         raise Error(f"chunk is {chunk}: it must be at least 1")
     a, b = _two(boxes, other)
     stream = _core.PairStream(a, b, *_filter(category, mask, owner, category_b, mask_b, owner_b, accept), chunk,
-                              bool(ignore_odd_boxes), _arrays.whole(threads, "threads"))
+                              bool(ignore_odd_boxes), _arrays.threads(threads))
 
     def each() -> Iterator[np.ndarray]:
         try:
@@ -156,7 +158,7 @@ def spatial_order(boxes: Any, *, ignore_odd_boxes: bool = False, threads: int = 
     about the same place keep their order. The order is the same for any number of threads. It takes up to one and a
     half times as long as finding the pairs.
     """
-    return _core.spatial_order(_arrays.boxes(boxes), bool(ignore_odd_boxes), _arrays.whole(threads, "threads"))
+    return _core.spatial_order(_arrays.boxes(boxes), bool(ignore_odd_boxes), _arrays.threads(threads))
 
 
 def join(points: Any, radii: Any, other: Any = None, other_radii: Any = None, *, order: str = "canonical",
@@ -182,11 +184,11 @@ def join(points: Any, radii: Any, other: Any = None, other_radii: Any = None, *,
 
     a, radii_a = spheres(points, radii, "points")
     if other is None:
-        return _core.join(a, None, radii_a, None, _is_sorted(order), _arrays.whole(threads, "threads"))
+        return _core.join(a, None, radii_a, None, _is_sorted(order), _arrays.threads(threads))
     if other_radii is None:
         raise Error("other needs other_radii")
     b, radii_b = spheres(other, other_radii, "other")
     if a.dtype != b.dtype:
         wide = np.promote_types(a.dtype, b.dtype)
         a, b = a.astype(wide, copy=False), b.astype(wide, copy=False)
-    return _core.join(a, b, radii_a, radii_b, _is_sorted(order), _arrays.whole(threads, "threads"))
+    return _core.join(a, b, radii_a, radii_b, _is_sorted(order), _arrays.threads(threads))

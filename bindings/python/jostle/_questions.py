@@ -15,7 +15,8 @@ ALL = 2**64 - 1
 class Questions:
     """Many queries of one kind, made by rays, sweeps, overlapping, spheres, frustums, nearest or nearest_to_boxes.
 
-    Their numbers are rounded to the dtype of the boxes when they are used. One row, or one number, applies to all queries.
+    Their numbers are rounded to the dtype of the boxes when they are used, but not those of overlapping(), which must have it: an
+    array of float64 isn't taken by an index or world of float32. One row, or one number, applies to all queries.
     """
 
     def __init__(self, kind: int, columns: Sequence[Any], planes: Sequence[Any] = (), count: int = 1) -> None:
@@ -23,11 +24,12 @@ class Questions:
 
     def _numbers(self, dim: int, dtype: np.dtype) -> np.ndarray:
         """One row for each query."""
-        if self._planes:
+        if self._kind == 5:
             return np.empty((0, 0), dtype)
         parts = []
         for column, width in zip(self._columns, self._widths(dim)):
-            part = _arrays.floats(np.array(column, np.float64) if np.isscalar(column) else column, "a question").astype(dtype)
+            given = np.array(column, np.float64) if np.isscalar(column) else column
+            part = _arrays.floats(given, "boxes", dtype) if self._kind == 3 else _arrays.floats(given, "a question").astype(dtype)
             if width == 1 and part.ndim < 2:
                 part = part.reshape(-1, 1)
             elif part.ndim == 3 or part.ndim == 2 and part.shape == (2, dim) and width == 2 * dim:
@@ -73,8 +75,10 @@ def spheres(centers: Any, radii: Any) -> Questions:
 
 
 def frustums(planes: Sequence[Any]) -> Questions:
-    """Regions bounded by planes: each is an array (k, d + 1) of normals and offsets; inside is where normal . p + offset >= 0."""
-    return Questions(5, (), list(planes))
+    """Regions bounded by planes: each is an array (k, d + 1) of normals and offsets; inside is where normal . p + offset >= 0.
+    A single such array is one region."""
+    one = isinstance(planes, np.ndarray) and planes.ndim == 2
+    return Questions(5, (), [planes] if one else list(planes))
 
 
 def nearest(points: Any, count: int = 1, max_distance: Any = np.inf) -> Questions:
@@ -99,7 +103,8 @@ def asking(asker: Asker | None, exclude: Any, accept: AcceptAnswer | None, categ
     one = exclude is None or np.ndim(exclude) == 0
     return _core.AskFilter(_arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
                            _arrays.optional_integers(owner, "owner"), asker, exclude if one else None,
-                           None if one else _arrays.packed(exclude, "exclude", np.uint64), accept)
+                           None if one else _arrays.packed(exclude, "exclude", np.uint64),
+                           _arrays.function(accept, "accept"))
 
 
 KINDS = {1: "rays", 2: "sweeps", 3: "overlapping", 4: "spheres", 5: "frustums", 6: "nearest", 7: "nearest_to_boxes"}

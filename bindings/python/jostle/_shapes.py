@@ -168,6 +168,12 @@ class Shapes:
     def clear(self) -> None:
         self._shapes.clear()
 
+    def __copy__(self) -> Shapes:
+        other = Shapes(dim=self.dim)
+        other.extend(self)
+        other.repeats = self.repeats
+        return other
+
     def __setitem__(self, i: int, shape: Shape) -> None:
         if not -len(self) <= i < len(self):
             raise IndexError(f"there are {len(self)} shapes, and none of number {i}")

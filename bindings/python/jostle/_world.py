@@ -37,7 +37,7 @@ class World:
     margin    every box is this much bigger on every side
     slack     how far boxes may move to and fro before their neighbours are searched for again; no result depends on it
     ignore_odd_boxes   takes NaN and inverted boxes: such objects touch nothing, and stats()["odd"] counts them
-    accept    accept(id_a, id_b) is asked once for each pair that would begin
+    accept    accept(id_a, id_b) is asked once for each pair that would begin; such a world works on one thread
     threads   0 for one per core
 
     Of the commands, add, remove and move without displacements are queued for all objects or, where the call fails, for none; the
@@ -53,8 +53,8 @@ class World:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._threads, self._kept = _arrays.whole(threads, "threads"), (pair_slots, ignore_odd_boxes, slack)
-        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, accept, self._threads, *self._kept)
+        self._threads, self._kept = _arrays.threads(threads, accept), (pair_slots, ignore_odd_boxes, slack)
+        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, _arrays.function(accept, "accept"), self._threads, *self._kept)
 
     @staticmethod
     def index(ids: Any) -> np.ndarray:
@@ -65,8 +65,11 @@ class World:
 
     def add(self, boxes: Any, *, category: int = 1, mask: int = 2**32 - 1, owner: int = 2**32 - 1, is_static: bool = False,
             margin: float = 0.0, enabled: bool = True) -> np.ndarray:
-        """Adds objects, all with this filter, and returns their ids, (n,) uint64, which are valid at once."""
-        return self._world.add(self._boxes(boxes), (category, mask, owner, int(is_static)), margin, enabled)
+        """Adds objects, all with this filter, and returns their ids, (n,) uint64, which are valid at once. set_filter, set_margin
+        and set_enabled take one value for each object."""
+        filter = tuple(_arrays.whole(value, name) for name, value in (("category", category), ("mask", mask), ("owner", owner)))
+        return self._world.add(self._boxes(boxes), (*filter, int(_arrays.flags(is_static, "is_static", 1)[0])), margin,
+                               bool(_arrays.flags(enabled, "enabled", 1)[0]))
 
     def remove(self, ids: Any) -> None:
         """Removes these objects, or none of them if one doesn't exist."""
@@ -87,28 +90,30 @@ class World:
 
     def set_filter(self, ids: Any, category: Any = 1, mask: Any = 2**32 - 1, owner: Any = 2**32 - 1, is_static: Any = False,
                    sequence: int = 0) -> None:
-        """Converts one number for all objects, or one for each."""
+        """Sets what objects pair with which, as a whole: what isn't given becomes what it is by default, not what it was. Each argument
+        is one number for all objects, or one for each."""
         of = _arrays.ids(ids)
         filters = np.empty((len(of), 4), np.uint32)
-        for column, (name, value) in enumerate((("category", category), ("mask", mask), ("owner", owner),
-                                                ("is_static", is_static))):
-            filters[:, column] = _arrays.integers(np.atleast_1d(value), name, np.uint32)
+        for column, (name, value) in enumerate((("category", category), ("mask", mask), ("owner", owner))):
+            filters[:, column] = _arrays.per_object(_arrays.integers(np.asarray(value), name, np.uint32), name, len(of))
+        filters[:, 3] = _arrays.flags(is_static, "is_static", len(of))
         self._world.set_filter(of, filters, sequence)
 
     def set_margin(self, ids: Any, margins: Any, sequence: int = 0) -> None:
         """Sets each object's own margin, in addition to the world's."""
         of = _arrays.ids(ids)
-        self._world.set_margin(of, np.ascontiguousarray(np.broadcast_to(np.asarray(margins, np.float64), of.shape)), sequence)
+        self._world.set_margin(of, _arrays.per_object(np.asarray(margins, np.float64), "margins", len(of)), sequence)
 
     def set_enabled(self, ids: Any, enabled: Any, sequence: int = 0) -> None:
         """Disabled objects keep their id and box, and touch nothing."""
         of = _arrays.ids(ids)
-        self._world.set_enabled(of, np.ascontiguousarray(np.broadcast_to(np.asarray(enabled, np.uint8), of.shape)), sequence)
+        self._world.set_enabled(of, _arrays.flags(enabled, "enabled", len(of)), sequence)
 
     def set_user_data(self, ids: Any, data: Any) -> None:
         """Sets 64 bits of your own for each object; they take effect at once."""
         of = _arrays.ids(ids)
-        self._world.set_user_data(of, np.ascontiguousarray(np.broadcast_to(np.asarray(data, np.uint64), of.shape)))
+        numbers = _arrays.integers(np.asarray(data), "data", np.uint64)
+        self._world.set_user_data(of, _arrays.per_object(numbers, "data", len(of)))
 
     def report_again(self, ids: Any) -> None:
         """Makes the pairs of these objects, or these pairs (m, 2), begin again in the next update if they still touch."""
@@ -120,7 +125,9 @@ class World:
 
     def update(self, ids: Any = None, boxes: Any = None) -> None:
         """Applies queued commands and finds the pairs that began, persist and ended. With ids and boxes, moves those first."""
-        if ids is None:
+        if ids is None or boxes is None:
+            if ids is not None or boxes is not None:
+                raise Error(f"{'boxes' if ids is None else 'ids'} came without {'ids' if ids is None else 'boxes'}: give both, or none")
             self._world.update()
         else:
             self._world.update_moves(_arrays.ids(ids), self._boxes(boxes))
@@ -315,7 +322,7 @@ class World:
 
     def restore(self, snapshot: bytes) -> None:
         """Makes this world the one that was saved."""
-        self._world.restore(bytes(snapshot))
+        self._world.restore(bytes(memoryview(snapshot)))
 
     def save_base(self) -> bytes:
         """Like save(), and makes this state the base: differences are recorded until the next save_base(), restore() or clear()."""
@@ -327,7 +334,7 @@ class World:
 
     def restore_changes(self, changes: bytes) -> None:
         """Makes this world the one whose changes these are, like restore(). It keeps its base, which must be that of the changes."""
-        self._world.restore_changes(bytes(changes))
+        self._world.restore_changes(bytes(memoryview(changes)))
 
     def clear(self) -> None:
         """Removes all objects. Ids from before then name other objects, or none."""

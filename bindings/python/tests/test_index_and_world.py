@@ -562,3 +562,156 @@ def test_questions_asked_in_parts():
         with pytest.raises(jostle.Error, match="25000") as raised:
             call(many)
         assert raised.value.index == 25_000
+
+
+def test_an_index_in_use_refuses_changes():
+    boxes = some_boxes(20_000, 3, np.float64)
+    index = jostle.BoxIndex(boxes)
+    few = some_boxes(10, 3, np.float64)
+    changes = (lambda: index.build(few), index.clear, index.release_memory, lambda: index.erase([0]), lambda: index.move([0], few[:1]),
+               lambda: index.insert([30_000], few[:1]))
+    refused = []
+
+    def change(*_):
+        for one in changes:
+            with pytest.raises(jostle.Error, match="the index is in use"):
+                one()
+            refused.append(one)
+        assert index.count(few).sum() > 0 and len(index.join(few)) > 0 and len(index) == 20_000  # asking goes on
+        return False
+
+    everything = [[0, 0, 0, 2, 2, 2]]
+    index.visit(everything, change)
+    index.any(everything, accept=change)
+    index.visit_pairs(change)
+    index.visit_closest_pairs(change, jostle.BoxIndex(few))
+    jostle.BoxIndex(few).visit_closest_pairs(change, index)
+    assert len(refused) == (4 + 20_000) * len(changes)
+    for one in reversed(changes[2:5]):  # no longer in use
+        one()
+    assert len(index) == 19_999 and index.count(everything)[0] == 19_999
+
+
+def test_shapes_in_use_refuse_changes():
+    hull = jostle.hull(np.random.default_rng(1).normal(size=(30, 3)))
+    shapes = jostle.Shapes.same(hull, 2000)
+    poses = jostle.poses(np.random.default_rng(2).random((2000, 3)))
+    pairs = np.stack(np.triu_indices(2000, 1), -1)[:200_000]
+    expected = jostle.touching(shapes, poses, pairs)
+    done, refused = threading.Event(), []
+
+    def change():
+        while not done.is_set():
+            try:
+                shapes.append(hull)
+                shapes[0] = hull
+                shapes.clear()
+                shapes.append(hull, 2000)
+            except jostle.Error as error:
+                refused.append(str(error))
+    thread = threading.Thread(target=change)
+    thread.start()
+    for _ in range(5):
+        try:
+            jostle.touching(shapes, poses, pairs)
+        except jostle.Error as error:
+            refused.append(str(error))
+    done.set()
+    thread.join()
+    shapes.clear()
+    shapes.append(hull, 2000)
+    assert np.array_equal(jostle.touching(shapes, poses, pairs), expected)
+    shapes.extend(shapes)
+    assert len(shapes) == 4000
+
+
+def test_functions_are_asked_on_the_thread_that_called():
+    boxes = some_boxes(2000, 3, np.float64, size=0.3)
+    caller, asked = threading.get_ident(), []
+
+    def accept(*_):
+        asked.append(threading.get_ident())
+        return True
+    index = jostle.BoxIndex(boxes, threads=4)
+    world = jostle.World(3, accept=accept, threads=4)
+    ids = world.add(boxes)
+    world.update()
+    assert len(world.began()) == len(jostle.find_pairs(boxes, accept=accept, threads=4))
+    jostle.find_scenes(boxes, [0, 1000, 2000], accept=accept, threads=4)
+    assert np.array_equal(index.count(boxes, accept=accept), index.count(boxes))
+    other = jostle.World(3, threads=4)
+    other.add(boxes)
+    other.update()
+    named = []
+
+    def some(question, id):
+        accept()
+        named.append((question, id))
+        return question % 3 != 0
+    kept = other.join(boxes)
+    assert np.array_equal(other.join(boxes, accept=some), kept[kept[:, 0] % 3 != 0])
+    assert [question for question, _ in named] == sorted(kept[:, 0].tolist()) and set(asked) == {caller}
+    assert len(ids) == 2000
+
+
+def test_a_world_that_its_function_knows_is_collected():
+    import gc
+    import weakref
+    worlds = []
+    for _ in range(3):
+        world = jostle.World(3, accept=lambda a, b: len(world) > 0)
+        world.add(some_boxes(10, 3, np.float64))
+        world.update()
+        fork = world.fork()
+        worlds += [weakref.ref(world), weakref.ref(fork)]
+    gc.collect()
+    assert len(fork) == 10 and fork._world.accept is not None  # still in use
+    fork.add(some_boxes(3, 3, np.float64))
+    fork.update()
+    del world, fork
+    gc.collect()
+    assert all(one() is None for one in worlds)
+
+
+def test_arguments_that_mean_something_else_are_refused():
+    boxes = some_boxes(4, 3, np.float32)
+    index, world, ids = both(boxes)
+    mask = np.array([True, False, True, False])
+    for wrong, says in (
+            (lambda: world.update(boxes=boxes), "boxes came without ids"),
+            (lambda: world.update(ids), "ids came without boxes"),
+            (lambda: world.set_enabled(ids, 256), "enabled is 256"),
+            (lambda: world.set_enabled(ids, 0.5), "enabled is 0.5"),
+            (lambda: world.set_enabled(ids, [True, False]), "there are 4 objects"),
+            (lambda: world.set_user_data(ids, 1.7), "data has the dtype float64"),
+            (lambda: world.set_user_data(ids, -1), "data is -1"),
+            (lambda: world.set_user_data(ids, [0, 1, 2, -3]), r"data\[3\] is -3"),
+            (lambda: world.set_filter(ids, category=[1, 2]), "there are 4 objects"),
+            (lambda: world.set_filter(ids, is_static=2), "is_static is 2"),
+            (lambda: world.ids(mask), "as numpy.flatnonzero"),
+            (lambda: index.boxes(mask), "as numpy.flatnonzero"),
+            (lambda: world.add(boxes, category=-1), "category is -1"),
+            (lambda: world.add(boxes, mask=2**32), "mask is 4294967296"),
+            (lambda: world.add(boxes, enabled=2), "enabled is 2"),
+            (lambda: jostle.World(accept=5), "accept is 5"),
+            (lambda: jostle.find_pairs(boxes, accept=5), "accept is 5"),
+            (lambda: index.count(boxes, accept=5), "accept is 5"),
+            (lambda: jostle.World(threads=1025), "threads is 1025"),
+            (lambda: jostle.touching(jostle.Shapes.spheres([1.0]), jostle.poses(np.zeros((1, 3))), [[0, 0], [0, -2]]),
+             r"pairs\[1, 1\] is -2"),
+            (lambda: index.count(boxes.astype(np.float64)), "would have to be rounded")):
+        with pytest.raises(jostle.Error, match=says):
+            wrong()
+    for wrong in (lambda: world.restore(2**33), lambda: copy.copy(index)):
+        with pytest.raises(TypeError):
+            wrong()
+    assert len(world) == 4 and world.enabled(ids).all()
+    assert index.count(boxes.astype(np.float64).tolist()).tolist() == index.count(boxes).tolist()  # lists are of no size
+    planes = np.array([[1.0, 0, 0, 0]])
+    assert index.count(jostle.frustums(planes)).tolist() == [4] and len(index.count(jostle.frustums([]))) == 0
+
+    shapes = jostle.Shapes.spheres([1.0, 2.0])
+    shapes.repeats = True
+    other = copy.copy(shapes)
+    other.clear()
+    assert len(shapes) == 2 and copy.copy(shapes).repeats and len(other) == 0
