@@ -145,7 +145,8 @@ export interface Disposable {
 export interface MemoryArray<A extends ArrayBufferView = FloatArray> extends Disposable {
   /**
    * The numbers. When memory grows, earlier views have no elements any more: ask for `view` anew, it costs
-   * nothing.
+   * nothing. Keep the array as long as its views: they don't keep it from being collected, and then show
+   * memory that others use.
    */
   readonly view: A;
   readonly length: number;
@@ -601,10 +602,7 @@ export interface World extends Disposable, Questionable<bigint, BigUint64Array, 
   /** Shows what was queued to questions, ahead of the next update. */
   apply(): void;
 
-  /**
-   * Pairs that touch now and didn't before: ids a0, b0, a1, b1, ... ascending by index. A view, valid until
-   * the next update.
-   */
+  /** Pairs that touch now and didn't before: ids a0, b0, a1, b1, ... ascending by index. */
   began(): BigUint64Array;
   /** Pairs that touched before and don't now, and why. */
   ended(): EndedPairs;

@@ -38,6 +38,7 @@ export class BoxIndex extends Owned {
 
   #put(name, boxes, ids) {
     const core = this.core;
+    this.want_idle("changed");
     core.within(() => {
       const rows = core.rows(boxes, "boxes", 2 * this.dim, this.type);
       const of = ids === undefined ? { pointer: 0, length: rows.count } : core.integers(ids, "ids");
@@ -58,15 +59,18 @@ export class BoxIndex extends Owned {
     this.#put("jostle_index_move", boxes, ids);
   }
   erase(ids) {
+    this.want_idle("changed");
     this.core.within(() => {
       const of = this.core.integers(ids, "ids");
       this.core.call("jostle_index_erase", this.pointer, of.pointer, BigInt(of.length));
     });
   }
   clear() {
+    this.want_idle("changed");
     this.core.call("jostle_index_clear", this.pointer);
   }
   releaseMemory() {
+    this.want_idle("changed");
     this.core.call("jostle_index_release_memory", this.pointer);
   }
   get size() {

@@ -44,8 +44,15 @@ export class Owned {
     return this.#pointer === 0 || this.core.closed;
   }
 
+  /** Refuses what may not happen in a callback of a call of this object's own. */
+  want_idle(what, pointers = [this.pointer]) {
+    if (pointers.some((each) => this.core.in_use(each)))
+      refuse(`this ${this.constructor.name} is in use: it can't be ${what} in a callback of its own`);
+  }
+
   dispose() {
-    if (this.#pointer === 0) return;
+    if (this.disposed) return;
+    this.want_idle("disposed of");
     const pointer = this.#pointer;
     this.#pointer = 0;
     abandoned.unregister(this);
@@ -54,7 +61,14 @@ export class Owned {
   }
 }
 if (Symbol.dispose)
-  Object.defineProperty(Owned.prototype, Symbol.dispose, { value: Owned.prototype.dispose });
+  Object.defineProperty(Owned.prototype, Symbol.dispose, {
+    value() {
+      this.dispose(); // whatever the class makes of it
+    },
+  });
+
+/** The memory itself, which errors call what users have. */
+const Allocated = class MemoryArray extends Owned {};
 
 /**
  * An array in the module's memory: see jostle.d.ts. `owner` is kept, where the memory is another object's.
@@ -74,7 +88,7 @@ export class MemoryArray {
       const bytes = length * ARRAYS[type].BYTES_PER_ELEMENT;
       const pointer = core.allocate(bytes);
       core.bytes.fill(0, pointer, pointer + bytes);
-      this.#owned = new Owned(core, "_free", pointer);
+      this.#owned = new Allocated(core, "_free", pointer);
     }
   }
 
@@ -95,7 +109,11 @@ export class MemoryArray {
   }
 }
 if (Symbol.dispose)
-  Object.defineProperty(MemoryArray.prototype, Symbol.dispose, { value: MemoryArray.prototype.dispose });
+  Object.defineProperty(MemoryArray.prototype, Symbol.dispose, {
+    value() {
+      this.dispose(); // whatever the class makes of it
+    },
+  });
 
 /** Memory for the arguments of a call: taken in order, given back all at once, kept for the next call. */
 class Scratch {
@@ -148,6 +166,7 @@ export class Core {
   #next_function = 1;
   #spare_results = [];
   #thrown; // by a callback: { error }
+  #running = []; // the calls that haven't returned: what each was given first, which is its object
 
   constructor(module, memory, threads) {
     this.module = module;
@@ -165,6 +184,8 @@ export class Core {
   /** Ends the threads. Nothing of the module's can be used afterwards. */
   close() {
     if (this.closed) return;
+    if (this.#running.length !== 0)
+      refuse("this module is in use: it can't be disposed of in a callback of its own");
     this.closed = true;
     this.module.PThread?.terminateAllThreads();
     this.module = this.memory = undefined;
@@ -237,8 +258,18 @@ export class Core {
   call(name, ...parameters) {
     const called = this.module["_" + name];
     if (called === undefined) refuse("this module has pairs alone: load it without `only`");
-    const status = called(...parameters, this.#error);
+    let status;
+    this.#running.push(parameters[0]);
+    try {
+      status = called(...parameters, this.#error);
+    } finally {
+      this.#running.pop();
+    }
     if (status !== 0) this.#fail(status);
+  }
+  /** Whether a call of the object at this place hasn't returned: then this is in a callback of it. */
+  in_use(pointer) {
+    return this.#running.includes(pointer);
   }
 
   /** The new object that a function hands out. */
@@ -275,15 +306,19 @@ export class Core {
         return -1;
       }
     };
-    const of = (number) => this.#functions.get(number);
+    const of = (number) => this.#functions.get(number).deref();
+    const truth = (said) => {
+      if (typeof said?.then === "function") refuse("a callback returned a promise: it must answer at once");
+      return said ? 1 : 0;
+    };
     return {
-      acceptPair: (number, a, b) => guarded(() => (of(number)(a >>> 0, b >>> 0) ? 1 : 0)),
+      acceptPair: (number, a, b) => guarded(() => truth(of(number)(a >>> 0, b >>> 0))),
       acceptScenePair: (number, scene, a, b) =>
-        guarded(() => (of(number)(scene >>> 0, a >>> 0, b >>> 0) ? 1 : 0)),
+        guarded(() => truth(of(number)(scene >>> 0, a >>> 0, b >>> 0))),
       takePairs: (number, pairs, count) =>
         guarded(() => (of(number)(this.view("uint32", pairs >>> 0, 2 * count)) === false ? 0 : 1)),
       acceptAnswer: (number, question, id) =>
-        guarded(() => (of(number)(question >>> 0, BigInt.asUintN(64, id)) ? 1 : 0)),
+        guarded(() => truth(of(number)(question >>> 0, BigInt.asUintN(64, id)))),
       visitAnswer: (number, id, at, bound) =>
         guarded(() => {
           const said = of(number)(BigInt.asUintN(64, id), at);
@@ -293,14 +328,17 @@ export class Core {
           return said === false ? 0 : 1;
         }),
       acceptObjects: (number, a, b) =>
-        guarded(() => (of(number)(BigInt.asUintN(64, a), BigInt.asUintN(64, b)) ? 1 : 0)),
+        guarded(() => truth(of(number)(BigInt.asUintN(64, a), BigInt.asUintN(64, b)))),
     };
   }
-  /** A number by which the module calls a function, until it is forgotten. */
-  remember(given) {
+  /**
+   * A number by which the module calls a function, until it is forgotten. A `weak` one must be held by whose
+   * calls ask it: it may know that object, which would never be collected if it were held here.
+   */
+  remember(given, weak = false) {
     if (typeof given !== "function") refuse(`${given} is no function`);
     const number = this.#next_function++;
-    this.#functions.set(number, given);
+    this.#functions.set(number, weak ? new WeakRef(given) : { deref: () => given });
     return number;
   }
   forget(number) {
@@ -551,6 +589,8 @@ function refuse_detached(given, what) {
   try {
     new Uint8Array(given.buffer);
   } catch {
-    refuse(`${what} is a view of memory that has grown since, and is empty now: take the view anew`);
+    refuse(
+      `${what} is a view of memory that has grown since, or was transferred, and is empty now: take it anew`,
+    );
   }
 }

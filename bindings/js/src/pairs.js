@@ -79,6 +79,10 @@ export class PairFinder extends Owned {
       core.within(() => core.make("jostle_finder_new", core.options(executor, ignores_odd))));
     return this.#others[2 * serial + ignores_odd].pointer;
   }
+  want_idle(what) {
+    const others = this.#others.filter(Boolean).map((finder) => finder.pointer);
+    super.want_idle(what, [this.pointer, ...others]);
+  }
   #free_others() {
     for (const finder of this.#others) finder?.dispose();
     this.#others = [];
@@ -280,6 +284,7 @@ export class PairFinder extends Owned {
   }
 
   releaseMemory() {
+    this.want_idle("changed");
     this.core.call("jostle_finder_release_memory", this.pointer);
     this.#free_others();
     this.#own.memory?.dispose();
@@ -289,6 +294,8 @@ export class PairFinder extends Owned {
   }
 
   dispose() {
+    if (this.disposed) return;
+    this.want_idle("disposed of");
     this.#free_others();
     this.#own.memory?.dispose();
     super.dispose();

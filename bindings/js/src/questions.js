@@ -23,10 +23,11 @@ function width_of(kind, dim) {
 
 /** Questions in the module's memory: { kind, pointer, count, size } of one. */
 function place_questions(core, questions, dim, type, call) {
-  const name =
+  const [name, other] =
     questions === null || typeof questions !== "object"
-      ? undefined
-      : Object.keys(KINDS).find((each) => each in questions);
+      ? []
+      : Object.keys(KINDS).filter((each) => questions[each] !== undefined);
+  if (other !== undefined) refuse(`questions are ${name} and ${other}: they must be of one kind`);
   if (name === undefined)
     refuse(
       `questions are ${describe(questions)}: they must be { rays } or { boxes } or another kind of question`,

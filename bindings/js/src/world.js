@@ -19,14 +19,15 @@ export const endReasons = Object.freeze(Object.values(C.jostle_end_reason));
 export class World extends Owned {
   #asked;
   #accept; // { number, worlds }: shared with the worlds that were forked from this one
+  #function; // which these ask, and each of them holds
 
   constructor(core, options = {}, forked = undefined) {
     const { dim, type = "float32" } = options;
     const space = space_of(dim, type);
-    let { pointer, accept } = forked ?? {};
+    let { pointer, accept, asked } = forked ?? {};
     if (forked === undefined) {
-      accept =
-        options.accept === undefined ? undefined : { number: core.remember(options.accept), worlds: 0 };
+      asked = options.accept;
+      accept = asked === undefined ? undefined : { number: core.remember(asked, true), worlds: 0 };
       try {
         pointer = make_world(core, space, options, accept);
       } catch (error) {
@@ -44,7 +45,13 @@ export class World extends Owned {
     this.dim = dim;
     this.type = type;
     this.#accept = accept;
+    this.#function = asked;
     this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: same, id: same, one: same });
+  }
+
+  dispose() {
+    super.dispose();
+    this.#function = undefined;
   }
 
   // --- Commands ---
@@ -64,6 +71,7 @@ export class World extends Owned {
     const core = this.core;
     return core.within(() => {
       const rows = this.#rows(boxes, "boxes", 2 * this.dim);
+      const enabled = flag(options.enabled ?? true, "enabled");
       const made = core.struct(C.jostle_object_options),
         filter = core.scratch.take(C.jostle_object_filter.sizeof);
       write_filter(core, filter, options);
@@ -73,7 +81,7 @@ export class World extends Owned {
         number(options.margin ?? 0, "margin"),
         true,
       );
-      core.data.setInt32(made + C.jostle_object_options.disabled, options.enabled === false ? 1 : 0, true);
+      core.data.setInt32(made + C.jostle_object_options.disabled, enabled ? 0 : 1, true);
       const ids = core.scratch.take(8 * rows.count);
       core.with_values([rows], this.dim, () =>
         core.call("jostle_world_add", this.pointer, core.boxes(rows, this.dim), made, ids),
@@ -143,8 +151,8 @@ export class World extends Owned {
       const of = core.ids(ids),
         size = C.jostle_object_filter.sizeof,
         filters = core.scratch.take(size * of.count);
-      if (filter === null || typeof filter !== "object")
-        refuse(`filter is ${describe(filter)}: it must be an object`);
+      if (filter === null || typeof filter !== "object" || typeof filter.length === "number")
+        refuse(`filter is ${describe(filter)}: it must be an object, the same for all ids`);
       for (let i = 0; i < of.count; ++i) write_filter(core, filters + i * size, filter);
       core.call(
         "jostle_world_set_filter",
@@ -182,7 +190,7 @@ export class World extends Owned {
   }
   setEnabled(ids, enabled, { sequence } = {}) {
     this.core.within(() => {
-      const given = enabled instanceof Uint8Array ? enabled : enabled ? 1 : 0;
+      const given = enabled instanceof Uint8Array ? enabled : flag(enabled, "enabled") ? 1 : 0;
       const [of, each] = this.#each(ids, given, Uint8Array, "values");
       this.core.call(
         "jostle_world_set_enabled",
@@ -228,6 +236,7 @@ export class World extends Owned {
   update(ids, boxes) {
     const core = this.core;
     if (ids === undefined) {
+      if (boxes !== undefined) refuse("boxes came without ids: give both, or none");
       core.call("jostle_world_update", this.pointer);
       return;
     }
@@ -254,7 +263,7 @@ export class World extends Owned {
   }
   began() {
     const [pointer, count] = this.#list("jostle_world_began");
-    return new BigUint64Array(this.core.memory.buffer, pointer, 2 * count);
+    return this.core.wide(pointer, 2 * count);
   }
   ended() {
     const [pointer, count] = this.#list("jostle_world_ended");
@@ -475,7 +484,8 @@ export class World extends Owned {
   }
   fork() {
     const pointer = this.core.make("jostle_world_fork", this.pointer);
-    return new World(this.core, { dim: this.dim, type: this.type }, { pointer, accept: this.#accept });
+    const forked = { pointer, accept: this.#accept, asked: this.#function };
+    return new World(this.core, { dim: this.dim, type: this.type }, forked);
   }
 
   get stats() {
@@ -508,6 +518,10 @@ function make_world(core, space, options, accept) {
   });
 }
 
+function flag(given, what) {
+  if (typeof given !== "boolean") refuse(`${what} is ${describe(given)}: it must be true or false`);
+  return given;
+}
 function number(given, what) {
   if (typeof given !== "number") refuse(`${what} is ${describe(given)}: it must be a number`);
   return given;
@@ -519,5 +533,5 @@ function write_filter(core, at, { category = 1, mask = 0xffffffff, owner = 0xfff
   core.data.setUint32(at + C.jostle_object_filter.category, whole(category, "category"), true);
   core.data.setUint32(at + C.jostle_object_filter.mask, whole(mask, "mask"), true);
   core.data.setUint32(at + C.jostle_object_filter.owner, whole(owner, "owner"), true);
-  core.data.setInt32(at + C.jostle_object_filter.is_static, isStatic ? 1 : 0, true);
+  core.data.setInt32(at + C.jostle_object_filter.is_static, flag(isStatic, "isStatic") ? 1 : 0, true);
 }

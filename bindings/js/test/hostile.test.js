@@ -258,3 +258,92 @@ test("loading", async () => {
   assert.deepEqual([...all.findPairs(good, { dim: 3 })], [0, 1]);
   all.dispose();
 });
+
+for (const [kind, loaded] of Object.entries(modules)) {
+  test(`what is in use is neither changed nor disposed of: ${kind}`, async () => {
+    const jostle = await loaded();
+    const boxes = random_boxes(20_000, 3, 1), few = random_boxes(10, 3, 2);
+    const index = new jostle.BoxIndex({ dim: 3 });
+    index.build(boxes);
+    const all = new Float32Array([-1e3, -1e3, -1e3, 1e3, 1e3, 1e3]);
+    let refused = 0;
+    const meddle = () => {
+      for (const change of [
+        () => index.build(few),
+        () => index.insert(few, Uint32Array.from(few, (_, i) => 50_000 + i).subarray(0, 10)),
+        () => index.move(few, Uint32Array.from({ length: 10 }, (_, i) => i)),
+        () => index.erase(new Uint32Array([0])),
+        () => index.clear(),
+        () => index.releaseMemory(),
+      ])
+        refuses(change, /this BoxIndex is in use: it can't be changed/);
+      refuses(() => index.dispose(), /this BoxIndex is in use: it can't be disposed of/);
+      refuses(() => jostle.dispose(), /this module is in use/);
+      assert.equal(index.count({ boxes: all })[0], 20_000); // asking goes on
+      ++refused;
+      return false;
+    };
+    index.visit({ boxes: all }, meddle);
+    index.any({ boxes: few.subarray(0, 6) }, { accept: meddle });
+    assert.ok(refused >= 1);
+
+    const finder = new jostle.PairFinder();
+    const world = new jostle.World({
+      dim: 3,
+      accept: () => {
+        refuses(() => world.dispose(), /this World is in use/);
+        return true;
+      },
+    });
+    world.add(few);
+    world.update();
+    const accept = () => {
+      refuses(() => finder.dispose(), /this PairFinder is in use: it can't be disposed of/);
+      refuses(() => finder.releaseMemory(), /this PairFinder is in use: it can't be changed/);
+      return true;
+    };
+    const count = finder.find(boxes, { dim: 3 }).length;
+    assert.ok(count > 0);
+    assert.equal(finder.find(boxes, { dim: 3, accept }).length, count);
+    finder.stream(boxes, { dim: 3 }, () => refuses(() => finder.dispose(), /in use/));
+    for (const each of [index, finder, world, finder]) each.dispose();
+    const gone = { status: "bad_handle" };
+    refuses(() => finder.find(boxes, { dim: 3 }), /this PairFinder was disposed of/, gone);
+    const array = jostle.array("float32", 6);
+    array.dispose();
+    refuses(() => array.view, /this MemoryArray was disposed of/, gone);
+    if (Symbol.dispose !== undefined) {
+      const other = new jostle.PairFinder();
+      other.find(few, { dim: 3, accept: () => true });
+      other[Symbol.dispose]();
+      assert.ok(other.disposed);
+    }
+  });
+
+  test(`arguments that would mean something else are refused: ${kind}`, async () => {
+    const jostle = await loaded();
+    const world = new jostle.World({ dim: 3 });
+    const ids = world.add(good);
+    world.update();
+    const index = new jostle.BoxIndex({ dim: 3 });
+    index.build(good);
+    for (const enabled of [[false, false], "no", new Int8Array(2), 0, 1, undefined])
+      refuses(() => world.setEnabled(ids, enabled), /^enabled is .*: it must be true or false/);
+    refuses(() => world.add(good, { enabled: 0 }), /^enabled is 0/);
+    refuses(() => world.add(good, { isStatic: 1 }), /^isStatic is 1/);
+    refuses(() => world.setFilter(ids, [{ category: 1 }, { category: 2 }]), /^filter is a Array/);
+    refuses(() => world.update(undefined, good), /^boxes came without ids/);
+    const two = { boxes: good, spheres: new Float32Array(4) };
+    refuses(() => index.count(two), /^questions are boxes and spheres/);
+    refuses(() => jostle.findPairs(good, { dim: 3, accept: async () => false }), /^a callback returned a promise/);
+    world.update();
+    assert.equal(world.pairs().length, 2);
+    const began = new jostle.World({ dim: 3 });
+    began.add(good);
+    began.update();
+    const pairs = began.began();
+    jostle.array("float64", 4_000_000); // memory grows
+    assert.deepEqual(pairs, began.began()); // a copy
+    assert.equal(pairs.length, 2);
+  });
+}

@@ -21,7 +21,7 @@ function use_everything(jostle, boxes) {
   const index = new jostle.BoxIndex({ dim: 3 });
   index.build(boxes, ids);
   index.all({ boxes });
-  const world = new jostle.World({ dim: 3, accept: () => true });
+  const world = new jostle.World({ dim: 3, accept: () => world.dim === 3 }); // it knows the world
   world.add(boxes);
   world.update();
   const fork = world.fork();

@@ -53,7 +53,10 @@ class BoxIndex
     template <class F>
     auto read(const BoxIndex* other, F&& f) const
     {
-        if (other == nullptr) return read([&](const jostle_index* index) { return f(index, static_cast<const jostle_index*>(nullptr)); });
+        if (other == nullptr)
+            return read([&](const jostle_index* index) {
+                return f(index, static_cast<const jostle_index*>(nullptr));
+            });
         return read([&](const jostle_index* index) {
             return other->read([&](const jostle_index* others) { return f(index, others); });
         });

@@ -25,9 +25,10 @@
 
 namespace jostle_python {
 
-/// Calls ask(first, count, error) about `count` things, a few at a time, at most `most`, and looks for signals in between. If
-/// there are none, it is called once all the same, so that the other arguments are checked. After a mistake
-/// it is called about all of them at once, so that the mistake's number counts from the first one.
+/// Calls ask(first, count, error) about `count` things, a few at a time, at most `most`, and looks for
+/// signals in between. If there are none, it is called once all the same, so that the other arguments are
+/// checked. After a mistake it is called about all of them at once, so that the mistake's number counts from
+/// the first one.
 template <class F>
 void call_in_parts(std::uint64_t count, Pending* pending, F&& ask, std::uint64_t most = UINT64_MAX)
 {
