@@ -335,7 +335,8 @@ for (const [kind, loaded] of Object.entries(modules)) {
     refuses(() => world.update(undefined, good), /^boxes came without ids/);
     const two = { boxes: good, spheres: new Float32Array(4) };
     refuses(() => index.count(two), /^questions are boxes and spheres/);
-    refuses(() => jostle.findPairs(good, { dim: 3, accept: async () => false }), /^a callback returned a promise/);
+    const later = { dim: 3, accept: async () => false };
+    refuses(() => jostle.findPairs(good, later), /^a callback returned a promise/);
     world.update();
     assert.equal(world.pairs().length, 2);
     const began = new jostle.World({ dim: 3 });
