@@ -80,6 +80,10 @@ install_packages() {
 
 # How many compilers at a time: one a core, but each may need 1.5 GB of memory.
 job_count() {
+    if [ -n "${CMAKE_BUILD_PARALLEL_LEVEL-}" ]; then
+        echo "$CMAKE_BUILD_PARALLEL_LEVEL"
+        return
+    fi
     local cores memory
     cores=$(nproc)
     memory=$(awk '/^MemAvailable:/ { print int($2 / 1500000) }' /proc/meminfo)

@@ -410,7 +410,7 @@ export interface IndexQueryFilter extends QueryFilter<number> {
 export interface Hits<IdArray> {
   /** Of an index Float64Array, -1 where there is none; of a world BigUint64Array, 0n where there is none. */
   readonly ids: IdArray;
-  /** The least fraction at which the box is touched. */
+  /** The least fraction at which the box is touched; infinite where there is none. */
   readonly at: Float64Array;
 }
 

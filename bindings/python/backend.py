@@ -90,7 +90,7 @@ def _compile(folder: pathlib.Path, settings: dict) -> pathlib.Path:
         pass  # Debian's lies where CMake looks
     log = subprocess.DEVNULL if settings.get("quiet") else None
     subprocess.run(["cmake", *map(str, arguments)], check=True, stdout=log)
-    subprocess.run(["cmake", "--build", str(folder), "--parallel", str(os.cpu_count() or 1), "--target", "_core"], check=True,
+    subprocess.run(["cmake", "--build", str(folder), "--parallel", os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL") or str(os.cpu_count() or 1), "--target", "_core"], check=True,
                    stdout=log)
     return next((folder / "out").glob("_core*"))
 

@@ -33,7 +33,12 @@ export class BoxIndex extends Owned {
     );
     this.dim = dim;
     this.type = type;
-    this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: narrow, id: Number, one: narrow_one });
+    this.#asked = new Asked(this, FUNCTIONS, dim, type, {
+      ids: narrow,
+      id: Number,
+      one: narrow_one,
+      none: NONE,
+    });
   }
 
   #put(name, boxes, ids) {

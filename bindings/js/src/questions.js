@@ -107,7 +107,7 @@ export function query_filter(core, options, accept) {
 
 /** What an index and a world answer alike: `names` are the functions' that do so. */
 export class Asked {
-  constructor(owner, names, dim, type, { ids, id, one }) {
+  constructor(owner, names, dim, type, { ids, id, one, none }) {
     this.owner = owner; // the index or world
     this.names = names;
     this.dim = dim;
@@ -115,6 +115,7 @@ export class Asked {
     this.narrow = ids; // from 64-bit ids to those that the caller sees
     this.id = id; // the same of one
     this.one = one; // the same where there may be none
+    this.none = none; // the id of no answer
   }
 
   /**
@@ -157,7 +158,10 @@ export class Asked {
       const data = core.data;
       for (let i = 0; i < count; ++i) {
         ids[i] = data.getBigUint64(hits + i * C.jostle_hit.sizeof + C.jostle_hit.id, true);
-        at[i] = data.getFloat64(hits + i * C.jostle_hit.sizeof + C.jostle_hit.at, true);
+        at[i] =
+          ids[i] === this.none
+            ? Infinity
+            : data.getFloat64(hits + i * C.jostle_hit.sizeof + C.jostle_hit.at, true);
       }
       return { ids, at };
     });

@@ -46,7 +46,7 @@ export class World extends Owned {
     this.type = type;
     this.#accept = accept;
     this.#function = asked;
-    this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: same, id: same, one: same });
+    this.#asked = new Asked(this, FUNCTIONS, dim, type, { ids: same, id: same, one: same, none: 0n });
   }
 
   dispose() {

@@ -338,6 +338,9 @@ for (const [kind, loaded] of Object.entries(modules)) {
     const later = { dim: 3, accept: async () => false };
     refuses(() => jostle.findPairs(good, later), /^a callback returned a promise/);
     world.update();
+    const origins = new Float32Array([9, 9, 9, -1, -1, -1]);
+    const away = rays(origins, new Float32Array(6).fill(1), { dim: 3 });
+    for (const asked of [index, world]) assert.deepEqual([...asked.first(away).at], [Infinity, 1]);
     assert.equal(world.pairs().length, 2);
     const began = new jostle.World({ dim: 3 });
     began.add(good);

@@ -21,6 +21,11 @@ def _dtype(dim: int, number: Any) -> np.dtype:
 CONTACTS = {(dim, np.dtype(number)): _dtype(dim, number) for dim in (2, 3) for number in (np.float32, np.float64)}
 
 
+def _want_shapes(given: Any) -> None:
+    if not isinstance(given, Shapes):
+        raise Error(f"shapes is a {type(given).__name__}: it must be a Shapes, as jostle.Shapes([...]) makes of a list")
+
+
 class ContactFinder:
     """Finds where the objects of pairs touch.
 
@@ -43,6 +48,9 @@ class ContactFinder:
 
     def _given(self, shapes: Shapes, rows: Any, pairs: Any, shapes_b: Shapes | None,
                rows_b: Any) -> tuple[Any, np.ndarray, Any, np.ndarray | None, np.ndarray]:
+        _want_shapes(shapes)
+        if shapes_b is not None:
+            _want_shapes(shapes_b)
         a, b = self._rows(rows), None if rows_b is None else self._rows(rows_b)
         named = _arrays.pairs(pairs)
         if named.ndim == 2 and named.shape[1] == 2:
@@ -135,6 +143,7 @@ class ContactFinder:
 
 
 def _finder(shapes: Shapes, rows: Any, rows_b: Any) -> ContactFinder:
+    _want_shapes(shapes)
     given = [_arrays.floats(x, "poses") for x in (rows, rows_b) if x is not None]
     return ContactFinder(shapes.dim, np.result_type(*(x.dtype for x in given)))
 

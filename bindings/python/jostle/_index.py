@@ -93,6 +93,7 @@ class BoxIndex:
         """What each ray or sweep hits first."""
         ids, at = self._index.first(question(questions, LINES)._packed(self.dim, self.dtype),
                                     asking(asker, exclude, accept, category, mask, owner))
+        at[ids == ALL] = np.inf
         return Hits(ids.view(np.int64), at)
 
     def all(self, questions: Any, max_results: int | None = None, *, category: Any = None, mask: Any = None, owner: Any = None,

@@ -11,7 +11,7 @@ class Hits(NamedTuple):
     """One answer per query."""
 
     ids: np.ndarray  #: of an index int64, -1 where there is none; of a world uint64, 0 where there is none
-    at: np.ndarray  #: float64: the least fraction at which the box is touched
+    at: np.ndarray  #: float64: the least fraction at which the box is touched; infinite where there is none
 
 
 class ClosePairs(NamedTuple):

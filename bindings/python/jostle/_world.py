@@ -207,7 +207,9 @@ class World:
     def first(self, questions: Questions, *, asker: Asker | None = None, exclude: Exclude = None,
               accept: AcceptAnswer | None = None) -> Hits:
         """What each ray or sweep hits first."""
-        return Hits(*self._world.first(question(questions, LINES)._packed(self.dim, self.dtype), asking(asker, exclude, accept)))
+        ids, at = self._world.first(question(questions, LINES)._packed(self.dim, self.dtype), asking(asker, exclude, accept))
+        at[ids == 0] = np.inf
+        return Hits(ids, at)
 
     def all(self, questions: Any, max_results: int | None = None, *, asker: Asker | None = None, exclude: Exclude = None,
             accept: AcceptAnswer | None = None) -> Answers:

@@ -710,6 +710,12 @@ def test_arguments_that_mean_something_else_are_refused():
     planes = np.array([[1.0, 0, 0, 0]])
     assert index.count(jostle.frustums(planes)).tolist() == [4] and len(index.count(jostle.frustums([]))) == 0
 
+    with pytest.raises(jostle.Error, match="shapes is a list: it must be a Shapes"):
+        jostle.contacts([jostle.sphere(1)], jostle.poses(np.zeros((1, 3))), [[0, 0]])
+    away = jostle.rays([[9.0, 9, 9], [-1, -1, -1]], [[1.0, 1, 1]])
+    for asked in (index, world):
+        assert np.isinf(asked.first(away).at[0]) and asked.first(away).at[1] != 0
+
     shapes = jostle.Shapes.spheres([1.0, 2.0])
     shapes.repeats = True
     other = copy.copy(shapes)
