@@ -194,6 +194,7 @@ def seen(visit, *given, **more):
 CALLS = {
     # Pairs of boxes.
     "find_pairs": lambda: jostle.find_pairs(boxes, threads=1),
+    "PairFinder": lambda: jostle.PairFinder(threads=2).find(boxes, accept=lambda a, b: (a + b) % 2 == 0),
     "find_pairs, two threads": lambda: jostle.find_pairs(boxes, threads=2),
     "find_pairs, oneTBB": lambda: jostle.find_pairs(boxes),
     "find_pairs of many, oneTBB": lambda: jostle.find_pairs(many),

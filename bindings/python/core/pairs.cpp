@@ -5,34 +5,100 @@
 
 #include "core/interrupts.hpp"
 #include "core/module.hpp"
+#include "core/users.hpp"
 
 namespace jostle_python {
+
+namespace {
+
+/// Searches in memory that it keeps. Where a function in Python is to be asked, on the thread that calls.
+class PairFinder
+{
+  public:
+    PairFinder(bool ignore_odd_boxes, std::uint32_t threads)
+        : ignore_odd_boxes_(ignore_odd_boxes),
+          threads_(threads),
+          handle_(make_handle(threads)),
+          last_(handle_.get())
+    {
+    }
+    /// As find() in pairs.hpp.
+    py::array find(const py::array& boxes, const std::optional<py::array>& other, PairFilter& filter,
+                   bool sorted, jostle_accept_pair_function accept = nullptr, void* context = nullptr)
+    {
+        const Boxes a = boxes_of(boxes, "boxes");
+        std::optional<Boxes> b;
+        if (other) b = boxes_of(*other, "other", a.space);
+        jostle_filter wish = filter.filter;
+        if (accept != nullptr) {
+            wish.accept = accept;
+            wish.context = context;
+        }
+        const Users::Changing now(users_); // until the pairs are copied
+        if (!filter.accept.is_none() && threads_ != 1) {
+            if (serial_ == nullptr) serial_ = make_handle(1);
+            last_ = serial_.get();
+        } else {
+            last_ = handle_.get();
+        }
+        jostle_blocks pairs{};
+        const auto search = [&](jostle_error* error) {
+            return jostle_finder_find(last_, a.space, &a.view, b ? &b->view : nullptr, &wish,
+                                      sorted ? JOSTLE_SORTED : JOSTLE_CANONICAL, &pairs, error);
+        };
+        memory_.call(search, &filter.pending);
+        return copy_pairs(pairs);
+    }
+    /// Of the last search.
+    py::dict stats()
+    {
+        const Users::Changing now(users_);
+        jostle_stats s{};
+        s.struct_size = sizeof s;
+        call([&](jostle_error* error) { return jostle_finder_stats(last_, &s, error); });
+        py::dict stats("objects"_a = s.objects, "odd"_a = s.odd, "pairs"_a = s.pairs, "records"_a = s.records,
+                       "candidates"_a = s.candidates, "ties"_a = s.ties, "bricks"_a = s.bricks,
+                       "nested_grids"_a = s.nested_grids, "bytes_reserved"_a = s.bytes_reserved);
+        stats["ms_total"] = s.ms_total;
+        stats["ms_tune"] = s.ms_tune;
+        stats["ms_scatter"] = s.ms_scatter;
+        stats["ms_sweep"] = s.ms_sweep;
+        stats["ms_finish"] = s.ms_finish;
+        return stats;
+    }
+    void release_memory()
+    {
+        const Users::Changing now(users_);
+        for (jostle_finder* const finder : {handle_.get(), serial_.get()})
+            if (finder != nullptr)
+                call([&](jostle_error* error) { return jostle_finder_release_memory(finder, error); });
+    }
+
+  private:
+    [[nodiscard]] FinderHandle make_handle(std::uint32_t threads)
+    {
+        const Executor executor = executor_of(threads);
+        jostle_options options = options_of(executor, memory_.allocator());
+        options.ignore_odd_boxes = ignore_odd_boxes_ ? 1 : 0;
+        return make<FinderHandle>(
+            [&](auto** out, auto* error) { return jostle_finder_new(&options, out, error); });
+    }
+
+    bool ignore_odd_boxes_;
+    std::uint32_t threads_;
+    Users users_{"pair finder"};
+    Interruptible memory_;
+    FinderHandle handle_, serial_; // the latter is made when it is needed
+    jostle_finder* last_;
+};
+
+} // namespace
 
 py::array find(const py::array& boxes, const std::optional<py::array>& other, PairFilter& filter, bool sorted,
                bool ignore_odd_boxes, std::uint32_t threads, jostle_accept_pair_function accept,
                void* context)
 {
-    const Boxes a = boxes_of(boxes, "boxes");
-    std::optional<Boxes> b;
-    if (other) b = boxes_of(*other, "other", a.space);
-    const Executor executor = executor_of(threads);
-    Interruptible memory;
-    jostle_options options = options_of(executor, memory.allocator());
-    options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
-    jostle_filter wish = filter.filter;
-    if (accept != nullptr) {
-        wish.accept = accept;
-        wish.context = context;
-    }
-    const FinderHandle finder =
-        make<FinderHandle>([&](auto** out, auto* error) { return jostle_finder_new(&options, out, error); });
-    jostle_blocks pairs{};
-    const auto search = [&](jostle_error* error) {
-        return jostle_finder_find(finder.get(), a.space, &a.view, b ? &b->view : nullptr, &wish,
-                                  sorted ? JOSTLE_SORTED : JOSTLE_CANONICAL, &pairs, error);
-    };
-    memory.call(search, &filter.pending);
-    return copy_pairs(pairs);
+    return PairFinder(ignore_odd_boxes, threads).find(boxes, other, filter, sorted, accept, context);
 }
 
 namespace {
@@ -150,6 +216,12 @@ void define_pairs(py::module_& m)
 {
     define_class<PairFilter>(m, "PairFilter")
         .def(py::init<Maybe, Maybe, Maybe, Maybe, Maybe, Maybe, py::object>());
+    define_class<PairFinder>(m, "PairFinder")
+        .def(py::init<bool, std::uint32_t>())
+        .def("find", [](PairFinder& self, const Array& boxes, const Maybe& other, PairFilter& filter,
+                        bool sorted) { return self.find(boxes, other, filter, sorted); })
+        .def("stats", &PairFinder::stats)
+        .def("release_memory", &PairFinder::release_memory);
     m.def("find", [](const Array& boxes, const Maybe& other, PairFilter& filter, bool sorted,
                      bool ignore_odd_boxes, std::uint32_t threads) {
         return find(boxes, other, filter, sorted, ignore_odd_boxes, threads);

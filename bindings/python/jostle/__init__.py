@@ -23,7 +23,7 @@ from ._core import instruction_sets, version
 from ._errors import Error, NoSuchObjectError, StaleIdError
 from ._index import BoxIndex
 from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._pairs import ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join, spatial_order
+from ._pairs import PairFinder, ScenePairs, find_pairs, find_periodic_pairs, find_scenes, iter_pairs, join, spatial_order
 from ._plot import plot
 from ._questions import Questions, frustums, nearest, nearest_to_boxes, overlapping, rays, spheres, sweeps
 from ._shape_queries import ShapeSweeps
@@ -33,7 +33,7 @@ from ._world import EndedPairs, World
 
 __version__ = version()
 __all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "EndedPairs", "Error", "Hits", "NoSuchObjectError",
-           "Questions", "ScenePairs", "Shape", "ShapeHits", "ShapeSweeps",
+           "PairFinder", "Questions", "ScenePairs", "Shape", "ShapeHits", "ShapeSweeps",
            "Shapes", "StaleIdError", "World", "bounds", "box", "capsule",
            "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
            "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",

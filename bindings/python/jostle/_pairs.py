@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The broad phase: find_pairs, find_periodic_pairs, iter_pairs, join, spatial_order."""
+"""The broad phase: find_pairs, PairFinder, find_periodic_pairs, iter_pairs, join, spatial_order."""
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -53,11 +53,50 @@ def find_pairs(boxes: Any, other: Any = None, *, category: Any = None, mask: Any
     threads        0 for one per core
 
     Returns (m, 2) uint32: positions, a < b within one set.
-    Cost: expected linear in boxes and pairs. Ctrl-C ends the call.
+    Cost: expected linear in boxes and pairs. Ctrl-C ends the call. A PairFinder keeps its memory from one search to the next.
     """
     a, b = _two(boxes, other)
     wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, accept))
     return _core.find(a, b, wish, _is_sorted(order), bool(ignore_odd_boxes), _arrays.threads(threads, accept))
+
+
+class PairFinder:
+    """find_pairs for steps of a simulation: a finder keeps its memory from one search to the next.
+
+        finder = jostle.PairFinder()
+        for step in range(1000):
+            pairs = finder.find(boxes)
+
+    ignore_odd_boxes and threads are as for find_pairs. Use a finder for one call at a time: another call meanwhile, by a callback or
+    a thread, is an Error.
+    """
+
+    def __init__(self, *, ignore_odd_boxes: bool = False, threads: int = 0) -> None:
+        self._finder = _core.PairFinder(bool(ignore_odd_boxes), _arrays.threads(threads))
+
+    def find(self, boxes: Any, other: Any = None, *, category: Any = None, mask: Any = None, owner: Any = None,
+             category_b: Any = None, mask_b: Any = None, owner_b: Any = None, accept: Accept | None = None,
+             order: str = "canonical") -> np.ndarray:
+        """As find_pairs: (m, 2) uint32, which the caller owns."""
+        a, b = _two(boxes, other)
+        wish = _core.PairFilter(*_filter(category, mask, owner, category_b, mask_b, owner_b, accept))
+        return self._finder.find(a, b, wish, _is_sorted(order))
+
+    def stats(self) -> dict[str, Any]:
+        """What the last search did: objects, odd, pairs, records, candidates, ties, bricks, nested_grids, bytes_reserved, and
+        milliseconds: ms_total, ms_tune, ms_scatter, ms_sweep, ms_finish."""
+        return self._finder.stats()
+
+    def release_memory(self) -> None:
+        """Gives back the memory that it keeps."""
+        self._finder.release_memory()
+
+    def __copy__(self) -> PairFinder:
+        raise TypeError("a PairFinder can't be copied: make another one")
+
+    def __repr__(self) -> str:
+        last = self.stats()
+        return f"PairFinder({last['pairs']} pairs of {last['objects']} boxes in the last search)"
 
 
 def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: Any = None, owner: Any = None,

@@ -658,17 +658,22 @@ def test_a_world_that_its_function_knows_is_collected():
     import gc
     import weakref
     worlds = []
-    for _ in range(3):
+
+    def made():
         world = jostle.World(3, accept=lambda a, b: len(world) > 0)
         world.add(some_boxes(10, 3, np.float64))
         world.update()
         fork = world.fork()
-        worlds += [weakref.ref(world), weakref.ref(fork)]
+        worlds.extend([weakref.ref(world), weakref.ref(fork)])
+        return fork
+    made()
+    fork = made()
     gc.collect()
-    assert len(fork) == 10 and fork._world.accept is not None  # still in use
+    assert [one() is None for one in worlds] == [True, True, False, False]  # the fork's function knows the world
     fork.add(some_boxes(3, 3, np.float64))
     fork.update()
-    del world, fork
+    assert len(fork) == 13
+    del fork
     gc.collect()
     assert all(one() is None for one in worlds)
 

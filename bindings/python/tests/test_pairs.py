@@ -370,3 +370,35 @@ def test_the_lock_is_released():
     assert np.array_equal(found[0], found[1])
     inside = [tick for tick in ticks if begin < tick < end]
     assert len(inside) > 3  # Python went on meanwhile
+
+
+def test_a_finder_searches_again():
+    finder = jostle.PairFinder(threads=2)
+    assert finder.stats()["objects"] == 0 and len(finder.find([])) == 0
+    for seed, (dim, dtype) in enumerate(KINDS):
+        boxes, others = some_boxes(3000, dim, dtype, seed), some_boxes(500, dim, dtype, 90 + seed)
+        assert np.array_equal(finder.find(boxes), jostle.find_pairs(boxes))
+        assert finder.stats()["objects"] == 3000 and finder.stats()["pairs"] == len(jostle.find_pairs(boxes))
+        assert np.array_equal(finder.find(boxes, others, order="sorted"), by_definition(boxes, others))
+        even = finder.find(boxes, accept=lambda a, b: (a + b) % 2 == 0)
+        found = jostle.find_pairs(boxes)
+        assert np.array_equal(even, found[found.sum(1) % 2 == 0]) and finder.stats()["pairs"] == len(even)
+    kept = finder.find(boxes)
+    finder.find(others)
+    assert np.array_equal(kept, jostle.find_pairs(boxes))  # the caller's own
+    assert repr(finder) == f"PairFinder({len(jostle.find_pairs(others))} pairs of 500 boxes in the last search)"
+    reserved = finder.stats()["bytes_reserved"]
+    finder.release_memory()
+    assert reserved > 0 and np.array_equal(finder.find(boxes), kept)
+
+    def again(a, b):
+        for call in (lambda: finder.find(others), finder.stats, finder.release_memory):
+            with pytest.raises(jostle.Error, match="the pair finder is in use"):
+                call()
+        return True
+    assert np.array_equal(finder.find(boxes[:50], accept=again), jostle.find_pairs(boxes[:50]))
+    odd = np.array([[0, 0, 1, 1], [np.nan, 0, 1, 1], [1, 1, 2, 2]])
+    with pytest.raises(jostle.Error, match="box 1"):
+        finder.find(odd)
+    tolerant = jostle.PairFinder(ignore_odd_boxes=True)
+    assert tolerant.find(odd).tolist() == [[0, 2]] and tolerant.stats()["odd"] == 1
