@@ -61,7 +61,7 @@ def build(source, built, scratch):
 
 
 # What goes through all functions, errors and callbacks, and doesn't take long: valgrind takes thirty times as long.
-MEMORY_TESTS = "mistakes or wrong_offsets or raises or filters or asks or all_kinds or keeps_what or slots_of or pickled or lists_of"
+MEMORY_TESTS = "mistakes or wrong_offsets or raises or filters or asks or all_kinds or keeps_what or slots_of or pickled or lists_of or collected"
 
 
 def is_ours(error):
