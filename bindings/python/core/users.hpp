@@ -56,7 +56,7 @@ class Users
     {
         refuse(
             std::string("the ") + what_ +
-            " is in use: a callback, or another thread, may read it while it is read, and do nothing else");
+            " is in use by another call, which this one would disturb: make it when that one has returned");
     }
 
     const char* what_;
