@@ -102,11 +102,14 @@ def packed(given: Any, name: str, dtype: Any) -> np.ndarray:
     return np.ascontiguousarray(integers(given, name, dtype))
 
 
-def whole(given: Any, name: str) -> int:
-    """A whole number of 32 bits."""
-    number = operator.index(given)
-    if not 0 <= number < 2**32:
-        raise Error(f"{name} is {number}: it must be from 0 to {2**32 - 1}")
+def whole(given: Any, name: str, end: int = 2**32) -> int:
+    """A whole number from 0 up to `end`."""
+    try:
+        number = operator.index(given)
+    except TypeError:
+        raise Error(f"{name} is {given!r}: it must be a whole number") from None
+    if not 0 <= number < end:
+        raise Error(f"{name} is {number}: it must be from 0 to {end - 1}")
     return number
 
 

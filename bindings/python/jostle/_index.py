@@ -9,7 +9,7 @@ import numpy as np
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
 from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._questions import ALL, LINES, NOT_NEAREST, AcceptAnswer, Asker, Exclude, Questions, asking, question
+from ._questions import ALL, LINES, NOT_NEAREST, AcceptAnswer, Asker, Exclude, Questions, asking, limit, question
 from ._shape_queries import ShapeSweeps
 from ._shapes import Shapes
 from ._visits import Visit, all_pairs, first_pairs
@@ -101,7 +101,7 @@ class BoxIndex:
         """All results of each query. If you pass boxes instead of queries, the results are the objects that touch them."""
         first, ids, at, more = self._index.all(question(questions)._packed(self.dim, self.dtype),
                                                asking(asker, exclude, accept, category, mask, owner),
-                                               ALL if max_results is None else max_results)
+                                               limit(max_results))
         return Answers(first, ids, at, more.astype(bool))
 
     def any(self, questions: Any, *, category: Any = None, mask: Any = None, owner: Any = None, asker: Asker | None = None,
@@ -167,7 +167,7 @@ class BoxIndex:
                  exclude: int | None = None, accept: AcceptAnswer | None = None) -> ShapeHits:
         """All shapes that each of them hits, nearest first."""
         return _shape_queries.all_hits(self._index, self.dim, self.dtype, casts, shapes, poses,
-                                       ALL if max_results is None else max_results,
+                                       limit(max_results),
                                        asking(asker, exclude, accept, category, mask, owner))
 
     def nearest_shapes(self, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any, max_distances: Any = np.inf, *,

@@ -98,13 +98,20 @@ Exclude = Union[int, Sequence[int], np.ndarray, None]  # one id for all queries,
 
 def asking(asker: Asker | None, exclude: Any, accept: AcceptAnswer | None, category: Any = None, mask: Any = None,
            owner: Any = None) -> _core.AskFilter:
-    if asker is not None and len(asker) == 2:
-        asker = (*asker, 2**32 - 1)
+    if asker is not None:
+        if len(asker) not in (2, 3):
+            raise Error(f"asker is {asker!r}: it must be (category, mask) or (category, mask, owner)")
+        asker = tuple(_arrays.whole(one, "asker") for one in (*asker, 2**32 - 1)[:3])
     one = exclude is None or np.ndim(exclude) == 0
     return _core.AskFilter(_arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
-                           _arrays.optional_integers(owner, "owner"), asker, exclude if one else None,
+                           _arrays.optional_integers(owner, "owner"), asker,
+                           None if exclude is None or not one else _arrays.whole(exclude, "exclude", 2**64),
                            None if one else _arrays.packed(exclude, "exclude", np.uint64),
                            _arrays.function(accept, "accept"))
+
+
+def limit(max_results: int | None) -> int:
+    return ALL if max_results is None else _arrays.whole(max_results, "max_results", 2**64)
 
 
 KINDS = {1: "rays", 2: "sweeps", 3: "overlapping", 4: "spheres", 5: "frustums", 6: "nearest", 7: "nearest_to_boxes"}

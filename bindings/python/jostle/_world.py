@@ -9,7 +9,7 @@ import numpy as np
 from . import _arrays, _core, _shape_queries
 from ._errors import Error
 from ._lists import Answers, ClosePairs, Hits, ShapeHits
-from ._questions import ALL, LINES, NOT_NEAREST, AcceptAnswer, Asker, Exclude, Questions, asking, question
+from ._questions import LINES, NOT_NEAREST, AcceptAnswer, Asker, Exclude, Questions, asking, limit, question
 from ._shape_queries import ShapeSweeps
 from ._shapes import Shapes
 from ._visits import Visit, first_pairs
@@ -78,15 +78,16 @@ class World:
     def move(self, ids: Any, boxes: Any, displacements: Any = None, sequence: int = 0) -> None:
         """Sets new boxes, and how far they move in the coming step, (n, d): they also touch what lies in their path."""
         by = None if displacements is None else np.atleast_2d(_arrays.rows(displacements, "displacements", self.dtype))
-        self._world.move(_arrays.ids(ids), self._boxes(boxes), by, sequence)
+        self._world.move(_arrays.ids(ids), self._boxes(boxes), by, _arrays.whole(sequence, "sequence"))
 
     def teleport(self, ids: Any, boxes: Any, sequence: int = 0) -> None:
         """Like move, but says that the new place needn't be near the old one."""
-        self._world.teleport(_arrays.ids(ids), self._boxes(boxes), sequence)
+        self._world.teleport(_arrays.ids(ids), self._boxes(boxes), _arrays.whole(sequence, "sequence"))
 
     def resize(self, ids: Any, sizes: Any, sequence: int = 0) -> None:
         """Sets new edge lengths, (n, d), about the same centres."""
-        self._world.resize(_arrays.ids(ids), np.atleast_2d(_arrays.rows(sizes, "sizes", self.dtype)), sequence)
+        self._world.resize(_arrays.ids(ids), np.atleast_2d(_arrays.rows(sizes, "sizes", self.dtype)),
+                           _arrays.whole(sequence, "sequence"))
 
     def set_filter(self, ids: Any, category: Any = 1, mask: Any = 2**32 - 1, owner: Any = 2**32 - 1, is_static: Any = False,
                    sequence: int = 0) -> None:
@@ -97,17 +98,18 @@ class World:
         for column, (name, value) in enumerate((("category", category), ("mask", mask), ("owner", owner))):
             filters[:, column] = _arrays.per_object(_arrays.integers(np.asarray(value), name, np.uint32), name, len(of))
         filters[:, 3] = _arrays.flags(is_static, "is_static", len(of))
-        self._world.set_filter(of, filters, sequence)
+        self._world.set_filter(of, filters, _arrays.whole(sequence, "sequence"))
 
     def set_margin(self, ids: Any, margins: Any, sequence: int = 0) -> None:
         """Sets each object's own margin, in addition to the world's."""
         of = _arrays.ids(ids)
-        self._world.set_margin(of, _arrays.per_object(np.asarray(margins, np.float64), "margins", len(of)), sequence)
+        each = _arrays.per_object(np.asarray(margins, np.float64), "margins", len(of))
+        self._world.set_margin(of, each, _arrays.whole(sequence, "sequence"))
 
     def set_enabled(self, ids: Any, enabled: Any, sequence: int = 0) -> None:
         """Disabled objects keep their id and box, and touch nothing."""
         of = _arrays.ids(ids)
-        self._world.set_enabled(of, _arrays.flags(enabled, "enabled", len(of)), sequence)
+        self._world.set_enabled(of, _arrays.flags(enabled, "enabled", len(of)), _arrays.whole(sequence, "sequence"))
 
     def set_user_data(self, ids: Any, data: Any) -> None:
         """Sets 64 bits of your own for each object; they take effect at once."""
@@ -215,7 +217,7 @@ class World:
             accept: AcceptAnswer | None = None) -> Answers:
         """All results of each query."""
         first, ids, at, more = self._world.all(question(questions)._packed(self.dim, self.dtype),
-                                               asking(asker, exclude, accept), ALL if max_results is None else max_results)
+                                               asking(asker, exclude, accept), limit(max_results))
         return Answers(first, ids, at, more.astype(bool))
 
     def any(self, questions: Any, *, asker: Asker | None = None, exclude: Exclude = None,
@@ -254,7 +256,7 @@ class World:
                  exclude: int | None = None, accept: AcceptAnswer | None = None) -> ShapeHits:
         """All shapes that each of them hits, nearest first."""
         return _shape_queries.all_hits(self._world, self.dim, self.dtype, casts, shapes, poses,
-                                       ALL if max_results is None else max_results,
+                                       limit(max_results),
                                        asking(asker, exclude, accept))
 
     def nearest_shapes(self, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any, max_distances: Any = np.inf, *,
