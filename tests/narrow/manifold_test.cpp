@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "narrow/convex/clip.hpp"
 #include "narrow/convex/convex3.hpp"
 #include "narrow/parts/pair.hpp"
 #include "tests/narrow/random_pairs.hpp"
@@ -166,6 +167,45 @@ TEST(Manifold, OfAHalfSpaceReachesAsFarAsTheMargin)
     }
     EXPECT_GT(within, 1000);
     EXPECT_GT(beyond, 500);
+}
+
+/// A ball's contact names what it touches without that feature's points: as it is named where they are taken.
+TEST(Manifold, OfABallNamesTheFeatureThatItTouches)
+{
+    Random random(5);
+    int kinds[3] = {};
+    const narrow::Core3 point(Shape3::sphere(1), {});
+    for (int round = 0; round < 300; ++round) {
+        std::vector<Vec<3, double>> points(1 + random.below(30));
+        for (auto& p : points)
+            for (double& x : p)
+                x = random.uniform(-1, 1);
+        const ConvexHull<3> hull(points);
+        const Shape3 shapes[] = {hull,
+                                 Shape3::box({0.5, 1, 0.2}),
+                                 Shape3::capsule(1, 0.3),
+                                 Shape3::cylinder(random.uniform(0.1, 2), 1),
+                                 Shape3::cone(random.uniform(0.1, 2), 1),
+                                 Shape3::ellipsoid({0.3, 1, 0.7})};
+        const narrow::Mat3 turned = narrow::rotation(random.pose<double>(1));
+        for (const Shape3& shape : shapes) {
+            const narrow::Core3 core(shape, {turned, {1, 2, 3}});
+            for (int way = 0; way < 20; ++way) {
+                Vec3 n{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+                if (random.chance(0.5)) n = turned * Vec3{n.x * 0.01, n.y > 0 ? 1.0 : -1.0, n.z * 0.01};
+                n = n * (1 / narrow::length(n));
+                narrow::Feature of_point, met;
+                narrow::take_features(point, core, n, of_point, met);
+                ASSERT_EQ(narrow::feature_id(of_point.kind, of_point.id),
+                          narrow::feature_id(narrow::vertex_feature, 0));
+                ASSERT_EQ(narrow::feature_against_vertex(core, -n), narrow::feature_id(met.kind, met.id))
+                    << round << " type " << shape.type();
+                ++kinds[met.kind == narrow::face_feature ? 0 : met.kind == narrow::edge_feature ? 1 : 2];
+            }
+        }
+    }
+    for (const int seen : kinds)
+        EXPECT_GT(seen, 1000);
 }
 
 } // namespace

@@ -209,6 +209,17 @@ void take_against_face(const Core3& core, const Vec3& n, Feature& feature)
     take_edge_or_vertex(core, local, 1, feature);
 }
 
+std::uint16_t feature_against_vertex(const Core3& core, const Vec3& n)
+{
+    double along = -1;
+    const Vec3 local = core.frame.r.back(n);
+    const std::uint32_t face = best_face(core, local, along);
+    if (along > nearly_face) return feature_id(face_feature, face);
+    Feature feature;
+    take_edge_or_vertex(core, local, nearly_level, feature);
+    return feature_id(feature.kind, feature.id);
+}
+
 namespace {
 
 /// The height along n of a face's plane over a lateral point.

@@ -29,6 +29,9 @@ void take_face(const Core3& core, std::uint32_t f, Feature& feature);
 /// vertex.
 void take_against_face(const Core3& core, const Vec3& n, Feature& feature);
 
+/// Names the feature of a core that meets a vertex along n, which needs none of its points: feature_id().
+[[nodiscard]] std::uint16_t feature_against_vertex(const Core3& core, const Vec3& n);
+
 /// The plane at right angles to the normal.
 struct Lateral
 {
