@@ -174,7 +174,7 @@ def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, categor
         raise Error(f"chunk is {chunk}: it must be at least 1")
     a, b = _two(boxes, other)
     stream = _core.PairStream(a, b, *_filter(category, mask, owner, category_b, mask_b, owner_b, accept), chunk,
-                              bool(ignore_odd_boxes), _arrays.threads(threads))
+                              bool(ignore_odd_boxes), _arrays.threads(threads, accept))
 
     def each() -> Iterator[np.ndarray]:
         try:

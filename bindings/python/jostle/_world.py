@@ -54,7 +54,8 @@ class World:
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a world is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
         self._threads, self._kept = _arrays.threads(threads, accept), (pair_slots, ignore_odd_boxes, slack)
-        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, _arrays.function(accept, "accept"), self._threads, *self._kept)
+        self._world = _core.World(_arrays.SPACES[self.dim, self.dtype], margin, _arrays.function(accept, "accept"), self._threads,
+                                  *self._kept)
 
     @staticmethod
     def index(ids: Any) -> np.ndarray:

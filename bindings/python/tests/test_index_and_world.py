@@ -651,7 +651,10 @@ def test_functions_are_asked_on_the_thread_that_called():
     kept = other.join(boxes)
     assert np.array_equal(other.join(boxes, accept=some), kept[kept[:, 0] % 3 != 0])
     assert [question for question, _ in named] == sorted(kept[:, 0].tolist()) and set(asked) == {caller}
-    assert len(ids) == 2000
+    streaming, many = set(), some_boxes(30_000, 3, np.float64, size=0.05)  # enough for several threads
+    parts = list(jostle.iter_pairs(many, accept=lambda a, b: streaming.add(threading.get_ident()) or True, threads=4))
+    assert sum(map(len, parts)) == len(jostle.find_pairs(many, accept=accept, threads=4))
+    assert len(streaming) == 1 and set(asked) == {caller}  # the stream has one of its own
 
 
 def test_a_world_that_its_function_knows_is_collected():
