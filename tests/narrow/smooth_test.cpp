@@ -2,6 +2,7 @@
 // Shapes with a support function: cylinders, cones, ellipsoids; and what is rounded.
 #include <gtest/gtest.h>
 
+#include "narrow/convex/core3.hpp"
 #include "narrow/parts/pair.hpp"
 #include "tests/contract/error_of.hpp"
 #include "tests/narrow/random_pairs.hpp"
@@ -286,6 +287,64 @@ TEST(SmoothShapes, AreExactlyAsDeepFromWhicheverTetrahedron)
         ASSERT_TRUE(known_less);
         EXPECT_NEAR(known_less->distance, expected, 1e-4);
     }
+}
+
+// Balls inside two shapes say how deep these overlap at least: so they must be inside. One that touches at p where n
+// points out is if (1 - d n) of its radius is no more than the shape reaches beyond p, along any direction d.
+TEST(SmoothShapes, HoldBallsThatTouchTheirSurface)
+{
+    Random random(4711);
+    const auto size = [&] { return std::exp(random.uniform(-2, 2)); };
+    const auto unit = [&] {
+        const Vec3 d{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+        return d * (1 / length(d));
+    };
+    const Vec3 axes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    int balls = 0, snug = 0;
+    for (int round = 0; round < 5000; ++round) {
+        std::vector<Vec3d> corners(12);
+        for (Vec3d& corner : corners)
+            for (double& x : corner)
+                x = random.uniform(-1, 1);
+        const Vec3d across{size(), size(), size()};
+        const ConvexHull3 hull(corners);
+        const Shape3 shapes[] = {Shape3::cylinder(across[1], across[0]), Shape3::cone(across[1], across[0]),
+                                 Shape3::ellipsoid(across), Shape3::box(across), hull};
+        const Shape3& shape = shapes[round % 5];
+        const narrow::Core3 core(shape, {});
+        // Out of the middle of a face or a side, as far as the shape has any.
+        Vec3 n = axes[random.below(3)] * (random.below(2) == 0 ? 1 : -1);
+        if (shape.type() == ShapeTypes::convex) {
+            n = core.polytope.normal(random.below(core.polytope.faces));
+        } else if (shape.type() != ShapeTypes::box && n.y == 0) {
+            const double rise = shape.type() == ShapeTypes::cone ? across[0] / (2 * across[1]) : 0;
+            n = narrow::across_axis(unit());
+            n = Vec3{n.x, rise, n.z} * (1 / std::sqrt(1 + rise * rise));
+        }
+        if (shape.type() == ShapeTypes::ellipsoid || random.below(8) == 0) n = unit();
+        Vec3 p = furthest(core, n);
+        for (int k = 0; k < 6; ++k)
+            p = p + (furthest(core, n + unit() * 1e-9) - p) * random.uniform(0, 1);
+
+        const narrow::Ball ball = ball_inside(core, p, n);
+        EXPECT_GE(ball.radius, 0);
+        EXPECT_LE(length(p - n * ball.radius - ball.middle), 1e-7 * core.reach) << "round " << round;
+        double most = HUGE_VAL;
+        const std::uint32_t faces = core.polytope.faces;
+        for (std::uint32_t k = 0; k < 1000; ++k) {
+            const Vec3 d = k < 6           ? axes[k / 2] * (k % 2 == 0 ? 1 : -1)
+                           : k < 6 + faces ? core.polytope.normal(k - 6)
+                                           : unit();
+            EXPECT_LE(dot(d, ball.middle) + ball.radius, reach_of(shape, d) + 1e-12 * core.reach)
+                << "round " << round << ", along " << d.x << ' ' << d.y << ' ' << d.z;
+            if (dot(d, n) < 0.999) most = std::min(most, (reach_of(shape, d) - dot(d, p)) / (1 - dot(d, n)));
+        }
+        if (shape.type() == ShapeTypes::ellipsoid || !(ball.radius > 1e-6 * core.reach)) continue;
+        ++balls;
+        snug += most < 1.1 * ball.radius ? 1 : 0;
+    }
+    EXPECT_GT(balls, 2500);
+    EXPECT_GT(snug, 0.9 * balls);
 }
 
 // Lines that lie across a triangle: the corners of what is clipped may lie deeper than the two overlap.

@@ -29,7 +29,87 @@ void put(double* coordinates, std::uint32_t i, const Vec3& v)
     coordinates[2 * lanes + i] = v.z;
 }
 
+// Balls inside cores, in local axes: p is on the surface, d points out of it.
+Ball ball_in_box(const Vec3& half, const Vec3& p, const Vec3& d)
+{
+    const Vec3 size{std::abs(d.x), std::abs(d.y), std::abs(d.z)};
+    const int out = size.x > size.y ? (size.x > size.z ? 0 : 2) : (size.y > size.z ? 1 : 2);
+    Ball ball{p, half[out]};
+    for (int k = 0; k < 3; ++k)
+        if (k != out) ball.radius = std::min(ball.radius, half[k] - std::abs(p[k]));
+    ball.radius = std::max(ball.radius, 0.0);
+    ball.middle[out] = std::copysign(half[out] - ball.radius, d[out]);
+    return ball;
+}
+Ball ball_in_hull(const Polytope& hull, const Vec3& p, const Vec3& d)
+{
+    std::uint32_t face = 0;
+    for (std::uint32_t f = 1; f < hull.faces; ++f)
+        if (dot(hull.normal(f), d) > dot(hull.normal(face), d)) face = f;
+    const Vec3 n = hull.normal(face);
+    double radius = HUGE_VAL;
+    for (std::uint32_t f = 0; f < hull.faces; ++f) {
+        const Vec3 other = hull.normal(f);
+        const double room = hull.offset[f] - dot(other, p), lean = 1 - dot(other, n);
+        if (f != face && room < radius * lean) radius = room > 0 ? room / lean : 0;
+    }
+    return {p - n * radius, radius};
+}
+Ball ball_in_cylinder(const Vec3& size, const Vec3& p, const Vec3& d)
+{
+    const double radius = size.x, half = size.y;
+    if (d.y * d.y > 0.5) { // on a disc
+        const double ball = std::max(0.0, std::min(radius - std::sqrt(p.x * p.x + p.z * p.z), half));
+        return {{p.x, std::copysign(half - ball, d.y), p.z}, ball};
+    }
+    const double ball = std::max(0.0, std::min(radius, half - std::abs(p.y)));
+    const Vec3 out = across_axis(d);
+    return {{out.x * (radius - ball), p.y, out.z * (radius - ball)}, ball};
+}
+Ball ball_in_cone(const Vec3& size, const Vec3& p, const Vec3& d)
+{
+    const double radius = size.x, half = size.y, side = std::sqrt(radius * radius + 4 * half * half);
+    const double out = 2 * half / side, up = radius / side; // the normal of the side
+    const Vec3 across = across_axis(d);
+    if (out * (d.x * across.x + d.z * across.z) + up * d.y < -d.y) { // on the disc
+        const double room = radius - std::sqrt(p.x * p.x + p.z * p.z);
+        const double ball = std::max(0.0, room * out / (1 + up));
+        return {{p.x, ball - half, p.z}, ball};
+    }
+    const double from_tip = std::max(0.0, half - p.y), from_disc = std::max(0.0, half + p.y);
+    const double on_side = from_tip * radius / (2 * half);
+    const double ball = std::min(on_side / out, from_disc / (1 + up));
+    const double aside = on_side - ball * out;
+    return {{across.x * aside, p.y - ball * up, across.z * aside}, ball};
+}
+/// Every point of the surface of an ellipsoid lies on a ball inside it with the least radius of curvature.
+/// Source: Blaschke, Kreis und Kugel (1916), sec. 24.
+Ball ball_in_ellipsoid(const Core3& core, const Vec3& d)
+{
+    const Vec3& size = core.lengths;
+    const double least = std::min({size.x, size.y, size.z});
+    const double ball = least * (least / std::max({size.x, size.y, size.z}));
+    return {smooth_point(core, 0, d) - d * ball, ball};
+}
+
 } // namespace
+
+Ball ball_inside(const Core3& core, const Vec3& p, const Vec3& normal)
+{
+    const Vec3 local = core.frame.r.back(p - core.frame.p), d = core.frame.r.back(normal);
+    Ball ball{local, 0};
+    if (core.is_box)
+        ball = ball_in_box(core.polytope.vertex(7), local, d);
+    else if (core.smooth == Smooth::cylinder)
+        ball = ball_in_cylinder(core.lengths, local, d);
+    else if (core.smooth == Smooth::cone)
+        ball = ball_in_cone(core.lengths, local, d);
+    else if (core.smooth == Smooth::ellipsoid)
+        ball = ball_in_ellipsoid(core, d);
+    else if (core.smooth == Smooth::none && core.polytope.offset != nullptr)
+        ball = ball_in_hull(core.polytope, local, d);
+    return {core.frame * ball.middle, ball.radius};
+}
 
 Core3::Core3(const Shape<3>& shape, const Frame<3>& where, const Kernels& with)
     : frame(where),

@@ -413,21 +413,28 @@ class Descent
     bool left_disc_ = false;
 };
 
-/// Every point of the surface of an ellipsoid lies on a ball of this radius inside it: the least radius of
-/// curvature. Other cores have edges, where there is none. Source: Blaschke, Kreis und Kugel (1916), sec. 24.
-double least_curvature(const Core3& core)
+/// What the depth may be off by, of itself.
+constexpr double close_enough = 1e-3;
+/// A bound of the depth at or above which what is known is good enough.
+double enough_depth(const Core3& a, const Core3& b, const Descent& descent)
 {
-    if (core.smooth != Smooth::ellipsoid) return 0;
-    const Vec3& size = core.lengths;
-    const double least = std::min({size.x, size.y, size.z});
-    return least * (least / std::max({size.x, size.y, size.z}));
+    return (1 - close_enough) * descent.depth - 1e-12 * (a.reach + b.reach);
+}
+
+/// Whether balls inside the cores overlap by the depth that is known, which the cores then do at least: if not,
+/// that says nothing.
+bool is_as_deep(const Core3& a, const Core3& b, const Descent& descent)
+{
+    const Ball in_a = ball_inside(a, descent.on_a, descent.normal);
+    const Ball in_b = ball_inside(b, descent.on_b, -descent.normal);
+    const double depth = in_a.radius + in_b.radius - length(in_a.middle - in_b.middle);
+    return depth >= enough_depth(a, b, descent);
 }
 
 /// Grows a polytope inside the difference of the cores, which says how deep they overlap at least, and goes
 /// downhill from each of its faces that shows a direction better than what is known.
 void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent& descent)
 {
-    constexpr double close_enough = 0.999; // of the depth
     constexpr int most_steps = 64;
     Expansion expansion(a, b);
     if (!expansion.start(simplex)) {
@@ -447,8 +454,7 @@ void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent&
             if (!expansion.take_in(expansion.furthest(normal + aside * lean))) return;
     }
     for (int step = 0; step < most_steps; ++step) {
-        const auto [face, offset] =
-            expansion.nearest(close_enough * descent.depth - 1e-12 * (a.reach + b.reach));
+        const auto [face, offset] = expansion.nearest(enough_depth(a, b, descent));
         if (offset == HUGE_VAL) return;
         const Vec3 n = expansion.normal(face);
         const Vec3 w = expansion.furthest(n);
@@ -485,10 +491,7 @@ void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3
     Descent descent(a, b);
     descent.from(gap.normal);
     const auto is_located = [&] { return descent.off() < 1e-7 * (a.reach + b.reach); };
-    // A ball inside the difference that touches its surface where the search has ended holds the smaller ball
-    // around the origin that touches it there, too: nothing is nearer.
-    const bool is_least = is_located() && descent.depth <= least_curvature(a) + least_curvature(b);
-    if (!is_least) search_all(a, b, simplex, descent);
+    if (!is_as_deep(a, b, descent)) search_all(a, b, simplex, descent);
     gap.normal = descent.normal;
     gap.distance = -std::max(0.0, descent.depth);
     gap.on_a = descent.on_a;

@@ -76,10 +76,10 @@ std::uint32_t Expansion::add(std::uint32_t i, std::uint32_t j, std::uint32_t k)
     }
     face.normal = n * (1 / size);
     offsets_[f] = dot(face.normal, p);
-    if (offsets_[f] < limit_ && !face.waits) {
-        face.waits = true;
-        waiting_.push_back(f);
-    }
+    const bool waits = offsets_[f] < limit_; // half do: no branch foresees which
+    waiting_.push_back(f);
+    waiting_.resize(waiting_.size() - (waits && !face.waits ? 0 : 1));
+    face.waits |= waits;
     return f;
 }
 

@@ -32,7 +32,9 @@ class Expansion
     /// Of the faces whose offset is less than `limit`, which may only fall from call to call.
     [[nodiscard]] Nearest nearest(double limit)
     {
-        Nearest found{0, HUGE_VAL};
+        // Which faces these are can't be foreseen: so there is no branch.
+        std::uint32_t face = 0;
+        double least = limit;
         std::size_t kept = 0;
         for (std::size_t k = 0; k < waiting_.size(); ++k) {
             const std::uint32_t f = waiting_[k];
@@ -40,11 +42,12 @@ class Expansion
             faces_[f].waits = offset < limit;
             waiting_[kept] = f;
             kept += offset < limit ? 1 : 0;
-            if (offset < limit && offset < found.offset) found = {f, offset};
+            face = offset < least ? f : face;
+            least = offset < least ? offset : least;
         }
         waiting_.resize(kept);
         limit_ = limit;
-        return found;
+        return {face, least < limit ? least : HUGE_VAL};
     }
     [[nodiscard]] const Vec3& normal(std::uint32_t face) const { return faces_[face].normal; }
 
