@@ -316,18 +316,18 @@ struct BoxIndex<Dim, T>::Implementation
 
     [[nodiscard]] index::Roots<Dim, T> roots_with(const Implementation& other) const noexcept
     {
-        return {tree.root(), other.tree.root(), this == &other};
+        return {tree.root(), other.tree.root(), this == &other, {}};
     }
     bool pairs(const Implementation& other, PairVisitor visitor) const
     {
         const index::Roots<Dim, T> roots = roots_with(other);
-        return kernels.pairs({&roots, 1}, {}, visitor);
+        return kernels.pairs({&roots, 1}, visitor);
     }
     bool closest_pairs(const Implementation& other, PairHitVisitor<T> visitor, T max_distance) const
     {
         index::check_max_distance(max_distance);
         const index::Roots<Dim, T> roots = roots_with(other);
-        return index::visit_closest<Dim, T>(kernels, {&roots, 1}, max_distance * max_distance, {}, visitor,
+        return index::visit_closest<Dim, T>(kernels, {&roots, 1}, max_distance * max_distance, visitor,
                                             tree.closest_work());
     }
 

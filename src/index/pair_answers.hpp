@@ -19,7 +19,7 @@ namespace index {
 /// visitor's present bound. Returns whether the visitor never stopped it.
 template <int Dim, class T>
 bool visit_closest(const Kernels<Dim, T>& kernels, std::span<const Roots<Dim, T>> roots, T limit,
-                   PairWanted wanted, PairHitVisitor<T> visit, Shelf<ClosestWork<Dim, T>>& shelf)
+                   PairHitVisitor<T> visit, Shelf<ClosestWork<Dim, T>>& shelf)
 {
     constexpr std::size_t at_first = 16, at_most = std::size_t{1} << 16;
     bool goes_on = true;
@@ -30,7 +30,7 @@ bool visit_closest(const Kernels<Dim, T>& kernels, std::span<const Roots<Dim, T>
         return goes_on && limit >= 0;
     };
     const auto at_zero = [&](std::uint32_t a, std::uint32_t b) { return hand_over({a, b, T(0)}); };
-    if (!kernels.pairs_at_zero(roots, wanted, at_zero)) return goes_on;
+    if (!kernels.pairs_at_zero(roots, at_zero)) return goes_on;
 
     /// Given back whatever happens.
     struct Borrowed
@@ -43,7 +43,7 @@ bool visit_closest(const Kernels<Dim, T>& kernels, std::span<const Roots<Dim, T>
     ClosestWork<Dim, T>& work = *borrowed.work;
     PairHit<T> after; // those at 0
     for (std::size_t count = at_first; limit > 0; count = std::min(4 * count, at_most)) {
-        kernels.closest(roots, {count, limit, after}, wanted, work);
+        kernels.closest(roots, {count, limit, after}, work);
         for (std::size_t k = 0; k < work.found; ++k) {
             after = work.best[k];
             if (after.at > limit) return true;

@@ -29,16 +29,17 @@ struct Two
     Side<Dim, T> a, b;
 };
 
+/// Whether two objects count as a pair; null where all do.
+using PairWanted = FunctionRef<bool(std::uint32_t a, std::uint32_t b)>;
+
 /// Two roots, or one twice: then each pair counts once, with the lesser id first.
 template <int Dim, class T>
 struct Roots
 {
     Child<Dim, T> a, b;
-    bool same_set; // the lesser id goes first also where the roots differ
+    bool same_set;     // the lesser id goes first also where the roots differ
+    PairWanted wanted; // asked about one below a and one below b
 };
-
-/// Whether two objects count as a pair; null where all do.
-using PairWanted = FunctionRef<bool(std::uint32_t a, std::uint32_t b)>;
 
 /// Working memory of a search for the closest pairs, and what it has found.
 template <int Dim, class T>

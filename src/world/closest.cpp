@@ -17,15 +17,17 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
-/// The index of what rests; while apply() shows something, one made for the question, without those that lie
-/// elsewhere now.
+/// The index of what rests. While apply() shows something, some of its objects are shown elsewhere or not at
+/// all: those are passed over one by one if they are few, and else an index is made for the question.
 template <int Dim, class T>
 class ShownResting
 {
   public:
-    explicit ShownResting(const State<Dim, T>& state) : index_(&state.resting)
+    explicit ShownResting(const State<Dim, T>& state) : state_(state), index_(&state.resting)
     {
-        if (state.shown == nullptr) return;
+        // Where most of a tree is passed over, a search may come by all pairs before it has found one.
+        constexpr std::size_t few = 8;
+        if (state.shown == nullptr || few * state.shown->size() <= state.resting.size()) return;
         std::vector<std::uint32_t> ids;
         std::vector<Aabb<Dim, T>> boxes;
         const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
@@ -42,8 +44,14 @@ class ShownResting
     ShownResting(const ShownResting&) = delete;
     ShownResting& operator=(const ShownResting&) = delete;
     [[nodiscard]] index::Child<Dim, T> root() const noexcept { return BoxIndexAccess::tree(*index_).root(); }
+    /// Whether an object in the index counts.
+    [[nodiscard]] bool has(std::uint32_t i) const noexcept
+    {
+        return state_.shown == nullptr || state_.is_shown_resting(Index{i});
+    }
 
   private:
+    const State<Dim, T>& state_;
     std::optional<BoxIndex<Dim, T>> made_;
     const BoxIndex<Dim, T>* index_;
 };
@@ -70,26 +78,33 @@ bool visit_closest(const typename World<Dim, T>::Implementation& one,
     const ShownResting<Dim, T> our_resting(one.state), their_resting(other.state);
     const auto ours = roots_of<Dim, T>(one, our_resting);
     const auto theirs = is_same ? ours : roots_of<Dim, T>(other, their_resting);
-    const index::Roots<Dim, T> within[] = {
-        {ours[0], ours[0], true}, {ours[0], ours[1], true}, {ours[1], ours[1], true}};
-    const index::Roots<Dim, T> between[] = {{ours[0], theirs[0], false},
-                                            {ours[0], theirs[1], false},
-                                            {ours[1], theirs[0], false},
-                                            {ours[1], theirs[1], false}};
     const State<Dim, T>& state = one.state;
     const auto agree = [&](std::uint32_t a, std::uint32_t b) {
         return passes(state.objects[Index{a}].filter(), state.objects[Index{b}].filter()) &&
                (state.refused.empty() ||
                 state.refused.find(key_of(pair_of(Index{a}, Index{b}))) == state.refused.end());
     };
+    const auto both_rest = [&](std::uint32_t a, std::uint32_t b) {
+        return our_resting.has(a) && their_resting.has(b) && (!is_same || agree(a, b));
+    };
+    const auto ours_rests = [&](std::uint32_t a, std::uint32_t b) {
+        return our_resting.has(a) && (!is_same || agree(a, b));
+    };
+    const auto theirs_rests = [&](std::uint32_t, std::uint32_t b) { return their_resting.has(b); };
+    const index::Roots<Dim, T> within[] = {{ours[0], ours[0], true, both_rest},
+                                           {ours[0], ours[1], true, ours_rests},
+                                           {ours[1], ours[1], true, agree}};
+    const index::Roots<Dim, T> between[] = {{ours[0], theirs[0], false, both_rest},
+                                            {ours[0], theirs[1], false, ours_rests},
+                                            {ours[1], theirs[0], false, theirs_rests},
+                                            {ours[1], theirs[1], false, {}}};
     const auto visit = [&](const PairHit<T>& hit, T& bound) {
         return visitor({state.id_of(Index{hit.a}), other.state.id_of(Index{hit.b}), hit.at}, bound);
     };
     return index::visit_closest<Dim, T>(index::kernels_for<Dim, T>(state.options.instruction_set),
                                         is_same ? std::span<const index::Roots<Dim, T>>(within)
                                                 : std::span<const index::Roots<Dim, T>>(between),
-                                        max_distance * max_distance,
-                                        is_same ? index::PairWanted(agree) : index::PairWanted(), visit,
+                                        max_distance * max_distance, visit,
                                         BoxIndexAccess::tree(state.resting).closest_work());
 }
 

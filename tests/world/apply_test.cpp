@@ -338,6 +338,81 @@ TEST(Apply, QuestionsWithMasksSkipWhatHasLeftTheirIndex)
     }
 }
 
+// What rests and is shown elsewhere is passed over one by one where it is little, and where it is much an index is made.
+TEST(Apply, ShowsWhichPairsAreClosestWhetherFewOrManyHaveMoved)
+{
+    using Box = jostle::Aabb3f;
+    Random random(29);
+    const auto box_at_random = [&] {
+        Box box;
+        for (std::size_t d = 0; d < 3; ++d) {
+            box.lo[d] = static_cast<float>(random.uniform(0, 40));
+            box.hi[d] = box.lo[d] + static_cast<float>(random.uniform(0, 1));
+        }
+        return box;
+    };
+    struct Side
+    {
+        jostle::World3f world{{.executor = &jostle::serial_executor()}};
+        std::vector<ObjectId> ids;
+        std::vector<Box> boxes;
+        std::vector<bool> shown;
+    } sides[2];
+    for (Side& side : sides) {
+        for (int k = 0; k < 600; ++k) {
+            side.boxes.push_back(box_at_random());
+            side.ids.push_back(side.world.add(side.boxes.back()));
+        }
+        side.shown.assign(side.ids.size(), true);
+        for (int k = 0; k < 4; ++k)
+            side.world.update(); // until they rest
+    }
+    ASSERT_EQ(sides[0].world.stats().resting, 600u);
+    using Hit = jostle::ObjectPairHitf;
+    const auto agree = [&] {
+        for (const int which : {0, 1, 2}) { // within each, and between the two
+            const Side &ours = sides[which == 1 ? 1 : 0], &theirs = sides[which == 0 ? 0 : 1];
+            std::vector<Hit> expected, found;
+            for (std::size_t a = 0; a < ours.ids.size(); ++a)
+                for (std::size_t b = which == 2 ? 0 : a + 1; b < theirs.ids.size(); ++b) {
+                    const float at = jostle::squared_distance(ours.boxes[a], theirs.boxes[b]);
+                    if (ours.shown[a] && theirs.shown[b] && at <= 4)
+                        expected.push_back({ours.ids[a], theirs.ids[b], at});
+                }
+            const auto collect = [&](const Hit& hit, float&) { return found.push_back(hit), true; };
+            ours.world.closest_pairs(theirs.world, collect, 2);
+            const auto in_order = [](const Hit& a, const Hit& b) {
+                return std::tie(a.at, a.a.index, a.b.index) < std::tie(b.at, b.a.index, b.b.index);
+            };
+            std::sort(expected.begin(), expected.end(), in_order);
+            std::sort(found.begin(), found.end(), in_order);
+            EXPECT_GT(expected.size(), 100u);
+            EXPECT_TRUE(found == expected) << which << ": " << found.size() << " of " << expected.size();
+        }
+    };
+    agree();
+    for (const std::uint32_t moved : {1u, 20u, 300u}) { // of 600: an eighth are 75
+        for (Side& side : sides)
+            for (std::uint32_t k = 0; k < moved; ++k) {
+                const std::uint32_t i = random.below(600);
+                const std::uint32_t what = random.below(6);
+                if (!side.shown[i]) continue;
+                side.shown[i] = what > 1;
+                if (what == 0) {
+                    side.world.remove(side.ids[i]);
+                } else if (what == 1) {
+                    side.world.set_enabled(side.ids[i], false);
+                } else {
+                    side.boxes[i] = box_at_random();
+                    side.world.move(side.ids[i], side.boxes[i]);
+                }
+            }
+        sides[0].world.apply();
+        sides[1].world.apply();
+        agree();
+    }
+}
+
 TEST(Apply, OfEverythingAtOnceAndOfNothing)
 {
     Churn<2, float> churn(8, 12, false);

@@ -160,11 +160,10 @@ struct Kernels
                        HitVisitor<T> visit, QueueShelf<Dim, T>& shelf);
     // Pairs of one and the other of each of `roots`. The first two hand over those that touch, and those of
     // which the squared distance is 0, and return whether the visitor never stopped them.
-    bool (*pairs)(std::span<const Roots<Dim, T>> roots, PairWanted wanted, PairVisitor visit);
-    bool (*pairs_at_zero)(std::span<const Roots<Dim, T>> roots, PairWanted wanted, PairVisitor visit);
+    bool (*pairs)(std::span<const Roots<Dim, T>> roots, PairVisitor visit);
+    bool (*pairs_at_zero)(std::span<const Roots<Dim, T>> roots, PairVisitor visit);
     /// Finds the closest that are apart.
-    void (*closest)(std::span<const Roots<Dim, T>> roots, ClosestAsked<T> asked, PairWanted wanted,
-                    ClosestWork<Dim, T>& work);
+    void (*closest)(std::span<const Roots<Dim, T>> roots, ClosestAsked<T> asked, ClosestWork<Dim, T>& work);
     /// Sorts at most `few` numbers, no two the same, ascending.
     void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
     /// Puts objects into leaves in which they lie close together, and the leaves' bounds into `hulls`. They

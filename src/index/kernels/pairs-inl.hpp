@@ -74,7 +74,7 @@ struct PairWay
 
 /// Hands over all pairs that touch, or those at distance 0; whether the visitor never stopped that.
 template <bool by_distance, int Dim, class T>
-HWY_ATTR bool visit_touching(std::span<const Roots<Dim, T>> roots, PairWanted wanted, PairVisitor visit)
+HWY_ATTR bool visit_touching(std::span<const Roots<Dim, T>> roots, PairVisitor visit)
 {
     PairWay<Dim, T> way[2 * key_digits<Dim> + 4];
     int depth = -1;
@@ -125,8 +125,8 @@ HWY_ATTR bool visit_touching(std::span<const Roots<Dim, T>> roots, PairWanted wa
                 continue;
             }
             std::uint32_t a = here.a.group.leaf()->id[here.row], b = here.b.group.leaf()->id[lane];
+            if (root.wanted && !root.wanted(a, b)) continue;
             if (root.same_set && b < a) std::swap(a, b);
-            if (wanted && !wanted(a, b)) continue;
             if (!visit(a, b)) return false;
         }
     }
@@ -136,7 +136,7 @@ HWY_ATTR bool visit_touching(std::span<const Roots<Dim, T>> roots, PairWanted wa
 /// Finds the closest pairs that are asked for. Depth first, the nearest first; what is further than the worst
 /// of as many as are wanted isn't visited.
 template <int Dim, class T>
-HWY_ATTR void find_closest(std::span<const Roots<Dim, T>> roots, ClosestAsked<T> asked, PairWanted wanted,
+HWY_ATTR void find_closest(std::span<const Roots<Dim, T>> roots, ClosestAsked<T> asked,
                            ClosestWork<Dim, T>& work)
 {
     // No two that are compared have both lanes in common.
@@ -151,10 +151,11 @@ HWY_ATTR void find_closest(std::span<const Roots<Dim, T>> roots, ClosestAsked<T>
     alignas(64) T at[lanes];
     const auto push = [&](T far, const Side<Dim, T>& a, const Side<Dim, T>& b)
                           HWY_ATTR { work.twos.data()[size++] = {far, a, b}; };
-    const auto take = [&](std::uint32_t a, std::uint32_t b, T far) {
-        const PairHit<T> hit{a, b, far};
+    const auto take = [&](const Roots<Dim, T>& root, std::uint32_t a, std::uint32_t b, T far) {
+        const bool turned = root.same_set && b < a;
+        const PairHit<T> hit{turned ? b : a, turned ? a : b, far};
         if (!(asked.after < hit) || (found == asked.wanted && !(hit < best[0]))) return;
-        if (wanted && !wanted(a, b)) return;
+        if (root.wanted && !root.wanted(a, b)) return;
         if (found == asked.wanted) std::pop_heap(best, best + found--);
         best[found++] = hit;
         std::push_heap(best, best + found);
@@ -180,11 +181,7 @@ HWY_ATTR void find_closest(std::span<const Roots<Dim, T>> roots, ClosestAsked<T>
                     for (; near != 0; near &= near - 1) {
                         const auto lane = static_cast<std::uint32_t>(std::countr_zero(near));
                         if (!(at[lane] > 0)) continue; // those are handed over first
-                        const std::uint32_t x = a.leaf()->id[row], y = b.leaf()->id[lane];
-                        if (root.same_set && y < x)
-                            take(y, x, at[lane]);
-                        else
-                            take(x, y, at[lane]);
+                        take(root, a.leaf()->id[row], b.leaf()->id[lane], at[lane]);
                     }
                 }
                 continue;
