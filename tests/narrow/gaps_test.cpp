@@ -159,6 +159,47 @@ TEST(ClosedForms, ContactsOfRoundShapesAreTheSearchs)
     EXPECT_GT(twofold, 1'000);
 }
 
+// They go the same way, only without what other shapes need.
+TEST(ClosedForms, ContactsOfBallsWithCylindersAndConesAreTheSearchsToTheBit)
+{
+    Random random(53);
+    int touching = 0, inside = 0;
+    for (int round = 0; round < 40'000; ++round) {
+        const double radius = std::exp(random.uniform(-3, 1)), half = std::exp(random.uniform(-2, 2));
+        const double other = std::exp(random.uniform(-2, 2));
+        const Shape3 ball = Shape3::sphere(radius);
+        const Shape3 shape = random.chance(0.5) ? Shape3::cylinder(half, other) : Shape3::cone(half, other);
+        Pose3d at{{}, random.rotation<double>()}, ball_at{{}, random.rotation<double>()};
+        const double far = random.chance(0.1) ? 1e-12 : half + other + radius;
+        for (double& x : ball_at.position)
+            x = random.chance(0.1) ? 0 : random.uniform(-far, far);
+        if (random.chance(0.2)) at.rotation = {0, 0, 0, 1}; // exactly over the axis, or a disc, now and then
+        const double margin = random.chance(0.5) ? 0 : radius * random.uniform(0, 0.5);
+        narrow::Placed<3> pair = narrow::place(ball, ball_at, shape, at);
+        narrow::arrange(pair);
+        ASSERT_EQ(pair.a->type(), ShapeTypes::sphere);
+        narrow::FoundList<3> quick, slow;
+        narrow::find_contacts(pair, margin, quick);
+        narrow::find_contacts_generally(pair, margin, slow);
+        ASSERT_EQ(quick.size(), slow.size()) << "round " << round;
+        if (quick.empty()) continue;
+        const narrow::Manifold<3>&one = quick[0].manifold, &twin = slow[0].manifold;
+        ASSERT_EQ(one.count, 1u);
+        ASSERT_EQ(twin.count, 1u);
+        ++touching;
+        inside += one.point[0].depth > radius ? 1 : 0;
+        for (int d = 0; d < 3; ++d) {
+            ASSERT_EQ(one.normal[d], twin.normal[d]) << "round " << round;
+            ASSERT_EQ(one.point[0].p[d], twin.point[0].p[d]) << "round " << round;
+        }
+        ASSERT_EQ(one.point[0].depth, twin.point[0].depth);
+        ASSERT_EQ(one.point[0].feature_a, twin.point[0].feature_a);
+        ASSERT_EQ(one.point[0].feature_b, twin.point[0].feature_b);
+    }
+    EXPECT_GT(touching, 10'000);
+    EXPECT_GT(inside, 1'000);
+}
+
 template <class T>
 class Batches : public testing::Test
 {

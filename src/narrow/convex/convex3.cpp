@@ -133,6 +133,16 @@ bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& 
     return true;
 }
 
+Verdict ball_contact(double radius, const Core3& b, double margin, Manifold<3>& manifold)
+{
+    Gap<3> cores;
+    const double enough = radius + b.radius + margin;
+    if (point_gap({}, b, enough, cores) != Verdict::apart) return Verdict::unclear;
+    if (!(cores.distance <= enough)) return Verdict::apart;
+    make_ball_manifold(radius, b, cores, manifold);
+    return Verdict::touch;
+}
+
 bool convex_touch(const Core3& a, const Core3& b)
 {
     Simplex simplex;

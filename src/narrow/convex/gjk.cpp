@@ -123,12 +123,11 @@ Vec3 nearest_of_round(const Core3& core, const Vec3& p)
     return aside > radius ? Vec3{rim.x, y, rim.z} : Vec3{p.x, y, p.z};
 }
 
-/// A point's gap, which needs no steps where the other core is one of these. Unclear where it is another one,
-/// or they touch.
-Verdict point_gap(const Core3& a, const Core3& b, const Vec3& shift, double enough, Gap<3>& gap)
+} // namespace
+
+Verdict point_gap(const Vec3& p, const Core3& b, double enough, Gap<3>& gap)
 {
-    if (a.is_smooth() || a.polytope.vertices != 1) return Verdict::unclear;
-    const Vec3 p = a.frame * a.polytope.vertex(0) - shift, local = b.frame.r.back(p - b.frame.p);
+    const Vec3 local = b.frame.r.back(p - b.frame.p);
     Vec3 nearest;
     if (!b.is_smooth() && b.polytope.vertices == 3)
         nearest =
@@ -140,19 +139,19 @@ Verdict point_gap(const Core3& a, const Core3& b, const Vec3& shift, double enou
     const Vec3 way = nearest - local;
     const double size = length2(way), distance = std::sqrt(size), extent = length(local) + b.reach;
     if (!(distance > core_touch * extent)) return Verdict::unclear;
-    gap = {distance > enough ? HUGE_VAL : distance, b.frame.r * (way * (1 / distance)), p + shift,
-           b.frame * nearest};
+    gap = {distance > enough ? HUGE_VAL : distance, b.frame.r * (way * (1 / distance)), p, b.frame * nearest};
     return Verdict::apart;
 }
-
-} // namespace
 
 /// b is looked at moved by `shift`; the gap's points are where they are without. Where they aren't apart
 /// gap.normal is the direction in which they overlap least of those tried.
 Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,
             Gap<3>& gap)
 {
-    if (point_gap(a, b, shift, enough, gap) == Verdict::apart) return Verdict::apart;
+    if (!a.is_smooth() && a.polytope.vertices == 1) {
+        const Vec3 p = a.frame * a.polytope.vertex(0);
+        if (point_gap(p - shift, b, enough, gap) == Verdict::apart) return gap.on_a = p, Verdict::apart;
+    }
     Vec3 v = a.frame.p - b.frame.p - shift;
     if (length2(v) == 0) v = {1, 0, 0};
     double least = HUGE_VAL, extent = 0;

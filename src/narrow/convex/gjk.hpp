@@ -38,5 +38,9 @@ struct MostSteps
 Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,
             Gap<3>& gap);
 
+/// The gap between a point and a core, which needs no steps if that is a triangle, a cylinder or a cone: then it says
+/// apart, as gjk() does. Unclear where the core is another one, or they touch.
+Verdict point_gap(const Vec3& p, const Core3& b, double enough, Gap<3>& gap);
+
 } // namespace narrow
 JOSTLE_NAMESPACE_END

@@ -120,21 +120,32 @@ void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t coun
     }
 }
 
-void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold)
+void make_ball_manifold(double radius, const Core3& b, const Gap<3>& cores, Manifold<3>& manifold)
 {
     const Vec3& n = cores.normal;
-    const double depth = a.radius + b.radius - cores.distance;
-    const auto deepest = [&](std::uint16_t feature_a, std::uint16_t feature_b) -> ManifoldPoint<3> {
-        Vec3 on_a = cores.on_a, on_b = cores.on_b;
-        if (cores.distance <= 0 && !cores.located) nearest_when_parted(a, b, cores, on_a, on_b);
-        return {(on_a + n * a.radius + on_b - n * b.radius) * 0.5, depth, feature_a, feature_b};
+    manifold.normal = n;
+    manifold.count = 1;
+    manifold.point[0] = {(cores.on_a + n * radius + cores.on_b - n * b.radius) * 0.5,
+                         radius + b.radius - cores.distance, feature_id(vertex_feature, 0),
+                         feature_against_vertex(b, -n)};
+}
+
+void make_manifold(const Core3& a, const Core3& b, const Gap<3>& given, double margin, Manifold<3>& manifold)
+{
+    const Vec3& n = given.normal;
+    const double depth = a.radius + b.radius - given.distance;
+    Gap<3> cores = given;
+    const auto locate = [&] {
+        if (cores.distance <= 0 && !cores.located) nearest_when_parted(a, b, given, cores.on_a, cores.on_b);
     };
-    if (!a.is_smooth() && a.polytope.vertices == 1) { // it shares one point with anything
-        manifold.normal = n;
-        manifold.count = 1;
-        manifold.point[0] = deepest(feature_id(vertex_feature, 0), feature_against_vertex(b, -n));
-        return;
+    if (!a.is_smooth() && a.polytope.vertices == 1) {
+        locate();
+        return make_ball_manifold(a.radius, b, cores, manifold);
     }
+    const auto deepest = [&](std::uint16_t feature_a, std::uint16_t feature_b) -> ManifoldPoint<3> {
+        locate();
+        return {(cores.on_a + n * a.radius + cores.on_b - n * b.radius) * 0.5, depth, feature_a, feature_b};
+    };
     Clip clip(a, b, n, margin);
     Feature fa, fb;
     take_features(a, b, n, fa, fb);

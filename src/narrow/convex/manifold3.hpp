@@ -11,6 +11,9 @@ namespace narrow {
 /// From a gap between cores no wider than the radii and `margin` to the points of the contact.
 void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold);
 
+/// The same of a ball with a core, from the gap between its centre and the core.
+void make_ball_manifold(double radius, const Core3& b, const Gap<3>& cores, Manifold<3>& manifold);
+
 /// The contact of a convex core with the front (side 1) or back (-1) of a triangle, along the triangle's
 /// normal whatever is nearest: for surfaces that go on beyond its sides. Returns whether there is one: only
 /// points over or under the triangle count.

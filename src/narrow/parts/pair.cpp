@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/parts/pair.hpp"
 
+#include "narrow/convex/convex3.hpp"
 #include "narrow/convex/simple3.hpp"
 #include "narrow/parts/each_part.hpp"
 #include "narrow/parts/nearest.hpp"
@@ -122,6 +123,19 @@ Round round_of(const Shape<3>& shape, const Mat3& turn)
     return {shape.type() == ShapeTypes::capsule ? turn.y : Vec3{0, 1, 0}, shape.size()[1], shape.radius()};
 }
 
+bool is_ball_on_round(const Placed<3>& pair)
+{
+    const ShapeType b = pair.b->type();
+    return pair.a->type() == ShapeTypes::sphere && (b == ShapeTypes::cylinder || b == ShapeTypes::cone);
+}
+bool has_short_way(const Placed<3>& pair)
+{
+    return is_simple(pair.b->type()) || is_ball_on_round(pair);
+}
+bool has_short_way(const Placed<2>&)
+{
+    return false;
+}
 /// The short ways, for the shapes that have one.
 Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifold)
 {
@@ -134,6 +148,8 @@ Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifo
         if (verdict == Verdict::touch) rounds(round_a, round_b, pair.d, gap, margin, manifold);
         return verdict;
     }
+    if (is_ball_on_round(pair))
+        return ball_contact(a.radius(), Core3(b, {pair.rb, pair.d}), margin, manifold);
     if (b.type() != ShapeTypes::box || !is_simple(a.type())) return Verdict::unclear;
     const Vec3 half = load(b.size());
     if (a.type() == ShapeTypes::box) {
@@ -194,7 +210,7 @@ template <int Dim>
 void find_contacts(const Placed<Dim>& pair, double margin, FoundList<Dim>& found)
 {
     if (!within_reach(pair, margin)) return;
-    if (is_simple(pair.b->type())) {
+    if (has_short_way(pair)) {
         Found<Dim> one;
         const Verdict verdict = simple_contact(pair, margin, one.manifold);
         if (verdict == Verdict::touch) found.push_back(one);
