@@ -15,6 +15,16 @@ from ._shapes import Shapes
 from ._visits import Visit, first_pairs
 
 
+def _filters(count: int, category: Any, mask: Any, owner: Any, is_static: Any) -> np.ndarray:
+    """What objects pair with which, one row for each; given is one value for all, or one for each."""
+    filters = np.empty((count, 4), np.uint32)
+    for column, (name, value) in enumerate((("category", category), ("mask", mask), ("owner", owner))):
+        each = _arrays.integers(value if np.ndim(value) else np.asarray(value), name, np.uint32)
+        filters[:, column] = _arrays.per_object(each, name, count)
+    filters[:, 3] = _arrays.flags(is_static, "is_static", count)
+    return filters
+
+
 class EndedPairs(NamedTuple):
     """Pairs that no longer touch."""
 
@@ -64,13 +74,29 @@ class World:
 
     # --- Commands ---
 
-    def add(self, boxes: Any, *, category: int = 1, mask: int = 2**32 - 1, owner: int = 2**32 - 1, is_static: bool = False,
-            margin: float = 0.0, enabled: bool = True) -> np.ndarray:
-        """Adds objects, all with this filter, and returns their ids, (n,) uint64, which are valid at once. set_filter, set_margin
-        and set_enabled take one value for each object."""
-        filter = tuple(_arrays.whole(value, name) for name, value in (("category", category), ("mask", mask), ("owner", owner)))
-        return self._world.add(self._boxes(boxes), (*filter, int(_arrays.flags(is_static, "is_static", 1)[0])), margin,
-                               bool(_arrays.flags(enabled, "enabled", 1)[0]))
+    def add(self, boxes: Any, *, category: Any = 1, mask: Any = 2**32 - 1, owner: Any = 2**32 - 1, is_static: Any = False,
+            margin: Any = 0.0, enabled: Any = True) -> np.ndarray:
+        """Adds objects and returns their ids, (n,) uint64, which are valid at once. Each of the other arguments is one value for
+        all objects, or one for each."""
+        given = self._boxes(boxes)
+        filter = (category, mask, owner, is_static)
+        if all(np.ndim(value) == 0 for value in (*filter, margin, enabled)):
+            names = (_arrays.whole(value, name) for name, value in (("category", category), ("mask", mask), ("owner", owner)))
+            return self._world.add(given, (*names, int(_arrays.flags(is_static, "is_static", 1)[0])), margin,
+                                   bool(_arrays.flags(enabled, "enabled", 1)[0]))
+        count = 1 if given.shape == (2, self.dim) else len(given)
+        filters = _filters(count, *filter)
+        margins = _arrays.per_object(np.asarray(margin, np.float64), "margin", count)
+        enabled = _arrays.flags(enabled, "enabled", count)
+        ids = self._world.add(given, None, 0.0, True)
+        try:
+            self._world.set_filter(ids, filters, 0)
+            self._world.set_margin(ids, margins, 0)
+            self._world.set_enabled(ids, enabled, 0)
+        except BaseException:
+            self._world.remove(ids)
+            raise
+        return ids
 
     def remove(self, ids: Any) -> None:
         """Removes these objects, or none of them if one doesn't exist."""
@@ -95,11 +121,7 @@ class World:
         """Sets what objects pair with which, as a whole: what isn't given becomes what it is by default, not what it was. Each argument
         is one number for all objects, or one for each."""
         of = _arrays.ids(ids)
-        filters = np.empty((len(of), 4), np.uint32)
-        for column, (name, value) in enumerate((("category", category), ("mask", mask), ("owner", owner))):
-            filters[:, column] = _arrays.per_object(_arrays.integers(np.asarray(value), name, np.uint32), name, len(of))
-        filters[:, 3] = _arrays.flags(is_static, "is_static", len(of))
-        self._world.set_filter(of, filters, _arrays.whole(sequence, "sequence"))
+        self._world.set_filter(of, _filters(len(of), category, mask, owner, is_static), _arrays.whole(sequence, "sequence"))
 
     def set_margin(self, ids: Any, margins: Any, sequence: int = 0) -> None:
         """Sets each object's own margin, in addition to the world's."""

@@ -161,6 +161,36 @@ def test_a_world_lives(dim, dtype):
     assert world.stats()["objects"] == 198 and "198" in repr(world) and "198" in world._repr_html_() and world.explain()
 
 
+@pytest.mark.parametrize("dim", (2, 3))
+def test_objects_are_added_each_with_its_own_settings(dim):
+    boxes = some_boxes(60, dim, np.float32)
+    rng = np.random.default_rng(8)
+    settings = dict(category=1 << rng.integers(0, 3, 60), mask=rng.integers(1, 8, 60), owner=rng.integers(0, 20, 60),
+                    is_static=rng.random(60) < 0.2, margin=rng.random(60) * 4, enabled=rng.random(60) < 0.9)
+    at_once, one_by_one, later = (jostle.World(dim, np.float32) for _ in range(3))
+    ids = at_once.add(boxes, **settings)
+    assert ids.shape == (60,)
+    each = [one_by_one.add(box, **{name: value[i] for name, value in settings.items()}) for i, box in enumerate(boxes)]
+    assert np.array_equal(np.concatenate(each), ids)
+    assert np.array_equal(later.add(boxes), ids)
+    later.set_filter(ids, *(settings[name] for name in ("category", "mask", "owner", "is_static")))
+    later.set_margin(ids, settings["margin"])
+    later.set_enabled(ids, settings["enabled"])
+    for world in (at_once, one_by_one, later):
+        world.update()
+        assert np.array_equal(world.filters(ids), np.transpose(list(settings.values())[:4]))
+        assert np.array_equal(world.enabled(ids), settings["enabled"])
+        assert np.allclose(world.margins(ids), settings["margin"])
+        assert len(world.began()) > 20 and np.array_equal(world.began(), at_once.began())
+    # One for all and one for each, and a single box.
+    some = at_once.add(boxes[:3], category=[1, 2, 4], mask=7)
+    single = at_once.add(boxes[0], category=[2], owner=5)
+    at_once.update()
+    assert at_once.filters(some).tolist() == [[1, 7, 2**32 - 1, 0], [2, 7, 2**32 - 1, 0], [4, 7, 2**32 - 1, 0]]
+    assert at_once.filters(single).tolist() == [[2, 2**32 - 1, 5, 0]] and len(single) == 1
+    assert at_once.add(boxes[:0], category=[]).shape == (0,)
+
+
 def test_a_world_is_pickled_forked_and_restored():
     boxes = some_boxes(100, 3, np.float32)
     _, world, ids = both(boxes)
@@ -701,6 +731,11 @@ def test_arguments_that_mean_something_else_are_refused():
             (lambda: world.add(boxes, category=-1), "category is -1"),
             (lambda: world.add(boxes, mask=2**32), "mask is 4294967296"),
             (lambda: world.add(boxes, enabled=2), "enabled is 2"),
+            (lambda: world.add(boxes, category=[1, 2]), r"category has the shape \(2,\)"),
+            (lambda: world.add(boxes, owner=[1, 2, 3, -1]), r"owner\[3\] is -1"),
+            (lambda: world.add(boxes, margin=[0, 1, 2]), r"margin has the shape \(3,\)"),
+            (lambda: world.add(boxes, margin=[0, 1, -1, 0]), "margin"),
+            (lambda: world.add(boxes[:1], margin=[np.nan]), "margin"),
             (lambda: world.move(ids, boxes, sequence=-1), "sequence is -1"),
             (lambda: world.set_margin(ids, 1, sequence=1.5), "sequence is 1.5"),
             (lambda: index.all(boxes, -1), "max_results is -1"),
@@ -717,6 +752,8 @@ def test_arguments_that_mean_something_else_are_refused():
             (lambda: index.count(boxes.astype(np.float64)), "would have to be rounded")):
         with pytest.raises(jostle.Error, match=says):
             wrong()
+    world.update()
+    assert len(world) == 4  # nothing was added where something was wrong
     for wrong in (lambda: world.restore(2**33), lambda: copy.copy(index)):
         with pytest.raises(TypeError):
             wrong()
