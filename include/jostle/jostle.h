@@ -20,7 +20,8 @@
 /// Handles   are made by ..._new (shapes and executors by their kinds) and given back by ..._free, which
 ///           takes NULL, too. Each knows its kind: a handle of another kind, and one of the last 1024 that
 ///           were freed, is JOSTLE_BAD_HANDLE. What a handle was made with (an executor, a shape) lives as
-///           long as it needs it: the order of freeing doesn't matter.
+///           long as it needs it: the order of freeing doesn't matter. A callback may not free a handle that
+///           the call around it was given: on the thread that made the call that is an error.
 /// Options   structs that begin with `struct_size` are set to zero, then struct_size to their sizeof. Zero is
 ///           the default of each member, and NULL in place of the struct is all defaults. A later version may
 ///           add members at the end; programs compiled before run on. Structs without struct_size never
@@ -888,7 +889,7 @@ JOSTLE_C_API jostle_status jostle_world_visit_pairs(const jostle_world* world,
                                                     jostle_visit_pair_function visit, void* context,
                                                     int32_t* finished, jostle_error* error);
 
-// Questions, about the objects as of the last update: as those of jostle_index.
+// Questions, about the objects as of the last update or jostle_world_apply: as those of jostle_index.
 
 JOSTLE_C_API jostle_status jostle_world_first(const jostle_world* world, jostle_question kind,
                                               const void* questions, uint64_t count,
@@ -922,7 +923,7 @@ JOSTLE_C_API jostle_status jostle_world_join(jostle_world* world, const jostle_b
                                              const jostle_query_filter* filter, jostle_results* results,
                                              jostle_error* error);
 
-// The objects, as of the last update.
+// The objects, as of the last update or jostle_world_apply.
 
 JOSTLE_C_API jostle_status jostle_world_size(const jostle_world* world, uint64_t* size, jostle_error* error);
 /// Every index is less than this.
@@ -1030,7 +1031,7 @@ JOSTLE_C_API jostle_status jostle_shape_cone(double half_length, double radius, 
 /// Half as wide along each axis as `half` says: dim numbers.
 JOSTLE_C_API jostle_status jostle_shape_ellipsoid(int32_t dim, const double* half, jostle_shape** out,
                                                   jostle_error* error);
-/// Everything below a plane. The normal has dim numbers.
+/// Everything below a plane: the points p with normal . p <= offset * |normal|. The normal has dim numbers.
 JOSTLE_C_API jostle_status jostle_shape_half_space(int32_t dim, const double* normal, double offset,
                                                    jostle_shape** out, jostle_error* error);
 /// The convex hull of points: dim numbers of the space each, one after another.
@@ -1040,7 +1041,9 @@ JOSTLE_C_API jostle_status jostle_shape_hull(jostle_space space, const void* poi
 JOSTLE_C_API jostle_status jostle_shape_mesh(jostle_space space, const void* vertices, uint64_t vertex_count,
                                              const uint32_t* elements, uint64_t element_count,
                                              jostle_shape** out, jostle_error* error);
-/// Terrain: columns x rows heights, row by row; jostle::HeightGrid. `space` is JOSTLE_3F or JOSTLE_3D.
+/// Terrain: columns x rows heights, row by row, at x = column * spacing_x and z = row * spacing_z;
+/// jostle::HeightGrid. The ground is solid from there down to `thickness` below the lowest height. `space` is
+/// JOSTLE_3F or JOSTLE_3D.
 JOSTLE_C_API jostle_status jostle_shape_height_field(jostle_space space, const void* heights,
                                                      uint32_t columns, uint32_t rows, double spacing_x,
                                                      double spacing_z, double thickness, jostle_shape** out,
@@ -1115,7 +1118,11 @@ JOSTLE_C_API jostle_status jostle_bounds(jostle_space space, const jostle_object
 // Contacts, distances, impacts, casts: contact.hpp, cast.hpp
 // ---------------------------------------------------------------------------------------------------------
 
-/// Where two objects touch: jostle::Contact.
+/// Where two objects touch: jostle::Contact. The normal is a unit vector from a to b: b moved along it by
+/// `depth` comes out of a. A depth below 0 is a gap. A point is midway between the surfaces; from_a and
+/// from_b are that one point, counted from the positions of a's and b's poses in world axes, so in the world
+/// it is at pose_a + from_a. The deepest point is first. `feature` names what meets there and stays the same
+/// from frame to frame.
 typedef struct jostle_contact_point_2f
 {
     float from_a[2], from_b[2], depth;
@@ -1249,7 +1256,8 @@ JOSTLE_C_API jostle_status jostle_contact_finder_touching(jostle_contact_finder*
                                                           const jostle_blocks* pairs, uint8_t* touching,
                                                           jostle_error* error);
 /// Distance, normal, point on a, point on b: 3 dim + 1 numbers of the space each. The distance is infinite
-/// where it is more than max_distance.
+/// where it is more than max_distance; below 0 it is how far b has to move along the normal, a unit vector
+/// from a to b, to come out of a. The points count from the positions of a's and b's poses, in world axes.
 JOSTLE_C_API jostle_status jostle_contact_finder_distances(jostle_contact_finder* finder,
                                                            const jostle_objects* a, const jostle_objects* b,
                                                            const jostle_blocks* pairs, double max_distance,
@@ -1268,15 +1276,18 @@ JOSTLE_C_API jostle_status jostle_contact_finder_least_distances(
     jostle_contact_finder* finder, const jostle_objects* a, const jostle_objects* b,
     const jostle_blocks* pairs, const uint64_t* offsets, uint64_t groups, double max_distance,
     void* distances, uint64_t* nearest, jostle_error* error);
-/// Time, normal, point from a, point from b: 3 dim + 1 numbers of the space each. The time is infinite where
-/// there is no impact. The objects have motions in place of poses.
+/// Time, normal, point from a, point from b: 3 dim + 1 numbers of the space each. The time is from 0 to 1,
+/// and infinite where there is no impact. The normal is a unit vector from a to b; the points count from
+/// where a's and b's poses are at that time. The objects have motions in place of poses.
 JOSTLE_C_API jostle_status jostle_contact_finder_impacts(jostle_contact_finder* finder,
                                                          const jostle_objects* a, const jostle_objects* b,
                                                          const jostle_blocks* pairs, double tolerance,
                                                          void* impacts, jostle_error* error);
 
-/// Where a ray, or a shape on its way, first meets another: jostle::CastHit. The fraction is infinite where
-/// it doesn't.
+/// Where a ray, or a shape on its way, first meets another: jostle::CastHit. The fraction, of the ray's
+/// direction or the displacement, is infinite where it doesn't. The normal points out of the shape that is
+/// met. The point counts from the position of that shape's pose, in world axes: in the world it is at pose +
+/// point.
 typedef struct jostle_cast_hit_2f
 {
     float fraction, normal[2], point[2];

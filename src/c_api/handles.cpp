@@ -5,6 +5,7 @@
 #include <cstring>
 #include <new>
 #include <stdexcept>
+#include <system_error>
 
 namespace jostle::c_api {
 namespace {
@@ -16,6 +17,8 @@ constexpr std::uint64_t freed = 0x6a6f73746c65ff00U;
 constexpr std::size_t remembered = 1024;
 constinit std::array<std::atomic<Handle*>, remembered> graveyard{};
 constinit std::atomic<std::size_t> next_grave{0};
+
+constinit thread_local Call* innermost = nullptr;
 
 void tell(jostle_error* error, jostle_status status, const char* message, std::uint64_t index,
           std::int32_t callback_result) noexcept
@@ -39,6 +42,23 @@ void tell(jostle_error* error, jostle_status status, const char* message, std::u
 
 Content::~Content() = default;
 
+Call::Call() noexcept : outer_(std::exchange(innermost, this)) {}
+Call::~Call()
+{
+    innermost = outer_;
+}
+Call* Call::of_this_thread() noexcept
+{
+    return innermost;
+}
+bool Call::is_open_outside(const void* handle) const noexcept
+{
+    for (const Call* call = outer_; call != nullptr; call = call->outer_)
+        for (std::size_t i = 0; i < call->count_; ++i)
+            if (call->handles_[i] == handle) return true;
+    return false;
+}
+
 jostle_status report(jostle_error* error) noexcept
 {
     constexpr std::uint64_t none = UINT64_MAX;
@@ -57,6 +77,12 @@ jostle_status report(jostle_error* error) noexcept
     } catch (const std::length_error&) {
         tell(error, JOSTLE_TOO_MANY_OBJECTS, "more elements than memory can hold", none, 0);
         return JOSTLE_TOO_MANY_OBJECTS;
+    } catch (const std::system_error& thrown) {
+        if (thrown.code() == std::errc::resource_unavailable_try_again) {
+            tell(error, JOSTLE_OUT_OF_MEMORY, "the system has no memory for as many threads", none, 0);
+            return JOSTLE_OUT_OF_MEMORY;
+        }
+        tell(error, JOSTLE_INTERNAL_ERROR, thrown.what(), none, 0);
     } catch (const std::exception& thrown) {
         tell(error, JOSTLE_INTERNAL_ERROR, thrown.what(), none, 0);
     } catch (...) {
@@ -72,7 +98,10 @@ Content& open(const void* handle, std::uint64_t mark, const char* name)
         refuse(std::string("this is no ") + name, JOSTLE_BAD_HANDLE);
     const Handle& opened = *static_cast<const Handle*>(handle);
     const std::uint64_t found = opened.mark.load(std::memory_order_relaxed);
-    if (found == mark) return *opened.content;
+    if (found == mark) {
+        if (Call* const call = Call::of_this_thread()) call->opens(handle);
+        return *opened.content;
+    }
     if (found == freed) refuse(std::string("this ") + name + " was freed", JOSTLE_BAD_HANDLE);
     refuse(std::string("this is no ") + name, JOSTLE_BAD_HANDLE);
 }
@@ -80,6 +109,9 @@ Content& open(const void* handle, std::uint64_t mark, const char* name)
 void release(void* handle, std::uint64_t mark, const char* name)
 {
     open(handle, mark, name);
+    if (const Call* const call = Call::of_this_thread(); call != nullptr && call->is_open_outside(handle))
+        refuse(std::string("this ") + name +
+               " is in use by the call that runs this callback: free it afterwards");
     Handle& opened = *static_cast<Handle*>(handle);
     std::uint64_t expected = mark;
     // Of two threads that free one handle, one does.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -40,6 +41,30 @@ struct Failure
 /// Turns the exception being handled into a status, and fills in `error` if there is one.
 jostle_status report(jostle_error* error) noexcept;
 
+/// A call that this thread is in, and the handles that it has opened. A callback may make further calls, but
+/// must not free what the calls around it go on with.
+class Call
+{
+  public:
+    Call() noexcept;
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+    ~Call();
+    void opens(const void* handle) noexcept
+    {
+        if (count_ < handles_.size()) handles_[count_++] = handle;
+    }
+    /// Whether one of the calls around this one has opened a handle.
+    [[nodiscard]] bool is_open_outside(const void* handle) const noexcept;
+    /// The innermost.
+    [[nodiscard]] static Call* of_this_thread() noexcept;
+
+  private:
+    Call* outer_;
+    std::size_t count_ = 0;
+    std::array<const void*, 8> handles_; // no function that calls back has more
+};
+
 /// Runs the inside of a function. What it throws becomes the status.
 template <class F>
 jostle_status guarded(jostle_error* error, F&& inside) noexcept
@@ -47,6 +72,7 @@ jostle_status guarded(jostle_error* error, F&& inside) noexcept
     // Ids and hits are read and written here as other types of the same layout. With link-time optimisation
     // the caller's own accesses must not move across.
     std::atomic_signal_fence(std::memory_order_seq_cst);
+    const Call call;
     jostle_status status = JOSTLE_OK;
     try {
         inside();

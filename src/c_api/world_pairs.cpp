@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <functional>
+
 #include "c_api/questions.hpp"
 #include "c_api/world.hpp"
 
@@ -181,6 +183,12 @@ jostle_status jostle_world_touching(const jostle_world* world, const jostle_id* 
     return guarded(error, [&] {
         ResultsContent& into = open(results);
         into.begin();
+        // Who asks for the neighbours of neighbours gives ids that lie in the lists that are to be filled.
+        Lists before;
+        const std::less<const std::uint64_t*> less;
+        const std::vector<std::uint64_t>& listed = into.lists.ids;
+        if (!less(ids, listed.data()) && less(ids, listed.data() + listed.size()))
+            std::swap(before, into.lists);
         start(into.lists, false);
         std::vector<ObjectId> others;
         read_each(world, ids, count, [&](const auto& typed, ObjectId id, std::size_t) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What the C interface refuses, and what it says then; and what has names.
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/c/twin.hpp"
@@ -190,6 +191,87 @@ TEST_F(CRefusals, DrawsEveryKind)
         EXPECT_EQ(kinds[JOSTLE_DRAW_BEGAN] > 0, k == 0);
         EXPECT_GT(kinds[JOSTLE_DRAW_PERSISTED], 0);
     }
+}
+
+// The call around a callback goes on with its handles.
+TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
+{
+    Random random(5);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 30, 3);
+    const jostle_boxes given = view(boxes);
+    static jostle_error inner;
+    static jostle_status (*free_it)(void*) = nullptr;
+    static int calls = 0, frees = 0;
+    const auto accept = [](void* context, std::uint32_t, std::uint32_t) -> std::int32_t {
+        ++calls;
+        frees += free_it(context) == JOSTLE_OK ? 1 : 0;
+        return 1;
+    };
+    const auto accept_object = [](void* context, jostle_id, jostle_id) -> std::int32_t {
+        ++calls;
+        frees += free_it(context) == JOSTLE_OK ? 1 : 0;
+        return 1;
+    };
+    const auto visit = [](void* context, std::uint64_t, double, double*) -> std::int32_t {
+        ++calls;
+        frees += free_it(context) == JOSTLE_OK ? 1 : 0;
+        return 1;
+    };
+    OK(jostle_executor_serial(&executor, &error));
+    auto options = options_of<jostle_options>();
+    options.executor = executor;
+
+    OK(jostle_finder_new(&options, &finder, &error));
+    free_it = [](void* handle) { return jostle_finder_free(static_cast<jostle_finder*>(handle), &inner); };
+    auto filter = options_of<jostle_filter>();
+    filter.accept = accept;
+    filter.context = finder;
+    jostle_blocks pairs{};
+    OK(jostle_finder_find(finder, JOSTLE_3F, &given, nullptr, &filter, JOSTLE_CANONICAL, &pairs, &error));
+    EXPECT_GT(pairs.count, 5u);
+    EXPECT_GT(calls, 5);
+    EXPECT_EQ(frees, 0);
+    EXPECT_NE(std::string(inner.message).find("jostle_finder is in use"), std::string::npos) << inner.message;
+
+    OK(jostle_index_new(JOSTLE_3F, &options, &index, &error));
+    OK(jostle_index_build(index, nullptr, &given, &error));
+    free_it = [](void* handle) { return jostle_index_free(static_cast<jostle_index*>(handle), &inner); };
+    std::int32_t finished = 0;
+    calls = 0;
+    OK(jostle_index_visit(index, JOSTLE_BOX, boxes.data(), nullptr, visit, index, &finished, &error));
+    EXPECT_GT(calls, 0);
+
+    auto world_options = options_of<jostle_world_options>();
+    world_options.common = &options;
+    world_options.accept = accept_object;
+    static jostle_world* its = nullptr;
+    free_it = [](void*) { return jostle_world_free(its, &inner); };
+    OK(jostle_world_new(JOSTLE_3F, &world_options, &world, &error));
+    its = world;
+    std::vector<jostle_id> ids(boxes.size());
+    OK(jostle_world_add(world, &given, nullptr, ids.data(), &error));
+    calls = 0;
+    OK(jostle_world_update(world, &error));
+    EXPECT_GT(calls, 5);
+    calls = 0;
+    OK(jostle_world_visit(world, JOSTLE_BOX, boxes.data(), nullptr, visit, nullptr, &finished, &error));
+    EXPECT_GT(calls, 0);
+    EXPECT_EQ(frees, 0);
+
+    // What the call wasn't given may be freed, and everything once the calls are over.
+    static jostle_results* other = nullptr;
+    OK(jostle_results_new(nullptr, &other, &error));
+    free_it = [](void*) {
+        if (other != nullptr) {
+            EXPECT_EQ(jostle_results_free(std::exchange(other, nullptr), &inner), JOSTLE_OK);
+        }
+        return jostle_status{JOSTLE_INVALID_ARGUMENT};
+    };
+    OK(jostle_world_visit(world, JOSTLE_BOX, boxes.data(), nullptr, visit, nullptr, &finished, &error));
+    EXPECT_EQ(other, nullptr);
+    OK(jostle_world_free(std::exchange(world, nullptr), &error));
+    OK(jostle_index_free(std::exchange(index, nullptr), &error));
+    OK(jostle_finder_free(std::exchange(finder, nullptr), &error));
 }
 
 TEST_F(CRefusals, ShapesAndWork)

@@ -106,6 +106,29 @@ TEST_F(CWorld, WhatNewObjectsAreLikeArrives)
     EXPECT_EQ(bounds()[1].hi[1], 1.25f);
 }
 
+// The neighbours of neighbours: the ids that are asked about lie in the results that are filled.
+TEST_F(CWorld, AsksAboutIdsInTheSameResults)
+{
+    make(0);
+    Random random(6);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 300, 6);
+    const jostle_boxes given = view(boxes);
+    std::vector<jostle_id> all(boxes.size());
+    OK(jostle_world_add(world, &given, nullptr, all.data(), &error));
+    update();
+    jostle_lists lists{};
+    OK(jostle_world_touching(world, all.data(), 20, results, &error));
+    OK(jostle_results_lists(results, &lists, &error));
+    const std::vector<jostle_id> near(lists.ids, lists.ids + lists.count);
+    ASSERT_GT(near.size(), 20u);
+    OK(jostle_world_touching(world, lists.ids, lists.count, results, &error));
+    OK(jostle_results_lists(results, &lists, &error));
+    const std::vector<jostle_id> found(lists.ids, lists.ids + lists.count);
+    OK(jostle_world_touching(world, near.data(), near.size(), results, &error));
+    OK(jostle_results_lists(results, &lists, &error));
+    EXPECT_EQ(found, std::vector<jostle_id>(lists.ids, lists.ids + lists.count));
+}
+
 TEST_F(CWorld, OfEachCommandTheGreaterSequenceWins)
 {
     make();

@@ -289,8 +289,92 @@ TEST(SmoothShapes, AreExactlyAsDeepFromWhicheverTetrahedron)
     }
 }
 
-// Balls inside two shapes say how deep these overlap at least: so they must be inside. One that touches at p where n
-// points out is if (1 - d n) of its radius is no more than the shape reaches beyond p, along any direction d.
+/// How far a point is from a cylinder's or cone's surface, outside of it, or minus how deep it is inside; in
+/// their axes.
+double distance_to_round(const Shape3& shape, const Vec3& p)
+{
+    const double radius = shape.size()[0], half = shape.size()[1], aside = std::sqrt(p.x * p.x + p.z * p.z);
+    const Vec2 at{aside, p.y}, tip{0, half}, rim{radius, -half};
+    const auto to_segment = [&](const Vec2& a, const Vec2& b) {
+        const Vec2 along = b - a;
+        const double t = std::clamp(dot(at - a, along) / dot(along, along), 0.0, 1.0);
+        return length(at - a - along * t);
+    };
+    const bool is_cone = shape.type() == ShapeTypes::cone;
+    const double to_surface = is_cone
+                                  ? std::min(to_segment(tip, rim), to_segment({0, -half}, rim))
+                                  : std::min({to_segment({0, half}, {radius, half}),
+                                              to_segment({radius, half}, rim), to_segment({0, -half}, rim)});
+    const double widest = is_cone ? radius * (half - p.y) / (2 * half) : radius;
+    const bool is_inside = std::abs(p.y) <= half && aside <= widest;
+    return is_inside ? -to_surface : to_surface;
+}
+
+// Also where their centre lies on the surface but for a few digits, on the axis, and in the middle.
+TEST(SmoothShapes, HoldBallsThatAreAsDeepAsTheirNearestSideSays)
+{
+    Random random(4713);
+    int inside = 0, on_surface = 0;
+    for (int round = 0; round < 20'000; ++round) {
+        const double half = std::exp(random.uniform(-2, 2)), radius = std::exp(random.uniform(-2, 2));
+        const Shape3 ball = Shape3::sphere(std::exp(random.uniform(-3, 1)));
+        const Shape3 shape = random.chance(0.5) ? Shape3::cylinder(half, radius) : Shape3::cone(half, radius);
+        const double size = half + radius, angle = random.uniform(0, 7);
+        double aside = random.chance(0.2) ? 0 : random.uniform(0, radius), y = random.uniform(-half, half);
+        if (random.chance(0.5)) { // on the side, or on a disc
+            if (random.chance(0.5))
+                y = -half;
+            else
+                aside = shape.type() == ShapeTypes::cone ? radius * (half - y) / (2 * half) : radius;
+            const double off = size * std::exp(random.uniform(-36, -12)) * (random.chance(0.5) ? 1 : -1);
+            (y == -half ? y : aside) += off;
+            ++on_surface;
+        }
+        const Vec3 local{aside * std::cos(angle), y, aside * std::sin(angle)};
+        const Pose3d at{{},
+                        random.chance(0.3) ? std::array<double, 4>{0, 0, 0, 1} : random.rotation<double>()};
+        const Vec3 p = narrow::rotation(at) * local;
+        const Pose3d ball_at{{p.x, p.y, p.z}, {0, 0, 0, 1}};
+        const double expected = distance_to_round(shape, local) - ball.radius();
+        inside += expected < -ball.radius() ? 1 : 0;
+        const auto found = distance(ball, ball_at, shape, at, INFINITY);
+        ASSERT_TRUE(found);
+        EXPECT_NEAR(found->distance, expected, 1e-13 * size) << "round " << round;
+        if (!(expected < -1e-9 * size)) continue;
+        const auto met = contacts(ball, ball_at, shape, at, 0);
+        ASSERT_EQ(met.size(), 1u) << "round " << round;
+        EXPECT_NEAR(met[0].point[0].depth, -expected, 1e-13 * size) << "round " << round;
+        const Vec3 n = narrow::load(met[0].normal);
+        EXPECT_NEAR(length(n), 1, 1e-14);
+        EXPECT_NEAR(parted_by(n, ball, ball_at, shape, at), expected, 1e-6 * size) << "round " << round;
+    }
+    EXPECT_GT(inside, 5'000);
+    EXPECT_GT(on_surface, 5'000);
+}
+
+// Two tips overlap most along the direction in which they were found: no step leads away from there.
+TEST(SmoothShapes, ThatMeetTipToTipLeaveSideways)
+{
+    Random random(4714);
+    for (int round = 0; round < 300; ++round) {
+        const double half_a = random.uniform(0.3, 1), half_b = random.uniform(0.3, 1);
+        const double radius_a = half_a * random.uniform(0.3, 2), radius_b = half_b * random.uniform(0.3, 2);
+        const double deep = std::exp(random.uniform(-9, -3)) * std::min(half_a, half_b);
+        const double aside = random.chance(0.5) ? 0 : deep * random.uniform(0, 1e-3);
+        const Shape3 a = Shape3::cone(half_a, radius_a), b = Shape3::cone(half_b, radius_b);
+        const Pose3d at_b{{aside, half_a + half_b - deep, 0}, {1, 0, 0, 0}}; // upside down
+        const double wider = std::max(radius_a / half_a, radius_b / half_b) / 2;
+        const double least = deep * wider / std::sqrt(1 + wider * wider);
+        const auto found = distance(a, Pose3d{}, b, at_b, INFINITY);
+        ASSERT_TRUE(found);
+        EXPECT_LE(-found->distance, 1.001 * least + 1e-12) << "round " << round;
+        EXPECT_GE(-found->distance, least - aside - 1e-12) << "round " << round;
+    }
+}
+
+// Balls inside two shapes say how deep these overlap at least: so they must be inside. One that touches at p
+// where n points out is if (1 - d n) of its radius is no more than the shape reaches beyond p, along any
+// direction d.
 TEST(SmoothShapes, HoldBallsThatTouchTheirSurface)
 {
     Random random(4711);

@@ -33,12 +33,20 @@ void polish(const Core3& a, const Core3& b, Gap<3>& gap)
     }
 }
 
+/// Of these everything is known in closed form.
+bool is_point_on_round(const Core3& a, const Core3& b)
+{
+    return !a.is_smooth() && a.polytope.vertices == 1 &&
+           (b.smooth == Smooth::cylinder || b.smooth == Smooth::cone);
+}
+
 /// The gap of cores of which GJK has found that they touch.
 void overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap)
 {
     const double axes_cost = static_cast<double>(a.polytope.directions) * b.polytope.directions *
                              (a.polytope.vertices + b.polytope.vertices);
     if (!a.is_smooth() && !b.is_smooth() && axes_cost < most_axes_cost) return gap_by_axes(a, b, gap);
+    if (is_point_on_round(a, b)) return point_depth(a.frame * a.polytope.vertex(0), b, gap);
     if (descends(a, b)) return least_overlap(a, b, simplex, gap);
     expand(a, b, simplex, gap);
     if (a.is_smooth() || b.is_smooth()) polish(a, b, gap);
@@ -46,6 +54,10 @@ void overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap
 /// Whether two cores are apart, and their gap if so.
 Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& simplex, Gap<3>& gap)
 {
+    if (is_point_on_round(a, b)) {
+        const Verdict verdict = point_gap(a.frame * a.polytope.vertex(0), b, enough, gap);
+        return verdict == Verdict::apart ? verdict : Verdict::touch;
+    }
     if (descends(a, b)) { // on smooth surfaces GJK goes on for long, and Newton's method for a few steps
         const Verdict verdict = gjk(a, b, {}, enough, {.parted = 4}, simplex, gap);
         if (verdict != Verdict::unclear) return verdict;

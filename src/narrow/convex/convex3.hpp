@@ -18,7 +18,8 @@ void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
 /// Returns whether there is a contact, a gap of up to `margin` included.
 bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& manifold);
 
-/// The contact of a cylinder or cone with a ball around the origin. Unclear where the ball's centre is inside.
+/// The contact of a cylinder or cone with a ball around the origin. Unclear where the ball's centre is
+/// inside.
 [[nodiscard]] Verdict ball_contact(double radius, const Core3& b, double margin, Manifold<3>& manifold);
 
 /// Whether the distance is 0 or less.

@@ -157,9 +157,9 @@ struct Ball
     Vec3 middle; ///< as seen from a's position
     double radius;
 };
-/// A ball inside a core that touches its surface at point p of it, where `normal` is the unit vector out of it:
-/// as big as can be, but on an ellipsoid, where it is as big as at the sharpest place. On an edge or a corner,
-/// and in cores whose inside isn't known, its radius is 0.
+/// A ball inside a core that touches its surface at point p of it, where `normal` is the unit vector out of
+/// it: as big as can be, but on an ellipsoid, where it is as big as at the sharpest place. On an edge or a
+/// corner, and in cores whose inside isn't known, its radius is 0.
 Ball ball_inside(const Core3& core, const Vec3& p, const Vec3& normal);
 
 } // namespace narrow

@@ -421,8 +421,8 @@ double enough_depth(const Core3& a, const Core3& b, const Descent& descent)
     return (1 - close_enough) * descent.depth - 1e-12 * (a.reach + b.reach);
 }
 
-/// Whether balls inside the cores overlap by the depth that is known, which the cores then do at least: if not,
-/// that says nothing.
+/// Whether balls inside the cores overlap by the depth that is known, which the cores then do at least: if
+/// not, that says nothing.
 bool is_as_deep(const Core3& a, const Core3& b, const Descent& descent)
 {
     const Ball in_a = ball_inside(a, descent.on_a, descent.normal);
@@ -458,7 +458,10 @@ void search_all(const Core3& a, const Core3& b, const Simplex& simplex, Descent&
         if (offset == HUGE_VAL) return;
         const Vec3 n = expansion.normal(face);
         const Vec3 w = expansion.furthest(n);
-        if (dot(n, w) < descent.depth) descent.from(n);
+        // Around a sharp tip, whose own direction can be a maximum, all reach too far until there are many
+        // faces; yet downhill from the nearest is the least.
+        const bool is_late = step == 16 || step == 32 || step == most_steps - 1;
+        if (is_late || dot(n, w) < descent.depth) descent.from(n);
         if (!expansion.grow(face, w)) return;
     }
 }

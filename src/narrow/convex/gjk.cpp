@@ -143,6 +143,28 @@ Verdict point_gap(const Vec3& p, const Core3& b, double enough, Gap<3>& gap)
     return Verdict::apart;
 }
 
+void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
+{
+    const Vec3 local = b.frame.r.back(p - b.frame.p);
+    const double radius = b.lengths.x, half = b.lengths.y;
+    const double aside = std::sqrt(local.x * local.x + local.z * local.z);
+    const Vec3 across = aside > 0 ? Vec3{local.x / aside, 0, local.z / aside} : Vec3{1, 0, 0};
+    // Of the side and the discs the one that is nearest: outwards of it, and how far outside of its plane.
+    Vec3 out = across;
+    double outside = aside - radius, beyond_disc = std::abs(local.y) - half;
+    const double side = std::sqrt(radius * radius + 4 * half * half);
+    if (b.smooth == Smooth::cone && side > 0) { // one that is a point has no side
+        out = across * (2 * half / side) + Vec3{0, radius / side, 0};
+        outside = (2 * half * aside + radius * (local.y - half)) / side;
+        beyond_disc = -half - local.y;
+    }
+    if (beyond_disc > outside) {
+        out = {0, b.smooth == Smooth::cone || local.y < 0 ? -1.0 : 1.0, 0};
+        outside = beyond_disc;
+    }
+    gap = {outside, b.frame.r * -out, p, b.frame * (local - out * outside), true};
+}
+
 /// b is looked at moved by `shift`; the gap's points are where they are without. Where they aren't apart
 /// gap.normal is the direction in which they overlap least of those tried.
 Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,

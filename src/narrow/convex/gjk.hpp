@@ -38,9 +38,12 @@ struct MostSteps
 Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,
             Gap<3>& gap);
 
-/// The gap between a point and a core, which needs no steps if that is a triangle, a cylinder or a cone: then it says
-/// apart, as gjk() does. Unclear where the core is another one, or they touch.
+/// The gap between a point and a core, which needs no steps if that is a triangle, a cylinder or a cone: then
+/// it says apart, as gjk() does. Unclear where the core is another one, or they touch.
 Verdict point_gap(const Vec3& p, const Core3& b, double enough, Gap<3>& gap);
+/// How deep a point is inside a cylinder or cone, and where it would come out. It may be outside by as little
+/// as makes point_gap() unclear.
+void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap);
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END
