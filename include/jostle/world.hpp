@@ -293,8 +293,8 @@ class JOSTLE_API World
     /// count as touching. save() and fork() go by the last update.
     /// Costs as much as applying the commands since the last call; where several threads, or commands with a
     /// sequence, name one object, as applying all since the update. The first question after it costs about
-    /// as much as moving their objects in a BoxIndex. Questions skip objects that rested and have moved, one by
-    /// one; where these are more than an eighth, each closest_pairs() makes an index without them.
+    /// as much as moving their objects in a BoxIndex. Questions skip objects that rested and have moved, one
+    /// by one; where these are more than an eighth, each closest_pairs() makes an index without them.
     /// If this or an update fails, all that was shown is taken back: the world is then as the last update
     /// left it, and everything is still queued.
     void apply();
