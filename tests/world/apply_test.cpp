@@ -338,8 +338,8 @@ TEST(Apply, QuestionsWithMasksSkipWhatHasLeftTheirIndex)
     }
 }
 
-// What rests and is shown elsewhere is passed over one by one where it is little, and where it is much an index
-// is made.
+// What rests and is shown elsewhere is passed over one by one where it is little, and where it is much an
+// index is made.
 TEST(Apply, ShowsWhichPairsAreClosestWhetherFewOrManyHaveMoved)
 {
     using Box = jostle::Aabb3f;
