@@ -72,7 +72,7 @@ jostle_status guarded(jostle_error* error, F&& inside) noexcept
     // Ids and hits are read and written here as other types of the same layout. With link-time optimisation
     // the caller's own accesses must not move across.
     std::atomic_signal_fence(std::memory_order_seq_cst);
-    const Call call;
+    Call call; // not const: open() adds to it
     jostle_status status = JOSTLE_OK;
     try {
         inside();
