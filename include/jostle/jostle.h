@@ -401,8 +401,7 @@ typedef struct jostle_options
     const jostle_executor* executor;   ///< NULL: the default executor
     const jostle_allocator* allocator; ///< NULL: new and delete
     jostle_instruction_set instruction_set;
-    int32_t
-        ignore_odd_boxes; ///< 1: NaN and inverted boxes touch nothing. For finders, indices, orders in space
+    int32_t ignore_odd_boxes; ///< 1: NaN and inverted boxes touch nothing
 } jostle_options;
 
 // ---------------------------------------------------------------------------------------------------------
@@ -731,7 +730,7 @@ typedef struct jostle_world_options
     jostle_accept_object_pair_function accept; ///< may be NULL
     void* context;
     int32_t pair_slots;       ///< 1: each pair that touches has a number of its own
-    int32_t ignore_odd_boxes; ///< 1: objects with NaN or inverted boxes touch nothing and are counted
+    int32_t ignore_odd_boxes; ///< 1: as in `common`; such objects are counted
     double slack;             ///< how far boxes may go before their neighbours are searched for anew
 } jostle_world_options;
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <string>
 #include <system_error>
 #include <type_traits>
@@ -42,13 +43,18 @@ template <int Dim, Coordinate T>
 class Recorder
 {
   public:
-    /// `frames_per_second` of the motion that is recorded, 0 if it has no time; `description` says where the
-    /// boxes come from, in UTF-8, at most 65,536 bytes.
+    /// `frames_per_second` of the motion that is recorded, finite, 0 if it has no time; `description` says
+    /// where the boxes come from, in UTF-8, at most 65,536 bytes.
     explicit Recorder(std::string path, double frames_per_second = 0, std::string description = {})
         : path_(std::move(path)), frames_per_second_(frames_per_second), description_(std::move(description))
     {
         if (description_.size() > 65'536) {
             problem_ = "the description of a recording has at most 65536 bytes";
+            return;
+        }
+        if (!(frames_per_second_ >= 0 && frames_per_second_ <= std::numeric_limits<double>::max())) {
+            problem_ = "frames_per_second must be 0 or more and finite, and is " +
+                       std::to_string(frames_per_second_);
             return;
         }
         file_ = std::fopen(path_.c_str(), "wb");

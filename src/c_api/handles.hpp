@@ -241,7 +241,7 @@ struct Kept
     std::shared_ptr<Executor> executor; // null: the default one
     std::shared_ptr<std::pmr::memory_resource> memory;
     InstructionSet instruction_set = supported_instruction_sets().front();
-    bool ignore_odd_boxes = false; // by finders and indices
+    bool ignore_odd_boxes = false;
 
     [[nodiscard]] std::pmr::memory_resource* resource() const noexcept
     {
@@ -255,7 +255,7 @@ struct Kept
         options.executor = executor.get();
         options.memory = resource();
         options.instruction_set = instruction_set;
-        if constexpr (std::is_same_v<Options, FinderOptions>) options.ignore_odd_boxes = ignore_odd_boxes;
+        if constexpr (requires { options.ignore_odd_boxes; }) options.ignore_odd_boxes = ignore_odd_boxes;
         return options;
     }
 };

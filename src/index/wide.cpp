@@ -2,6 +2,7 @@
 #include "index/wide.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "base/box.hpp"
 
@@ -131,9 +132,8 @@ void show_root(Parts<Dim, T>& parts) noexcept
 {
     if (parts.root == none) {
         parts.root_child = {};
-        Bounds<Dim, T> empty;
-        empty.clear();
-        parts.hull = empty.hull();
+        std::fill_n(parts.hull.lo.begin(), Dim, std::numeric_limits<T>::infinity());
+        std::fill_n(parts.hull.hi.begin(), Dim, -std::numeric_limits<T>::infinity());
     } else if (parts.root & page_bit) {
         Page<Dim, T>& page = parts.pages[parts.root & ~page_bit];
         page.wide = none;

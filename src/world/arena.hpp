@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cassert>
 #include <cstddef>
@@ -11,25 +12,53 @@
 
 #include "jostle/version.hpp"
 
+#if defined(__SANITIZE_ADDRESS__)
+#define JOSTLE_CHECKS_ADDRESSES
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define JOSTLE_CHECKS_ADDRESSES
+#endif
+#endif
+
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// All memory that a world holds comes through here, so that it can be counted.
+/// All memory that a world holds comes through here, so that it can be counted. The first pieces lie in a
+/// block that is part of it, one after another, and stay there: to allocate each would take a world of a few
+/// objects longer than to work with them.
 class CountedMemory final : public std::pmr::memory_resource
 {
   public:
+#ifdef JOSTLE_CHECKS_ADDRESSES
+    static constexpr std::size_t block_size = 1; // the checks see the ends of what is allocated
+#else
+    static constexpr std::size_t block_size = 40960;
+#endif
     explicit CountedMemory(std::pmr::memory_resource* source) noexcept : source_(source) {}
+    /// Those allocated, the block not among them.
     [[nodiscard]] std::uint64_t bytes() const noexcept { return bytes_.load(std::memory_order_relaxed); }
 
   private:
     void* do_allocate(std::size_t bytes, std::size_t alignment) override
     {
+        const auto block = reinterpret_cast<std::uintptr_t>(block_);
+        const std::size_t to = std::max(alignment, alignof(std::max_align_t));
+        // Threads that queue commands take pieces at the same time.
+        for (std::size_t used = used_.load(std::memory_order_relaxed);;) {
+            const std::size_t begin = ((block + used + to - 1) & ~(to - 1)) - block;
+            if (begin > block_size || bytes > block_size - begin) break;
+            if (used_.compare_exchange_weak(used, begin + bytes, std::memory_order_relaxed))
+                return block_ + begin;
+        }
         void* const memory = source_->allocate(bytes, alignment);
         bytes_.fetch_add(bytes, std::memory_order_relaxed);
         return memory;
     }
     void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override
     {
+        const auto offset =
+            reinterpret_cast<std::uintptr_t>(memory) - reinterpret_cast<std::uintptr_t>(block_);
+        if (offset < block_size) return;
         source_->deallocate(memory, bytes, alignment);
         bytes_.fetch_sub(bytes, std::memory_order_relaxed);
     }
@@ -40,6 +69,8 @@ class CountedMemory final : public std::pmr::memory_resource
 
     std::pmr::memory_resource* source_;
     std::atomic<std::uint64_t> bytes_{0};
+    std::atomic<std::size_t> used_{0}; // bytes of the block
+    std::byte block_[block_size];
 };
 
 /// The temporary memory of updates: lists and buffers, each under the name of what is in it. The stage that
@@ -75,9 +106,11 @@ class Arena
     /// Takes back all memory that was handed out since keep().
     void begin_again() noexcept
     {
-        next_ = 0;
-        for (Piece& piece : pieces_)
+        next_ = taken_ = 0;
+        for (Piece& piece : pieces_) {
             piece.is_taken = piece.is_kept;
+            taken_ += piece.is_taken;
+        }
     }
 
     /// An empty list.
@@ -94,13 +127,16 @@ class Arena
     {
         Piece* piece = find(name);
         if (piece == nullptr) {
+            assert(
+                std::none_of(pieces_.begin(), pieces_.end(), [&](const Piece& p) { return p.name == name; }));
             // So that nothing fails once the thing is there.
-            if (pieces_.size() == pieces_.capacity()) pieces_.reserve(pieces_.size() + 32);
+            if (pieces_.size() == pieces_.capacity()) pieces_.reserve(pieces_.size() + 64);
             pieces_.push_back({name, new (place_for<Thing>()) Thing(memory_), &destroy<Thing>, false, false});
             piece = &pieces_.back();
         }
         assert(!piece->is_taken && piece->destroy == &destroy<Thing>);
         piece->is_taken = true;
+        ++taken_;
         return *static_cast<Thing*>(piece->thing);
     }
 
@@ -142,6 +178,7 @@ class Arena
     /// literals of one place in the code, and so known by where they lie.
     Piece* find(const char* name) noexcept
     {
+        if (taken_ == pieces_.size()) return nullptr; // in the first update each one is new
         for (std::size_t step = 0; step < pieces_.size(); ++step) {
             if (next_ >= pieces_.size()) next_ = 0;
             Piece& piece = pieces_[next_++];
@@ -150,11 +187,11 @@ class Arena
         return nullptr;
     }
 
-    static constexpr std::size_t block_size = 2048, block_alignment = alignof(std::max_align_t);
+    static constexpr std::size_t block_size = 4096, block_alignment = alignof(std::max_align_t);
 
     std::pmr::memory_resource* memory_;
     std::pmr::vector<Piece> pieces_;
-    std::size_t next_ = 0;
+    std::size_t next_ = 0, taken_ = 0;
     std::pmr::vector<std::byte*> blocks_; // in which the things lie
     std::size_t used_ = block_size;       // of the last one
 };

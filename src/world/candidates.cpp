@@ -482,9 +482,11 @@ Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder
         search.among_active();
         search.among_parked();
         const auto t1 = Clock::now();
-        if (state.resting.size() != 0) search.among_resting();
         candidates.us_active = microseconds(t0, t1);
-        candidates.us_resting = microseconds(t1, Clock::now());
+        if (state.resting.size() != 0) {
+            search.among_resting();
+            candidates.us_resting = microseconds(t1, Clock::now());
+        }
     }
     candidates.touching = search.sorted(to);
     candidates.looked_at = search.looked_at();

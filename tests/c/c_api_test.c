@@ -925,6 +925,7 @@ static void test_index_and_world(jostle_space space)
     {
         jostle_world *tolerant, *strict;
         jostle_world_options with;
+        jostle_options common;
         jostle_boxes odd = boxes;
         memset(&with, 0, sizeof with);
         with.struct_size = sizeof with;
@@ -932,7 +933,11 @@ static void test_index_and_world(jostle_space space)
         FAILS(jostle_world_new(space, &with, &strict, &error), JOSTLE_INVALID_ARGUMENT, "slack");
         with.slack = 0.25;
         OK(jostle_world_new(space, &with, &strict, &error));
-        with.ignore_odd_boxes = 1;
+        memset(&common, 0, sizeof common); /* said in either place */
+        common.struct_size = sizeof common;
+        common.ignore_odd_boxes = dim == 2;
+        with.common = &common;
+        with.ignore_odd_boxes = dim == 3;
         OK(jostle_world_new(space, &with, &tolerant, &error));
         OK(jostle_world_add(tolerant, &boxes, NULL, some, &error));
         OK(jostle_world_add(strict, &boxes, NULL, some, &error));

@@ -376,6 +376,10 @@ TEST(Recorder, SaysWhatCantBeWritten)
     EXPECT_NE(closed.problem().find("is closed"), std::string::npos);
     const jostle::Recorder<3, float> talkative(file.path().string(), 0, std::string(70'000, 'x'));
     EXPECT_NE(talkative.problem().find("65536"), std::string::npos);
+    for (const double odd : {-1.0, std::nan(""), HUGE_VAL}) {
+        const jostle::Recorder<3, float> timeless(file.path().string(), odd);
+        EXPECT_NE(timeless.problem().find("frames_per_second must be"), std::string::npos) << odd;
+    }
 }
 
 } // namespace

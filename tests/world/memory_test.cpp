@@ -1,8 +1,15 @@
 // SPDX-License-Identifier: MIT
 // No memory in steady updates; and when there is none at all, the world stays as it was.
+#include <atomic>
+#include <cstring>
+#include <functional>
+#include <memory_resource>
+#include <thread>
+
 #include "churn.hpp"
 #include "scenes/scenes.hpp"
 #include "tests/global_new.hpp"
+#include "world/arena.hpp"
 
 #if JOSTLE_OWN_NEW
 namespace world_tests {
@@ -204,6 +211,8 @@ TEST(Memory, AFailedQuestionOrSnapshotChangesNothing)
     EXPECT_GT(starve([&] { (void)churn.world->pairs(); }, unchanged), 0u);
     jostle::World3f pair; // whose list nobody has asked for yet
     pair.add({{0, 0, 0}, {1, 1, 1}}), pair.add({{0, 0, 0}, {1, 1, 1}});
+    for (int k = 1; k < 1000; ++k) // more than have room in what a world has of itself
+        pair.add({{static_cast<float>(2 * k), 0, 0}, {static_cast<float>(2 * k + 1), 1, 1}});
     pair.update();
     EXPECT_GT(starve([&] { (void)pair.began_pairs(); }, unchanged), 0u);
     EXPECT_EQ(pair.began_pairs().to_vector(), (std::vector<Pair>{{0, 1}}));
@@ -351,8 +360,77 @@ TEST(Memory, ASmallWorldTakesLittle)
     world.add(boxes, ids);
     world.update();
     EXPECT_EQ(world.began().size(), 28u);
-    EXPECT_LE(global_new::calls - before, 48u);
+    const bool has_block = jostle::world::CountedMemory::block_size > 1;
+    EXPECT_LE(global_new::calls - before, has_block ? 4u : 48u);
     EXPECT_LE(world.stats().bytes_reserved, 64u * 1024);
+}
+
+// The pieces that several threads take at once are apart and aligned, in the block and behind it. What was
+// allocated is given back.
+TEST(Memory, PiecesAreApart)
+{
+    struct Piece
+    {
+        std::byte* at;
+        std::size_t bytes, alignment;
+    };
+    struct Source final : std::pmr::memory_resource
+    {
+        std::atomic<std::uint64_t> held{0}, allocations{0};
+        void* do_allocate(std::size_t bytes, std::size_t alignment) override
+        {
+            void* const memory = std::pmr::new_delete_resource()->allocate(bytes, alignment);
+            held += bytes;
+            ++allocations;
+            return memory;
+        }
+        void do_deallocate(void* memory, std::size_t bytes, std::size_t alignment) override
+        {
+            held -= bytes;
+            std::pmr::new_delete_resource()->deallocate(memory, bytes, alignment);
+        }
+        [[nodiscard]] bool do_is_equal(const memory_resource& other) const noexcept override
+        {
+            return this == &other;
+        }
+    } source;
+    constexpr std::size_t threads = 4, each = 100;
+    const auto memory = std::make_unique<jostle::world::CountedMemory>(&source);
+    std::vector<std::vector<Piece>> taken(threads);
+    std::vector<std::thread> takers;
+    for (std::size_t t = 0; t < threads; ++t)
+        takers.emplace_back([&, t] {
+            for (std::size_t k = 0; k < each; ++k) {
+                const std::size_t bytes = 1 + (k * 37 + t) % 200, alignment = std::size_t{1} << (k + t) % 8;
+                taken[t].push_back(
+                    {static_cast<std::byte*>(memory->allocate(bytes, alignment)), bytes, alignment});
+            }
+        });
+    for (std::thread& taker : takers)
+        taker.join();
+    std::vector<Piece> all;
+    for (const std::vector<Piece>& some : taken)
+        all.insert(all.end(), some.begin(), some.end());
+    std::sort(all.begin(), all.end(),
+              [](const Piece& a, const Piece& b) { return std::less<>{}(a.at, b.at); });
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        std::memset(all[k].at, static_cast<int>(k), all[k].bytes);
+        EXPECT_EQ(reinterpret_cast<std::uintptr_t>(all[k].at) % all[k].alignment, 0u);
+        if (k != 0) {
+            EXPECT_LE(all[k - 1].at + all[k - 1].bytes, all[k].at) << k;
+        }
+    }
+    EXPECT_EQ(memory->bytes(), source.held);
+    EXPECT_GT(source.allocations, 0u) << "more than the block holds";
+    if (jostle::world::CountedMemory::block_size > 1) {
+        EXPECT_LT(source.allocations, threads * each / 2);
+        const volatile std::size_t too_many = ~std::size_t{0} - 64;
+        EXPECT_THROW((void)memory->allocate(too_many, 1), std::bad_alloc);
+    }
+    for (const Piece& piece : all)
+        memory->deallocate(piece.at, piece.bytes, piece.alignment);
+    EXPECT_EQ(memory->bytes(), 0u);
+    EXPECT_EQ(source.held, 0u);
 }
 
 TEST(Memory, SteadyUpdatesAllocateNothing)
