@@ -30,6 +30,9 @@ class DistancePeer
     virtual bool touching(std::size_t pair) = 0;
     /// The deepest of the contacts that the system finds, of meshes the deepest of two triangles; 0 if none.
     virtual double depth(std::size_t pair) = 0;
+    /// Whether it has another way, which looks for the least depth, as Jostle does; 0 if it gives up.
+    [[nodiscard]] virtual bool has_least_depth(BodyKind, BodyKind) const noexcept { return false; }
+    virtual double least_depth(std::size_t) { return 0; }
 };
 
 [[nodiscard]] std::unique_ptr<DistancePeer> make_bullet_distances();

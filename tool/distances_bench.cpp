@@ -274,7 +274,7 @@ class Table
     explicit Table(bool shown) : shown_(shown)
     {
         if (shown_)
-            std::printf("%-19s %-9s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
+            std::printf("%-19s %-11s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
                         "ns/pair", "min", "max", "mean answer");
     }
     void add(const char* system, const Combination& combination, const char* question, std::size_t pairs,
@@ -291,7 +291,7 @@ class Table
         json["mean"] = rounded(mean);
         rows.push_back(json);
         if (!shown_) return;
-        std::printf("%-19s %-9s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", combination.name, question, pairs,
+        std::printf("%-19s %-11s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", combination.name, question, pairs,
                     system, median(ns), ns.front(), ns.back(), mean);
         if (reference_ns > 0) std::printf("   %.1fx", median(ns) / reference_ns);
         std::printf("\n");
@@ -389,6 +389,10 @@ void run(const Options& options)
             const std::vector<double> their_depth =
                 repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->depth(i); });
             table.add(peer->name(), *combination, "depth", count, their_depth, mean(), median(depth));
+            if (!peer->has_least_depth(kind_a, kind_b)) continue;
+            const std::vector<double> their_least =
+                repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->least_depth(i); });
+            table.add(peer->name(), *combination, "least depth", count, their_least, mean(), median(depth));
         }
 #endif
     }
@@ -409,9 +413,9 @@ meshes of 1936 (link) and 50,176 triangles (mesh). Bodies are about 1 m, in doub
 Questions: distance, touching, overlap, depth and impact (both turn by 1 radian, b comes towards a) one pair at a
 time; distances all at once. For overlap, which is touching where the answer is yes, and depth, b is moved along
 the gap until both overlap by 0.01 to 0.1 m; the depth of meshes is that of the two triangles that overlap
-deepest, as each system defines it. The mean of the answers says that
-systems agree: a distance or depth in m, the share that touches, or a time. Bullet, in float, has no ellipsoids,
-no distance to a mesh without a limit, and no exact test of two meshes.
+deepest, as each system defines it. Jostle's depth is the least one, which FCL has in another way: least depth.
+The mean of the answers says that systems agree: a distance or depth in m, the share that touches, or a time.
+Bullet, in float, has no ellipsoids, no distance to a mesh without a limit, and no exact test of two meshes.
 
 Examples:
   jostle bench distances

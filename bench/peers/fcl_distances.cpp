@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <exception>
 
 #include <fcl/narrowphase/distance.h>
 
@@ -18,7 +19,8 @@ class FclDistances final : public DistancePeer
     {
         return "FCL 0.7 distance<double> with points, and collide<double> for touching and, with contacts, "
                "depth; for distances its own solver for simple shapes, libccd for hulls and meshes; else "
-               "libccd: each is the faster one there";
+               "libccd: each is the faster one there; for the least depth distance<double> with signed "
+               "distances, to 1e-6";
     }
     bool has_touching(BodyKind, BodyKind) const noexcept override { return true; }
     bool has_distance(BodyKind, BodyKind, double) const noexcept override { return true; }
@@ -73,6 +75,24 @@ class FclDistances final : public DistancePeer
         for (std::size_t i = 0; i < result.numContacts(); ++i)
             deepest = std::max(deepest, std::abs(result.getContact(i).penetration_depth)); // of either sign
         return deepest;
+    }
+    bool has_least_depth(BodyKind a, BodyKind b) const noexcept override
+    {
+        return a != BodyKind::mesh && b != BodyKind::mesh;
+    }
+    double least_depth(std::size_t pair) override
+    {
+        const auto [a, b] = pairs_[pair];
+        fcl::DistanceRequestd request(true, true);
+        request.gjk_solver_type = fcl::GST_LIBCCD; // its own solver has no signed distances
+        fcl::DistanceResultd result;
+        try {
+            fcl::distance(geometry_[a].get(), transform_[a], geometry_[b].get(), transform_[b], request,
+                          result);
+        } catch (const std::exception&) { // a polytope that it can't expand
+            return 0;
+        }
+        return std::max(0.0, -result.min_distance);
     }
 
   private:

@@ -190,6 +190,10 @@ TEST_F(ToolTest, BenchDistancesOfPeersAreNearOurs)
             ours[pair + question] = row["mean"];
             continue;
         }
+        if (question == "least depth") { // which Jostle's depth always is
+            EXPECT_NEAR(row["mean"], ours[pair + "depth"], 1e-4) << row;
+            continue;
+        }
         // A depth of two triangles is what a system takes for one.
         if (question == "depth" && pair.find("mesh") + pair.find("link") != 2 * std::string::npos) {
             EXPECT_GT(row["mean"], 0) << row;
@@ -198,7 +202,7 @@ TEST_F(ToolTest, BenchDistancesOfPeersAreNearOurs)
             EXPECT_NEAR(row["mean"], ours[pair + question], question == "depth" ? 0.012 : 2e-3) << row;
         }
     }
-    EXPECT_EQ(rows, (std::map<std::string, int>{{"jostle", 102}, {"bullet", 48}, {"fcl", 68}}));
+    EXPECT_EQ(rows, (std::map<std::string, int>{{"jostle", 102}, {"bullet", 48}, {"fcl", 81}}));
 }
 #endif
 
