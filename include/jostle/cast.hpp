@@ -12,7 +12,7 @@
 // through; ray_cast says whether it hits what is in them, and where:
 //
 //     const Ray3f ray{eye, forward, 100};
-//     world.all(ray, boxes); // nearest first
+//     world.all(ray, boxes); // nearest box first, which needn't hold the nearest hit: first_hit() sees to it
 //     for (const ObjectHit<float>& box : boxes)
 //         if (const auto hit = ray_cast(shapes[box.id.index], poses[box.id.index], ray)) ...
 

@@ -230,9 +230,9 @@ class JOSTLE_API ContactFinder
     /// All contacts of the pairs whose shapes touch or have a gap of up to `margin`. The result lies in the
     /// finder and is valid until its next call. The second form takes pairs between two sets of objects.
     ///
-    /// Cost  of a pair, half of which touch, on a Zen 5: spheres 20 ns, capsules and spheres 50 to 70, boxes
+    /// Cost  of a pair, half of which touch, on a Zen 5: spheres 25 ns, capsules and spheres 50 to 70, boxes
     ///       and spheres or capsules with boxes 70 to 140, hulls of 32 corners 0.8 us, ellipsoids 0.7,
-    ///       cylinders and cones 2.5, a sphere, capsule or box with a mesh of 20,000 triangles 2 to 3.
+    ///       cylinders and cones 2.3, a sphere, capsule or box with a mesh of 20,000 triangles 2 to 3.
     const ContactBuffer<Dim, T>& find(const Shapes& shapes, const Poses& poses, PairView pairs, T margin = 0);
     const ContactBuffer<Dim, T>& find(const Shapes& shapes_a, const Poses& poses_a, const Shapes& shapes_b,
                                       const Poses& poses_b, PairView pairs, T margin = 0);

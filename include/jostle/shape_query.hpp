@@ -40,8 +40,8 @@
 ///           the box that bounds() gives. Rounding may let a ray miss a box that it only grazes; give boxes a
 ///           margin where that matters.
 /// Filters   are those of the World or BoxIndex. Batches take one for all questions or one for each.
-/// Threads   as for the questions of a World or BoxIndex. Batches run on the executor's threads, with the
-///           same answers for any number of them. All of them read `objects`.
+/// Threads   as for the questions of a World or BoxIndex. Batches run on `executor`, not on the World's, with
+///           the same answers for any number of threads. All of them read `objects`.
 /// Errors    `Error` for an invalid question, which it names; for an object that a question meets and that
 ///           has no shape or pose, or an invalid one; size_mismatch where arrays differ in number. After an
 ///           error some of `out` may have been set.

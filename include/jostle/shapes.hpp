@@ -65,7 +65,7 @@ struct ShapeAccess;
 /// Order    vertices() are those of the given points that are corners, in the order they were given;
 ///          features of contacts number them, as they number edges and faces, modulo 16384: from about 5000
 ///          corners on (three edges each) two features of a hull can have the same number.
-/// Value    copies share the same read-only memory.
+/// Value    copies what it is given. Copies of it share that memory, which is read only.
 /// Threads  const members from any number of threads.
 /// Cost     O(n * faces) to build. A contact with a hull costs one pass over its vertices per step of the
 ///          search: above a few hundred vertices simplify the points first.
@@ -107,7 +107,7 @@ class JOSTLE_API ConvexHull
 /// Valid    finite vertices, at least one element, indices below their count. Triangles without area are
 ///          valid: they are segments or points.
 /// Order    part numbers in contacts are positions in `elements`.
-/// Value    copies share the same read-only memory.
+/// Value    copies what it is given. Copies of it share that memory, which is read only.
 /// Cost     O(n log n) to build, about 2 us an element; 200 bytes an element, in 3D 350.
 /// Errors   `Error` that names the first vertex that isn't finite, or the first element with an index out of
 ///          range; also where there are no elements.
@@ -170,7 +170,7 @@ class Shape;
 ///
 /// Valid    at least one child; children of any kind but meshes, height fields and compounds.
 /// Order    part numbers in contacts are positions in `children`.
-/// Value    copies share the same read-only memory. What the children point to must outlive it.
+/// Value    copies what it is given. Copies of it share that memory, which is read only. What the children point to must outlive it.
 template <int Dim>
 class JOSTLE_API Compound
 {
@@ -325,7 +325,8 @@ template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API Aabb<Dim, T> bounds(const Shape<Dim>& shape, const Pose<Dim, T>& pose,
                                              std::type_identity_t<T> margin = 0);
 
-/// The same for all objects: out[i] from shapes[i] and poses[i], spread over the executor.
+/// The same for all objects: out[i] from shapes[i] and poses[i]. The calling thread does it all unless an
+/// executor is given.
 /// Errors   `Error` where the three sizes differ, or for a negative margin.
 template <int Dim, Coordinate T>
 JOSTLE_API void bounds(StridedView<Shape<Dim>> shapes, StridedView<Pose<Dim, T>> poses,

@@ -174,7 +174,7 @@ struct WorldStats
     std::uint64_t padded = 0;          ///< objects that went farther than the slack, and were searched for
     std::uint64_t began = 0, persisted = 0, ended = 0;
 
-    std::uint64_t bytes_reserved = 0; ///< all memory that the world holds
+    std::uint64_t bytes_reserved = 0; ///< all memory that the world held after the last update
 
     /// Wall-clock microseconds of the last update and its stages: applying commands, finding pairs among
     /// active objects, finding those between active and resting ones, comparing them with those of the update
@@ -199,16 +199,16 @@ enum class DrawKind : std::uint8_t
 /// two updates everything that can be read stays as it is, but where apply() shows what is queued.
 ///
 /// Cost      an update is proportional to the commands, the objects that changed and their pairs. A command
-///           takes 10 to 50 ns. Resting objects cost nothing, however many. Threads that queue are never held
+///           takes 17 to 55 ns. Resting objects cost nothing, however many. Threads that queue are never held
 ///           back: several commands for one object and update are waste. There is nothing to configure: no
 ///           capacity, bounds, cell size or order of insertion.
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
-///           Everything that reads: from any number of threads, but not during update() or restore(), nor
-///           while the World is moved from or assigned to. update(), apply(), restore(), clear() and join()
-///           into a vector exclude each other: a second one at the same time is an `Error`, and so is any of
-///           them inside WorldOptions::accept. Inside functions given to questions and to draw(), update(),
-///           apply(), restore() and clear() are an `Error`; join() isn't.
+///           Everything that reads: from any number of threads, but not during update(), apply(), restore(),
+///           restore_changes(), clear() or follow(), nor while the World is moved from or assigned to. Of
+///           update(), apply(), restore(), clear() and join() into a vector, a second one at the same time is
+///           an `Error`, and so is any of them inside WorldOptions::accept. Inside functions given to
+///           questions and to draw(), update(), apply(), restore() and clear() are an `Error`; join() isn't.
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -230,7 +230,7 @@ class JOSTLE_API World
     using Options = ObjectOptions<T>;
     using Vector = Vec<Dim, T>;
 
-    /// Making a world, adding eight objects, updating it and dropping it costs two to three microseconds.
+    /// Making a world, adding eight objects, updating it and dropping it costs some two microseconds.
     explicit World(const WorldOptions& options = {});
     /// A moved-from World may only be assigned to or destroyed.
     World(World&&) noexcept;
