@@ -170,7 +170,7 @@ class Shape;
 ///
 /// Valid    at least one child; children of any kind but meshes, height fields and compounds.
 /// Order    part numbers in contacts are positions in `children`.
-/// Value    copies what it is given. Copies of it share that memory, which is read only. What the children point to must outlive it.
+/// Value    copies share the same read-only memory. What the children point to must outlive it.
 template <int Dim>
 class JOSTLE_API Compound
 {
