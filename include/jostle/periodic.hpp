@@ -47,7 +47,7 @@ struct PeriodicOptions
 /// Errors    `Error` from build(), which leaves the images as they were: a box that is NaN or inverted, or
 ///           that is half a period long or longer; the lowest such box is named. A box whose upper bound is
 ///           two periods or more above the lowest bound of all boxes. A period that is negative, infinite or
-///           NaN. More than 2^32 - 1 boxes and images. `std::bad_alloc`, after which there are no boxes.
+///           NaN. More than 2^32 - 1 boxes and images. `std::bad_alloc`, which may leave no boxes.
 /// Source    Allen and Tildesley, Computer Simulation of Liquids (1987), sec. 1.5.2.
 template <int Dim, Coordinate T>
 class JOSTLE_API PeriodicImages

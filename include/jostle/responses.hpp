@@ -283,7 +283,7 @@ class Responses
         process.executor = store_->options.executor;
         process.block_items = 1;
         process_items(
-            store_->bin_count,
+            store_->objects == 0 ? 0 : store_->bin_count, // none if start() has failed
             [&](std::uint64_t number, std::uint64_t, Work work) {
                 const Bin bin = store_->open_bin(static_cast<std::uint32_t>(number), work.slot);
                 if (!*bin.merged) {

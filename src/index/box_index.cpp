@@ -310,6 +310,9 @@ struct BoxIndex<Dim, T>::Implementation
     template <class Filters>
     void check_batch(const BoxView<Dim, T>& boxes, const Filters& filters) const
     {
+        if (boxes.size() >= Hit<T>::none)
+            throw Error(ErrorCode::too_many_objects,
+                        std::to_string(boxes.size()) + " boxes in one call; give at most 4294967295");
         if (!options.ignore_odd_boxes) validate_boxes(boxes);
         check_each(filters, boxes.size());
     }
@@ -341,7 +344,7 @@ struct BoxIndex<Dim, T>::Implementation
 
 template <int Dim, Coordinate T>
 BoxIndex<Dim, T>::BoxIndex(const IndexOptions& options)
-    : implementation_(std::make_unique<Implementation>(options))
+    : implementation_((check_memory(options.memory), std::make_unique<Implementation>(options)))
 {
 }
 template <int Dim, Coordinate T>

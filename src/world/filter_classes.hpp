@@ -16,9 +16,9 @@ enum class FilterClass : std::uint8_t
     look = 255 // it says nothing: look at the object
 };
 
-/// Numbers the filters that are in use, so that one byte per object, and a bit per pair of bytes, says
-/// whether two objects may pair; reading the objects would be two cache misses. Scenes have few filters; all
-/// after the first 255 share the number `look`.
+/// Numbers the filters that were ever used in a world, so that one byte per object, and a bit per pair of
+/// bytes, says whether two objects may pair; reading the objects would be two cache misses. Scenes have few
+/// filters; all after the first 255 share the number `look`.
 class FilterClasses
 {
   public:

@@ -91,9 +91,9 @@ PairBuffer all_pairs(const State<Dim, T>& state)
     Searched<Dim, T> moving(memory), fixed(memory);
     const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
     for (std::uint32_t i = 0; i < end; ++i)
-        if (const auto object = state.objects[Index{i}]; object.is_there()) {
-            Searched<Dim, T>& searched = object.has(flag::is_static) ? fixed : moving;
-            searched.boxes.push_back(object.now());
+        if (state.is_shown(Index{i})) {
+            Searched<Dim, T>& searched = state.objects[Index{i}].has(flag::is_static) ? fixed : moving;
+            searched.boxes.push_back(state.shown_box(Index{i}));
             searched.indices.push_back(Index{i});
         }
     const auto select_with = [&](const Searched<Dim, T>& others) {

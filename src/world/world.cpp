@@ -133,9 +133,16 @@ void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Optio
     implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
         world::reserve_more(queue.additions, ids.size());
         implementation_->state.ids.take(ids);
-        if (options.user_data != 0 || implementation_->user_data.any())
-            for (const ObjectId id : ids)
-                implementation_->user_data.set(id.index, options.user_data);
+        if (options.user_data != 0 || implementation_->user_data.any()) {
+            try {
+                for (const ObjectId id : ids)
+                    implementation_->user_data.set(id.index, options.user_data);
+            } catch (...) {
+                for (const ObjectId id : ids)
+                    implementation_->state.ids.release(id);
+                throw;
+            }
+        }
         for (std::size_t i = 0; i < ids.size(); ++i)
             queue.additions.push_back({ids[i], boxes[i], options});
     });

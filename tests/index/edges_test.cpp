@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "jostle/box_index.hpp"
+#include "jostle/contact.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "tests/contract/error_of.hpp"
@@ -90,6 +91,20 @@ TEST(QueryFilters, EveryColumnHasAnEntryForTheLastId)
     EXPECT_EQ(message_of([&] { (void)index.count(three_wide, filter); }),
               "query filter owner has 2 entries, but the index has held ids up to 2; give one for every id, "
               "or none");
+}
+
+TEST(Refusals, OfMoreThanNumbersReachAndOfNoMemory)
+{
+    BoxIndex3f index;
+    const Aabb3f box{{0, 0, 0}, {1, 1, 1}};
+    index.build(std::span(&box, 1));
+    const auto many = BoxView<3, float>::strided(box.lo.data(), box.hi.data(), std::size_t{1} << 32, 0);
+    std::pmr::vector<Pair> pairs;
+    const auto none = [](std::uint32_t, std::uint32_t) { return true; };
+    EXPECT_THROW(index.join(many, pairs), Error);
+    EXPECT_THROW(index.join(many, none), Error);
+    EXPECT_THROW(BoxIndex3f({.memory = nullptr}), Error);
+    EXPECT_THROW(ContactFinder3f({.memory = nullptr}), Error);
 }
 
 TEST(Refusals, OfWhatDoesntFitTogether)

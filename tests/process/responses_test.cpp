@@ -496,6 +496,13 @@ TEST(ResponsesMemory, FailureAtAnyAllocationLosesNothingOfTheNextFrame)
                     failed = true;
                 }
                 memory.failing_allocation = contract::CountingMemory::never;
+                if (failed) { // nothing is left of what start() had, or of the frame before
+                    const std::size_t objects = responses.merge().size();
+                    EXPECT_EQ(objects % 3'000, 0u);
+                    responses.merge([&](std::uint32_t first, std::span<const Impulse> values) {
+                        EXPECT_LE(first + values.size(), objects) << failures;
+                    });
+                }
                 expect_same_bits(frame(responses, 3'000, pairs, 3, 0), truth, std::to_string(failures));
             }
             ASSERT_EQ(memory.blocks, 0u);

@@ -316,6 +316,73 @@ TEST(Apply, ThatRunsOutOfMemoryTakesAllBack)
     EXPECT_GT(failed, 2);
 }
 
+TEST(Apply, ThatRunsOutOfMemoryKnowsItsObjectsTheNextTime)
+{
+    Scarce memory;
+    jostle::World3f world({.executor = &jostle::serial_executor(), .memory = &memory});
+    const auto box = [](int x) {
+        return jostle::Aabb3f{{static_cast<float>(2 * x), 0, 0}, {static_cast<float>(2 * x + 1), 1, 1}};
+    };
+    std::vector<ObjectId> ids;
+    for (int k = 0; k < 1000; ++k)
+        ids.push_back(world.add(box(k)));
+    world.update();
+    for (int k = 0; k < 1000; ++k)
+        world.move(ids[static_cast<std::size_t>(k)], box(k + 3000));
+    world.apply();
+    // One after the other, so that each list has to grow alone at some time.
+    int failed = 0;
+    for (int k = 1; k <= 3000; ++k) {
+        const ObjectId late = world.add(box(-k));
+        memory.left = 0;
+        try {
+            world.apply();
+        } catch (const std::bad_alloc&) {
+            ++failed;
+        }
+        memory.left = ~std::uint64_t{0};
+        world.apply();
+        ASSERT_EQ(world.size(), 1000u + static_cast<std::size_t>(k));
+        std::vector<ObjectId> found;
+        world.all(box(-k), found);
+        ASSERT_EQ(found, std::vector{late});
+    }
+    EXPECT_GT(failed, 1);
+}
+
+TEST(Apply, BothFormsOfPairsAreTheLastUpdatesInsideAccept)
+{
+    jostle::World3f* asked = nullptr;
+    std::size_t calls = 0;
+    jostle::WorldOptions options;
+    options.accept = [&](ObjectId, ObjectId) {
+        std::vector<Pair> visited;
+        asked->pairs([&](ObjectId a, ObjectId b) {
+            visited.push_back({a.index, b.index});
+            return true;
+        });
+        std::vector<Pair> listed = asked->pairs().to_vector();
+        std::sort(visited.begin(), visited.end());
+        std::sort(listed.begin(), listed.end());
+        EXPECT_EQ(visited, listed);
+        if (++calls == 2) {
+            EXPECT_EQ(listed, (std::vector<Pair>{{0, 1}}));
+        }
+        return true;
+    };
+    jostle::World3f world(options);
+    asked = &world;
+    const auto box = [](float x) { return jostle::Aabb3f{{x, 0, 0}, {x + 1, 1, 1}}; };
+    const ObjectId a = world.add(box(0));
+    world.add(box(0.5f));
+    const ObjectId c = world.add(box(10));
+    world.update();
+    world.move(a, box(20));
+    world.move(c, box(0.75f));
+    world.update();
+    EXPECT_EQ(calls, 2u);
+}
+
 TEST(Apply, QuestionsWithMasksSkipWhatHasLeftTheirIndex)
 {
     Churn<3, float> churn(2, 16, false);

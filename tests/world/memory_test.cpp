@@ -365,6 +365,21 @@ TEST(Memory, ASmallWorldTakesLittle)
     EXPECT_LE(world.stats().bytes_reserved, 64u * 1024);
 }
 
+TEST(Memory, AFailedAddLosesNoIndex)
+{
+    jostle::World3f world;
+    for (int k = 0; k < 3000; ++k)
+        world.add({{static_cast<float>(2 * k), 0, 0}, {static_cast<float>(2 * k + 1), 1, 1}});
+    world.update();
+    ObjectId late;
+    const std::uint64_t failed = starve([&] { late = world.add({{-9, 0, 0}, {-8, 1, 1}}, {.user_data = 7}); },
+                                        [&](std::uint64_t) { ASSERT_EQ(world.size(), 3000u); });
+    EXPECT_GT(failed, 0u);
+    EXPECT_EQ(late.index, 3000u);
+    world.update();
+    EXPECT_EQ(world.user_data(late), 7u);
+}
+
 // The pieces that several threads take at once are apart and aligned, in the block and behind it. What was
 // allocated is given back.
 TEST(Memory, PiecesAreApart)

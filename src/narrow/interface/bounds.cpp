@@ -142,14 +142,15 @@ void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent
     case Kind::half_space: {
         const V<Dim> normal = r * size;
         for (int d = 0; d < Dim; ++d) {
-            e.lo[d] = -HUGE_VAL;
-            e.hi[d] = HUGE_VAL;
+            double lo = -HUGE_VAL, hi = HUGE_VAL;
             // Along an axis it ends at the plane.
             bool along = true;
             for (int other = 0; other < Dim; ++other)
                 along = along && (other == d || normal[other] == 0);
-            if (along && normal[d] > 0) e.hi[d] = p[d] + shape.offset();
-            if (along && normal[d] < 0) e.lo[d] = p[d] - shape.offset();
+            if (along && normal[d] > 0) hi = p[d] + shape.offset();
+            if (along && normal[d] < 0) lo = p[d] - shape.offset();
+            e.lo[d] = std::min(e.lo[d], lo);
+            e.hi[d] = std::max(e.hi[d], hi);
         }
         return;
     }
@@ -231,7 +232,13 @@ Aabb<Dim, T> box_of(const Shape<Dim>& shape, const Pose<Dim, T>& pose, double ma
     add_shape(shape, turned, V<Dim>{}, e);
     const V<Dim> p = load(pose.position);
     // What rotations, sums and the tests themselves round: some 8 units in the last place of a double.
-    const double reach = ShapeAccess::reach(shape) < HUGE_VAL ? ShapeAccess::reach(shape) : 0;
+    double reach = ShapeAccess::reach(shape);
+    if (!(reach < HUGE_VAL)) { // a half-space, with others in a compound perhaps
+        reach = 0;
+        for (int d = 0; d < Dim; ++d)
+            for (const double end : {std::abs(e.lo[d]), std::abs(e.hi[d])})
+                if (end < HUGE_VAL) reach = std::max(reach, end);
+    }
     for (int d = 0; d < Dim; ++d) {
         const double rounding = 2e-15 * (std::abs(p[d]) + reach + margin);
         box.lo[d] = rounded_down<T>(p[d] + e.lo[d] - margin - rounding);

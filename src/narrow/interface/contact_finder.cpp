@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "base/block_buffer_access.hpp"
+#include "base/checks.hpp"
 #include "narrow/interface/answers.hpp"
 #include "narrow/interface/contact_finder.hpp"
 
@@ -220,7 +221,7 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
 
 template <int Dim, Coordinate T>
 ContactFinder<Dim, T>::ContactFinder(const ContactOptions& options)
-    : implementation_(std::make_unique<Implementation>(options))
+    : implementation_((check_memory(options.memory), std::make_unique<Implementation>(options)))
 {
 }
 template <int Dim, Coordinate T>

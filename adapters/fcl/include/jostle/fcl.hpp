@@ -80,6 +80,7 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
     void registerObject(Object* object) override
     {
         const auto place = static_cast<std::uint32_t>(objects_.size());
+        make_room();
         if (!places_.emplace(object, place).second) return;
         objects_.push_back(object);
         boxes_.push_back(box_of(*object));
@@ -274,6 +275,13 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
     /// What AABB::distance says.
     static S gap(const Box& a, const Box& b) noexcept { return std::sqrt(squared_gap(a, b)); }
 
+    /// So that nothing fails once an object has a place, or has changed.
+    void make_room()
+    {
+        if (objects_.size() == objects_.capacity()) objects_.reserve(2 * objects_.size() + 8);
+        boxes_.reserve(objects_.capacity());
+        changed_.reserve(objects_.capacity() / 8 + 1);
+    }
     void changed(std::uint32_t place)
     {
         stale_ = true;
