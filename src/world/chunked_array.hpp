@@ -55,10 +55,6 @@ class ChunkedArray
     {
         return chunks_[i >> chunk_bits][i & (chunk_size - 1)];
     }
-    [[nodiscard]] std::uint64_t bytes() const noexcept
-    {
-        return chunks_.size() * chunk_size * sizeof(T) + chunks_.capacity() * sizeof(T*);
-    }
 
   private:
     std::pmr::memory_resource* memory_;

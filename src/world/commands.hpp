@@ -219,20 +219,6 @@ class Queues
     [[nodiscard]] Queue* first() noexcept { return first_.load(std::memory_order_acquire); }
     [[nodiscard]] const Queue* first() const noexcept { return first_.load(std::memory_order_acquire); }
 
-    [[nodiscard]] std::uint64_t bytes() const
-    {
-        const std::lock_guard registration(mutex_);
-        std::uint64_t sum = 0;
-        for (const Queue* queue = first(); queue != nullptr; queue = queue->next) {
-            const std::lock_guard lock(queue->mutex);
-            sum +=
-                sizeof *queue +
-                (queue->additions.capacity() + queue->taken_additions.capacity()) * sizeof(Addition<Dim, T>) +
-                (queue->commands.capacity() + queue->taken_commands.capacity()) * sizeof(Command<Dim, T>);
-        }
-        return sum;
-    }
-
   private:
     Queue& queue_of(Id me)
     {

@@ -38,7 +38,6 @@ class Refusals
         for (const Key key : added_)
             refused_->erase(key);
     }
-    [[nodiscard]] bool any() const noexcept { return !refused_->empty(); }
     [[nodiscard]] bool has(Key key) const noexcept { return refused_->find(key) != refused_->end(); }
     /// At once: nothing can fail later.
     void add(Key key)

@@ -181,11 +181,6 @@ class IdTable
         free_.insert(free_.end(), fresh.begin(), fresh.end());
         end_.store(end_now, std::memory_order_release);
     }
-    [[nodiscard]] std::uint64_t bytes() const noexcept
-    {
-        const std::lock_guard lock(mutex_);
-        return free_.capacity() * sizeof(Free) + generations_.bytes();
-    }
 
   private:
     [[nodiscard]] std::atomic<std::uint32_t>& at(std::uint32_t index) const noexcept

@@ -61,13 +61,6 @@ class Segments
         for (std::uint32_t s = 0; count != 0 && s <= segment_of(static_cast<std::uint32_t>(count - 1)); ++s)
             make(first_of(s));
     }
-    [[nodiscard]] std::uint64_t bytes() const noexcept
-    {
-        std::uint64_t sum = 0;
-        for (std::uint32_t s = 0; s < segments; ++s)
-            if (segment_[s].load(std::memory_order_relaxed) != nullptr) sum += size_of(s) * sizeof(Place);
-        return sum;
-    }
 
   private:
     static constexpr std::uint32_t first_bits = 6;

@@ -148,7 +148,6 @@ class SnapshotReader
         }
         return box;
     }
-    [[nodiscard]] std::size_t at() const noexcept { return at_; }
     void demand_end() const { demand(at_ == bytes_.size(), "more bytes follow the end"); }
 
     struct Header
