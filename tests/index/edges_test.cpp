@@ -98,7 +98,7 @@ TEST(Refusals, OfMoreThanNumbersReachAndOfNoMemory)
     BoxIndex3f index;
     const Aabb3f box{{0, 0, 0}, {1, 1, 1}};
     index.build(std::span(&box, 1));
-    const auto many = BoxView<3, float>::strided(box.lo.data(), box.hi.data(), std::size_t{1} << 32, 0);
+    const auto many = BoxView<3, float>::strided(box.lo.data(), box.hi.data(), ~std::size_t{0}, 0);
     std::pmr::vector<Pair> pairs;
     const auto none = [](std::uint32_t, std::uint32_t) { return true; };
     EXPECT_THROW(index.join(many, pairs), Error);
