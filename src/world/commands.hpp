@@ -102,7 +102,7 @@ struct alignas(128) Queue
     // Relaxed is enough: a thread can't miss its own name, which it wrote here itself, and whoever still
     // reads its name after that was taken away learns it from `mutex`, which it locks before it looks again.
     typename Threads::template Atomic<typename Threads::Id> owner{};
-    mutable typename Threads::Mutex mutex; // guards the two that follow
+    typename Threads::Mutex mutex; // guards the two that follow
     std::pmr::vector<Addition<Dim, T>> additions;
     std::pmr::vector<Command<Dim, T>> commands;
 
@@ -256,7 +256,7 @@ class Queues
     }
 
     std::pmr::memory_resource* memory_;
-    mutable typename Threads::Mutex mutex_; // held while queues are given out, and while everything is taken
+    typename Threads::Mutex mutex_; // held while queues are given out, and while everything is taken
     // Queues are put in front and stay. Release and acquire: who finds a queue finds it complete, `next`
     // included. Who reads an older one misses only queues that others made since; `take` and who makes one
     // hold mutex_.

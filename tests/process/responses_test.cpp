@@ -496,19 +496,37 @@ TEST(ResponsesMemory, FailureAtAnyAllocationLosesNothingOfTheNextFrame)
                     failed = true;
                 }
                 memory.failing_allocation = contract::CountingMemory::never;
-                if (failed) { // nothing is left of what start() had, or of the frame before
-                    const std::size_t objects = responses.merge().size();
-                    EXPECT_EQ(objects % 3'000, 0u);
-                    responses.merge([&](std::uint32_t first, std::span<const Impulse> values) {
-                        EXPECT_LE(first + values.size(), objects) << failures;
-                    });
-                }
                 expect_same_bits(frame(responses, 3'000, pairs, 3, 0), truth, std::to_string(failures));
             }
             ASSERT_EQ(memory.blocks, 0u);
         }
         EXPECT_GE(failures, form == ResponseForm::dense ? 1u : 3u);
     }
+}
+
+TEST(ResponsesMemory, BehindAFailedStartNothingIsMerged)
+{
+    const std::vector<Pair> pairs = random_pairs(3'000, 3'000, 2);
+    for (const ResponseForm form : {ResponseForm::dense, ResponseForm::sparse})
+        for (const bool merged_before : {true, false}) {
+            contract::CountingMemory memory;
+            ResponsesOptions options;
+            options.memory = &memory;
+            options.form = form;
+            Responses<Impulse> responses(options);
+            frame(responses, 3'000, pairs, 2, 1);
+            jostle::WorkPlan plan;
+            plan.items = plan.block_items = plan.blocks = plan.slots = 1;
+            if (!merged_before) responses.start(3'000, plan);
+            memory.failing_allocation = memory.allocations;
+            EXPECT_THROW(responses.start(1'000'000, plan), std::bad_alloc);
+            memory.failing_allocation = contract::CountingMemory::never;
+            EXPECT_EQ(responses.merge().size(), 0u);
+            responses.merge([](std::uint32_t first, std::span<const Impulse>) {
+                ADD_FAILURE() << "values of objects from " << first << " on";
+            });
+            frame(responses, 3'000, pairs, 2, 1);
+        }
 }
 
 TEST(ResponsesMemory, APlanBeyondAnyMemoryIsBadAlloc)
