@@ -124,6 +124,11 @@ inline unsigned mask_bits(Mask<T> mask)
 {
     return mask.raw ? 1 : 0;
 }
+template <class T>
+inline Vec<T> compress(Vec<T> all, unsigned)
+{
+    return all;
+}
 
 struct Four
 {

@@ -8,6 +8,7 @@
 //     Mask<float> below = x < Vec<float>(1); // also <=, >, >=
 //     x = choose(below, x * x, sqrt(x));     // where the mask is set, and elsewhere
 //     if (any(below & (x < y))) ...          // also all, |, and mask_bits: lane 0 is the lowest bit
+//     compress(n, mask_bits(below)).storeu(to); // of 32-bit integers: those of the lanes that are set
 //     Four rows[4] = ...; transpose(rows);   // of four floats on every instruction set: records into columns
 //
 // Also min, max, abs, min_lane, max_lane, and Vec::lane_numbers(): 0, 1, 2, ... A min or max of a NaN, or of
@@ -161,6 +162,30 @@ HWY_ATTR HWY_INLINE unsigned mask_bits(Mask<T> mask)
     std::uint8_t bytes[8] = {};
     hn::StoreMaskBits(Tag<T>(), mask.raw, bytes);
     return bytes[0] | static_cast<unsigned>(bytes[1]) << 8;
+#endif
+}
+
+/// The numbers of 32 bits in the lanes that are set, side by side at the front, in their order. What lies
+/// behind them is of no use.
+template <class T>
+HWY_ATTR HWY_INLINE Vec<T> compress(Vec<T> all, unsigned bits)
+{
+    static_assert(sizeof(T) == 4);
+#if HWY_TARGET == HWY_AVX3
+    return hn::Vec<Tag<T>>{_mm512_maskz_compress_epi32(static_cast<__mmask16>(bits), all.raw.raw)};
+#elif HWY_TARGET == HWY_AVX2
+    const hn::RebindToUnsigned<Tag<T>> d;
+    const auto order = hn::PromoteTo(
+        d, hn::LoadU(hn::Rebind<std::uint8_t, decltype(d)>(), jostle::compress_order.of8[bits]));
+    return hn::TableLookupLanes(all.raw, hn::IndicesFromVec(Tag<T>(), order));
+#elif HWY_TARGET == HWY_WASM
+    // Highway looks bytes up one by one here, which made the sweep slower than one without vectors.
+    return hn::Vec<Tag<T>>{wasm_i8x16_swizzle(all.raw.raw, wasm_v128_load(jostle::compress_order.of4[bits]))};
+#else
+    static_assert(Vec<T>::size == 4);
+    const hn::Repartition<std::uint8_t, Tag<T>> bytes;
+    return hn::BitCast(Tag<T>(), hn::TableLookupBytes(hn::BitCast(bytes, all.raw),
+                                                      hn::Load(bytes, jostle::compress_order.of4[bits])));
 #endif
 }
 

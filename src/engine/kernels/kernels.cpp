@@ -17,30 +17,6 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
 
-/// For each mask of 8 lanes the numbers of its set lanes in ascending order. Our own table: the one inside
-/// Highway 1.0.3 is copied to the stack at every use by g++ 12.
-struct CompressOrder
-{
-    alignas(64) std::uint8_t of8[256][8];
-    alignas(64) std::uint8_t of4[16][16]; // of lanes of four bytes, in bytes
-    constexpr CompressOrder() : of8(), of4()
-    {
-        for (unsigned mask = 0; mask < 16; ++mask) {
-            unsigned next = 0;
-            for (unsigned lane = 0; lane < 4; ++lane)
-                if ((mask >> lane) & 1)
-                    for (unsigned byte = 0; byte < 4; ++byte)
-                        of4[mask][next++] = static_cast<std::uint8_t>(4 * lane + byte);
-        }
-        for (unsigned mask = 0; mask < 256; ++mask) {
-            unsigned next = 0;
-            for (unsigned lane = 0; lane < 8; ++lane)
-                if ((mask >> lane) & 1) of8[mask][next++] = static_cast<std::uint8_t>(lane);
-        }
-    }
-};
-[[maybe_unused]] constexpr CompressOrder compress_order;
-
 /// Boxes of a unit that have to be copied into the next brick on the second axis, the third, or both.
 struct CopyLists
 {
@@ -66,13 +42,15 @@ JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
 namespace HWY_NAMESPACE {
+#include "simd/vec-inl.hpp"
+//
+#include "simd/sort_few-inl.hpp"
 #if JOSTLE_SIMD_PLAIN
 #include "engine/kernels/scatter_plain-inl.hpp"
 //
 #include "engine/kernels/scatter-inl.hpp"
 #include "engine/kernels/sweep_plain-inl.hpp"
 #else
-namespace hn = hwy::HWY_NAMESPACE;
 #include "engine/kernels/scatter_vector-inl.hpp"
 //
 #include "engine/kernels/scatter-inl.hpp"
@@ -82,9 +60,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 #include "engine/kernels/sweep_vector-inl.hpp"
 #endif
 #endif
-#include "simd/vec-inl.hpp"
-//
-#include "simd/sort_few-inl.hpp"
 
 inline const Kernels& kernels()
 {

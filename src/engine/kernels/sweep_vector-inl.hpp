@@ -5,8 +5,8 @@
 //
 // Tests produce a 16-bit number per row and candidate, the gap: the least overlap over the axes, negative if
 // the two are apart. Masks of 16-bit lanes and compressing are slow here, so the results of both rows are
-// packed to bits of one word, a table gives the order of the hits, and a queue collects them until they fill
-// whole registers.
+// packed to bits of one word. Words with hits wait in a queue until many of them are turned into pairs, for
+// which a table gives the order of the hits.
 
 /// As many 16-bit numbers as a register holds: one for each candidate of a step, or of half a step.
 using Words = hn::CappedTag<std::int16_t, step_size>;
@@ -37,38 +37,70 @@ struct Columns
 };
 static_assert(columns_per_record * 4 >= 4 + 7 * 2);
 
-inline void arrange(const Record* __restrict records, SortedBrick& brick)
+/// Eight records at a time: their halves of 16 bits, transposed.
+HWY_ATTR inline void arrange(const Record* records, SortedBrick& brick)
 {
     const Columns to(brick);
+    const hn::Full128<std::int16_t> d;
+    const hn::Full128<std::uint32_t> d2;
+    const hn::Full128<std::uint64_t> d4;
+    const auto flag_bits = hn::Set(d, static_cast<std::int16_t>(~index_mask >> 17));
     const std::uint32_t size = padded(brick.count);
-    for (int p = 0; p < 3; ++p) {
-        std::int16_t* __restrict hi = to.hi[p];
-        std::int16_t* __restrict lo = to.lo[p];
-        for (std::uint32_t i = 0; i < size; ++i) {
-            hi[i] = static_cast<std::int16_t>(records[i].axis[p] & 0xffff);
-            lo[i] = static_cast<std::int16_t>(records[i].axis[p] >> 16);
+    for (std::uint32_t i = 0; i < size; i += 8) {
+        // Of each four records both bounds on an axis, or at last both halves of the object.
+        hn::Vec<decltype(d4)> of_four[2][4];
+        for (const std::uint32_t half : {0u, 1u}) {
+            const auto load = [&](std::uint32_t k) HWY_ATTR {
+                const auto* words = reinterpret_cast<const std::uint32_t*>(records + i + 4 * half + k);
+                return hn::BitCast(d, hn::LoadU(d2, words));
+            };
+            const auto r0 = load(0), r1 = load(1), r2 = load(2), r3 = load(3);
+            const auto low01 = hn::BitCast(d2, hn::InterleaveLower(d, r0, r1));
+            const auto low23 = hn::BitCast(d2, hn::InterleaveLower(d, r2, r3));
+            const auto high01 = hn::BitCast(d2, hn::InterleaveUpper(d, r0, r1));
+            const auto high23 = hn::BitCast(d2, hn::InterleaveUpper(d, r2, r3));
+            of_four[half][0] = hn::BitCast(d4, hn::InterleaveLower(d2, low01, low23));
+            of_four[half][1] = hn::BitCast(d4, hn::InterleaveUpper(d2, low01, low23));
+            of_four[half][2] = hn::BitCast(d4, hn::InterleaveLower(d2, high01, high23));
+            of_four[half][3] = hn::BitCast(d4, hn::InterleaveUpper(d2, high01, high23));
         }
-    }
-    for (std::uint32_t i = 0; i < size; ++i) {
-        to.object[i] = records[i].object;
-        to.flags[i] = static_cast<std::int16_t>((records[i].object & ~index_mask) >> 17);
+        const auto low_half = [&](int k) HWY_ATTR {
+            return hn::BitCast(d, hn::InterleaveLower(d4, of_four[0][k], of_four[1][k]));
+        };
+        const auto high_half = [&](int k) HWY_ATTR {
+            return hn::BitCast(d, hn::InterleaveUpper(d4, of_four[0][k], of_four[1][k]));
+        };
+        for (int p = 0; p < 3; ++p) {
+            hn::StoreU(low_half(p), d, to.hi[p] + i);
+            hn::StoreU(high_half(p), d, to.lo[p] + i);
+        }
+        const auto low = low_half(3), high = high_half(3);
+        hn::StoreU(hn::BitCast(d2, hn::InterleaveLower(d, low, high)), d2, to.object + i);
+        hn::StoreU(hn::BitCast(d2, hn::InterleaveUpper(d, low, high)), d2, to.object + i + 4);
+        hn::StoreU(hn::And(hn::ShiftRight<1>(high), flag_bits), d, to.flags + i);
     }
 }
 
-/// Which candidates of a step touch two rows, as bit masks: those of the first row in the low half.
+/// Which candidates of a step touch two rows, a bit each, in the order in which registers pack them: the
+/// first eight candidates with the first row and then with the second, and so the other eight.
 struct Hits
 {
     unsigned sure, ties;
 };
+/// Those of one row, in the order of the candidates.
+inline unsigned of_row(unsigned hits, std::uint32_t row)
+{
+    hits >>= 8 * row;
+    return (hits & 0xff) | ((hits >> 8) & 0xff00);
+}
 
-/// The candidates of a step by their gaps to two rows, part by part: a gap above zero is a hit, one of zero a
-/// tie.
+/// From the gaps of a step's candidates, part by part: a gap above zero is a hit, one of zero a tie.
 #if HWY_TARGET == HWY_AVX2
 HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn::Vec<Words> (&gap1)[parts])
 {
     // Saturation keeps signs and zeros, so both rows' gaps fit one register of bytes. Highway's StoreMaskBits
     // packs each mask by itself, and on SSE4 the sweep takes 6 to 11 % longer with it.
-    const __m256i bytes = _mm256_permute4x64_epi64(_mm256_packs_epi16(gap0[0].raw, gap1[0].raw), 0xd8);
+    const __m256i bytes = _mm256_packs_epi16(gap0[0].raw, gap1[0].raw);
     const auto negative = static_cast<unsigned>(_mm256_movemask_epi8(bytes));
     const auto zero =
         static_cast<unsigned>(_mm256_movemask_epi8(_mm256_cmpeq_epi8(bytes, _mm256_setzero_si256())));
@@ -77,29 +109,29 @@ HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn:
 #elif HWY_TARGET == HWY_SSE4
 HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn::Vec<Words> (&gap1)[parts])
 {
-    const __m128i bytes0 = _mm_packs_epi16(gap0[0].raw, gap0[1].raw);
-    const __m128i bytes1 = _mm_packs_epi16(gap1[0].raw, gap1[1].raw);
+    const __m128i first = _mm_packs_epi16(gap0[0].raw, gap1[0].raw);
+    const __m128i other = _mm_packs_epi16(gap0[1].raw, gap1[1].raw);
     const __m128i none = _mm_setzero_si128();
     const auto mask = [](__m128i low, __m128i high) {
         return static_cast<unsigned>(_mm_movemask_epi8(low)) |
                (static_cast<unsigned>(_mm_movemask_epi8(high)) << 16);
     };
-    const unsigned zero = mask(_mm_cmpeq_epi8(bytes0, none), _mm_cmpeq_epi8(bytes1, none));
-    return {~(mask(bytes0, bytes1) | zero), zero};
+    const unsigned zero = mask(_mm_cmpeq_epi8(first, none), _mm_cmpeq_epi8(other, none));
+    return {~(mask(first, other) | zero), zero};
 }
 #elif HWY_TARGET == HWY_WASM
 HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn::Vec<Words> (&gap1)[parts])
 {
     // As for SSE4.
-    const v128_t bytes0 = wasm_i8x16_narrow_i16x8(gap0[0].raw, gap0[1].raw);
-    const v128_t bytes1 = wasm_i8x16_narrow_i16x8(gap1[0].raw, gap1[1].raw);
+    const v128_t first = wasm_i8x16_narrow_i16x8(gap0[0].raw, gap1[0].raw);
+    const v128_t other = wasm_i8x16_narrow_i16x8(gap0[1].raw, gap1[1].raw);
     const v128_t none = wasm_i8x16_splat(0);
     const auto mask = [](v128_t low, v128_t high) {
         return static_cast<unsigned>(wasm_i8x16_bitmask(low)) |
                (static_cast<unsigned>(wasm_i8x16_bitmask(high)) << 16);
     };
-    const unsigned zero = mask(wasm_i8x16_eq(bytes0, none), wasm_i8x16_eq(bytes1, none));
-    return {~(mask(bytes0, bytes1) | zero), zero};
+    const unsigned zero = mask(wasm_i8x16_eq(first, none), wasm_i8x16_eq(other, none));
+    return {~(mask(first, other) | zero), zero};
 }
 #else
 HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn::Vec<Words> (&gap1)[parts])
@@ -109,12 +141,12 @@ HWY_ATTR HWY_INLINE Hits outcomes(const hn::Vec<Words> (&gap0)[parts], const hn:
     const auto zero = hn::Zero(d);
     std::uint8_t sure[12], ties[12]; // each mask is one byte, and some targets write eight
     hn::StoreMaskBits(d, hn::Gt(gap0[0], zero), sure);
-    hn::StoreMaskBits(d, hn::Gt(gap0[1], zero), sure + 1);
-    hn::StoreMaskBits(d, hn::Gt(gap1[0], zero), sure + 2);
+    hn::StoreMaskBits(d, hn::Gt(gap1[0], zero), sure + 1);
+    hn::StoreMaskBits(d, hn::Gt(gap0[1], zero), sure + 2);
     hn::StoreMaskBits(d, hn::Gt(gap1[1], zero), sure + 3);
     hn::StoreMaskBits(d, hn::Eq(gap0[0], zero), ties);
-    hn::StoreMaskBits(d, hn::Eq(gap0[1], zero), ties + 1);
-    hn::StoreMaskBits(d, hn::Eq(gap1[0], zero), ties + 2);
+    hn::StoreMaskBits(d, hn::Eq(gap1[0], zero), ties + 1);
+    hn::StoreMaskBits(d, hn::Eq(gap0[1], zero), ties + 2);
     hn::StoreMaskBits(d, hn::Eq(gap1[1], zero), ties + 3);
     const auto bits = [](const std::uint8_t* bytes) {
         return bytes[0] | (static_cast<unsigned>(bytes[1]) << 8) | (static_cast<unsigned>(bytes[2]) << 16) |
@@ -162,6 +194,14 @@ struct Rows
         gap0 = hn::Or(gap0, least0);
         gap1 = hn::Or(gap1, least1);
     }
+    /// Called in each step: there are too few registers for the numbers of both rows, and g++ would rather
+    /// spill the candidates that it has just loaded.
+    HWY_ATTR HWY_INLINE void stay_in_memory()
+    {
+#if HWY_ARCH_X86
+        asm volatile("" : "+m"(*this));
+#endif
+    }
     HWY_ATTR HWY_INLINE Hits test(const Columns& column, std::uint32_t j) const
     {
         V gap0[parts], gap1[parts];
@@ -171,58 +211,65 @@ struct Rows
     }
 };
 
-/// The objects whose bits are set, in their order, at the front of a register.
-HWY_ATTR HWY_INLINE hn::Vec<Objects> to_front(hn::Vec<Objects> all, unsigned bits)
+/// Steps with hits wait here until there are enough of them to be turned into pairs one after the other. So
+/// the steps that follow don't wait for their results, and those without hits take no time.
+///
+/// How many there are is up to the caller: a member would be stored and loaded in each step.
+class HitQueue
 {
-    const Objects d;
-    if constexpr (lanes32 == 8) {
-        const auto order =
-            hn::PromoteTo(d, hn::LoadU(hn::Rebind<std::uint8_t, Objects>(), compress_order.of8[bits]));
-        return hn::TableLookupLanes(all, hn::IndicesFromVec(d, order));
-    } else {
-#if HWY_TARGET == HWY_WASM
-        // Highway looks bytes up one by one here, which made the sweep slower than one without vectors.
-        return hn::Vec<Objects>{wasm_i8x16_swizzle(all.raw, wasm_v128_load(compress_order.of4[bits]))};
-#else
-        const hn::Repartition<std::uint8_t, Objects> bytes;
-        return hn::BitCast(
-            d, hn::TableLookupBytes(hn::BitCast(bytes, all), hn::Load(bytes, compress_order.of4[bits])));
-#endif
+  public:
+    static constexpr std::uint32_t capacity = 128; // so that there are no more pairs than in a segment
+
+    /// Which of a step's candidates, from `candidate` on, the rows `row` and row + 1 hit. Returns how many
+    /// steps there are then.
+    HWY_ATTR HWY_INLINE std::uint32_t add(std::uint32_t steps, unsigned hits, std::uint32_t candidate,
+                                          std::uint32_t row)
+    {
+        hits_[steps] = hits;
+        candidate_[steps] = candidate;
+        row_[steps] = row;
+        return steps + (hits != 0 ? 1 : 0);
     }
-}
+    /// Writes the pairs; there must be room for them and a register's worth. Returns how many steps are left:
+    /// none.
+    HWY_ATTR std::uint32_t flush(std::uint32_t steps, const std::uint32_t* object, PairOutput& out)
+    {
+        std::uint32_t paired = 0;
+        for (std::uint32_t step = 0; step < steps; ++step) {
+            if (paired > most_paired - 2 * step_size) paired = write(paired, out);
+            const std::uint32_t* const candidates = object + candidate_[step];
+            for (const std::uint32_t row : {0u, 1u})
+                paired = pair_up(paired, hits_[step] >> (8 * row), candidates, object[row_[step] + row]);
+        }
+        return write(paired, out);
+    }
 
-/// Hits wait here until there are enough of them to make pairs with whole registers.
-struct HitQueue
-{
-    static constexpr std::uint32_t capacity = 512;
-    alignas(64) std::uint32_t row[capacity + 8];
-    alignas(64) std::uint32_t other[capacity + 8]; // with flags
+  private:
+    static constexpr std::uint32_t most_paired = 512;
 
-    /// Takes and returns how many there are: in a register, for a member would be stored and loaded each
-    /// time.
-    HWY_ATTR HWY_INLINE std::uint32_t add(std::uint32_t size, unsigned hits, const std::uint32_t* candidates,
-                                          std::uint32_t row_object)
+    HWY_ATTR HWY_INLINE std::uint32_t pair_up(std::uint32_t paired, unsigned hits,
+                                              const std::uint32_t* candidates, std::uint32_t row)
     {
         const Objects d;
-        const auto rows = hn::Set(d, row_object);
+        const auto rows = hn::Set(d, row & object_mask);
         for (std::uint32_t k = 0; k < step_size; k += lanes32) {
-            const unsigned part = (hits >> k) & ((1u << lanes32) - 1);
-            const auto some = hn::LoadU(d, candidates + k);
-            hn::StoreU(to_front(some, part), d, other + size);
-            hn::StoreU(rows, d, row + size);
-            size += static_cast<std::uint32_t>(std::popcount(part));
+            const unsigned part = (hits >> (k + k / 8 * 8)) & ((1u << lanes32) - 1);
+            compress(Vec<std::uint32_t>::loadu(candidates + k), part).storeu(other_of_pair_ + paired);
+            hn::StoreU(rows, d, row_of_pair_ + paired);
+            paired += static_cast<std::uint32_t>(std::popcount(part));
         }
-        return size;
+        return paired;
     }
-    /// Writes the pairs; there must be room for `size` and a register's worth.
-    HWY_ATTR void flush(std::uint32_t size, PairOutput& out) const
+    /// Returns how many are left: none.
+    HWY_ATTR std::uint32_t write(std::uint32_t paired, PairOutput& out) const
     {
         const Objects d;
         const auto object = hn::Set(d, object_mask);
         const auto index = hn::Set(d, index_mask);
         auto* pair_words = reinterpret_cast<std::uint32_t*>(out.next);
-        for (std::uint32_t k = 0; k < size; k += lanes32, pair_words += 2 * lanes32) {
-            const auto others = hn::And(hn::LoadU(d, other + k), object), rows = hn::LoadU(d, row + k);
+        for (std::uint32_t k = 0; k < paired; k += lanes32, pair_words += 2 * lanes32) {
+            const auto others = hn::And(hn::LoadU(d, other_of_pair_ + k), object),
+                       rows = hn::LoadU(d, row_of_pair_ + k);
             const auto a = hn::And(hn::Min(others, rows), index);
             const auto b = hn::And(hn::Max(others, rows), index);
             const auto low = hn::InterleaveLower(d, a, b), high = hn::InterleaveUpper(d, a, b);
@@ -234,8 +281,13 @@ struct HitQueue
                 hn::StoreU(high, d, pair_words + 4);
             }
         }
-        out.next += size;
+        out.next += paired;
+        return 0;
     }
+
+    std::uint32_t hits_[capacity], candidate_[capacity], row_[capacity]; // of steps
+    alignas(64) std::uint32_t row_of_pair_[most_paired + 8];
+    alignas(64) std::uint32_t other_of_pair_[most_paired + 8]; // with flags
 };
 
 template <int Dim>
@@ -247,47 +299,38 @@ HWY_ATTR std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std:
     std::uint32_t queued = 0;
     std::uint64_t steps = 0;
     for (std::uint32_t i = first; i < last; i += 2) {
-        const Rows<Dim> rows(column, i);
-        const std::uint32_t row0 = column.object[i] & object_mask, row1 = column.object[i + 1] & object_mask;
+        Rows<Dim> rows(column, i);
         std::uint32_t j = (i + 1) & ~3u;
-        unsigned behind = ((0xffffu << (i + 1 - j)) & 0xffffu) | (0xffffu << (i + 2 - j) << 16);
+        // Of the first step's first four candidates.
+        unsigned behind =
+            0xffff0000u | ((0xff00u << (i + 2 - j)) & 0xff00u) | ((0xffu << (i + 1 - j)) & 0xffu);
         const std::uint32_t end = std::max(brick.window_end[i], brick.window_end[i + 1]);
 
         while (j < end) {
-            // In the queue there are never so many that a segment's pairs wouldn't fit behind them.
-            if (out.end - out.next < sweep_room + HitQueue::capacity ||
+            const std::size_t room = sweep_room + std::size_t{2 * step_size} * queued;
+            if (static_cast<std::size_t>(out.end - out.next) < room ||
                 out.tie_count > tie_capacity - sweep_room) {
-                queue.flush(queued, out); // ties come behind the pairs that were found before them
-                queued = 0;
-                if ((out.end - out.next < sweep_room + HitQueue::capacity ||
-                     out.tie_count > tie_capacity - sweep_room) &&
-                    !out.make_room(out))
-                    return steps;
+                queued = queue.flush(queued, column.object, out); // make_room wants all pairs written
+                if (!out.make_room(out)) return steps;
             }
             const std::uint32_t stop = std::min(end, j + sweep_segment * step_size);
             steps += (stop - j + step_size - 1) / step_size;
             for (; j < stop; j += step_size) {
+                rows.stay_in_memory();
                 const Hits hits = rows.test(column, j);
                 const unsigned sure = hits.sure & behind, ties = hits.ties & behind;
                 behind = ~0u;
-                if (__builtin_expect(queued > HitQueue::capacity - 2 * step_size, 0)) {
-                    queue.flush(queued, out);
-                    queued = 0;
-                }
-                // With wide registers a look whether there are any, often guessed wrong, costs more than it
-                // saves.
-                if (lanes32 == 8 || sure != 0) {
-                    queued = queue.add(queued, sure & 0xffff, column.object + j, row0);
-                    queued = queue.add(queued, sure >> 16, column.object + j, row1);
-                }
-                if (__builtin_expect(ties != 0, 0)) {
-                    defer_ties(out, ties & 0xffff, column.object + j, row0);
-                    defer_ties(out, ties >> 16, column.object + j, row1);
-                }
+                queued = queue.add(queued, sure, j, i);
+                if (__builtin_expect(queued == HitQueue::capacity, 0))
+                    queued = queue.flush(queued, column.object, out);
+                if (__builtin_expect(ties != 0, 0))
+                    for (const std::uint32_t row : {0u, 1u})
+                        defer_ties(out, of_row(ties, row), column.object + j,
+                                   column.object[i + row] & object_mask);
             }
         }
     }
-    queue.flush(queued, out);
+    queue.flush(queued, column.object, out);
     return steps;
 }
 
@@ -302,6 +345,7 @@ HWY_ATTR void test(const SortedBrick& brick, std::uint32_t row, std::uint32_t fi
         for (std::uint32_t part = 0; part < parts; ++part)
             rows.gaps(column, j + part * lanes16, gap[part], unwanted);
         const Hits hits = outcomes(gap, gap);
-        *outcomes_of_steps = {static_cast<std::uint16_t>(hits.sure), static_cast<std::uint16_t>(hits.ties)};
+        *outcomes_of_steps = {static_cast<std::uint16_t>(of_row(hits.sure, 0)),
+                              static_cast<std::uint16_t>(of_row(hits.ties, 0))};
     }
 }

@@ -35,46 +35,32 @@ struct Ordering
         }
     }
 
-    /// Moves the `low` objects with keys below `bound` to the front. On both sides they stay in order.
-    HWY_ATTR void part(std::uint32_t begin, std::uint32_t count, [[maybe_unused]] std::uint32_t low,
-                       const std::int32_t* __restrict keys, std::int32_t bound)
+    /// Moves the objects with keys below `bound` to the front. On both sides they stay in order.
+    HWY_ATTR void part(std::uint32_t begin, std::uint32_t count, const std::int32_t* keys, std::int32_t bound)
     {
-#if !JOSTLE_SIMD_PLAIN && HWY_TARGET == HWY_AVX3
-        __mmask16 here[lanes], below[lanes];
-        for (std::uint32_t k = 0; k < count; k += lanes) {
-            here[k / lanes] = static_cast<__mmask16>(count - k < lanes ? (1u << (count - k)) - 1 : 0xffff);
-            below[k / lanes] = _mm512_mask_cmplt_epi32_mask(here[k / lanes], _mm512_load_si512(keys + k),
-                                                            _mm512_set1_epi32(bound));
+        using Numbers = Vec<std::int32_t>;
+        constexpr std::uint32_t size = Numbers::size;
+        std::uint16_t lower[page_capacity / size], upper[page_capacity / size];
+        for (std::uint32_t k = 0; k < count; k += size) {
+            const unsigned here = count - k < size ? (1u << (count - k)) - 1 : (1u << size) - 1;
+            const unsigned below = mask_bits(Numbers::load(keys + k) < Numbers(bound)) & here;
+            lower[k / size] = static_cast<std::uint16_t>(below);
+            upper[k / size] = static_cast<std::uint16_t>(here & ~below);
         }
         for (auto& each : column) {
             // What is written in excess is read already, or overwritten later.
             std::int32_t* front = each + begin;
-            alignas(64) std::int32_t others[page_capacity + lanes];
+            alignas(64) std::int32_t others[page_capacity + size];
             std::int32_t* back = others;
-            for (std::uint32_t k = 0; k < count; k += lanes) {
-                const __m512i objects = _mm512_load_si512(each + begin + k);
-                const __mmask16 lower = below[k / lanes];
-                const auto upper = static_cast<__mmask16>(here[k / lanes] & ~lower);
-                _mm512_storeu_si512(front, _mm512_maskz_compress_epi32(lower, objects));
-                _mm512_storeu_si512(back, _mm512_maskz_compress_epi32(upper, objects));
-                front += std::popcount(static_cast<unsigned>(lower));
-                back += std::popcount(static_cast<unsigned>(upper));
+            for (std::uint32_t k = 0; k < count; k += size) {
+                const Numbers objects = Numbers::load(each + begin + k);
+                compress(objects, lower[k / size]).storeu(front);
+                compress(objects, upper[k / size]).storeu(back);
+                front += std::popcount(lower[k / size]);
+                back += std::popcount(upper[k / size]);
             }
             std::copy(others, back, front);
         }
-#else
-        std::uint32_t from[page_capacity], next[2] = {low, 0};
-        for (std::uint32_t k = 0; k < count; ++k)
-            from[next[keys[k] < bound ? 1 : 0]++] = k;
-        alignas(64) std::int32_t sorted[page_capacity];
-        for (auto& each : column) {
-            std::int32_t* __restrict here = each + begin;
-            for (std::uint32_t k = 0; k < count; ++k)
-                sorted[k] = here[from[k]];
-            for (std::uint32_t k = 0; k < count; ++k)
-                here[k] = sorted[k];
-        }
-#endif
     }
 
     /// Splits [begin, end) so that neighbours come together in whole leaves.
@@ -107,7 +93,7 @@ struct Ordering
         std::fill(keys + count, keys + leaves * lanes, std::numeric_limits<std::int32_t>::max());
         const std::uint32_t below = leaves / 2 * lanes;
         const std::int64_t above_all = (std::int64_t{widest >> shift} + 1) << 8;
-        part(begin, count, below, keys, bound_above(keys, count, below, above_all));
+        part(begin, count, keys, bound_above(keys, count, below, above_all));
         run(begin, begin + below);
         run(begin + below, end);
     }
