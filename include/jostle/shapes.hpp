@@ -110,7 +110,7 @@ class JOSTLE_API ConvexHull
 /// Value    copies what it is given. Copies of it share that memory, which is read only.
 /// Cost     O(n log n) to build, about 2 us an element; 200 bytes an element, in 3D 350.
 /// Errors   `Error` that names the first vertex that isn't finite, or the first element with an index out of
-///          range; also where there are no elements.
+///          range; also where there are no elements, or more than (2^32 - 1) / Dim.
 template <int Dim>
 class JOSTLE_API Mesh
 {
@@ -136,10 +136,10 @@ class JOSTLE_API Mesh
 /// Shape    columns x rows heights, row by row; height [row * columns + column] stands at
 ///          x = column * spacing_x, z = row * spacing_z. Each cell is two triangles that share the diagonal
 ///          from its corner of lowest x and z to its opposite.
-/// Valid    at least 2 x 2 finite heights, spacings above 0. The ground reaches from the surface down to
-///          `thickness`, at least a cell's width, below the lowest height: what is in it is pushed up. There
-///          is no ground beside the rim and further down, and no distance() to it. Only time_of_impact knows
-///          the sides and the underside.
+/// Valid    at least 2 x 2 finite heights, fewer than 2^32 triangles, spacings above 0. The ground reaches
+///          from the surface down to `thickness`, at least a cell's width, below the lowest height: what is
+///          in it is pushed up. There is no ground beside the rim and further down, and no distance() to it.
+///          Only time_of_impact knows the sides and the underside.
 /// Contacts one for each triangle. A body that rolls over the edge between two triangles isn't caught by it;
 ///          on a ridge the contact is that of the nearest triangle.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one

@@ -566,7 +566,9 @@ class JOSTLE_API World
     [[nodiscard]] const WorldStats& stats() const noexcept;
     /// What the world looks like and what the last update spent its time on, in words.
     [[nodiscard]] std::string explain() const;
-    /// Calls `box` for every object and `line` for every pair of the last update's lists.
+    /// Calls `box` for every object, in the order of indices, and `line`, from middle to middle, for every
+    /// pair of began(), persisted() and ended(), in that order. The middle of an axis on which a box is
+    /// infinite both ways is 0.
     void draw(FunctionRef<void(const Box& box, DrawKind kind)> box,
               FunctionRef<void(const Vector& from, const Vector& to, DrawKind kind)> line = {}) const;
 

@@ -36,10 +36,11 @@ class CallbackMemory final : public std::pmr::memory_resource
     jostle_allocator given_;
 };
 
-class FailingExecutor final : public Executor
+/// The threads of the host, whose function may report a failure.
+class HostExecutor final : public Executor
 {
   public:
-    FailingExecutor(std::uint32_t concurrency, jostle_run_function function, void* context)
+    HostExecutor(std::uint32_t concurrency, jostle_run_function function, void* context)
         : concurrency_(concurrency), run_(function), context_(context)
     {
     }
@@ -227,7 +228,7 @@ jostle_status jostle_executor_callback(uint32_t concurrency, jostle_run_function
     return guarded(error, [&] {
         wanted_function(run, "run");
         if (concurrency == 0) refuse("the concurrency is 0: it must be at least 1");
-        hand_out_executor(out, std::make_shared<FailingExecutor>(concurrency, run, context));
+        hand_out_executor(out, std::make_shared<HostExecutor>(concurrency, run, context));
     });
 }
 jostle_status jostle_executor_free(jostle_executor* executor, jostle_error* error)

@@ -152,6 +152,26 @@ void take_contacts(ContactFinderContent& content, ResultsContent& into)
     });
 }
 
+/// find(typed, ...) is ContactFinder's find() or find_points().
+template <class Find>
+void find_contacts(jostle_contact_finder* finder, const jostle_objects* a, const jostle_objects* b,
+                   const jostle_blocks* pairs, double margin, jostle_blocks* contacts, const Find& find)
+{
+    wanted(contacts, "contacts");
+    const auto list = [&]<class Item>(const BlockBuffer<Item>& found) {
+        *contacts = list_blocks<Item>(found.blocks(), found.size(), open(finder).table);
+    };
+    work_on<PoseOf>(
+        finder, a, b, pairs,
+        [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
+            list(find(typed, of.shapes, of.placed, all, static_cast<T>(margin)));
+        },
+        [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of, auto all) {
+            list(
+                find(typed, of.shapes, of.placed, and_of.shapes, and_of.placed, all, static_cast<T>(margin)));
+        });
+}
+
 template <class F>
 void with_two(jostle_space space, const jostle_shape* a, const jostle_shape* b, F&& inside)
 {
@@ -204,20 +224,8 @@ jostle_status jostle_contact_finder_find(jostle_contact_finder* finder, const jo
                                          jostle_blocks* contacts, jostle_error* error)
 {
     return guarded(error, [&] {
-        wanted(contacts, "contacts");
-        const auto list = [&]<class Item>(const BlockBuffer<Item>& found) {
-            *contacts = list_blocks<Item>(found.blocks(), found.size(), open(finder).table);
-        };
-        work_on<PoseOf>(
-            finder, a, b, pairs,
-            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
-                list(typed.find(of.shapes, of.placed, all, static_cast<T>(margin)));
-            },
-            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of,
-                                  auto all) {
-                list(typed.find(of.shapes, of.placed, and_of.shapes, and_of.placed, all,
-                                static_cast<T>(margin)));
-            });
+        const auto find = [](auto& typed, const auto&... given) -> auto& { return typed.find(given...); };
+        find_contacts(finder, a, b, pairs, margin, contacts, find);
     });
 }
 jostle_status jostle_contact_finder_find_points(jostle_contact_finder* finder, const jostle_objects* a,
@@ -225,20 +233,10 @@ jostle_status jostle_contact_finder_find_points(jostle_contact_finder* finder, c
                                                 double margin, jostle_blocks* contacts, jostle_error* error)
 {
     return guarded(error, [&] {
-        wanted(contacts, "contacts");
-        const auto list = [&]<class Item>(const BlockBuffer<Item>& found) {
-            *contacts = list_blocks<Item>(found.blocks(), found.size(), open(finder).table);
+        const auto find = [](auto& typed, const auto&... given) -> auto& {
+            return typed.find_points(given...);
         };
-        work_on<PoseOf>(
-            finder, a, b, pairs,
-            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, auto all) {
-                list(typed.find_points(of.shapes, of.placed, all, static_cast<T>(margin)));
-            },
-            [&]<int Dim, class T>(ContactFinder<Dim, T>& typed, const auto& of, const auto& and_of,
-                                  auto all) {
-                list(typed.find_points(of.shapes, of.placed, and_of.shapes, and_of.placed, all,
-                                       static_cast<T>(margin)));
-            });
+        find_contacts(finder, a, b, pairs, margin, contacts, find);
     });
 }
 jostle_status jostle_contact_finder_take(jostle_contact_finder* finder, jostle_results* results,

@@ -150,13 +150,13 @@ struct Behind<jostle_world>
     static constexpr const char* name = "jostle_world";
 };
 
-/// Calls queue(i) for each of `count` commands; an error names the one at fault.
+/// Calls work(i) for each of `count` objects; an error names the one at fault.
 template <class F>
-void queue_each(std::size_t count, F&& queue)
+void for_each_object(std::size_t count, F&& work)
 {
     for (std::size_t i = 0; i < count; ++i)
         try {
-            queue(i);
+            work(i);
         } catch (const Error& error) {
             throw Failure{static_cast<jostle_status>(error.code()), error.what(), i};
         }
@@ -169,7 +169,7 @@ void read_each(const jostle_world* world, const jostle_id* ids, std::uint64_t co
     const WorldContent& content = open(world);
     const Ids asked(ids, count);
     content.on([&](const auto& typed) {
-        queue_each(asked.size(), [&](std::size_t i) { read(typed, asked[i], i); });
+        for_each_object(asked.size(), [&](std::size_t i) { read(typed, asked[i], i); });
     });
 }
 

@@ -55,9 +55,11 @@ jostle_status jostle_world_report_again(jostle_world* world, const jostle_id* id
         const Ids objects(ids, count);
         open(world).on([&](auto& typed) {
             if (others == nullptr)
-                return queue_each(objects.size(), [&](std::size_t i) { typed.report_again(objects[i]); });
+                return for_each_object(objects.size(),
+                                       [&](std::size_t i) { typed.report_again(objects[i]); });
             const Ids second(others, count);
-            queue_each(objects.size(), [&](std::size_t i) { typed.report_again(objects[i], second[i]); });
+            for_each_object(objects.size(),
+                            [&](std::size_t i) { typed.report_again(objects[i], second[i]); });
         });
     });
 }
@@ -81,7 +83,8 @@ jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids, const
                 return;
             }
             const auto* const by = wanted_array_of<Vec<Dim, T>>(displacements, all.size(), "displacements");
-            queue_each(all.size(), [&](std::size_t i) { typed.move(moved[i], all[i], by[i], sequence); });
+            for_each_object(all.size(),
+                            [&](std::size_t i) { typed.move(moved[i], all[i], by[i], sequence); });
         });
     });
 }
@@ -92,7 +95,7 @@ jostle_status jostle_world_teleport(jostle_world* world, const jostle_id* ids, c
         open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
             const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
             const Ids moved(ids, all.size());
-            queue_each(all.size(), [&](std::size_t i) { typed.teleport(moved[i], all[i], sequence); });
+            for_each_object(all.size(), [&](std::size_t i) { typed.teleport(moved[i], all[i], sequence); });
         });
     });
 }
@@ -103,7 +106,8 @@ jostle_status jostle_world_resize(jostle_world* world, const jostle_id* ids, uin
         open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
             const Ids resized(ids, count);
             const auto* const all = wanted_array_of<Vec<Dim, T>>(sizes, count, "sizes");
-            queue_each(resized.size(), [&](std::size_t i) { typed.resize(resized[i], all[i], sequence); });
+            for_each_object(resized.size(),
+                            [&](std::size_t i) { typed.resize(resized[i], all[i], sequence); });
         });
     });
 }
@@ -115,8 +119,8 @@ jostle_status jostle_world_set_filter(jostle_world* world, const jostle_id* ids,
         open(world).on([&](auto& typed) {
             const Ids of(ids, count);
             wanted_array(filters, count, "filters");
-            queue_each(of.size(),
-                       [&](std::size_t i) { typed.set_filter(of[i], filter_of(filters[i]), sequence); });
+            for_each_object(of.size(),
+                            [&](std::size_t i) { typed.set_filter(of[i], filter_of(filters[i]), sequence); });
         });
     });
 }
@@ -127,8 +131,9 @@ jostle_status jostle_world_set_margin(jostle_world* world, const jostle_id* ids,
         open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
             const Ids of(ids, count);
             wanted_array(margins, count, "margins");
-            queue_each(of.size(),
-                       [&](std::size_t i) { typed.set_margin(of[i], static_cast<T>(margins[i]), sequence); });
+            for_each_object(of.size(), [&](std::size_t i) {
+                typed.set_margin(of[i], static_cast<T>(margins[i]), sequence);
+            });
         });
     });
 }
@@ -139,8 +144,8 @@ jostle_status jostle_world_set_enabled(jostle_world* world, const jostle_id* ids
         open(world).on([&](auto& typed) {
             const Ids of(ids, count);
             wanted_array(enabled, count, "enabled");
-            queue_each(of.size(),
-                       [&](std::size_t i) { typed.set_enabled(of[i], enabled[i] != 0, sequence); });
+            for_each_object(of.size(),
+                            [&](std::size_t i) { typed.set_enabled(of[i], enabled[i] != 0, sequence); });
         });
     });
 }
@@ -152,7 +157,7 @@ jostle_status jostle_world_set_user_data(jostle_world* world, const jostle_id* i
         open(world).on([&](auto& typed) {
             const Ids of(ids, count);
             wanted_array(data, count, "data");
-            queue_each(of.size(), [&](std::size_t i) { typed.set_user_data(of[i], data[i]); });
+            for_each_object(of.size(), [&](std::size_t i) { typed.set_user_data(of[i], data[i]); });
         });
     });
 }

@@ -34,6 +34,25 @@ Aabb<Dim, T> padded(Aabb<Dim, T> box, T slack) noexcept
     return box;
 }
 
+/// Entries that have changed ascend by index, and behind them the others do.
+template <int Dim, class T>
+void list_by_index(const Entries<Dim, T>& entries, std::pmr::vector<Entry>& order)
+{
+    const auto count = static_cast<std::uint32_t>(entries.size());
+    const auto changed = static_cast<std::uint32_t>(entries.changed);
+    order.reserve(count);
+    std::uint32_t next = 0;
+    const auto take_before = [&](std::uint64_t index) {
+        for (; next != changed && raw(entries.index[Entry{next}]) < index; ++next)
+            order.push_back(Entry{next});
+    };
+    for (std::uint32_t other = changed; other != count; ++other) {
+        take_before(raw(entries.index[Entry{other}]));
+        order.push_back(Entry{other});
+    }
+    take_before(~std::uint64_t{0});
+}
+
 } // namespace
 
 template <int Dim, class T>
@@ -122,60 +141,94 @@ bool NearPairs<Dim, T>::follow(const State<Dim, T>& state, const Entries<Dim, T>
     return true;
 }
 
-/// All entries have slots from now on, and nobody else.
+/// What the slots will be: one for each entry, ascending by index, and for nobody else.
+template <int Dim, class T>
+struct NearPairs<Dim, T>::Renewed
+{
+    static constexpr std::uint32_t none = ~std::uint32_t{0};
+
+    explicit Renewed(Arena& arena)
+        : order(arena.list<Entry>("entries by index")),
+          owners(arena.list<Index>("who is padded")),
+          boxes(arena.list<Box>("padded boxes")),
+          slot_after(arena.list<std::uint32_t>("new slots by those before")),
+          leavers(arena.list<std::uint32_t>("slots that are padded anew")),
+          boxes_of_leavers(arena.list<Box>("boxes that are padded anew"))
+    {
+    }
+    [[nodiscard]] std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(order.size()); }
+
+    std::pmr::vector<Entry>& order;
+    std::pmr::vector<Index>& owners;
+    std::pmr::vector<Box>& boxes;
+    std::pmr::vector<std::uint32_t>& slot_after; // of slots until now; none: its object is no longer active
+    std::pmr::vector<std::uint32_t>& leavers;
+    std::pmr::vector<Box>& boxes_of_leavers;
+};
+
 template <int Dim, class T>
 void NearPairs<Dim, T>::renew(const State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
                               Arena& arena)
 {
-    const auto count = static_cast<std::uint32_t>(entries.size());
-    const auto slots_before = static_cast<std::uint32_t>(owners_.size());
-    // Entries that have changed ascend by index, and behind them the others do.
-    auto& order = arena.list<Entry>("entries by index");
-    order.reserve(count);
-    const auto take_before = [&](std::uint32_t& next, std::uint32_t end, std::uint64_t index) {
-        for (; next != end && raw(entries.index[Entry{next}]) < index; ++next)
-            order.push_back(Entry{next});
-    };
-    const auto changed = static_cast<std::uint32_t>(entries.changed);
-    std::uint32_t next_changed = 0;
-    for (std::uint32_t next = changed; next != count; ++next) {
-        take_before(next_changed, changed, raw(entries.index[Entry{next}]));
-        order.push_back(Entry{next});
-    }
-    take_before(next_changed, changed, ~std::uint64_t{0});
+    Renewed renewed(arena);
+    list_by_index(entries, renewed.order);
+    pad(entries, renewed);
+    const std::span<const Pair> pairs = find_new(state, renewed, finder, arena);
+    auto& first = arena.list<std::size_t>("where partners begin");
+    auto& partners = arena.list<std::uint32_t>("partners of slots");
+    merge(renewed, pairs, first, partners);
+    const std::uint32_t count = renewed.size();
+    entry_.reserve(count);
+    now_.reserve(count);
 
-    constexpr std::uint32_t none = ~std::uint32_t{0};
-    auto& slot_after = arena.list<std::uint32_t>("new slots by those before");
-    auto& owners = arena.list<Index>("who is padded");
-    auto& boxes = arena.list<Box>("padded boxes");
-    auto& leavers = arena.list<std::uint32_t>("slots that are padded anew");
-    auto& boxes_of_leavers = arena.list<Box>("boxes that are padded anew");
-    slot_after.assign(slots_before, none);
-    owners.reserve(count);
-    boxes.reserve(count);
+    // Nothing fails from here on.
+    owners_.swap(renewed.owners);
+    padded_.swap(renewed.boxes);
+    first_.swap(first);
+    partners_.swap(partners);
+    entry_.assign(renewed.order.begin(), renewed.order.end());
+    now_.resize(count);
     for (std::uint32_t slot = 0; slot < count; ++slot) {
-        const Entry entry = order[slot];
-        owners.push_back(entries.index[entry]);
+        slot_of_[owners_[slot]] = slot;
+        now_[slot] = entries.box[entry_[slot]];
+    }
+}
+
+/// Whoever has left its padded box, or had none, gets one.
+template <int Dim, class T>
+void NearPairs<Dim, T>::pad(const Entries<Dim, T>& entries, Renewed& renewed) const
+{
+    const std::uint32_t count = renewed.size();
+    renewed.slot_after.assign(owners_.size(), Renewed::none);
+    renewed.owners.reserve(count);
+    renewed.boxes.reserve(count);
+    for (std::uint32_t slot = 0; slot < count; ++slot) {
+        const Entry entry = renewed.order[slot];
+        const Index index = entries.index[entry];
+        renewed.owners.push_back(index);
         if (is_inside(entries, entry)) {
-            const std::uint32_t before = slot_of_[entries.index[entry]];
-            slot_after[before] = slot;
-            boxes.push_back(padded_[before]);
+            const std::uint32_t before = slot_of_[index];
+            renewed.slot_after[before] = slot;
+            renewed.boxes.push_back(padded_[before]);
         } else {
-            boxes.push_back(padded(entries.box[entry], slack_));
-            leavers.push_back(slot);
-            boxes_of_leavers.push_back(boxes.back());
+            renewed.boxes.push_back(padded(entries.box[entry], slack_));
+            renewed.leavers.push_back(slot);
+            renewed.boxes_of_leavers.push_back(renewed.boxes.back());
         }
     }
+}
 
-    // New pairs: of those that were padded anew.
-    auto& pairs = arena.list<Pair>("new near pairs");
+/// The pairs of those that were padded anew, sorted.
+template <int Dim, class T>
+std::span<const Pair> NearPairs<Dim, T>::find_new(const State<Dim, T>& state, const Renewed& renewed,
+                                                  PairFinder& finder, Arena& arena)
+{
+    const std::uint32_t count = renewed.size();
+    const auto& leavers = renewed.leavers;
+    const auto& boxes_of_leavers = renewed.boxes_of_leavers;
+    const BoxView<Dim, T> all{std::span<const Box>(renewed.boxes)};
     auto& found = arena.take<PairBuffer>("new near pairs, as they are found");
-    const BoxView<Dim, T> all{std::span<const Box>(boxes)};
-    const auto take = [&](std::uint32_t leaver, std::uint32_t other) {
-        // Two leavers are found from both sides, and each finds itself.
-        const bool other_left = other <= leaver && std::binary_search(leavers.begin(), leavers.end(), other);
-        if (!other_left) pairs.push_back({std::min(leaver, other), std::max(leaver, other)});
-    };
+    auto& pairs = arena.list<Pair>("new near pairs");
     if (leavers.size() == count) {
         PairFinderAccess::find(finder, all, {}, found);
         auto& sorted = arena.take<PairBuffer>("new near pairs, sorted");
@@ -184,7 +237,14 @@ void NearPairs<Dim, T>::renew(const State<Dim, T>& state, const Entries<Dim, T>&
         pairs.reserve(static_cast<std::size_t>(sorted.size()));
         for (const std::span<const Pair> block : sorted.blocks())
             pairs.insert(pairs.end(), block.begin(), block.end());
-    } else if (leavers.size() * count > few_tries) {
+        return pairs;
+    }
+    const auto take = [&](std::uint32_t leaver, std::uint32_t other) {
+        // Two leavers are found from both sides, and each finds itself.
+        const bool other_left = other <= leaver && std::binary_search(leavers.begin(), leavers.end(), other);
+        if (!other_left) pairs.push_back({std::min(leaver, other), std::max(leaver, other)});
+    };
+    if (leavers.size() * count > few_tries) {
         PairFinderAccess::find(finder, BoxView<Dim, T>(std::span<const Box>(boxes_of_leavers)), all, {},
                                found);
         for (const std::span<const Pair> block : found.blocks())
@@ -193,14 +253,21 @@ void NearPairs<Dim, T>::renew(const State<Dim, T>& state, const Entries<Dim, T>&
     } else {
         for (std::size_t k = 0; k < leavers.size(); ++k)
             for (std::uint32_t other = 0; other < count; ++other)
-                if (overlaps_branchless(boxes_of_leavers[k], boxes[other])) take(leavers[k], other);
+                if (overlaps_branchless(boxes_of_leavers[k], renewed.boxes[other])) take(leavers[k], other);
     }
-    if (leavers.size() != count) sort_pairs(pairs, arena.list<Pair>("new near pairs, in another order"));
+    sort_pairs(pairs, arena.list<Pair>("new near pairs, in another order"));
+    return pairs;
+}
 
-    // Those of old, in the same order as before, and among them the new ones.
-    auto& first = arena.list<std::size_t>("where partners begin");
-    auto& partners = arena.list<std::uint32_t>("partners of slots");
-    first.reserve(count + 1);
+/// The partners until now, in the same order as before, and among them the new ones.
+template <int Dim, class T>
+void NearPairs<Dim, T>::merge(const Renewed& renewed, std::span<const Pair> pairs,
+                              std::pmr::vector<std::size_t>& first,
+                              std::pmr::vector<std::uint32_t>& partners) const
+{
+    const std::uint32_t count = renewed.size();
+    const auto& slot_after = renewed.slot_after;
+    first.reserve(count + std::size_t{1});
     partners.reserve(partners_.size() + pairs.size());
     const Pair* next = pairs.data();
     const Pair* const end = next + pairs.size();
@@ -211,32 +278,18 @@ void NearPairs<Dim, T>::renew(const State<Dim, T>& state, const Entries<Dim, T>&
     std::uint32_t before = 0;
     for (std::uint32_t slot = 0; slot < count; ++slot) {
         first.push_back(partners.size());
-        while (before != slots_before && (slot_after[before] == none || slot_after[before] < slot))
+        while (before != slots() && (slot_after[before] == Renewed::none || slot_after[before] < slot))
             ++before;
-        if (before != slots_before && slot_after[before] == slot)
+        if (before != slots() && slot_after[before] == slot)
             for (const std::uint32_t partner : this->partners(before)) {
                 const std::uint32_t after = slot_after[partner];
-                if (after == none) continue;
+                if (after == Renewed::none) continue;
                 take_new(slot, after);
                 partners.push_back(after);
             }
-        take_new(slot, none);
+        take_new(slot, Renewed::none);
     }
     first.push_back(partners.size());
-
-    entry_.reserve(count);
-    now_.reserve(count);
-    // Nothing fails from here on.
-    owners_.swap(owners);
-    padded_.swap(boxes);
-    first_.swap(first);
-    partners_.swap(partners);
-    entry_.assign(order.begin(), order.end());
-    now_.resize(count);
-    for (std::uint32_t slot = 0; slot < count; ++slot) {
-        slot_of_[owners_[slot]] = slot;
-        now_[slot] = entries.box[order[slot]];
-    }
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class NearPairs<Dim, T>;

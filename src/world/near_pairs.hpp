@@ -61,7 +61,13 @@ class NearPairs
 
     [[nodiscard]] bool is_inside(const Entries<Dim, T>& entries, Entry entry) const noexcept;
     std::size_t place(const State<Dim, T>& state, const Entries<Dim, T>& entries, Arena& arena);
+    struct Renewed;
     void renew(const State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder, Arena& arena);
+    void pad(const Entries<Dim, T>& entries, Renewed& renewed) const;
+    static std::span<const Pair> find_new(const State<Dim, T>& state, const Renewed& renewed,
+                                          PairFinder& finder, Arena& arena);
+    void merge(const Renewed& renewed, std::span<const Pair> pairs, std::pmr::vector<std::size_t>& first,
+               std::pmr::vector<std::uint32_t>& partners) const;
     void forget() noexcept;
 
     const T slack_;

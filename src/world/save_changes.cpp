@@ -143,7 +143,7 @@ class Return
         end_ = in_.get<std::uint64_t>();
         read_objects();
         read_free();
-        read_active();
+        read_lists();
         read_refused();
         read_slots();
         in_.demand_end();
@@ -156,7 +156,7 @@ class Return
 
     void read_objects();
     void read_free();
-    void read_active();
+    void read_lists();
     void read_refused();
     void read_slots();
     [[nodiscard]] const Target* find(std::uint32_t index) const noexcept
@@ -253,29 +253,13 @@ void Return<Dim, T>::read_free()
 }
 
 template <int Dim, class T>
-void Return<Dim, T>::read_active()
+void Return<Dim, T>::read_lists()
 {
     work_.active.clear();
     work_.parked.clear();
     work_.shifted.clear();
-    const std::uint64_t count = in_.get_count(8);
-    std::uint64_t least = 0;
-    for (std::uint64_t k = 0; k < count; ++k) {
-        const auto index = in_.get<std::uint32_t>(), idle = in_.get<std::uint32_t>();
-        const Place there = place(index);
-        in_.demand(least <= index && may_be_listed(there, idle, with_shifted_),
-                   "the list of active objects doesn't fit the objects");
-        least = std::uint64_t{index} + 1;
-        auto& list = there == Place::resting ? work_.shifted
-                     : idle < first_turn     ? work_.active
-                                             : work_.parked;
-        list.push_back({Index{index}, idle});
-    }
-    in_.demand(count - work_.shifted.size() == census_.active(),
-               "the list of active objects doesn't fit the objects");
-    std::sort(work_.parked.begin(), work_.parked.end(), [](const auto& x, const auto& y) {
-        return x.idle != y.idle ? x.idle < y.idle : x.index < y.index;
-    });
+    const auto place_of = [this](std::uint32_t index) { return place(index); };
+    read_active(in_, with_shifted_, place_of, census_.active(), work_.active, work_.parked, work_.shifted);
 }
 
 template <int Dim, class T>
@@ -442,16 +426,8 @@ void Return<Dim, T>::commit() noexcept
     state_.alive = census_.alive;
     state_.disabled = census_.disabled;
     state_.odd = census_.odd;
-    state_.active.assign(work_.active.begin(), work_.active.end());
-    state_.shifted.assign(work_.shifted.begin(), work_.shifted.end());
-    for (const auto& each : work_.shifted)
-        state_.objects[each.index].set(flag::shifted);
     state_.parked.clear();
-    for (const auto& each : work_.parked) {
-        state_.parked.stage(each.index, state_.objects[each.index].now());
-        state_.objects[each.index].set(flag::parked);
-    }
-    state_.parked.keep_staged(work_.parked.size());
+    put_active(state_, work_.active, work_.parked, work_.shifted);
     for (const auto& [key, is_refused] : work_.refused) {
         if (!is_refused) state_.refused.erase(key); // the others are there
         const Key one[] = {key};

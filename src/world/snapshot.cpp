@@ -59,38 +59,15 @@ std::vector<IdTable::Free> read_free_ids(SnapshotReader& in, std::span<const std
 }
 
 template <int Dim, class T>
-void read_active(SnapshotReader& in, State<Dim, T>& state, std::size_t end, std::uint32_t version)
+void read_lists(SnapshotReader& in, State<Dim, T>& state, std::size_t end, std::uint32_t version)
 {
-    const bool with_shifted = version == whole_snapshot.version;
-    const std::uint64_t count = in.get_count(8);
-    std::vector<typename State<Dim, T>::Active> parked;
-    std::uint64_t least = 0;
-    for (std::uint64_t k = 0; k < count; ++k) {
-        const auto index = in.get<std::uint32_t>(), idle = in.get<std::uint32_t>();
-        in.demand(least <= index && index < end &&
-                      may_be_listed(state.objects[Index{index}].place(), idle, with_shifted),
-                  "the list of active objects doesn't fit the objects");
-        least = std::uint64_t{index} + 1;
-        if (state.objects[Index{index}].place() == Place::resting)
-            state.shifted.push_back({Index{index}, idle});
-        else if (idle < first_turn)
-            state.active.push_back({Index{index}, idle});
-        else
-            parked.push_back({Index{index}, idle});
-    }
-    in.demand(count - state.shifted.size() == state.alive - state.disabled - state.odd - state.resting.size(),
-              "the list of active objects doesn't fit the objects");
-    for (const auto& each : state.shifted)
-        state.objects[each.index].set(flag::shifted);
-    std::sort(parked.begin(), parked.end(), [](const auto& x, const auto& y) {
-        return x.idle != y.idle ? x.idle < y.idle : x.index < y.index;
-    });
-    for (const auto& each : parked) {
-        const auto object = state.objects[each.index];
-        state.parked.stage(each.index, object.now());
-        object.set(flag::parked);
-    }
-    state.parked.keep_staged(parked.size());
+    std::vector<typename State<Dim, T>::Active> active, parked, shifted;
+    const auto place_of = [&](std::uint32_t index) {
+        return index < end ? state.objects[Index{index}].place() : Place::none;
+    };
+    read_active(in, version == whole_snapshot.version, place_of,
+                state.alive - state.disabled - state.odd - state.resting.size(), active, parked, shifted);
+    put_active(state, active, parked, shifted);
 }
 
 template <int Dim, class T>
@@ -210,7 +187,7 @@ void World<Dim, T>::restore(std::span<const std::byte> snapshot)
     (void)in.get<std::uint64_t>(); // how much had changed of late, to the versions before 0.2
     const std::vector<std::uint32_t> generations = world::read_objects(in, state, fresh->user_data, version);
     state.ids.restore(generations, world::read_free_ids(in, generations));
-    world::read_active(in, state, generations.size(), version);
+    world::read_lists(in, state, generations.size(), version);
     world::read_refused(in, state, generations);
     bool has_slots = false;
     std::vector<world::Key> slots;

@@ -322,5 +322,44 @@ void write_active(SnapshotWriter& out, const State<Dim, T>& state, List& active)
     }
 }
 
+/// Reads what that wrote into lists that are empty, parked ones by their turns. `place_of` tells the place of
+/// an index, none where there is no object; `count_of_active` how many have the place active.
+template <class List, class PlaceOf>
+void read_active(SnapshotReader& in, bool with_shifted, const PlaceOf& place_of,
+                 std::uint64_t count_of_active, List& active, List& parked, List& shifted)
+{
+    const std::uint64_t count = in.get_count(8);
+    std::uint64_t least = 0;
+    for (std::uint64_t k = 0; k < count; ++k) {
+        const auto index = in.get<std::uint32_t>(), idle = in.get<std::uint32_t>();
+        const Place place = place_of(index);
+        in.demand(least <= index && may_be_listed(place, idle, with_shifted),
+                  "the list of active objects doesn't fit the objects");
+        least = std::uint64_t{index} + 1;
+        List& list = place == Place::resting ? shifted : idle < first_turn ? active : parked;
+        list.push_back({Index{index}, idle});
+    }
+    in.demand(count - shifted.size() == count_of_active,
+              "the list of active objects doesn't fit the objects");
+    std::sort(parked.begin(), parked.end(), [](const auto& x, const auto& y) {
+        return x.idle != y.idle ? x.idle < y.idle : x.index < y.index;
+    });
+}
+
+/// These are the lists from now on. The objects are there, and none has a flag of a list.
+template <int Dim, class T, class List>
+void put_active(State<Dim, T>& state, const List& active, const List& parked, const List& shifted)
+{
+    state.active.assign(active.begin(), active.end());
+    state.shifted.assign(shifted.begin(), shifted.end());
+    for (const auto& each : shifted)
+        state.objects[each.index].set(flag::shifted);
+    for (const auto& each : parked) {
+        state.parked.stage(each.index, state.objects[each.index].now());
+        state.objects[each.index].set(flag::parked);
+    }
+    state.parked.keep_staged(parked.size());
+}
+
 } // namespace world
 JOSTLE_NAMESPACE_END

@@ -577,7 +577,8 @@ void World<Dim, T>::draw(
         for (int d = 0; d < Dim; ++d)
             for (int k = 0; k < 2; ++k) {
                 const Box& box = me.state.objects[world::Index{k == 0 ? a : b}].now();
-                centre[k][d] = box.lo[d] / 2 + box.hi[d] / 2;
+                // A box that is infinite both ways has no middle.
+                centre[k][d] = box.lo[d] == -box.hi[d] ? T{0} : box.lo[d] / 2 + box.hi[d] / 2;
             }
         draw_line(centre[0], centre[1], kind);
     };

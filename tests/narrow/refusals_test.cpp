@@ -65,6 +65,9 @@ TEST(Errors, OfNumbersThatShapesCantHave)
     const std::vector<double> level(4, 1.0);
     EXPECT_NO_THROW(HeightField(HeightGrid<double>{level, 2, 2, 1, 1}));
     says([&] { HeightField(HeightGrid<double>{level, 4, 1, 1, 1}); }, "4 x 1 heights; give at least 2 x 2");
+    says([&] { HeightField(HeightGrid<double>{level, 65'536, 65'540, 1, 1}); },
+         "more than 2^32 - 1 triangles");
+    says([&] { HeightField(HeightGrid<double>{level, 32'769, 32'769, 1, 1}); }, "was given 4 heights");
     for (const double wrong : {0.0, -1.0, nan, infinite, 1e61}) {
         says([&] { HeightField(HeightGrid<double>{level, 2, 2, wrong, 1}); }, "spacing is");
         says([&] { HeightField(HeightGrid<double>{level, 2, 2, 1, wrong}); }, "spacing is");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <thread>
 #include <vector>
@@ -272,6 +273,17 @@ TEST(World, ExplainsAndDrawsItself)
     EXPECT_EQ(off, 1);
     EXPECT_EQ(lines, 1);
     EXPECT_TRUE(world.contains(b));
+
+    // What is infinite both ways has no middle, and still there is one to draw to.
+    constexpr float infinite = std::numeric_limits<float>::infinity();
+    world.move(b, {{-infinite, 0, 0}, {infinite, 1, 1}});
+    world.update();
+    lines = 0;
+    world.draw({}, [&](const jostle::Vec3f&, const jostle::Vec3f& to, jostle::DrawKind) {
+        EXPECT_EQ(to[0], 0);
+        ++lines;
+    });
+    EXPECT_EQ(lines, 1);
 }
 
 } // namespace

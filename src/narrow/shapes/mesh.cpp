@@ -8,6 +8,10 @@
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
+
+/// Parts, and the corners of elements, are counted in 32 bits.
+constexpr std::uint64_t most_parts = std::numeric_limits<std::uint32_t>::max();
+
 namespace {
 
 using Index = std::uint32_t;
@@ -108,7 +112,11 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
         throw Error(ErrorCode::invalid_argument, "a height field of " + std::to_string(grid.columns) + " x " +
                                                      std::to_string(grid.rows) +
                                                      " heights; give at least 2 x 2");
-    const std::size_t count = std::size_t{grid.columns} * grid.rows;
+    if (std::uint64_t{grid.columns - 1} * (grid.rows - 1) > most_parts / 2)
+        throw Error(ErrorCode::invalid_argument,
+                    "a height field of " + std::to_string(grid.columns) + " x " + std::to_string(grid.rows) +
+                        " heights has more than 2^32 - 1 triangles; give several");
+    const std::uint64_t count = std::uint64_t{grid.columns} * grid.rows;
     if (grid.heights.size() != count)
         throw Error(ErrorCode::size_mismatch, "a height field of " + std::to_string(grid.columns) + " x " +
                                                   std::to_string(grid.rows) + " was given " +
@@ -126,7 +134,7 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
     data->rows = grid.rows;
     data->spacing_x = grid.spacing_x;
     data->spacing_z = grid.spacing_z;
-    data->heights.reserve(count);
+    data->heights.reserve(grid.heights.size());
     double lowest = HUGE_VAL;
     data->highest = -HUGE_VAL;
     for (std::size_t i = 0; i < count; ++i) {
@@ -153,6 +161,10 @@ Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> 
 {
     if (elements.empty())
         throw Error(ErrorCode::invalid_argument, "a mesh of no elements; give at least one");
+    if (elements.size() > narrow::most_parts / Dim)
+        throw Error(ErrorCode::invalid_argument, "a mesh of " + std::to_string(elements.size()) +
+                                                     " elements; give at most " +
+                                                     std::to_string(narrow::most_parts / Dim) + " to each");
     auto data = std::make_shared<narrow::MeshData<Dim>>();
     data->vertices.reserve(vertices.size());
     for (std::size_t i = 0; i < vertices.size(); ++i) {
