@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <limits>
 
 #include "c_api/results.hpp"
 #include "jostle/find_pairs.hpp"

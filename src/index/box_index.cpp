@@ -3,11 +3,9 @@
 #include "jostle/box_index.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <functional>
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <utility>
 
 #include "base/checks.hpp"
@@ -20,7 +18,6 @@
 #include "index/odd_boxes.hpp"
 #include "index/pair_answers.hpp"
 #include "index/tree.hpp"
-#include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 

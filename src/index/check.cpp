@@ -9,7 +9,6 @@
 
 #include "base/box.hpp"
 #include "jostle/error.hpp"
-#include "jostle/find_pairs.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <utility>
 
 #include "base/box.hpp"
 #include "base/prefetch.hpp"

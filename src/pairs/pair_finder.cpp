@@ -6,7 +6,6 @@
 #include <chrono>
 #include <limits>
 
-#include "base/block_buffer_access.hpp"
 #include "base/checks.hpp"
 #include "base/in_use.hpp"
 #include "engine/engine.hpp"

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
-#include <functional>
 
 #include "base/block_buffer_access.hpp"
 #include "jostle/process.hpp"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Questions: each is put to the resting objects and to the active ones, as if they were one index's.
 #include <algorithm>
-#include <limits>
-#include <type_traits>
 #include <utility>
 
 #include "index/answers.hpp"

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "narrow/convex/convex3.hpp"
 #include "narrow/parts/each_part.hpp"
 #include "narrow/small_vector.hpp"
 
