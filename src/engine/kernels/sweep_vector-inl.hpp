@@ -218,7 +218,7 @@ struct Rows
 class HitQueue
 {
   public:
-    static constexpr std::uint32_t capacity = 128; // so that there are no more pairs than in a segment
+    static constexpr std::uint32_t capacity = 128; // so that they make no more pairs than a segment may
 
     /// Which of a step's candidates, from `candidate` on, the rows `row` and row + 1 hit. Returns how many
     /// steps there are then.
@@ -247,13 +247,15 @@ class HitQueue
   private:
     static constexpr std::uint32_t most_paired = 512;
 
+    /// Takes and returns how many pairs wait to be written. A row's hits begin at bit 0.
     HWY_ATTR HWY_INLINE std::uint32_t pair_up(std::uint32_t paired, unsigned hits,
                                               const std::uint32_t* candidates, std::uint32_t row)
     {
         const Objects d;
         const auto rows = hn::Set(d, row & object_mask);
         for (std::uint32_t k = 0; k < step_size; k += lanes32) {
-            const unsigned part = (hits >> (k + k / 8 * 8)) & ((1u << lanes32) - 1);
+            const std::uint32_t at = k < 8 ? k : k + 8; // between its halves, the other row's
+            const unsigned part = (hits >> at) & ((1u << lanes32) - 1);
             compress(Vec<std::uint32_t>::loadu(candidates + k), part).storeu(other_of_pair_ + paired);
             hn::StoreU(rows, d, row_of_pair_ + paired);
             paired += static_cast<std::uint32_t>(std::popcount(part));
@@ -301,7 +303,7 @@ HWY_ATTR std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std:
     for (std::uint32_t i = first; i < last; i += 2) {
         Rows<Dim> rows(column, i);
         std::uint32_t j = (i + 1) & ~3u;
-        // Of the first step's first four candidates.
+        // The rows' successors are among the first four candidates; those before them are masked.
         unsigned behind =
             0xffff0000u | ((0xff00u << (i + 2 - j)) & 0xff00u) | ((0xffu << (i + 1 - j)) & 0xffu);
         const std::uint32_t end = std::max(brick.window_end[i], brick.window_end[i + 1]);
