@@ -51,7 +51,7 @@ class Changes
     /// Whether there are pairs to be reported as if they were new, and whether this one is.
     [[nodiscard]] bool any_again() const noexcept { return any_again_; }
     [[nodiscard]] bool is_again(const Pair& pair) const noexcept;
-    /// Of a pair that touched after the last update: whether `accept` will be asked about it if it still does.
+    /// Of a pair that touched after the last update: whether `accept` is asked about it if it still does.
     [[nodiscard]] bool is_asked_again(const Pair& pair) const noexcept;
 
     std::uint64_t commands = 0;
