@@ -585,7 +585,8 @@ JOSTLE_C_API jostle_status jostle_images_filter(jostle_images* images, const jos
 /// 1: the object may be an answer to the question of this number. 0: not.
 typedef int32_t (*jostle_accept_answer_function)(void* context, uint32_t question, uint64_t id);
 
-/// The asker, as an object of a filter.
+/// The asker, as an object of a filter. In a world category and mask filter nothing if both are UINT32_MAX,
+/// and else both do: an object whose mask is 0 is then not found.
 typedef struct jostle_asker
 {
     uint32_t category, mask;
@@ -596,10 +597,8 @@ typedef struct jostle_asker
 typedef struct jostle_query_filter
 {
     uint64_t struct_size;
-    jostle_values category, mask, owner; ///< uint32_t by id; of an index alone: a world knows its objects'
-    /// May be NULL: then neither category, mask nor owner filter. Of a world, category and mask filter unless
-    /// both are UINT32_MAX: an object whose mask is 0 is then found, and else not.
-    const jostle_asker* asker;
+    jostle_values category, mask, owner;  ///< uint32_t by id; of an index alone: a world knows its objects'
+    const jostle_asker* asker;            ///< may be NULL: then neither category, mask nor owner filter
     const uint64_t* exclude;              ///< an object that doesn't count; NULL: none
     jostle_accept_answer_function accept; ///< may be NULL
     void* context;

@@ -103,12 +103,13 @@ using ObjectPairHitVisitor = FunctionRef<bool(const ObjectPairHit<T>& hit, T& bo
 /// Is told that box `position` of a join touches an object.
 using ObjectJoinVisitor = FunctionRef<bool(std::uint32_t position, ObjectId id)>;
 
-/// Says which objects a question is about. A part that is left as it is filters nothing, but that category and
-/// mask are one part.
+/// Says which objects a question is about. A part that is left as it is filters nothing, but that category
+/// and mask are one part.
 struct ObjectQueryFilter
 {
-    /// The asker's own. Once one of the two isn't all ones, they count as between two objects: both masks must
-    /// meet the other's category. So an object whose mask is 0 is found without them, and not if either is set.
+    /// The asker's own. Once one of the two isn't all ones, they count as between two objects: both masks
+    /// must meet the other's category. So an object whose mask is 0 is found as long as both are left as they
+    /// are, and not if either is set.
     std::uint32_t category = ~std::uint32_t{0};
     std::uint32_t mask = ~std::uint32_t{0};
     std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count

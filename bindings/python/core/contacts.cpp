@@ -7,6 +7,7 @@
 #include "core/module.hpp"
 #include "core/pair_groups.hpp"
 #include "core/shapes.hpp"
+#include "core/users.hpp"
 
 namespace jostle_python {
 
@@ -30,38 +31,30 @@ class ContactFinder
         handle = make<ContactFinderHandle>(
             [&](auto** out, auto* error) { return jostle_contact_finder_new(space, &options, out, error); });
     }
-    /// What a call is about.
+    /// What a call is about, and that the finder is in use while it lasts.
     struct Given
     {
-        Given(jostle_space space, const Shapes& shapes_a, const py::array& rows_a, const Shapes* shapes_b,
-              const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs, bool moving)
-            : a(shapes_a, rows_a, space, moving, moving ? "motions" : "poses"), all(pairs)
+        Given(Users& users, jostle_space space, const Shapes& shapes_a, const py::array& rows_a,
+              const Shapes* shapes_b, const std::optional<py::array>& rows_b,
+              const Packed<std::uint32_t>& pairs, bool moving)
+            : now(users), a(shapes_a, rows_a, space, moving, moving ? "motions" : "poses"), all(pairs)
         {
             if ((shapes_b != nullptr) != rows_b.has_value()) refuse("a second set needs shapes and poses");
             if (shapes_b != nullptr)
                 b.emplace(*shapes_b, *rows_b, space, moving, moving ? "motions_b" : "poses_b");
         }
+        Users::Changing now;
         Objects a;
         std::optional<Objects> b;
         Pairs all;
     };
-    /// Calls f(a, b or null, pairs, error).
-    template <class F>
-    void work(const Shapes& shapes_a, const py::array& rows_a, const Shapes* shapes_b,
-              const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs, F&& f)
-    {
-        const Given given(space, shapes_a, rows_a, shapes_b, rows_b, pairs, false);
-        memory.call([&](jostle_error* error) {
-            return f(&given.a.view, given.b ? &given.b->view : nullptr, &given.all.all, error);
-        });
-    }
     /// Calls f(a, b or null, some of the pairs, the number of the first of these, error).
     template <class F>
     void work_in_parts(const Shapes& shapes_a, const py::array& rows_a, const Shapes* shapes_b,
                        const std::optional<py::array>& rows_b, const Packed<std::uint32_t>& pairs,
                        bool moving, F&& f)
     {
-        const Given given(space, shapes_a, rows_a, shapes_b, rows_b, pairs, moving);
+        const Given given(users, space, shapes_a, rows_a, shapes_b, rows_b, pairs, moving);
         for_parts(given.all, [&](auto* some, std::uint64_t first, auto* error) {
             return f(&given.a.view, given.b ? &given.b->view : nullptr, some, first, error);
         });
@@ -80,28 +73,23 @@ class ContactFinder
                    const std::optional<py::array>& poses_b, const Packed<std::uint32_t>& pairs, double margin,
                    const py::dtype& type)
     {
-        jostle_blocks contacts{};
-        work(shapes_a, poses_a, shapes_b, poses_b, pairs, [&](auto* a, auto* b, auto* all, auto* error) {
-            return jostle_contact_finder_find(handle.get(), a, b, all, margin, &contacts, error);
-        });
-        if (contacts.item_size != static_cast<std::uint64_t>(type.itemsize()))
-            refuse("the dtype isn't a contact's");
-        py::array out(type, std::vector<py::ssize_t>{static_cast<py::ssize_t>(contacts.count)});
-        void* const data = out.mutable_data();
-        call([&](jostle_error* error) { return jostle_blocks_copy(&contacts, contacts.count, data, error); });
+        py::array out =
+            found(jostle_contact_finder_find, shapes_a, poses_a, shapes_b, poses_b, pairs, margin, type);
         // The points that a contact doesn't have are whatever memory held; an array shows them.
+        void* const data = out.mutable_data();
+        const auto count = static_cast<std::uint64_t>(out.shape(0));
         switch (space) {
         case JOSTLE_2F:
-            clear_unused(static_cast<jostle_contact_2f*>(data), contacts.count);
+            clear_unused(static_cast<jostle_contact_2f*>(data), count);
             break;
         case JOSTLE_3F:
-            clear_unused(static_cast<jostle_contact_3f*>(data), contacts.count);
+            clear_unused(static_cast<jostle_contact_3f*>(data), count);
             break;
         case JOSTLE_2D:
-            clear_unused(static_cast<jostle_contact_2d*>(data), contacts.count);
+            clear_unused(static_cast<jostle_contact_2d*>(data), count);
             break;
         default:
-            clear_unused(static_cast<jostle_contact_3d*>(data), contacts.count);
+            clear_unused(static_cast<jostle_contact_3d*>(data), count);
         }
         return out;
     }
@@ -109,9 +97,20 @@ class ContactFinder
                           const std::optional<py::array>& poses_b, const Packed<std::uint32_t>& pairs,
                           double margin, const py::dtype& type)
     {
+        return found(jostle_contact_finder_find_points, shapes_a, poses_a, shapes_b, poses_b, pairs, margin,
+                     type);
+    }
+    /// What a search finds, copied out of the finder's memory before another one may begin.
+    template <class Search>
+    py::array found(const Search& search, const Shapes& shapes_a, const py::array& poses_a,
+                    const Shapes* shapes_b, const std::optional<py::array>& poses_b,
+                    const Packed<std::uint32_t>& pairs, double margin, const py::dtype& type)
+    {
         jostle_blocks contacts{};
-        work(shapes_a, poses_a, shapes_b, poses_b, pairs, [&](auto* a, auto* b, auto* all, auto* error) {
-            return jostle_contact_finder_find_points(handle.get(), a, b, all, margin, &contacts, error);
+        const Given given(users, space, shapes_a, poses_a, shapes_b, poses_b, pairs, false);
+        memory.call([&](jostle_error* error) {
+            return search(handle.get(), &given.a.view, given.b ? &given.b->view : nullptr, &given.all.all,
+                          margin, &contacts, error);
         });
         if (contacts.item_size != static_cast<std::uint64_t>(type.itemsize()))
             refuse("the dtype isn't a contact's");
@@ -155,7 +154,7 @@ class ContactFinder
     {
         if (length_of(offsets, "offsets") == 0)
             refuse("offsets has the shape (0,): it must have one number more than there are groups");
-        const Given given(space, shapes_a, poses_a, shapes_b, poses_b, pairs, false);
+        const Given given(users, space, shapes_a, poses_a, shapes_b, poses_b, pairs, false);
         const jostle_block& all = given.all.block;
         PairGroups groups(offsets, max_distance, space);
         const auto ask = [&](std::uint64_t first, std::uint64_t last, const auto& bounds, double limit,
@@ -183,6 +182,7 @@ class ContactFinder
                     const py::array& given, const Shapes& shapes, const py::array& poses,
                     const Packed<std::uint32_t>& pairs, const py::dtype& type)
     {
+        const Users::Changing now(users);
         const py::ssize_t width = moving == nullptr ? 2 * dim_of(space) + 1 : dim_of(space);
         const auto count = static_cast<std::uint64_t>(given.ndim() == 2 ? given.shape(0) : 0);
         want_rows(given, space, width, count, moving == nullptr ? "rays" : "displacements");
@@ -205,6 +205,7 @@ class ContactFinder
         return out;
     }
     jostle_space space;
+    Users users{"contact finder"};
     Interruptible memory;
     ContactFinderHandle handle;
 };

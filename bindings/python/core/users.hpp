@@ -10,7 +10,7 @@ namespace jostle_python {
 
 /// Who uses an object of the library that many may read at a time, or one may change. Callbacks and other
 /// threads run while a call goes on without Python's lock: a call that would change what another one reads is
-/// refused.
+/// refused. What changes it may let the functions that it asks, on its own thread, read.
 class Users
 {
   public:
@@ -22,16 +22,24 @@ class Users
       public:
         explicit Reading(Users& users) : users_(users)
         {
+            if (users.lent_to_ == this_thread()) {
+                counts_ = false;
+                return;
+            }
             int count = users.count_;
             do {
                 if (count == changing) users.refuse_now();
             } while (!users.count_.compare_exchange_weak(count, count + 1));
         }
-        ~Reading() { --users_.count_; }
+        ~Reading()
+        {
+            if (counts_) --users_.count_;
+        }
         Reading(const Reading&) = delete;
 
       private:
         Users& users_;
+        bool counts_ = true;
     };
 
     class Changing
@@ -49,8 +57,27 @@ class Users
         Users& users_;
     };
 
+    /// What changes it stands still meanwhile, and this thread may read.
+    class Lent
+    {
+      public:
+        explicit Lent(Users& users) : users_(users) { users.lent_to_ = this_thread(); }
+        ~Lent() { users_.lent_to_ = nullptr; }
+        Lent(const Lent&) = delete;
+
+      private:
+        Users& users_;
+    };
+
   private:
     static constexpr int changing = -1;
+
+    /// Another address on each thread.
+    static const void* this_thread() noexcept
+    {
+        static thread_local const char here = 0;
+        return &here;
+    }
 
     [[noreturn]] void refuse_now() const
     {
@@ -61,6 +88,7 @@ class Users
 
     const char* what_;
     std::atomic<int> count_{0}; // of readers
+    std::atomic<const void*> lent_to_{nullptr};
 };
 
 } // namespace jostle_python

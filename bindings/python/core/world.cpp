@@ -2,6 +2,7 @@
 #include "core/world.hpp"
 
 #include <cstring>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -108,6 +109,8 @@ void define_world(py::module_& m)
         .def("changed_slots", [](const World& self) { return self.listed_slots(jostle_world_changed_slots); })
         .def("pair_slots",
              [](const World& self, const U32& given) {
+                 const Users::Reading now(self.users);
+
                  const Pairs pairs(given);
                  U32 slots(static_cast<py::ssize_t>(pairs.block.count));
                  std::uint32_t* const out = slots.mutable_data();
@@ -120,6 +123,8 @@ void define_world(py::module_& m)
              })
         .def("pair_slots_end",
              [](const World& self) {
+                 const Users::Reading now(self.users);
+
                  std::uint32_t end = 0;
                  call([&](jostle_error* error) {
                      return jostle_world_pair_slots_end(self.handle.get(), &end, error);
@@ -128,6 +133,8 @@ void define_world(py::module_& m)
              })
         .def("touching",
              [](const World& self, const U64& ids) {
+                 const Users::Reading now(self.users);
+
                  const Results results = new_results();
                  jostle_lists lists;
                  self.with_ids(ids, [&](auto* world, auto* first, auto count, auto* error) {
@@ -140,21 +147,29 @@ void define_world(py::module_& m)
              })
         .def("update",
              [](World& self) {
+                 const World::Updating now(self);
+
                  self.memory->call(
                      [&](jostle_error* error) { return jostle_world_update(self.handle.get(), error); },
                      self.pending.get());
              })
         .def("apply",
              [](World& self) {
+                 const World::Updating now(self);
+
                  self.memory->call(
                      [&](jostle_error* error) { return jostle_world_apply(self.handle.get(), error); });
              })
         .def("update_moves",
              [](World& self, const U64& ids, const Array& boxes) {
+                 const World::Updating now(self);
+
                  self.with_boxes(ids, boxes, jostle_world_update_moves);
              })
         .def("began",
              [](const World& self) {
+                 const Users::Reading now(self.users);
+
                  const jostle_id_pair* pairs = nullptr;
                  std::uint64_t count = 0;
                  call([&](jostle_error* error) {
@@ -166,6 +181,8 @@ void define_world(py::module_& m)
              })
         .def("ended",
              [](const World& self) {
+                 const Users::Reading now(self.users);
+
                  const jostle_ended_pair* pairs = nullptr;
                  std::uint64_t count = 0;
                  call([&](jostle_error* error) {
@@ -184,6 +201,8 @@ void define_world(py::module_& m)
         .def("changed_pairs", [](const World& self) { return self.listed(jostle_world_changed_pairs); })
         .def("pairs",
              [](const World& self) {
+                 const Users::Reading now(self.users);
+
                  const Results results = new_results();
                  self.memory->call([&](jostle_error* error) {
                      return jostle_world_pairs(self.handle.get(), results.get(), error);
@@ -193,6 +212,8 @@ void define_world(py::module_& m)
         .def("first_hits",
              [](const World& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
                 const Shapes& shapes, const Array& poses, AskFilter& filter, const py::dtype& type) {
+                 const Users::Reading now(self.users);
+
                  Casts casts(moving, moving_poses, given, self.space);
                  return shapes_of_world.ask_first(self.handle.get(), self.space, casts, shapes, poses, filter,
                                                   type);
@@ -201,6 +222,8 @@ void define_world(py::module_& m)
              [](const World& self, const Shapes* moving, const Maybe& moving_poses, const Array& given,
                 const Shapes& shapes, const Array& poses, AskFilter& filter, std::uint64_t limit,
                 const py::dtype& type) {
+                 const Users::Reading now(self.users);
+
                  Casts casts(moving, moving_poses, given, self.space);
                  return shapes_of_world.ask_all(self.handle.get(), self.space, casts, shapes, poses, filter,
                                                 limit, type);
@@ -208,30 +231,45 @@ void define_world(py::module_& m)
         .def("nearest_shapes",
              [](const World& self, const Shapes& near_shapes, const Array& near_poses,
                 const F64& max_distances, const Shapes& shapes, const Array& poses, AskFilter& filter) {
+                 const Users::Reading now(self.users);
+
                  return shapes_of_world.ask_nearest(self.handle.get(), self.space, near_shapes, near_poses,
                                                     max_distances, shapes, poses, filter);
              })
         .def("first",
              [](const World& self, const Questions& questions, AskFilter& filter) {
+                 const Users::Reading now(self.users);
+
                  return of_world.ask_first(self.handle.get(), questions, filter);
              })
         .def("all",
              [](const World& self, const Questions& questions, AskFilter& filter, std::uint64_t limit) {
+                 const Users::Reading now(self.users);
+
                  return of_world.ask_all(self.handle.get(), questions, filter, limit);
              })
-        .def("any", [](const World& self, const Questions& questions,
-                       AskFilter& filter) { return of_world.ask_any(self.handle.get(), questions, filter); })
+        .def("any",
+             [](const World& self, const Questions& questions, AskFilter& filter) {
+                 const Users::Reading now(self.users);
+                 return of_world.ask_any(self.handle.get(), questions, filter);
+             })
         .def("count",
              [](const World& self, const Questions& questions, AskFilter& filter) {
+                 const Users::Reading now(self.users);
+
                  return of_world.ask_count(self.handle.get(), questions, filter);
              })
         .def("visit",
              [](const World& self, const Questions& questions, AskFilter& filter, py::object visit,
                 std::uint64_t chunk) {
+                 const Users::Reading now(self.users);
+
                  return of_world.ask_visit(self.handle.get(), questions, filter, std::move(visit), chunk);
              })
         .def("visit_pairs",
              [](const World& self, py::object visit, std::uint64_t chunk) {
+                 const Users::Reading now(self.users);
+
                  Pending pending;
                  Visitor visitor(std::move(visit), chunk, 2, false, pending);
                  return visitor.run([&](void* context, auto* finished, auto* error) {
@@ -242,12 +280,17 @@ void define_world(py::module_& m)
         .def("visit_closest_pairs",
              [](const World& self, const World* other, double max_distance, py::object visit,
                 std::uint64_t chunk) {
+                 const Users::Reading now(self.users);
+                 const Users::Reading others(other == nullptr ? self.users : other->users);
+
                  return of_world.ask_closest_pairs(self.handle.get(),
                                                    other == nullptr ? nullptr : other->handle.get(),
                                                    max_distance, std::move(visit), chunk, false);
              })
         .def("join",
              [](World& self, const Array& boxes, AskFilter& filter) {
+                 const Users::Reading now(self.users);
+
                  const Boxes given = boxes_of(boxes, "boxes", self.space);
                  if (filter.asks_python()) return join_one_by_one(self, given, filter);
                  const jostle_query_filter* const one = filter.one();
@@ -259,25 +302,47 @@ void define_world(py::module_& m)
                      &filter.pending);
                  return copy_pairs(results);
              })
-        .def("save", [](const World& self) { return saved(jostle_world_save, self.handle.get()); })
+        .def("save",
+             [](const World& self) {
+                 const Users::Reading now(self.users);
+                 return saved(jostle_world_save, self.handle.get());
+             })
         .def("restore",
              [](World& self, const py::bytes& snapshot) {
+                 const World::Updating now(self);
+
                  restore(jostle_world_restore, self.handle.get(), snapshot);
              })
-        .def("save_base", [](World& self) { return saved(jostle_world_save_base, self.handle.get()); })
-        .def("save_changes", [](World& self) { return saved(jostle_world_save_changes, self.handle.get()); })
+        .def("save_base",
+             [](World& self) {
+                 const Users::Reading now(self.users);
+                 return saved(jostle_world_save_base, self.handle.get());
+             })
+        .def("save_changes",
+             [](World& self) {
+                 const Users::Reading now(self.users);
+                 return saved(jostle_world_save_changes, self.handle.get());
+             })
         .def("restore_changes",
              [](World& self, const py::bytes& changes) {
+                 const World::Updating now(self);
+
                  restore(jostle_world_restore_changes, self.handle.get(), changes);
              })
         .def("follow",
              [](World& self, const World& other) {
+                 const World::Updating now(self);
+                 std::optional<Users::Reading> others;
+                 if (&self != &other) others.emplace(other.users); // else the library says what is wrong
+
                  call([&](jostle_error* error) {
                      return jostle_world_follow(self.handle.get(), other.handle.get(), error);
                  });
              })
         .def("fork",
              [](const World& self) {
+                 const Users::Reading now(self.users);
+
                  auto fork = std::make_unique<World>(self.space, 0, py::none(), 1, false, false, 0);
                  fork->handle = make<WorldHandle>([&](auto** out, auto* error) {
                      return jostle_world_fork(self.handle.get(), out, error);
@@ -291,6 +356,8 @@ void define_world(py::module_& m)
         .def("stats", &World::stats)
         .def("explain",
              [](const World& self) {
+                 const Users::Reading now(self.users);
+
                  const Results results = new_results();
                  const void* bytes = nullptr;
                  std::uint64_t count = 0;

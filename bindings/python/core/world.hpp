@@ -8,9 +8,12 @@
 
 #include "core/arrays.hpp"
 #include "core/interrupts.hpp"
+#include "core/users.hpp"
 
 namespace jostle_python {
 
+/// Commands may be given at any time. What reads is refused while an update or the like goes on, but not in
+/// the function that the update asks; and the other way round.
 class World
 {
   public:
@@ -35,6 +38,7 @@ class World
             options.context = asked.get();
             options.accept = [](void* context, jostle_id a, jostle_id b) {
                 auto* const self = static_cast<Asks*>(context);
+                const Users::Lent now(*updating);
                 return self->pending->call([&] { return self->accept(a, b).template cast<bool>(); });
             };
         }
@@ -42,6 +46,19 @@ class World
             [&](auto** out, auto* error) { return jostle_world_new(space, &options, out, error); });
     }
     using Ids = Packed<std::uint64_t>;
+
+    /// While it lasts, the world changes.
+    class Updating
+    {
+      public:
+        explicit Updating(World& world) : now_(world.users), outer_(std::exchange(updating, &world.users)) {}
+        ~Updating() { updating = outer_; }
+        Updating(const Updating&) = delete;
+
+      private:
+        Users::Changing now_;
+        Users* outer_; // of a world in whose update this one is updated
+    };
 
     template <class F>
     void with_boxes(const Ids& ids, const py::array& boxes, F&& f)
@@ -62,6 +79,12 @@ class World
     template <class T, class F>
     py::array read(const Ids& ids, F&& f) const
     {
+        const Users::Reading now(users);
+        return read_any_time<T>(ids, f);
+    }
+    template <class T, class F>
+    py::array read_any_time(const Ids& ids, F&& f) const
+    {
         Packed<T> out(static_cast<py::ssize_t>(length_of(ids, "ids")));
         T* const data = out.mutable_data();
         with_ids(ids, [&](auto* world, auto* first, auto count, auto* error) {
@@ -72,6 +95,7 @@ class World
     template <class F>
     py::array read_boxes(const Ids& ids, F&& f) const
     {
+        const Users::Reading now(users);
         py::array out(number_of(space), {static_cast<py::ssize_t>(length_of(ids, "ids")), py::ssize_t(2),
                                          py::ssize_t(dim_of(space))});
         void* const data = out.mutable_data();
@@ -83,6 +107,7 @@ class World
     template <class F>
     Packed<std::uint32_t> listed_slots(F&& f) const
     {
+        const Users::Reading now(users);
         const std::uint32_t* slots = nullptr;
         std::uint64_t count = 0;
         call([&](jostle_error* error) { return f(handle.get(), &slots, &count, error); });
@@ -93,12 +118,14 @@ class World
     template <class F>
     py::array listed(F&& f) const
     {
+        const Users::Reading now(users);
         jostle_blocks pairs;
         call([&](jostle_error* error) { return f(handle.get(), &pairs, error); });
         return copy_pairs(pairs);
     }
     py::dict stats() const
     {
+        const Users::Reading now(users);
         jostle_world_stats s{};
         s.struct_size = sizeof s;
         call([&](jostle_error* error) { return jostle_world_stats_read(handle.get(), &s, error); });
@@ -122,8 +149,10 @@ class World
     }
 
     jostle_space space;
+    mutable Users users{"world"};
     py::object accept;
     std::shared_ptr<Pending> pending;
+    static inline thread_local Users* updating = nullptr; // of the world whose update goes on on this thread
     struct Asks
     {
         py::handle accept; // which every world that asks it owns: Python's collector has to see each owner

@@ -19,7 +19,7 @@ void define_objects(py::class_<World>& world)
              })
         .def("user_data",
              [](const World& self, const U64& ids) {
-                 return self.read<std::uint64_t>(ids, jostle_world_user_data);
+                 return self.read_any_time<std::uint64_t>(ids, jostle_world_user_data);
              })
         .def("add",
              [](World& self, const Array& boxes, std::optional<std::array<std::uint32_t, 4>> filter,
@@ -113,10 +113,12 @@ void define_objects(py::class_<World>& world)
              })
         .def("clear",
              [](World& self) {
+                 const World::Updating now(self);
                  call([&](jostle_error* error) { return jostle_world_clear(self.handle.get(), error); });
              })
         .def("bounds_of_all",
              [](const World& self) -> py::object {
+                 const Users::Reading now(self.users);
                  Array out(number_of(self.space), {py::ssize_t(2), py::ssize_t(dim_of(self.space))});
                  void* const data = out.mutable_data();
                  std::int32_t any = 0;
@@ -127,6 +129,7 @@ void define_objects(py::class_<World>& world)
              })
         .def("size",
              [](const World& self) {
+                 const Users::Reading now(self.users);
                  std::uint64_t size = 0;
                  call(
                      [&](jostle_error* error) { return jostle_world_size(self.handle.get(), &size, error); });
@@ -134,6 +137,7 @@ void define_objects(py::class_<World>& world)
              })
         .def("index_end",
              [](const World& self) {
+                 const Users::Reading now(self.users);
                  std::uint32_t end = 0;
                  call([&](jostle_error* error) {
                      return jostle_world_index_end(self.handle.get(), &end, error);
@@ -144,6 +148,7 @@ void define_objects(py::class_<World>& world)
                             const U64& ids) { return self.read<std::uint8_t>(ids, jostle_world_contains); })
         .def("ids",
              [](const World& self, const U32& indices) {
+                 const Users::Reading now(self.users);
                  U64 out(static_cast<py::ssize_t>(length_of(indices, "indices")));
                  const std::uint32_t* const first = indices.data();
                  std::uint64_t* const data = out.mutable_data();
@@ -159,6 +164,7 @@ void define_objects(py::class_<World>& world)
              [](const World& self, const U64& ids) { return self.read_boxes(ids, jostle_world_bounds); })
         .def("filters",
              [](const World& self, const U64& ids) {
+                 const Users::Reading now(self.users);
                  U32 out({static_cast<py::ssize_t>(length_of(ids, "ids")), py::ssize_t(4)});
                  auto* const data = reinterpret_cast<jostle_object_filter*>(out.mutable_data());
                  self.with_ids(ids, [&](auto* world, auto* first, auto count, auto* error) {

@@ -36,8 +36,8 @@ class ContactFinder:
     them. A motion has 6 (3) more: the displacement and the rotation of the whole motion. Pairs are (m, 2), positions in the shapes;
     with a second set (shapes_b, poses_b) the second column refers to that set.
 
-    It keeps its working memory, so use the same one again and again, but only for one call at a time. The functions contacts,
-    touching, distances and impacts do the same for a single call.
+    It keeps its working memory, so use the same one again and again, but only for one call at a time: a second one, from another
+    thread, is an Error. The functions contacts, touching, distances and impacts do the same for a single call.
     """
 
     def __init__(self, dim: int = 3, dtype: Any = np.float64, threads: int = 0) -> None:

@@ -53,8 +53,9 @@ class World:
     Of the commands, add, remove and move without displacements are queued for all objects or, where the call fails, for none; the
     others may then have been queued for the objects before the one at fault, or, without memory, for the first ones.
 
-    Resting objects cost nothing. Several threads may give commands; only one at a time may call update(). A world can be pickled,
-    unless it has an `accept`.
+    Resting objects cost nothing. Several threads may give commands, at any time, and any number may ask; but not while another
+    one calls update(), apply(), clear(), follow() or restores: that is an Error, on whichever side comes second. `accept` may ask. A world
+    can be pickled, unless it has an `accept`.
     """
 
     def __init__(self, dim: int = 3, dtype: Any = np.float64, *, margin: float = 0.0,

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Shapes, contacts, distances, impacts, sums."""
+import threading
+
 import numpy as np
 import pytest
 
@@ -280,3 +282,40 @@ def test_shapes_that_repeat_serve_for_all_configurations(count):
     arm.repeats = False
     with pytest.raises(jostle.Error):
         finder.touching(arm, poses, pairs)
+
+
+def test_a_contact_finder_in_use_refuses_another_call():
+    centers = np.random.default_rng(1).random((12_000, 3)) * 13
+    shapes, poses = jostle.Shapes.spheres(np.full(len(centers), 0.5)), jostle.poses(centers)
+    pairs = jostle.find_pairs(jostle.bounds(shapes, poses))
+    finder, few = jostle.ContactFinder(3), pairs[:500]
+    done, right, refused = threading.Event(), [0, 0], []
+
+    def ask(which, all_pairs):
+        for find, expected in zip((finder.find, finder.find_points), which):
+            try:
+                assert np.array_equal(find(shapes, poses, all_pairs)["pair"], expected)
+                right[len(all_pairs) > 500] += 1
+            except jostle.Error as error:
+                refused.append(str(error))
+
+    def answers(of):
+        return [find(shapes, poses, of)["pair"] for find in (finder.find, finder.find_points)]
+
+    def ask_on():
+        while not done.is_set():
+            ask(of_few, few)
+    of_all, of_few = answers(pairs), answers(few)
+    thread = threading.Thread(target=ask_on)
+    thread.start()
+    wrong = []
+    try:
+        for _ in range(60):
+            ask(of_all, pairs)
+    except AssertionError as error:
+        wrong.append(error)
+    done.set()
+    thread.join()
+    assert not wrong and right[0] > 0
+    assert all("the contact finder is in use by another call" in each for each in refused), set(refused)
+    finder.find(shapes, poses, few), finder.touching(shapes, poses, few)  # no longer in use

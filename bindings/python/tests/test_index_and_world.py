@@ -622,6 +622,91 @@ def test_an_index_in_use_refuses_changes():
     assert len(index) == 19_999 and index.count(everything)[0] == 19_999
 
 
+def elsewhere(function):
+    """What the function returns or raises on another thread."""
+    said = []
+
+    def run():
+        try:
+            said.append(function())
+        except jostle.Error as error:
+            said.append(error)
+    thread = threading.Thread(target=run)
+    thread.start()
+    thread.join()
+    return said[0]
+
+
+def reads_of(world, ids):
+    everything = jostle.overlapping([[[0, 0, 0], [9, 9, 9]]])
+    return (world.began, world.ended, world.persisted, world.changed_pairs, world.pairs, world.began_slots, world.ended_slots,
+            world.changed_slots, world.stats, world.explain, world.save, world.fork, lambda: world.boxes(ids), lambda: world.bounds(ids),
+            lambda: world.filters(ids), lambda: world.touching(ids), lambda: len(world), lambda: world.contains(ids),
+            lambda: world.all(everything), lambda: world.count(everything), lambda: world.any(everything),
+            lambda: world.closest_pairs(2), lambda: jostle.World().closest_pairs(2, world), lambda: world.visit_pairs(lambda *_: False),
+            lambda: world.visit(everything, lambda *_: False))
+
+
+def test_a_world_that_is_updated_is_read_by_nobody_but_its_accept():
+    asked, boxes = [], np.array([[[0, 0, 0], [1, 1, 1]]] * 2, float)
+
+    def accept(*_):
+        for read in reads_of(world, ids[:1]):
+            assert not isinstance(read(), jostle.Error)
+            assert "the world is in use" in str(elsewhere(read))
+        for change in (world.update, world.apply, world.clear, lambda: world.restore(saved), lambda: world.update(ids, boxes)):
+            assert "the world is in use" in str(elsewhere(change))
+            with pytest.raises(jostle.Error, match="the world is in use"):
+                change()
+        assert "the world is in use" in str(elsewhere(lambda: jostle.World().follow(world)))
+        elsewhere(lambda: world.move(ids[1], boxes[1] + 0.5))
+        assert len(elsewhere(lambda: world.add(boxes + 50))) == 2
+        elsewhere(lambda: world.set_user_data(ids[0], 7))
+        assert elsewhere(lambda: world.user_data(ids[:1]))[0] == 7
+        inner = jostle.World(accept=lambda *_: True)  # may be updated meanwhile, which is its own affair
+        inner.add(boxes)
+        inner.update()
+        assert len(inner.began()) == 1 and "the world is in use" in str(elsewhere(world.pairs)) and len(world) == 2
+        asked.append(1)
+        return True
+    world = jostle.World(accept=accept, pair_slots=True)
+    saved = world.save()
+    ids = world.add(boxes + 90)
+    world.update(ids, boxes + [[[0]], [[20]]])  # apart, so that nothing is asked
+    world.update(ids, boxes)
+    assert asked == [1] and len(elsewhere(world.began)) == 1
+    world.move(ids[1], boxes[1] + 20)
+    world.update()
+    assert len(world) == 4
+
+
+def test_a_world_that_is_read_is_updated_by_nobody():
+    boxes = some_boxes(200, 3, np.float64)
+    world = jostle.World()
+    ids = world.add(boxes)
+    world.update()
+    saved, seen = world.save(), []
+
+    def change(*_):
+        for one in (world.update, world.apply, world.clear, lambda: world.restore(saved), lambda: world.update(ids, boxes),
+                    lambda: world.follow(jostle.World())):
+            with pytest.raises(jostle.Error, match="the world is in use"):
+                one()
+            assert "the world is in use" in str(elsewhere(one))
+        assert len(world.pairs()) == len(elsewhere(world.pairs)) > 0  # reading goes on
+        world.move(ids[0], boxes[0])
+        seen.append(1)
+        return False
+    world.visit_pairs(change)
+    world.visit(jostle.overlapping(boxes[:1]), change)
+    world.visit_closest_pairs(change)
+    jostle.World().follow(world)
+    assert len(seen) == 3
+    world.update()
+    with pytest.raises(jostle.Error, match="itself"):
+        world.follow(world)
+
+
 def test_shapes_in_use_refuse_changes():
     hull = jostle.hull(np.random.default_rng(1).normal(size=(30, 3)))
     shapes = jostle.Shapes.same(hull, 2000)
