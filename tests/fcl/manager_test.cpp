@@ -326,6 +326,54 @@ TYPED_TEST(Managers, DistanceOfThoseApartOutliersAndCrowds)
     EXPECT_LT(check(one_place), 3u);
 }
 
+// Of two cubes beside 0, a little more than 1 apart, the computed distance is 1.
+TYPED_TEST(Managers, DistanceOfAPairWhoseGapIsRoundedDownToTheBound)
+{
+    using S = TypeParam;
+    Scene<S> scene(1, 1);
+    const auto add = [&](S x, S y) {
+        fcl::AABB<S> box;
+        const fcl::Vector3<S> half = fcl::Vector3<S>::Constant(S(0.25));
+        box.min_ = fcl::Vector3<S>(x, y, 0) - half;
+        box.max_ = fcl::Vector3<S>(x, y, 0) + half;
+        scene.add();
+        scene.set(scene.objects.size() - 1, box);
+    };
+    add(1000, 1000); // 1 apart, their objects 1.5
+    add(S(1001.5), 1000);
+    for (int i = 2; i < 60; ++i)
+        add(S(5000 + 100 * i), -5000);
+    add(-3000, 0); // 0.875 apart, their objects 2
+    add(S(-3000 + 1.375), 0);
+    add(S(-0.75), 0);
+    add(S(0.75), 0);
+    fcl::AABB<S> beside = scene.objects.back()->getAABB();
+    beside.min_[0] += std::numeric_limits<S>::epsilon() / 2;
+    scene.set(scene.objects.size() - 1, beside);
+    for (int i = 0; i < 6; ++i)
+        add(S(-5000 - 100 * i), 5000);
+    ASSERT_EQ(scene.objects[62]->getAABB().distance(scene.objects[63]->getAABB()), 1);
+    struct Asked
+    {
+        Scene<S>* scene;
+        S least;
+    } asked{&scene, 0};
+    const auto distance = [](Object<S>* a, Object<S>* b, void* data, S& least) {
+        auto& now = *static_cast<Asked*>(data);
+        const auto are = [&](std::size_t i) {
+            return std::minmax(a, b) ==
+                   std::minmax(now.scene->objects[i].get(), now.scene->objects[i + 1].get());
+        };
+        const S found = are(0) ? S(1.5) : are(60) ? S(2) : a->getAABB().distance(b->getAABB());
+        now.least = least = std::min(least, found);
+        return false;
+    };
+    jostle::fcl::Manager<S> manager;
+    manager.registerObjects(scene.pointers());
+    manager.distance(&asked, distance);
+    EXPECT_EQ(asked.least, 1);
+}
+
 // A callback that never says how near anything is gets all pairs.
 TYPED_TEST(Managers, DistanceWithoutABound)
 {

@@ -620,13 +620,17 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
         const std::size_t most = 4096 + 16 * (boxes_.size() + other.boxes_.size());
         std::vector<Box> bigger = boxes_;
         const bool within = &other == this;
-        const S by = within ? reach / 2 : reach;
-        if (reach > 0)
-            for (Box& box : bigger)
-                for (int d = 0; d < 3; ++d) { // rounded outwards
-                    box.lo[d] = std::nextafter(box.lo[d] - by, -std::numeric_limits<S>::infinity());
-                    box.hi[d] = std::nextafter(box.hi[d] + by, std::numeric_limits<S>::infinity());
-                }
+        // What gap() says may be less than the truth, but not than the rounded difference of the bounds on any
+        // axis, if the square of that is a normal number. So where it says no more than `reach`, the true
+        // difference is less than the next number, or so small that its square isn't normal.
+        constexpr S infinity = std::numeric_limits<S>::infinity();
+        const S all = std::nextafter(reach, infinity) + 2 * std::sqrt(std::numeric_limits<S>::min());
+        const S by = within ? all / 2 : all;
+        for (Box& box : bigger)
+            for (int d = 0; d < 3; ++d) { // rounded outwards
+                box.lo[d] = std::nextafter(box.lo[d] - by, -infinity);
+                box.hi[d] = std::nextafter(box.hi[d] + by, infinity);
+            }
         const auto sink = [&](const PairChunk& chunk) {
             for (const Pair pair : chunk.pairs)
                 if (const S distance = gap(boxes_[pair.a], other.boxes_[pair.b]); distance <= reach)
