@@ -508,7 +508,7 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
                 for (const Pair pair : finder().find(box_view(boxes)))
                     pairs.push_back({places[pair.a], places[pair.b]});
             }
-            manager_.pairs_known_ = shared_;
+            if (shared_) manager_.pairs_known_ = true;
             return pairs;
         }
 
