@@ -71,9 +71,13 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
 
     void registerObjects(const std::vector<Object*>& objects) override
     {
-        objects_.reserve(objects_.size() + objects.size());
-        boxes_.reserve(objects_.size() + objects.size());
-        places_.reserve(objects_.size() + objects.size());
+        // Twice as much at least, so that many small batches don't move everything each time.
+        if (const std::size_t all = objects_.size() + objects.size(); all > objects_.capacity()) {
+            const std::size_t room = std::max(all, 2 * objects_.capacity());
+            objects_.reserve(room);
+            boxes_.reserve(room);
+            places_.reserve(room);
+        }
         for (Object* const object : objects)
             registerObject(object);
     }
@@ -620,7 +624,7 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
         const std::size_t most = 4096 + 16 * (boxes_.size() + other.boxes_.size());
         std::vector<Box> bigger = boxes_;
         const bool within = &other == this;
-        // What gap() says may be less than the truth, but not than the rounded difference of the bounds on any
+        // What gap() says may be less than the truth, but not than the rounded difference of the bounds on an
         // axis, if the square of that is a normal number. So where it says no more than `reach`, the true
         // difference is less than the next number, or so small that its square isn't normal.
         constexpr S infinity = std::numeric_limits<S>::infinity();
