@@ -32,12 +32,6 @@ struct ListedPairs
         places.clear();
         told.clear();
     }
-    /// The objects lie elsewhere now: `to` says where, by where they were.
-    void follow(std::span<const std::uint32_t> to) noexcept
-    {
-        for (jostle::Pair& place : places)
-            if (place.b != PairList<Dim, T>::told) place = {to[place.a], to[place.b]};
-    }
 };
 
 /// What an update tells the user of one rank.
