@@ -183,6 +183,8 @@ TEST(Faults, DifferentTermsAreRefused)
     auto other = serial;
     other.margin = -1;
     EXPECT_TRUE(says(made(other), "rank 0: margin -1 of the world"));
+    other.margin = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(says(made(other), "rank 0: margin nan of the world"));
     other = serial;
     other.memory = nullptr;
     EXPECT_TRUE(says(made(other), "rank 0: WorldOptions::memory is null"));
