@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <memory_resource>
-#include <span>
 #include <vector>
 
 #include "jostle/mpi.hpp"
