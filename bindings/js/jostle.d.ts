@@ -590,7 +590,7 @@ export interface World extends Disposable, Questionable<bigint, BigUint64Array, 
   userData(ids: Ids): BigUint64Array;
   /**
    * In the next update the pairs of these objects, or the pairs of ids[i] and others[i], begin again if they
-   * still touch.
+   * still touch. `accept` is asked about them again, also about those that it refused.
    */
   reportAgain(ids: Ids, others?: Ids): void;
 

@@ -596,8 +596,10 @@ typedef struct jostle_asker
 typedef struct jostle_query_filter
 {
     uint64_t struct_size;
-    jostle_values category, mask, owner;  ///< uint32_t by id; of an index alone: a world knows its objects'
-    const jostle_asker* asker;            ///< may be NULL: then neither category, mask nor owner filter
+    jostle_values category, mask, owner; ///< uint32_t by id; of an index alone: a world knows its objects'
+    /// May be NULL: then neither category, mask nor owner filter. Of a world, category and mask filter unless
+    /// both are UINT32_MAX: an object whose mask is 0 is then found, and else not.
+    const jostle_asker* asker;
     const uint64_t* exclude;              ///< an object that doesn't count; NULL: none
     jostle_accept_answer_function accept; ///< may be NULL
     void* context;
@@ -790,7 +792,8 @@ JOSTLE_C_API jostle_status jostle_world_add(jostle_world* world, const jostle_bo
 JOSTLE_C_API jostle_status jostle_world_remove(jostle_world* world, const jostle_id* ids, uint64_t count,
                                                jostle_error* error);
 /// In the next update the pairs of each of these objects come in the list of those that began, as if they
-/// were new; with `others`, as many as ids and not NULL, only the pair of ids[i] and others[i].
+/// were new; with `others`, as many as ids and not NULL, only the pair of ids[i] and others[i]. `accept` is
+/// asked about them again, also about those that it refused.
 JOSTLE_C_API jostle_status jostle_world_report_again(jostle_world* world, const jostle_id* ids,
                                                      const jostle_id* others, uint64_t count,
                                                      jostle_error* error);
@@ -911,7 +914,8 @@ JOSTLE_C_API jostle_status jostle_world_count(const jostle_world* world, jostle_
                                               const jostle_query_filter* filter, uint64_t* counts,
                                               jostle_error* error);
 /// As jostle_index_closest_pairs: of objects of this world whose filters let them pair, or of one of this and
-/// one of another world.
+/// one of another world. Pairs of this world that touch and that `accept` refused are left out; about pairs
+/// apart it hasn't been asked.
 JOSTLE_C_API jostle_status jostle_world_closest_pairs(const jostle_world* world, const jostle_world* other,
                                                       double max_distance,
                                                       jostle_visit_close_pair_function visit, void* context,

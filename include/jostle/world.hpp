@@ -103,10 +103,12 @@ using ObjectPairHitVisitor = FunctionRef<bool(const ObjectPairHit<T>& hit, T& bo
 /// Is told that box `position` of a join touches an object.
 using ObjectJoinVisitor = FunctionRef<bool(std::uint32_t position, ObjectId id)>;
 
-/// Says which objects a question is about. A part that is left as it is filters nothing.
+/// Says which objects a question is about. A part that is left as it is filters nothing, but that category and
+/// mask are one part.
 struct ObjectQueryFilter
 {
-    /// The asker's own, if given: as between two objects, both masks must meet the other's category.
+    /// The asker's own. Once one of the two isn't all ones, they count as between two objects: both masks must
+    /// meet the other's category. So an object whose mask is 0 is found without them, and not if either is set.
     std::uint32_t category = ~std::uint32_t{0};
     std::uint32_t mask = ~std::uint32_t{0};
     std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count
@@ -264,7 +266,8 @@ class JOSTLE_API World
     void set_enabled(ObjectId id, bool enabled, std::uint32_t sequence = 0);
     /// For hosts that treat a pair in another way from now on: if this object's pairs, or this pair, still
     /// touch in the next update, they are in began(), as if they were new, and in no other list. `accept`
-    /// is asked about them again; pairs that it is against now are in ended().
+    /// is asked about them again, also about those that it refused; pairs that it is against now are in
+    /// ended(), unless it was so before.
     void report_again(ObjectId id);
     void report_again(ObjectId a, ObjectId b);
 
@@ -350,7 +353,9 @@ class JOSTLE_API World
 
     /// As BoxIndex::closest_pairs and closest_pair, with the objects' bounds: of this world's objects that
     /// aren't disabled and whose filters let them pair, a.index < b.index; or of one of this world's and one
-    /// of another world's, whatever their filters. The visitor may queue commands and read the worlds, not
+    /// of another world's, whatever their filters. Of this world's own, pairs that touch and that `accept`
+    /// refused are left out. About pairs apart it hasn't been asked, so they are there, also those that it
+    /// would refuse. The visitor may queue commands and read the worlds, not
     /// update or restore them. The order of pairs at squared distance 0 may be another one after a restore().
     bool closest_pairs(ObjectPairHitVisitor<T> visitor,
                        T max_distance = std::numeric_limits<T>::infinity()) const;

@@ -118,7 +118,7 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
         };
         state.each_active(collect_one);
         if (state.shown == nullptr) return;
-        for (const Index index : *state.shown)
+        for (const Index index : state.shown->objects())
             if (state.objects[index].place() != Place::active) collect_one(index);
     };
     if (followed && count <= index_.size() + index_.size() / 3) {

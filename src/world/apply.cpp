@@ -416,6 +416,7 @@ void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& 
     writer.begin(counts.that_command, counts.one, &noted);
     apply_queued(state, queues, writer);
     if (writer.any_contested()) settle_contests(state, changes, writer, queues, {}, counts.own, arena);
+    changes.sort_again();
     for (const Noted& each : noted) {
         const auto object = state.objects[each.index];
         object.set(flag::noted, false);

@@ -52,6 +52,13 @@ bool Changes<Dim, T>::is_again(const Pair& pair) const noexcept
 }
 
 template <int Dim, class T>
+bool Changes<Dim, T>::is_asked_again(const Pair& pair) const noexcept
+{
+    return state_->objects[Index{pair.a}].has(flag::asked) ||
+           state_->objects[Index{pair.b}].has(flag::asked) || is_again(pair);
+}
+
+template <int Dim, class T>
 void Changes<Dim, T>::reset(Index index) noexcept
 {
     const auto object = state_->objects[index];
@@ -83,6 +90,12 @@ void Changes<Dim, T>::sort_reaches() noexcept
 }
 
 template <int Dim, class T>
+void Changes<Dim, T>::sort_again() noexcept
+{
+    std::sort(again_.begin(), again_.end());
+}
+
+template <int Dim, class T>
 bool Changes<Dim, T>::is_unchanged(Index index) const noexcept
 {
     const auto object = state_->objects[index];
@@ -98,7 +111,7 @@ void Changes<Dim, T>::close(Arena& arena)
 {
     const Objects<Dim, T>& objects = state_->objects;
     sort_filters();
-    std::sort(again_.begin(), again_.end());
+    sort_again();
     std::size_t kept = 0;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
         if (i + fetch_ahead < objects_.size()) objects.prefetch(objects_[i + fetch_ahead]);

@@ -51,6 +51,8 @@ class Changes
     /// Whether there are pairs to be reported as if they were new, and whether this one is.
     [[nodiscard]] bool any_again() const noexcept { return any_again_; }
     [[nodiscard]] bool is_again(const Pair& pair) const noexcept;
+    /// Of a pair that touched after the last update: whether `accept` is asked about it if it still does.
+    [[nodiscard]] bool is_asked_again(const Pair& pair) const noexcept;
 
     std::uint64_t commands = 0;
     std::uint64_t dropped = 0;   // of these, because their objects are gone
@@ -77,6 +79,8 @@ class Changes
     /// So that finding what an object was is quick for all that was kept until now.
     void sort_filters();
     void sort_reaches() noexcept;
+    /// So that is_again() knows what was said until now.
+    void sort_again() noexcept;
     /// Brings the list into order, without the objects that commands left as they were.
     void close(Arena& arena);
 
@@ -88,11 +92,20 @@ class Changes
     std::pmr::vector<Index>& objects_;
     std::pmr::vector<OldFilter>& old_filters_;
     std::pmr::vector<OldReach>& old_reaches_;
-    std::pmr::vector<Key>& again_; // ascending once all commands are applied
+    std::pmr::vector<Key>& again_; // ascending after sort_again()
     bool any_again_ = false;
     std::pmr::vector<OldFilter>& scratch_;
     std::size_t sorted_filters_ = 0, sorted_reaches_ = 0; // how many of them are in order, from the first on
 };
+
+/// Whether two objects whose boxes touch don't count as a pair for questions, because `accept` is against it.
+/// Pairs about which the next update will ask again count.
+template <int Dim, class T>
+[[nodiscard]] bool is_shown_refused(const State<Dim, T>& state, const Pair& pair) noexcept
+{
+    if (state.refused.empty() || state.refused.find(key_of(pair)) == state.refused.end()) return false;
+    return state.shown == nullptr || !state.shown->is_asked_again(pair);
+}
 
 /// Moves that the caller of update() gives, as if its thread had queued them last.
 template <int Dim, class T>

@@ -27,7 +27,7 @@ class ShownResting
     {
         // Where most of a tree is passed over, a search may come by all pairs before it has found one.
         constexpr std::size_t few = 8;
-        if (state.shown == nullptr || few * state.shown->size() <= state.resting.size()) return;
+        if (state.shown == nullptr || few * state.shown->objects().size() <= state.resting.size()) return;
         std::vector<std::uint32_t> ids;
         std::vector<Aabb<Dim, T>> boxes;
         const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
@@ -81,8 +81,7 @@ bool visit_closest(const typename World<Dim, T>::Implementation& one,
     const State<Dim, T>& state = one.state;
     const auto agree = [&](std::uint32_t a, std::uint32_t b) {
         return passes(state.objects[Index{a}].filter(), state.objects[Index{b}].filter()) &&
-               (state.refused.empty() ||
-                state.refused.find(key_of(pair_of(Index{a}, Index{b}))) == state.refused.end());
+               !is_shown_refused(state, pair_of(Index{a}, Index{b}));
     };
     const auto both_rest = [&](std::uint32_t a, std::uint32_t b) {
         return our_resting.has(a) && their_resting.has(b) && (!is_same || agree(a, b));

@@ -82,6 +82,8 @@ class Follow
             BoxIndexAccess::insert(state_.resting, std::span<const std::uint32_t>(work_.come),
                                    BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(work_.come_boxes)));
         if (!state_.refused.empty() || !of_.refused.empty()) state_.refused = of_.refused;
+        if (of_.shown != nullptr)
+            std::erase_if(state_.refused, [&](Key key) { return !is_shown_refused(of_, pair_of(key)); });
 
         view_.stats = describe(state_, view_.lists[view_.shown]);
         view_.stats.bytes_reserved = view_.bytes();
@@ -123,7 +125,7 @@ class Follow
         };
         of_.each_active(list);
         if (of_.shown != nullptr)
-            for (const Index index : *of_.shown)
+            for (const Index index : of_.shown->objects())
                 list(index);
         const auto less = [](const auto& a, const auto& b) { return a.index < b.index; };
         const auto same = [](const auto& a, const auto& b) { return a.index == b.index; };

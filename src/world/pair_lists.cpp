@@ -103,8 +103,7 @@ PairBuffer all_pairs(const State<Dim, T>& state)
                 const Index a = moving.indices[pair->a], b = others.indices[pair->b];
                 const Pair ids = pair_of(a, b);
                 if (!passes(state.objects[a].filter(), state.objects[b].filter())) continue;
-                if (!state.refused.empty() && state.refused.find(key_of(ids)) != state.refused.end())
-                    continue;
+                if (is_shown_refused(state, ids)) continue;
                 *kept++ = ids;
             }
             return kept;

@@ -509,8 +509,7 @@ auto ask_touching(const State<Dim, T>& state, Index index, std::uint32_t from, c
     const ObjectFilter filter = state.objects[index].filter();
     const auto agrees = [&](std::uint32_t other) {
         return other >= from && other != raw(index) && passes(filter, state.objects[Index{other}].filter()) &&
-               (state.refused.empty() ||
-                state.refused.find(key_of(pair_of(index, Index{other}))) == state.refused.end());
+               !is_shown_refused(state, pair_of(index, Index{other}));
     };
     return body(state.shown_box(index), index::Wanted(agrees));
 }
@@ -533,7 +532,7 @@ bool has_left_border(const State<Dim, T>& state)
 {
     if (state.shown == nullptr || state.resting.size() == 0) return false;
     const Aabb<Dim, T> hull = BoxIndexAccess::tree(state.resting).hull();
-    for (const Index index : *state.shown) {
+    for (const Index index : state.shown->objects()) {
         const auto object = state.objects[index];
         if (object.place() != Place::resting) continue;
         for (int d = 0; d < Dim; ++d)

@@ -30,6 +30,9 @@ constexpr std::uint32_t due = idle_updates;
 // waking up: one that moves in every other update is better active.
 constexpr std::uint32_t shifted_updates = 2;
 
+template <int Dim, class T>
+class Changes;
+
 /// The state of a world. The stages of an update say what is to change, and `commit_objects` and
 /// `commit_rest` in update.cpp change it. What stages write before that is undone unless the update is kept:
 /// objects by `apply`, refused pairs by `judge`, the index by `plan_rest`.
@@ -71,7 +74,7 @@ struct State
     std::pmr::unordered_set<std::uint64_t> refused; // keys of pairs that touch and that `accept` is against
     std::size_t alive = 0, disabled = 0, odd = 0;   // odd: enabled, but their boxes are none
     /// What apply() has written to, which questions see; null: they see what the last update left.
-    const std::pmr::vector<Index>* shown = nullptr;
+    const Changes<Dim, T>* shown = nullptr;
 
     [[nodiscard]] ObjectId id_of(Index index) const noexcept
     {

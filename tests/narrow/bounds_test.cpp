@@ -146,6 +146,25 @@ TEST(Bounds, AreTightAndHoldEveryPoint)
     }
 }
 
+TEST(Bounds, OfAMeshLeaveOutVerticesThatNoElementHas)
+{
+    const std::vector<Vec3f> corners{{-9, 0, 0}, {0, 0, 0}, {1, 0, 0}, {0, 50, 0}, {0, 1, 2}, {0, 0, -9}};
+    const Mesh3 triangle(corners, {{1, 2, 4}});
+    const Aabb3f box = bounds(Shape3(triangle), Pose3f{});
+    const std::vector<Vec2f> ends{{-9, 9}, {0, 0}, {1, 2}, {50, -50}};
+    const Mesh2 segment(ends, {{1, 2}});
+    const Aabb2f flat = bounds(Shape2(segment), Pose2f{});
+    const float hi[3] = {1, 1, 2};
+    for (std::size_t d = 0; d < 3; ++d) {
+        EXPECT_NEAR(box.lo[d], 0, 1e-5) << d;
+        EXPECT_NEAR(box.hi[d], hi[d], 1e-5) << d;
+    }
+    for (std::size_t d = 0; d < 2; ++d) {
+        EXPECT_NEAR(flat.lo[d], 0, 1e-5) << d;
+        EXPECT_NEAR(flat.hi[d], hi[d + 1], 1e-5) << d;
+    }
+}
+
 TEST(Bounds, OfAHeightFieldReachDownToItsFloor)
 {
     const std::vector<double> heights{1, 2, 3, 4};

@@ -597,5 +597,62 @@ TEST(Apply, IsRefusedWhereAnUpdateIs)
     EXPECT_EQ(world.stats().dropped, 1u);
 }
 
+/// Whether the only two objects that may touch do so, as everything says that can be asked.
+bool touch(const jostle::World3f& world, ObjectId a, ObjectId b)
+{
+    jostle::World3f view;
+    view.follow(world);
+    std::vector<ObjectId> others;
+    const bool do_they = world.pairs().size() == 1;
+    for (const jostle::World3f* const each : {&world, static_cast<const jostle::World3f*>(&view)}) {
+        EXPECT_EQ(each->pairs().size(), do_they ? 1u : 0u);
+        for (const ObjectId id : {a, b}) {
+            each->touching(id, others);
+            EXPECT_EQ(others.size(), do_they ? 1u : 0u);
+        }
+        EXPECT_EQ(each->closest_pair(0).has_value(), do_they);
+    }
+    return do_they;
+}
+
+// Refused pairs touch after apply() if `accept` is to be asked about them again, and only those.
+TEST(Apply, RefusedPairsTouchIfTheyAreToBeAskedAboutAgain)
+{
+    constexpr int ways = 6, ways_to_be_asked = 4;
+    for (int way = 0; way < ways; ++way) {
+        bool takes = false;
+        int asked = 0;
+        jostle::World3f world({.accept = [&](ObjectId, ObjectId) { return ++asked, takes; }});
+        const ObjectId a = world.add(cube(0)), b = world.add(cube(0)), far = world.add(cube(30));
+        world.update();
+        ASSERT_EQ(asked, 1);
+        const bool is_asked = way < ways_to_be_asked;
+        for (const bool answer : {false, true}) {
+            EXPECT_FALSE(touch(world, a, b));
+            if (way == 0) world.set_filter(a, {.category = answer ? 5u : 3u});
+            if (way == 1) world.set_filter(b, {}); // as it was
+            if (way == 2) world.report_again(b);
+            if (way == 3) {
+                world.report_again(b, far); // more than one, and not in order
+                world.report_again(b, a);
+            }
+            if (way == 4) world.report_again(a, far);
+            if (way == 5) {
+                world.move(a, cube(9));
+                world.apply();
+                world.move(a, cube(0));
+            }
+            EXPECT_FALSE(touch(world, a, b)) << "it is queued only";
+            world.apply();
+            EXPECT_EQ(touch(world, a, b), is_asked) << way;
+            takes = answer;
+            asked = 0;
+            world.update();
+            EXPECT_EQ(asked, is_asked ? 1 : 0) << way;
+            EXPECT_EQ(touch(world, a, b), is_asked && answer) << way;
+        }
+    }
+}
+
 } // namespace
 } // namespace world_tests

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-import { Owned, describe, new_floats, size_of, space_of } from "./core.js";
+import { Owned, new_floats, number, size_of, space_of } from "./core.js";
 import { refuse } from "./error.js";
 import { place_objects } from "./shapes.js";
 import * as C from "./structs.js";
@@ -197,9 +197,4 @@ export class ContactFinder extends Owned {
       return this.#hits(out, count);
     });
   }
-}
-
-function number(given, what) {
-  if (typeof given !== "number") refuse(`${what} is ${describe(given)}: it must be a number`);
-  return given;
 }

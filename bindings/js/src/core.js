@@ -578,6 +578,11 @@ export function describe(given) {
   return `a ${given.constructor?.name ?? typeof given}`;
 }
 
+export function number(given, what) {
+  if (typeof given !== "number") refuse(`${what} is ${describe(given)}: it must be a number`);
+  return given;
+}
+
 /** A count or a number of the caller's that must be whole. */
 export function whole(given, what, least = 0, most = 2 ** 32 - 1) {
   if (!Number.isInteger(given) || given < least || given > most)

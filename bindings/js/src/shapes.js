@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-import { Owned, describe, new_floats, size_of, space_of, type_of, whole } from "./core.js";
+import { Owned, describe, new_floats, number, size_of, space_of, type_of, whole } from "./core.js";
 import { refuse } from "./error.js";
 import * as C from "./structs.js";
 
@@ -20,10 +20,6 @@ export class Shape extends Owned {
 function checked_dim(dim) {
   space_of(dim, "float64");
   return dim;
-}
-function number(given, what) {
-  if (typeof given !== "number") refuse(`${what} is ${describe(given)}: it must be a number`);
-  return given;
 }
 
 /** The functions that make shapes, of a module. */

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-import { Owned, describe, size_of, space_of, whole } from "./core.js";
+import { Owned, describe, number, size_of, space_of, whole } from "./core.js";
 import { refuse } from "./error.js";
 import { Asked, query_filter } from "./questions.js";
 import * as C from "./structs.js";
@@ -520,10 +520,6 @@ function make_world(core, space, options, accept) {
 
 function flag(given, what) {
   if (typeof given !== "boolean") refuse(`${what} is ${describe(given)}: it must be true or false`);
-  return given;
-}
-function number(given, what) {
-  if (typeof given !== "number") refuse(`${what} is ${describe(given)}: it must be a number`);
   return given;
 }
 function order(sequence = 0) {

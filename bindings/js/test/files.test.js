@@ -98,9 +98,14 @@ test("tables that are wrong get the command's complaints, which name line, colum
 
 function npy(header, numbers, version = 1) {
   const padded = header.padEnd(117) + "\n";
-  const length = version === 1 ? [padded.length, 0] : [padded.length, 0, 0, 0];
+  const length = Array.from({ length: version === 1 ? 2 : 4 }, (_, i) => (padded.length >> (8 * i)) & 255);
   const bytes = new Uint8Array(numbers.buffer);
-  return Uint8Array.of(...latin("\x93NUMPY"), version, 0, ...length, ...latin(padded), ...bytes);
+  const start = [...latin("\x93NUMPY"), version, 0, ...length];
+  const file = new Uint8Array(start.length + padded.length + bytes.length);
+  file.set(start);
+  file.set(latin(padded), start.length);
+  file.set(bytes, start.length + padded.length);
+  return file;
 }
 const head = (descr, shape, order = "False") =>
   `{'descr': '${descr}', 'fortran_order': ${order}, 'shape': ${shape}, }`;
@@ -161,6 +166,37 @@ test("arrays that are wrong get the command's complaints", () => {
   bad.push(npy("{'descr': '<f4', 'shape': (2, 4)}", two), npy("nonsense", two), file.subarray(0, 100));
   bad.push(npy("{'descr': [('x', '<f4')], 'fortran_order': False, 'shape': (2, 4), }", two));
   for (const bytes of bad) assert.equal(complaint(bytes, "bad.npy").message, natively("bad.npy", bytes));
+});
+
+// A parser that goes back and tries every way to read them doesn't return.
+test("headers of arrays that are damaged late, or are long, are read once", () => {
+  const two = new Float32Array(8);
+  const spaces = " ".repeat(2 ** 20 - 300);
+  for (const header of [
+    head("<f4", `(${"1".repeat(28)}x, 4)`),
+    head("<f4", `(${"1".repeat(18)} ${"1".repeat(18)} ${"1".repeat(18)}x, 4)`),
+    head("<f4", "(2 4)"),
+    head("<f4", "(2,, 4)"),
+    head("<f4", "(2, 4)") + "x",
+    head("<f4", "2, 4"),
+    head("<f4", "(2, 4)", "Maybe"),
+    head("<f4", "(2, 4)").replace("shape", "toString"),
+    head("<f4", "(2, 4)").replace("'descr'", "'descr': '<f4', 'descr'"),
+    "{'descr': '<f4",
+    `${head("<f4", "(2, 4)")}${spaces}x`,
+    `{${spaces}x`,
+    `{'descr': '<f4',${spaces}x`,
+    `{'descr': ${"[".repeat(1000)}`,
+  ]) {
+    const file = npy(header, two, 3);
+    assert.equal(complaint(file, "bad.npy").message, natively("bad.npy", file), header.slice(0, 100));
+  }
+  for (const header of [
+    `${head("<f4", "(2, 4)")}${spaces}`,
+    `{${spaces}'shape':(2L,\n4L,),"fortran_order" :False,\t'descr': "<f4"}`,
+    `{'descr': '<f4', 'fortran_order': False, 'shape': (2${spaces},4)}`,
+  ])
+    assert.deepEqual(readBoxes(npy(header, two, 3), "boxes.npy").boxes, two);
 });
 
 // --- Recordings ---

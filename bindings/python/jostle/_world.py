@@ -141,7 +141,8 @@ class World:
         self._world.set_user_data(of, _arrays.per_object(numbers, "data", len(of)))
 
     def report_again(self, ids: Any) -> None:
-        """Makes the pairs of these objects, or these pairs (m, 2), begin again in the next update if they still touch."""
+        """Makes the pairs of these objects, or these pairs (m, 2), begin again in the next update if they still touch.
+        `accept` is asked about them again, also about those that it refused."""
         of = _arrays.ids(ids)
         if of.ndim == 2:
             self._world.report_again(np.ascontiguousarray(of[:, 0]), np.ascontiguousarray(of[:, 1]))
@@ -213,7 +214,8 @@ class World:
     def closest_pairs(self, count: int = 1, other: World | None = None, *, max_distance: float = np.inf) -> ClosePairs:
         """The `count` pairs of objects whose bounds are closest to each other, no further apart than max_distance: of this world's
         objects whose filters let them pair, or of one of this world's and one of another's, whatever their filters. Those that
-        touch come first, the others ascending by (at, indices). Disabled objects don't count."""
+        touch come first, the others ascending by (at, indices). Disabled objects don't count. Of this world's own, pairs that touch
+        and that accept refused are left out; about pairs apart it hasn't been asked."""
         return first_pairs(count, np.uint64, lambda visit, chunk: self.visit_closest_pairs(
             visit, other, max_distance=max_distance, chunk=chunk))
 

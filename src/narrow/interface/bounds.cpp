@@ -64,6 +64,13 @@ void add_hull(const HullData<2>& hull, const Mat2& r, const Vec2& p, Extent<2>& 
     for (const auto& corner : hull.corners)
         e.add(r * load(corner) + p);
 }
+/// Vertices that no element has aren't part of the shape.
+template <int Dim>
+void add_mesh(const MeshData<Dim>& mesh, const M<Dim>& r, const V<Dim>& p, Extent<Dim>& e)
+{
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+        if (mesh.first_at[v] != mesh.first_at[v + 1]) e.add(r * mesh.vertices[v] + p);
+}
 void add_heights(const HeightData& field, const Mat3& r, const Vec3& p, Extent<3>& e)
 {
     for (std::uint32_t row = 0; row < field.rows; ++row)
@@ -155,8 +162,7 @@ void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent
         return;
     }
     case Kind::mesh:
-        for (const V<Dim>& v : ShapeAccess::data<MeshData<Dim>>(shape).vertices)
-            e.add(r * v + p);
+        add_mesh(ShapeAccess::data<MeshData<Dim>>(shape), r, p, e);
         return;
     case Kind::height_field:
         add_heights(ShapeAccess::data<HeightData>(shape), r, p, e);

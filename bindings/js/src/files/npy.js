@@ -4,27 +4,73 @@ import { one_frame, quoted, refuse_file, shortened } from "./file.js";
 
 /** The header is a Python dictionary of exactly three entries, as repr() writes it. */
 function parse_header(text, fail) {
+  let at = 0;
   const damaged = () => fail("the NPY header is damaged; save the array again with numpy.save");
-  const body = /^\s*\{(.*?),?\s*\}\s*$/s.exec(text)?.[1] ?? damaged();
-  const found = new Map();
-  // Keys and values; commas within a tuple don't separate entries.
-  const entry = /\s*(['"])(\w+)\1\s*:\s*('[^']*'|"[^"]*"|\([^)]*\)|\[.*?\](?=\s*,\s*['"]|$)|\w+)\s*(,|$)/gsy;
-  while (entry.lastIndex < body.length) {
-    const [, , key, value] = entry.exec(body) ?? damaged();
-    if (found.has(key)) damaged();
-    found.set(key, value);
-  }
-  const [descr, order, shape] = ["descr", "fortran_order", "shape"].map((key) => found.get(key) ?? damaged());
-  if (found.size !== 3) damaged();
-  if (descr.startsWith("["))
-    fail("is an array of records; save plain float32 or float64 numbers, of shape (n, 4) or (n, 6)");
-  if (!/^['"]/.test(descr) || !/^(True|False)$/.test(order)) damaged();
-  const numbers = /^\(((?:\s*\d{1,18}L?\s*,?)*)\)$/.exec(shape)?.[1] ?? damaged();
-  return {
-    descr: descr.slice(1, -1),
-    fortran_order: order === "True",
-    shape: Array.from(numbers.matchAll(/\d+/g), ([digits]) => Number(digits)),
+  const skip_spaces = () => {
+    while (at < text.length && " \t\r\n".includes(text[at])) ++at;
   };
+  const accept = (c) => {
+    skip_spaces();
+    if (text[at] !== c) return false;
+    ++at;
+    return true;
+  };
+  const expect = (c) => accept(c) || damaged();
+  const string = () => {
+    const mark = accept("'") ? "'" : '"';
+    if (mark === '"') expect('"');
+    const end = text.indexOf(mark, at);
+    if (end < 0) damaged();
+    const found = text.slice(at, end);
+    at = end + 1;
+    return found;
+  };
+  const boolean = () => {
+    skip_spaces();
+    const word = ["False", "True"].find((each) => text.startsWith(each, at)) ?? damaged();
+    at += word.length;
+    return word === "True";
+  };
+  const tuple = () => {
+    const values = [];
+    expect("(");
+    while (!accept(")")) {
+      skip_spaces();
+      const first = at;
+      while (at < text.length && text[at] >= "0" && text[at] <= "9") ++at;
+      if (at === first || at - first > 18) damaged();
+      values.push(Number(text.slice(first, at)));
+      if (text[at] === "L") ++at; // Python 2 wrote 3L
+      if (!accept(",")) {
+        expect(")");
+        break;
+      }
+    }
+    return values;
+  };
+  const descr = () => {
+    skip_spaces();
+    if (text[at] === "[")
+      fail("is an array of records; save plain float32 or float64 numbers, of shape (n, 4) or (n, 6)");
+    return string();
+  };
+
+  const value = { descr, fortran_order: boolean, shape: tuple };
+  const found = {};
+  expect("{");
+  while (!accept("}")) {
+    const key = string();
+    expect(":");
+    if (!Object.hasOwn(value, key) || Object.hasOwn(found, key)) damaged();
+    found[key] = value[key]();
+    if (!accept(",")) {
+      expect("}");
+      break;
+    }
+  }
+  skip_spaces();
+  if (at !== text.length || Object.keys(found).length !== 3) damaged();
+  return found;
 }
 
 function python_tuple(values) {
