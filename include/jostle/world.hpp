@@ -103,8 +103,8 @@ using ObjectPairHitVisitor = FunctionRef<bool(const ObjectPairHit<T>& hit, T& bo
 /// Is told that box `position` of a join touches an object.
 using ObjectJoinVisitor = FunctionRef<bool(std::uint32_t position, ObjectId id)>;
 
-/// Says which objects a question is about. A part that is left as it is filters nothing, but that category and
-/// mask are one part.
+/// Says which objects a question is about. A part that is left as it is filters nothing; category and mask
+/// are one part.
 struct ObjectQueryFilter
 {
     /// The asker's own. Once one of the two isn't all ones, they count as between two objects: both masks must
@@ -355,8 +355,8 @@ class JOSTLE_API World
     /// aren't disabled and whose filters let them pair, a.index < b.index; or of one of this world's and one
     /// of another world's, whatever their filters. Of this world's own, pairs that touch and that `accept`
     /// refused are left out. About pairs apart it hasn't been asked, so they are there, also those that it
-    /// would refuse. The visitor may queue commands and read the worlds, not
-    /// update or restore them. The order of pairs at squared distance 0 may be another one after a restore().
+    /// would refuse. The visitor may queue commands and read the worlds, not update or restore them. The
+    /// order of pairs at squared distance 0 may be another one after a restore().
     bool closest_pairs(ObjectPairHitVisitor<T> visitor,
                        T max_distance = std::numeric_limits<T>::infinity()) const;
     bool closest_pairs(const World& other, ObjectPairHitVisitor<T> visitor,
