@@ -107,8 +107,9 @@ using ObjectJoinVisitor = FunctionRef<bool(std::uint32_t position, ObjectId id)>
 /// are one part.
 struct ObjectQueryFilter
 {
-    /// The asker's own. Once one of the two isn't all ones, they count as between two objects: both masks must
-    /// meet the other's category. So an object whose mask is 0 is found without them, and not if either is set.
+    /// The asker's own. Once one of the two isn't all ones, they count as between two objects: both masks
+    /// must meet the other's category. So an object whose mask is 0 is found without them, and not if either
+    /// is set.
     std::uint32_t category = ~std::uint32_t{0};
     std::uint32_t mask = ~std::uint32_t{0};
     std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count
