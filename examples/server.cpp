@@ -40,6 +40,10 @@ int main(int argc, char** argv)
     };
     const std::size_t players = number(1, 20'000), zones = number(2, 300), props = number(3, 200'000);
     const std::size_t ticks = number(4, 100), shots = players / 40 + 1;
+    if (players == 0 || ticks == 0) {
+        std::fprintf(stderr, "server: PLAYERS and TICKS are numbers from 1 on\n");
+        return 2;
+    }
     const float side = 20 * std::sqrt(static_cast<float>(players));
 
     Match match;

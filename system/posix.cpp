@@ -154,6 +154,36 @@ void close_file(int file)
 
 namespace {
 
+/// A descriptor that is closed at the end, whatever happens before; negative for none.
+class Descriptor
+{
+  public:
+    explicit Descriptor(int number) noexcept : number_(number) {}
+    ~Descriptor() { close(); }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    [[nodiscard]] int get() const noexcept { return number_; }
+    void close() noexcept
+    {
+        if (number_ >= 0) ::close(number_);
+        number_ = -1;
+    }
+
+  private:
+    int number_;
+};
+
+struct Pipe
+{
+    Descriptor from, to;
+};
+Pipe make_pipe()
+{
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0) fail(errno);
+    return {Descriptor(ends[0]), Descriptor(ends[1])};
+}
+
 /// A file without a name, from which the text is read; it is gone once nobody has it open.
 int file_with(std::string_view text)
 {
@@ -178,41 +208,39 @@ std::optional<Finished> run_program(const std::vector<std::string>& command, Err
     for (const std::string& word : command)
         words.push_back(const_cast<char*>(word.c_str()));
     words.push_back(nullptr);
-    const int read_by_it = input.empty() ? STDIN_FILENO : file_with(input);
-    int ends[2], refusal[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) fail(errno);
-    if (pipe2(refusal, O_CLOEXEC) != 0) fail(errno);
+    Descriptor file(input.empty() ? -1 : file_with(input));
+    Pipe output = make_pipe(), refusal = make_pipe();
     const pid_t here = getpid(), child = fork();
     int failure = child < 0 ? errno : 0;
     if (child == 0) {
         // It ends with this program, whatever ends that: mpiexec would go on, and its ranks.
         prctl(PR_SET_PDEATHSIG, SIGTERM);
         if (getppid() != here) _exit(127); // which had ended before
-        dup2(read_by_it, STDIN_FILENO);
-        dup2(ends[1], STDOUT_FILENO);
-        if (errors == Errors::taken) dup2(ends[1], STDERR_FILENO);
+        if (!input.empty()) dup2(file.get(), STDIN_FILENO);
+        dup2(output.to.get(), STDOUT_FILENO);
+        if (errors == Errors::taken) dup2(output.to.get(), STDERR_FILENO);
         execvp(words[0], words.data());
         const int why = errno;
-        (void)!write(refusal[1], &why, sizeof why);
+        (void)!write(refusal.to.get(), &why, sizeof why);
         _exit(127);
     }
-    close(ends[1]);
-    close(refusal[1]);
-    if (!input.empty()) close(read_by_it);
+    output.to.close();
+    refusal.to.close();
+    file.close();
     // The program's start closes the other end without a word.
     for (ssize_t told = -1; failure == 0 && told < 0;) {
-        told = read(refusal[0], &failure, sizeof failure);
+        told = read(refusal.from.get(), &failure, sizeof failure);
         if (told < 0 && errno != EINTR) break;
     }
-    close(refusal[0]);
+    refusal.from.close();
     Finished finished;
     std::array<char, 4096> piece;
     while (failure == 0) {
-        const ssize_t count = read(ends[0], piece.data(), piece.size());
+        const ssize_t count = read(output.from.get(), piece.data(), piece.size());
         if (count == 0 || (count < 0 && errno != EINTR)) break;
         if (count > 0) finished.output.append(piece.data(), static_cast<std::size_t>(count));
     }
-    close(ends[0]);
+    output.from.close();
     int status = 0;
     while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }

@@ -438,12 +438,12 @@ void compare(const Options& options, const std::string& name, const Motion<Dim, 
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     std::vector<jostle_bench::ReportRow> report;
     for (const Measured& m : all) {
-        report.push_back(
-            report_row(m, jostle_system::text_of(jostle_system::path_of(name).filename()), motion.most));
+        report.push_back(report_row(
+            m, printable(jostle_system::text_of(jostle_system::path_of(name).filename())), motion.most));
         const jostle_bench::ReportRow& row = report.back();
         nlohmann::ordered_json json;
         json["system"] = row.system;
-        json["file"] = name;
+        json["file"] = printable(name); // JSON is UTF-8, and names needn't be
         json["n"] = row.n;
         json["threads"] = row.threads;
         json["median_ms"] = row.median_ms;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -70,7 +71,11 @@ void print(const nlohmann::ordered_json& row)
 
 void distribute(const Options& options)
 {
-    (void)jostle_scenes::scene_info(options.scene);
+    try {
+        (void)jostle_scenes::scene_info(options.scene);
+    } catch (const std::invalid_argument& error) {
+        throw UsageError(error.what());
+    }
     RowsFile file(options.json);
     // As root, and with more ranks than cores: it is one machine, for trying out.
     for (const char* const name :
@@ -128,7 +133,7 @@ void add_distribute_command(CLI::App& app)
     add_rows_file_option(*command, options->json);
     command->footer(R"(Examples:
   jostle distribute uniform -n 1000000 --ranks 2
-  jostle distribute clusters -n 1000000 --predict 64,256,1000)");
+  jostle distribute clustered -n 1000000 --predict 64,256,1000)");
     command->callback([options] { distribute(*options); });
 }
 

@@ -151,7 +151,7 @@ struct World<Dim, T>::Implementation final : PairListener<Dim, T>
 
     [[nodiscard]] PairList<Dim, T> shown(const ListedPairs<Dim, T>& pairs) const noexcept
     {
-        return {pairs.places, region.objects(), pairs.told.data()};
+        return {pairs.places, region.shown(), pairs.told.data()};
     }
     void began(int to, const Pair<Dim, T>& pair) override { send(to, Kind::began, pair); }
     void persisted(int to, const Pair<Dim, T>& pair) override { send(to, Kind::persisted, pair); }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <memory_resource>
-#include <span>
 #include <vector>
 
 #include "jostle/mpi.hpp"
@@ -31,12 +30,6 @@ struct ListedPairs
     {
         places.clear();
         told.clear();
-    }
-    /// The objects lie elsewhere now: `to` says where, by where they were.
-    void follow(std::span<const std::uint32_t> to) noexcept
-    {
-        for (jostle::Pair& place : places)
-            if (place.b != PairList<Dim, T>::told) place = {to[place.a], to[place.b]};
     }
 };
 

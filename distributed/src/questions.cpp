@@ -91,7 +91,7 @@ class Inquiry
         Agreement agreement(own_.handle);
         agreement.attempt([&] {
             check(room);
-            own_.region.recover(own_.lists, own_.partition);
+            own_.region.recover(own_.partition);
             found_.resize(questions_.size());
         });
         agree(agreement);

@@ -47,11 +47,11 @@ void merge_sorted(List& list, std::pmr::vector<Other>& others, const IsBefore& i
 } // namespace
 
 template <int Dim, Coordinate T>
-void Region<Dim, T>::recover(Lists<Dim, T>& shown, const Partition& partition)
+void Region<Dim, T>::recover(const Partition& partition)
 {
     if (!stale_) return;
     const auto allocator = objects_.get_allocator();
-    std::pmr::vector<std::uint32_t> from(allocator), to(objects_.size(), none, allocator);
+    std::pmr::vector<std::uint32_t> from(allocator);
     from.reserve(places_.size());
     for (const auto& [id, index] : places_)
         from.push_back(index);
@@ -63,13 +63,13 @@ void Region<Dim, T>::recover(Lists<Dim, T>& shown, const Partition& partition)
     objects.reserve(from.size());
     members.reserve(from.size());
     for (const std::uint32_t index : from) {
-        to[index] = static_cast<std::uint32_t>(objects.size()); // the indices of a new world ascend
-        objects.push_back(objects_[index]);
+        objects.push_back(objects_[index]); // the indices of a new world ascend
         members.push_back(members_[index]);
         members.back().local = world.add(objects.back().bounds, {.filter = members.back().filter});
     }
     world.update();
     objects_.swap(objects);
+    if (shown_.empty()) shown_.swap(objects); // else the lists are older than the last failure, too
     members_.swap(members);
     touched_of_.resize(members_.size()); // there are at least as many
     flags_.resize(members_.size());
@@ -78,9 +78,6 @@ void Region<Dim, T>::recover(Lists<Dim, T>& shown, const Partition& partition)
         flags_[i] = here | in_order;
     }
     note_all_insides(partition);
-    shown.began.follow(to);
-    shown.persisted.follow(to);
-    shown.changed.follow(to);
     world_ = std::move(world);
     stale_ = false;
 }
@@ -350,6 +347,7 @@ void Region<Dim, T>::keep(const Partition& now, bool divided) noexcept
         }
     }
     if (divided) note_all_insides(now);
+    std::pmr::vector<Object>(shown_.get_allocator()).swap(shown_);
     forget();
 }
 

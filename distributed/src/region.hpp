@@ -106,6 +106,7 @@ class Region
           world_(std::in_place, options_),
           places_(memory),
           objects_(memory),
+          shown_(memory),
           members_(memory),
           flags_(memory),
           touched_(memory),
@@ -123,8 +124,8 @@ class Region
     [[nodiscard]] std::size_t size() const noexcept { return places_.size(); }
     [[nodiscard]] std::size_t ghosts() const noexcept { return ghosts_; }
 
-    /// Makes the local world anew where an update failed after it had changed it. `shown` follow.
-    void recover(Lists<Dim, T>& shown, const Partition& partition);
+    /// Makes the local world anew where an update failed after it had changed it.
+    void recover(const Partition& partition);
 
     // Questions to what is searched here: the local world's, and what its ids stand for.
 
@@ -145,10 +146,10 @@ class Region
         return at == places_.end() ? ObjectId{} : members_[at->second].local;
     }
 
-    /// What lists of pairs show: the objects by their index in the local world.
-    [[nodiscard]] const typename PairList<Dim, T>::Object* objects() const noexcept
+    /// What lists of pairs show: the objects by their index in the local world of the last update.
+    [[nodiscard]] const typename PairList<Dim, T>::Object* shown() const noexcept
     {
-        return objects_.data();
+        return shown_.empty() ? objects_.data() : shown_.data();
     }
 
     // An update: hear() all notices, search(), tell(); then keep() it or undo() it.
@@ -261,6 +262,7 @@ class Region
     std::optional<jostle::World<Dim, T>> world_;
     Places places_;                        // of members, by id
     std::pmr::vector<Object> objects_;     // members, by their index in the local world
+    std::pmr::vector<Object> shown_;       // by lists that were made before recover(), until the next are
     std::pmr::vector<Member> members_;     // what else there is to say of them
     std::pmr::vector<std::uint8_t> flags_; // and what all pairs look for
     std::pmr::vector<Touched> touched_;    // in this update

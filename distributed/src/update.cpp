@@ -19,7 +19,7 @@ void World<Dim, T>::Implementation::update()
     Agreement agreement(handle);
     agreement.attempt([&] {
         if (noted) std::rethrow_exception(std::exchange(noted, nullptr));
-        region.recover(lists, partition);
+        region.recover(partition);
     });
     next.us_stage = clock.lap();
     const bool divides = rebalancing.agree(agreement, !partition, owned.size(), region.ghosts());

@@ -117,8 +117,8 @@ World<Dim, T>::World(MPI_Comm comm, const WorldOptions& options)
     MPI_Bcast(&first, sizeof first, MPI_BYTE, 0, handle);
     std::unique_ptr<Implementation> made;
     agreement.attempt([&] {
+        check_margin<T>(options.margin, options.margin, "the world", Error::no_index); // NaN differs from NaN
         mine.check_against(first);
-        check_margin<T>(options.margin, options.margin, "the world", Error::no_index);
         if (options.memory == nullptr)
             throw Error(ErrorCode::invalid_argument, "WorldOptions::memory is null");
         Executor* const executor = options.executor != nullptr ? options.executor : &default_executor();

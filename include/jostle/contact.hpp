@@ -355,7 +355,9 @@ distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 ///
 /// It is never later than the true first touch, so that nothing tunnels, and at the time given the shapes are
 /// no further apart than the tolerance. Shapes that pass each other at more than half the tolerance and don't
-/// touch may count as an impact or not.
+/// touch may count as an impact or not. A tolerance of less than a hundred thousandth of the shapes' size may
+/// be missed by some millionths of their size, always by being too early: rounding leaves no more digits of
+/// the direction in which they are nearest.
 /// Ground    a height field counts as the solid that it is, with sides and an underside, which contacts() and
 ///           distance() leave out.
 /// Numbers   the time is rounded down to T; the shapes are then up to speed * time * epsilon further apart.

@@ -103,13 +103,13 @@ using ObjectPairHitVisitor = FunctionRef<bool(const ObjectPairHit<T>& hit, T& bo
 /// Is told that box `position` of a join touches an object.
 using ObjectJoinVisitor = FunctionRef<bool(std::uint32_t position, ObjectId id)>;
 
-/// Says which objects a question is about. A part that is left as it is filters nothing, but that category
-/// and mask are one part.
+/// Says which objects a question is about. A part that is left as it is filters nothing; category and mask
+/// are one part.
 struct ObjectQueryFilter
 {
     /// The asker's own. Once one of the two isn't all ones, they count as between two objects: both masks
-    /// must meet the other's category. So an object whose mask is 0 is found as long as both are left as they
-    /// are, and not if either is set.
+    /// must meet the other's category. So an object whose mask is 0 is found without them, and not if either
+    /// is set.
     std::uint32_t category = ~std::uint32_t{0};
     std::uint32_t mask = ~std::uint32_t{0};
     std::uint32_t owner = Filter::no_owner; ///< objects of this owner don't count
@@ -356,8 +356,8 @@ class JOSTLE_API World
     /// aren't disabled and whose filters let them pair, a.index < b.index; or of one of this world's and one
     /// of another world's, whatever their filters. Of this world's own, pairs that touch and that `accept`
     /// refused are left out. About pairs apart it hasn't been asked, so they are there, also those that it
-    /// would refuse. The visitor may queue commands and read the worlds, not
-    /// update or restore them. The order of pairs at squared distance 0 may be another one after a restore().
+    /// would refuse. The visitor may queue commands and read the worlds, not update or restore them. The
+    /// order of pairs at squared distance 0 may be another one after a restore().
     bool closest_pairs(ObjectPairHitVisitor<T> visitor,
                        T max_distance = std::numeric_limits<T>::infinity()) const;
     bool closest_pairs(const World& other, ObjectPairHitVisitor<T> visitor,

@@ -203,6 +203,25 @@ TEST(PairsAgain, AfterAMaskChangesAndAfterTheyWereTakenOut)
     EXPECT_EQ(pairs_of(broadphase), (Pairs{{1, 2}}));
 }
 
+TEST(PairsAgain, AfterSoManyQuestionsThatTheseToldTheWorldOfWhatMoved)
+{
+    Broadphase broadphase;
+    btBroadphaseProxy* const a = add(broadphase, btVector3(0, 0, 0));
+    btBroadphaseProxy* const b = add(broadphase, btVector3(1, 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    btOverlappingPairCache* const cache = broadphase.getOverlappingPairCache();
+    for (const bool by_box : {true, false}) {
+        cache->removeOverlappingPair(a, b, nullptr);
+        move(broadphase, a, btVector3(btScalar(by_box ? 0.3 : 0.6), 0, 0));
+        for (int i = 0; i < 20'000; ++i) {
+            const btVector3 from(50, 0, 0), to(60, 0, 0);
+            EXPECT_TRUE((by_box ? in_box(broadphase, from, 1) : on_ray(broadphase, from, to)).empty());
+        }
+        broadphase.calculateOverlappingPairs(nullptr);
+        EXPECT_EQ(pairs_of(broadphase), (Pairs{{1, 2}}));
+    }
+}
+
 struct Refuse final : btOverlapFilterCallback
 {
     int refused = 0;

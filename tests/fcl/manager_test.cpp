@@ -326,6 +326,137 @@ TYPED_TEST(Managers, DistanceOfThoseApartOutliersAndCrowds)
     EXPECT_LT(check(one_place), 3u);
 }
 
+// Of two cubes beside 0, a little more than 1 apart, the computed distance is 1.
+TYPED_TEST(Managers, DistanceOfAPairWhoseGapIsRoundedDownToTheBound)
+{
+    using S = TypeParam;
+    Scene<S> scene(1, 1);
+    const auto add = [&](S x, S y) {
+        fcl::AABB<S> box;
+        const fcl::Vector3<S> half = fcl::Vector3<S>::Constant(S(0.25));
+        box.min_ = fcl::Vector3<S>(x, y, 0) - half;
+        box.max_ = fcl::Vector3<S>(x, y, 0) + half;
+        scene.add();
+        scene.set(scene.objects.size() - 1, box);
+    };
+    add(1000, 1000); // 1 apart, their objects 1.5
+    add(S(1001.5), 1000);
+    for (int i = 2; i < 60; ++i)
+        add(S(5000 + 100 * i), -5000);
+    add(-3000, 0); // 0.875 apart, their objects 2
+    add(S(-3000 + 1.375), 0);
+    add(S(-0.75), 0);
+    add(S(0.75), 0);
+    fcl::AABB<S> beside = scene.objects.back()->getAABB();
+    beside.min_[0] += std::numeric_limits<S>::epsilon() / 2;
+    scene.set(scene.objects.size() - 1, beside);
+    for (int i = 0; i < 6; ++i)
+        add(S(-5000 - 100 * i), 5000);
+    ASSERT_EQ(scene.objects[62]->getAABB().distance(scene.objects[63]->getAABB()), 1);
+    struct Asked
+    {
+        Scene<S>* scene;
+        S least;
+    } asked{&scene, 0};
+    const auto distance = [](Object<S>* a, Object<S>* b, void* data, S& least) {
+        auto& now = *static_cast<Asked*>(data);
+        const auto are = [&](std::size_t i) {
+            return std::minmax(a, b) ==
+                   std::minmax(now.scene->objects[i].get(), now.scene->objects[i + 1].get());
+        };
+        const S found = are(0) ? S(1.5) : are(60) ? S(2) : a->getAABB().distance(b->getAABB());
+        now.least = least = std::min(least, found);
+        return false;
+    };
+    jostle::fcl::Manager<S> manager;
+    manager.registerObjects(scene.pointers());
+    manager.distance(&asked, distance);
+    EXPECT_EQ(asked.least, 1);
+}
+
+// An empty mesh, then as well a box that is upside down.
+TYPED_TEST(Managers, DistanceWithSomeOddOnes)
+{
+    using S = TypeParam;
+    Scene<S> scene(4, 100);
+    for (std::uint32_t i = 0; i < 4000; ++i) {
+        scene.add();
+        fcl::AABB<S> box;
+        box.min_ = box.max_ = fcl::Vector3<S>(S(i % 16), S(i / 16 % 16), S(i / 256)) * S(5);
+        box.max_.array() += S(scene.random.uniform());
+        scene.set(i, box);
+    }
+    jostle::fcl::Manager<S> manager;
+    manager.registerObjects(scene.pointers());
+    for (const bool empty : {true, false}) {
+        constexpr S most = std::numeric_limits<S>::max();
+        fcl::AABB<S> odd;
+        odd.min_.setConstant(empty ? most : 50);
+        odd.max_.setConstant(empty ? -most : S(49.5));
+        scene.set(empty ? 7 : 2000, odd);
+        manager.update();
+        Calls<S> near;
+        manager.distance(&near, Calls<S>::distance);
+        EXPECT_EQ(near.least, least_distance(scene.pointers(), scene.pointers()));
+    }
+}
+
+TYPED_TEST(Managers, DistanceWithManyOddOnesOfOneAndOfTwo)
+{
+    using S = TypeParam;
+    for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+        const S width = seed % 2 == 0 ? 200 : 20;
+        Scene<S> a(seed, width), b(100 + seed, width);
+        for (std::uint32_t i = 0; i < 130; ++i) {
+            a.add();
+            b.add();
+        }
+        const auto make_some_odd = [](Scene<S>& scene, std::uint32_t some) {
+            for (std::uint32_t k = 0; k < some; ++k) {
+                const std::size_t i = scene.random.below(130);
+                fcl::AABB<S> box = scene.objects[i]->getAABB();
+                if (k % 4 == 0)
+                    scene.odd(i);
+                else { // in one direction, and by less than it is away from others
+                    std::swap(box.min_[0], box.max_[0]);
+                    scene.set(i, box);
+                }
+            }
+        };
+        if (seed % 3 != 0) make_some_odd(a, seed % 5 == 0 ? 200 : 6);
+        if (seed % 3 != 1) make_some_odd(b, 6);
+        jostle::fcl::Manager<S> ours, others;
+        ours.registerObjects(a.pointers());
+        others.registerObjects(b.pointers());
+        for (int i = 0; i < 3; ++i) { // without a tree, and with one
+            Calls<S> within, between;
+            ours.distance(&within, Calls<S>::distance);
+            EXPECT_EQ(within.least, least_distance(a.pointers(), a.pointers()));
+            ours.distance(&others, &between, Calls<S>::distance);
+            EXPECT_EQ(between.least, least_distance(a.pointers(), b.pointers()));
+        }
+        // Whoever says nothing about a distance is asked about each pair once, unless it has none.
+        const auto tell_nothing = [](Object<S>* x, Object<S>* y, void* data, S&) {
+            EXPECT_TRUE(static_cast<Pairs<S>*>(data)->insert(std::minmax(x, y)).second);
+            return false;
+        };
+        const auto all_pairs = [](const std::vector<Object<S>*>& some, const std::vector<Object<S>*>& rest) {
+            Pairs<S> pairs;
+            for (Object<S>* x : some)
+                for (Object<S>* y : rest)
+                    if (x != y && x->getAABB().distance(y->getAABB()) < std::numeric_limits<S>::max())
+                        pairs.insert(std::minmax(x, y));
+            return pairs;
+        };
+        Pairs<S> within, between;
+        ours.distance(&within, tell_nothing);
+        EXPECT_EQ(within, all_pairs(a.pointers(), a.pointers()));
+        ours.distance(&others, &between, tell_nothing);
+        EXPECT_EQ(between, all_pairs(a.pointers(), b.pointers()));
+        if (testing::Test::HasFailure()) return;
+    }
+}
+
 // A callback that never says how near anything is gets all pairs.
 TYPED_TEST(Managers, DistanceWithoutABound)
 {

@@ -69,5 +69,23 @@ TEST(ManagerMemory, FailedCallsLoseNoObject)
     EXPECT_EQ(pairs_of(manager), count - 1 - 6);
 }
 
+TEST(ManagerMemory, SmallBatchesAreRegisteredWithoutMovingAllThatAreThere)
+{
+    constexpr std::size_t count = 2000;
+    const auto ball = std::make_shared<fcl::Sphered>(0.6);
+    std::vector<std::unique_ptr<Object>> objects;
+    for (std::size_t k = 0; k < count; ++k)
+        objects.push_back(std::make_unique<Object>(ball));
+    jostle::fcl::Manager<double> manager;
+    std::vector<Object*> batch(1);
+    const std::uint64_t before = global_new::calls;
+    for (const auto& object : objects) {
+        batch[0] = object.get();
+        manager.registerObjects(batch);
+    }
+    EXPECT_LT(global_new::calls - before, count + 100); // one for each in the map
+    EXPECT_EQ(manager.size(), count);
+}
+
 } // namespace
 #endif

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """distribute.py JOSTLE: `jostle distribute` finds the pairs that `jostle bench` finds, and its rows have what they should."""
 import json
+import re
 import subprocess
 import sys
 
@@ -37,5 +38,10 @@ for ranks in (8, 64):
     assert 1 <= ours["imbalance"] < 1.5 and ours["most_neighbours"] < ranks, ours
 
 result = subprocess.run([sys.argv[1], "distribute", "nowhere"], capture_output=True, text=True, check=False)
-assert result.returncode != 0 and "nowhere" in result.stderr, result
+assert result.returncode == 2 and "nowhere" in result.stderr and "internal" not in result.stderr, result
+help_text = subprocess.run([sys.argv[1], "distribute", "--help"], capture_output=True, text=True, check=True).stdout
+examples = re.findall(r"^ *jostle distribute (\S+) -n", help_text, re.MULTILINE)
+assert len(examples) == 2, help_text
+for scene in examples:
+    rows_of("distribute", scene, "-n", "1000", "--predict", "2")
 print("the same pairs")

@@ -2,7 +2,9 @@
 // What goes wrong on one rank is told on all, in the same words, and changes nothing.
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <functional>
+#include <memory_resource>
 
 #include "exchange.hpp"
 #include "scene.hpp"
@@ -114,6 +116,65 @@ TEST(Faults, TwoRanksAddTheSame)
     }
 }
 
+/// What is given back is overwritten, so that whoever reads it afterwards is found out.
+class WipingMemory final : public std::pmr::memory_resource
+{
+    void* do_allocate(std::size_t bytes, std::size_t alignment) override
+    {
+        return std::pmr::new_delete_resource()->allocate(bytes, alignment);
+    }
+    void do_deallocate(void* place, std::size_t bytes, std::size_t alignment) override
+    {
+        std::memset(place, 0xA5, bytes);
+        std::pmr::new_delete_resource()->deallocate(place, bytes, alignment);
+    }
+    bool do_is_equal(const memory_resource& other) const noexcept override { return this == &other; }
+};
+TEST(Faults, ListsTakenAfterAFailureOutliveTheQuestionsBeforeTheNextUpdate)
+{
+    if (ranks() == 1) return;
+    WipingMemory memory;
+    auto options = serial;
+    options.memory = &memory;
+    options.rebalance = Rebalance::on_request;
+    auto scene = some_scene(options);
+    for (int update = 0; update < 2; ++update) {
+        ASSERT_TRUE(scene.update());
+        for (int k = 0; k < 60; ++k)
+            scene.operate(150);
+    }
+    ASSERT_TRUE(scene.update());
+    auto& world = *scene.world;
+    for (int failure = 0; failure < 2; ++failure) {
+        // Of two ranks, and in the regions of all.
+        if (rank() <= 1) world.add(3, Aabb3f{{-99, -99, -99}, {99, 99, 99}});
+        EXPECT_FALSE(failure_of([&] { world.update(); }).empty());
+        const auto began = world.began(), persisted = world.persisted(), changed = world.changed_pairs();
+        const auto all = [&] {
+            std::vector<std::array<std::uint64_t, 3>> pairs;
+            for (const auto& list : {began, persisted, changed})
+                for (const auto& pair : list)
+                    pairs.push_back({pair.a, pair.b, static_cast<std::uint64_t>(pair.rank_of_b)});
+            return pairs;
+        };
+        const auto before = all();
+        EXPECT_GT(sum(before.size()), 0u);
+        const std::vector<Aabb3f> everywhere = {{{-99, -99, -99}, {99, 99, 99}}};
+        for (int question = 0; question < 2; ++question) {
+            std::vector<std::uint64_t> count(1);
+            world.count(std::span(everywhere), std::span(count));
+            EXPECT_EQ(all(), before);
+        }
+        if (rank() <= 1) world.remove(3);
+        if (failure == 0) {
+            for (int k = 0; k < 60; ++k)
+                scene.operate(150);
+            ASSERT_TRUE(scene.update());
+        }
+    }
+    ASSERT_TRUE(scene.update());
+}
+
 TEST(Faults, DifferentTermsAreRefused)
 {
     const auto made = [](const jostle::mpi::WorldOptions& options) {
@@ -122,6 +183,8 @@ TEST(Faults, DifferentTermsAreRefused)
     auto other = serial;
     other.margin = -1;
     EXPECT_TRUE(says(made(other), "rank 0: margin -1 of the world"));
+    other.margin = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_TRUE(says(made(other), "rank 0: margin nan of the world"));
     other = serial;
     other.memory = nullptr;
     EXPECT_TRUE(says(made(other), "rank 0: WorldOptions::memory is null"));

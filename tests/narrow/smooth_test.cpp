@@ -206,6 +206,151 @@ TEST(SmoothShapes, AreAsFarOrDeepAsTheBestDirectionSays)
     EXPECT_LT(inexact, deep / 100) << "worst " << worst;
 }
 
+/// The signed distance of two shapes that nearly touch: the most by which a direction near `n` parts them.
+double signed_distance_near(Random& random, Vec3 n, const Shape3& a, const Pose3d& pose_a, const Shape3& b,
+                            const Pose3d& pose_b)
+{
+    double best = parted_by(n, a, pose_a, b, pose_b);
+    int steps = 0;
+    for (double step = 1e-2; step > 1e-13 && steps < 600; ++steps) {
+        const Vec3 aside{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+        Vec3 to = n + aside * step;
+        to = to * (1 / length(to));
+        const double value = parted_by(to, a, pose_a, b, pose_b);
+        step *= value > best ? 1.5 : 0.8;
+        if (!(value > best)) continue;
+        best = value;
+        n = to;
+    }
+    return best;
+}
+
+// Where two touch but for a millionth or a billionth, GJK's simplices are too flat to say whether they do.
+TEST(SmoothShapes, ThatNearlyTouchAreApartOrNot)
+{
+    Random random(77);
+    int apart = 0, deep = 0, cast = 0;
+    for (int round = 0; round < 1500; ++round) {
+        std::vector<Vec3d> corners(16);
+        for (Vec3d& corner : corners)
+            corner = {random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6)};
+        const ConvexHull<3> hull(corners);
+        const auto size = [&] { return random.uniform(0.2, 0.8); };
+        const auto smooth = [&] {
+            const std::uint32_t kind = random.below(3);
+            return kind == 0   ? Shape3::cylinder(size(), size())
+                   : kind == 1 ? Shape3::cone(size(), size())
+                               : Shape3::ellipsoid({size(), size(), size()});
+        };
+        const Shape3 a = smooth();
+        const std::uint32_t kind = random.below(4);
+        const Shape3 b = kind == 0   ? Shape3(hull)
+                         : kind == 1 ? Shape3::box({size(), size(), size()})
+                         : kind == 2 ? Shape3::capsule(size(), size())
+                                     : smooth();
+        // Of a user's shape the same is known but the formula.
+        const bool disguises = random.chance(0.3);
+        const Disguised disguised(a);
+        const Shape3 known = disguises ? Shape3(disguised, ShapeTypes::first_custom) : a;
+        SCOPED_TRACE(testing::Message() << round << " types " << known.type() << " " << b.type());
+        const Pose3d pose_a = random.pose<double>(1);
+        Pose3d pose_b = random.pose<double>(1.5);
+        for (int step = 0; step < 2; ++step) {
+            const auto gap = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(gap);
+            for (std::size_t d = 0; d < 3; ++d)
+                pose_b.position[d] -= gap->normal[d] * gap->distance;
+        }
+        const auto at_rest = distance(a, pose_a, b, pose_b, INFINITY);
+        const Vec3d touching_at = pose_b.position;
+        for (const double gap : {1e-9, 1e-8, 1e-7, 1e-6, 1e-4, 0.0, -1e-9, -1e-8, -1e-7, -1e-6, -1e-5}) {
+            for (std::size_t d = 0; d < 3; ++d)
+                pose_b.position[d] = touching_at[d] + at_rest->normal[d] * gap;
+            const auto found = distance(known, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(found);
+            const double expected =
+                std::max(signed_distance_near(random, narrow::load(at_rest->normal), a, pose_a, b, pose_b),
+                         signed_distance_near(random, narrow::load(found->normal), a, pose_a, b, pose_b));
+            const double may_miss = disguises ? 4e-8 : 5e-9;
+            ASSERT_NEAR(found->distance, expected, may_miss) << "for a gap of " << gap;
+            if (std::abs(expected) < 2e-9) continue;
+            ASSERT_EQ(touching(known, pose_a, b, pose_b), expected < 0) << expected;
+            expected < 0 ? ++deep : ++apart;
+        }
+        // Nor does what comes from afar stop too late.
+        Pose3d from = pose_b;
+        Vec3d way;
+        for (std::size_t d = 0; d < 3; ++d) {
+            from.position[d] = touching_at[d] + at_rest->normal[d] + random.uniform(-0.5, 0.5);
+            way[d] = 1.5 * (touching_at[d] - from.position[d]);
+        }
+        const auto hit = shape_cast(b, from, way, known, pose_a);
+        if (!hit || hit->fraction == 0) continue;
+        ++cast;
+        for (std::size_t d = 0; d < 3; ++d)
+            from.position[d] += way[d] * hit->fraction;
+        const auto there = distance(a, pose_a, b, from, INFINITY);
+        ASSERT_TRUE(there);
+        ASSERT_GT(there->distance, -2e-9);
+        ASSERT_LT(there->distance, 4e-8);
+    }
+    EXPECT_GT(apart, 4000);
+    EXPECT_GT(deep, 4000);
+    EXPECT_GT(cast, 500);
+}
+
+// Where many directions are nearly as good, as of circles in one another, no polygon is exact along all.
+TEST(SmoothShapes, InThePlaneAreAsDeepAsTheBestDirectionSays)
+{
+    Random random(78);
+    int deep = 0;
+    for (int round = 0; round < 6000; ++round) {
+        const auto size = [&] { return 0.1 * (1 + random.below(10)); };
+        const auto whole = [&] { return 0.1 * (static_cast<int>(random.below(13)) - 6); };
+        const double width = size(), height = size(), p = size(), q = size();
+        const std::uint32_t kind = random.below(4);
+        const Shape2 a = Shape2::ellipsoid({width, height}), b = kind == 0   ? Shape2::sphere(p)
+                                                                 : kind == 1 ? Shape2::ellipsoid({p, q})
+                                                                 : kind == 2 ? Shape2::box({p, q})
+                                                                             : Shape2::capsule(p, q);
+        const double turn = random.uniform(0, 6.28), c = std::cos(turn), s = std::sin(turn);
+        const Pose2d pose_a{}, pose_b{{whole(), whole()}, {c, s}};
+        const auto found = distance(a, pose_a, b, pose_b, 10.0);
+        ASSERT_TRUE(found);
+        if (found->distance > -1e-3) continue;
+        ++deep;
+        const auto overlap = [&](double angle) {
+            const double x = std::cos(angle), y = std::sin(angle), u = c * x + s * y, v = c * y - s * x;
+            const double of_b = kind == 0   ? p
+                                : kind == 1 ? std::hypot(p * u, q * v)
+                                : kind == 2 ? p * std::abs(u) + q * std::abs(v)
+                                            : p * std::abs(v) + q;
+            return std::hypot(width * x, height * y) + of_b - pose_b.position[0] * x - pose_b.position[1] * y;
+        };
+        constexpr double degree = 0.017453292519943295;
+        double best = HUGE_VAL;
+        for (int i = 0; i < 360; ++i) { // from each that is better than its neighbours
+            double at = i * degree, here = overlap(at);
+            if (here > overlap(at - degree) || here > overlap(at + degree)) continue;
+            for (double step = degree; step > 1e-11;) {
+                const double before = overlap(at - step), after = overlap(at + step);
+                if (!(std::min(before, after) < here)) {
+                    step *= 0.7;
+                    continue;
+                }
+                at += before < after ? -step : step;
+                here = std::min(before, after);
+            }
+            best = std::min(best, here);
+        }
+        ASSERT_NEAR(found->distance, -best, 1e-10) << round << " kind " << kind;
+        const auto found_contacts = contacts(a, pose_a, b, pose_b);
+        ASSERT_EQ(found_contacts.size(), 1u);
+        ASSERT_NEAR(found_contacts[0].point[0].depth, best, 1e-7) << round << " kind " << kind;
+    }
+    EXPECT_GT(deep, 4000);
+}
+
 // The depth of what is close to each other is found by a few searches, from either side.
 TEST(SmoothShapes, ThatOverlapALittleAreAsDeepAsTheBestDirectionSays)
 {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #ifdef __linux__
 #include <poll.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +15,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -89,6 +91,36 @@ TEST(System, ProgramsGetTheirWordsAsTheyAre)
         expected += word + "\n";
     EXPECT_EQ(told->output, expected);
 }
+
+#ifdef __linux__
+TEST(System, ProgramsForWhichThereAreTooFewDescriptorsLeaveNoneOpen)
+{
+    const auto open_files = [] {
+        const fs::directory_iterator all("/proc/self/fd");
+        return std::distance(begin(all), end(all));
+    };
+    const auto before = open_files();
+    rlimit usual{};
+    ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &usual), 0);
+    const int lowest = dup(STDIN_FILENO); // those below are open
+    close(lowest);
+    for (const std::string input : {"", "some"})
+        for (int more = 0; more < 5; ++more) {
+            rlimit few = usual;
+            few.rlim_cur = static_cast<rlim_t>(lowest + more);
+            ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+            bool ran = false;
+            try {
+                ran = run_program({"true"}, Errors::shown, input).has_value();
+            } catch (const std::system_error& error) {
+                EXPECT_EQ(error.code(), std::errc::too_many_files_open);
+            }
+            ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &usual), 0);
+            EXPECT_EQ(ran, more == 4 && input.empty());
+            EXPECT_EQ(open_files(), before) << more << input;
+        }
+}
+#endif
 
 TEST(System, ProgramsReadTheirInput)
 {

@@ -56,6 +56,18 @@ TEST_F(Compare, AllSystemsAgreeOnARecordingAndSayWhatTheyTake)
     }
 }
 
+TEST_F(Compare, NamesThatArentUtf8AreToldSoThatTheyCanBeRead)
+{
+    write("caf\xe9.csv", "lo_x,lo_y,hi_x,hi_y\n0,0,1,1\n1,1,2,2\n");
+    const auto result = run({"compare", "caf\xe9.csv", "--threads", "1", "--json", "rows.json"});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+    const json all = rows();
+    ASSERT_FALSE(all.empty());
+    for (const json& row : all)
+        EXPECT_EQ(row["file"], "caf\\xe9.csv");
+}
+
 TEST_F(Compare, BoxesMayComeAndGo)
 {
     record({100, 40, 0, 160, 160, 10, 90, 90}, 30);

@@ -108,6 +108,12 @@ void consider_sides(Axis2& best, const Core2& owner, const Core2& other, bool of
     }
 }
 
+/// How far unit direction n, from a to b, parts two polygons; below 0: how much they overlap along it.
+double parted_by(const Core2& a, const Core2& b, const Vec2& n)
+{
+    return dot(n, furthest(b, -n) - furthest(a, n));
+}
+
 void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& least, Vec2& on)
 {
     const Vec2 d = to - from;
@@ -125,8 +131,12 @@ void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& le
 void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
 {
     Axis2 axis;
-    consider_sides(axis, a, b, false);
-    consider_sides(axis, b, a, true);
+    if (a.is_settled) {
+        axis = {a.along, parted_by(a, b, a.along), false};
+    } else {
+        consider_sides(axis, a, b, false);
+        consider_sides(axis, b, a, true);
+    }
     if (axis.separation == -HUGE_VAL) { // two points
         const Vec2 d = b.corner[0] - a.corner[0];
         const double distance = length(d);
@@ -196,13 +206,38 @@ bool grow(Core2& core, const Vec2& normal)
 
 void refine(Core2& a, Core2& b)
 {
+    Vec2 best;
+    double most = -HUGE_VAL;
+    // Both polygons are exact along n afterwards. Returns whether they were before.
+    const auto look_along = [&](const Vec2& n) {
+        const bool grown_a = a.is_smooth() && grow(a, n), grown_b = b.is_smooth() && grow(b, -n);
+        if (const double parted = parted_by(a, b, n); parted > most) {
+            most = parted;
+            best = n;
+        }
+        return !grown_a && !grown_b;
+    };
     for (int step = 0; step < 24; ++step) {
         Gap<2> gap;
         core_gap(a, b, gap);
-        const bool grown_a = a.is_smooth() && grow(a, gap.normal);
-        const bool grown_b = b.is_smooth() && grow(b, -gap.normal);
-        if (!grown_a && !grown_b) return;
+        if (look_along(gap.normal)) return;
     }
+    if (!(most < 0)) return;
+    // The best of those directions lies next to one that is better still.
+    const auto exact = [](const Core2& core, const Vec2& n) {
+        return core.is_smooth() ? dot(n, support(core, n)) : dot(n, furthest(core, n));
+    };
+    for (double turn = 0.1; turn > 1e-8; turn *= 0.5)
+        for (const double way : {-turn, turn}) {
+            const Vec2 aside = best + right(best) * way, n = aside * (1 / length(aside));
+            const double parted = -exact(a, n) - exact(b, -n);
+            if (!(parted > most)) continue;
+            most = parted;
+            best = n;
+        }
+    look_along(best);
+    a.is_settled = true;
+    a.along = best;
 }
 
 namespace {

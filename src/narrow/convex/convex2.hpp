@@ -20,6 +20,8 @@ struct Core2
     Vec2 ellipse; ///< half its widths, if it is one
     const CustomShape<2>* custom = nullptr;
     Frame<2> frame;
+    bool is_settled = false; ///< it and the other overlap least along `along`, from a to b
+    Vec2 along;
 
     Core2(double core_radius, double core_reach, const Frame<2>& where)
         : radius(core_radius), reach(core_reach), frame(where)
@@ -61,7 +63,8 @@ inline Vec2 support(const Core2& core, const Vec2& direction)
 }
 
 /// Turns whichever of the two is smooth into a polygon that is exact where it meets the other: its support
-/// point along the normal becomes a corner, until that changes nothing. Each step quarters the error.
+/// point along the normal becomes a corner, until that changes nothing. Each step quarters the error. Where
+/// two overlap by nearly the same along many directions there is no end to it: then the best one is settled.
 void refine(Core2& a, Core2& b);
 
 /// The distance between cores (not their radii), or how much they overlap, and the points that have it.

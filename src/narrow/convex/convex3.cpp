@@ -14,25 +14,50 @@ namespace {
 /// Projections of vertices at which the expanding polytope gets faster than looking along all axes.
 constexpr double most_axes_cost = 1500;
 
-/// Makes the overlap of smooth cores exact, which the expanding polytope leaves a little too deep: parted
-/// along the way out found so far they are nearest along a better one. The shallower they overlap the fewer
-/// steps.
-void polish(const Core3& a, const Core3& b, Gap<3>& gap)
+/// Makes the signed distance of smooth cores exact, of which the expanding polytope and GJK know a little
+/// less: parted along the normal found so far, until they are `clear` of each other, they are nearest along
+/// a better one. The less they overlap the fewer steps. Returns whether it found a better one.
+bool polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
 {
     const double size = a.reach + b.reach;
     for (int step = 0; step < 20; ++step) {
         Simplex simplex;
         Gap<3> parted;
-        const Vec3 shift = gap.normal * (1e-3 * size - gap.distance);
-        if (gjk(a, b, shift, HUGE_VAL, {}, simplex, parted) != Verdict::apart) return;
+        const Vec3 shift = gap.normal * (clear * size - gap.distance);
+        if (gjk(a, b, shift, HUGE_VAL, {}, simplex, parted) != Verdict::apart) return step > 0;
         const Vec3& n = parted.normal;
-        const double depth = dot(n, furthest(a, n) - furthest(b, -n));
-        if (!(depth < -gap.distance - 1e-14 * size)) return;
+        const double distance = dot(n, furthest(b, -n) - furthest(a, n));
+        if (!(distance > gap.distance + 1e-14 * size)) return step > 0;
         gap.normal = n;
-        gap.distance = -std::max(0.0, depth);
+        gap.distance = distance;
     }
+    return true;
 }
 
+/// Whether what gjk() says of two cores needs another look. Among the points of smooth ones, some of which
+/// lie very close, it gets lost where they nearly touch.
+bool is_doubtful(const Core3& a, const Core3& b, Verdict verdict, const Simplex& simplex, const Gap<3>& gap)
+{
+    if (!a.is_smooth() && !b.is_smooth()) return false;
+    const double size = a.reach + b.reach;
+    if (verdict == Verdict::touch) return simplex.parted > -1e-6 * size;
+    return gap.distance != HUGE_VAL && gap.distance - simplex.parted > 1e-10 * size;
+}
+/// Has that look: of two cores that are apart or overlap a little, the signed distance is the most by which
+/// any direction parts them. What one search leaves over another one finds, as they get stuck elsewhere.
+Verdict look_closer(const Core3& a, const Core3& b, Gap<3>& gap)
+{
+    gap.distance = dot(gap.normal, furthest(b, -gap.normal) - furthest(a, gap.normal));
+    gap.located = false;
+    if (descends(a, b)) descend(a, b, gap);
+    bool better = false;
+    for (const double clear : {1e-3, 1e-1})
+        better |= polish(a, b, clear, gap);
+    if (better) gap.located = false;
+    if (!(gap.distance > 0)) return Verdict::touch;
+    if (!gap.located) nearest_when_parted(a, b, gap, gap.on_a, gap.on_b);
+    return Verdict::apart;
+}
 /// Of these everything is known in closed form.
 bool is_point_on_round(const Core3& a, const Core3& b)
 {
@@ -49,7 +74,8 @@ void overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap
     if (is_point_on_round(a, b)) return point_depth(a.frame * a.polytope.vertex(0), b, gap);
     if (descends(a, b)) return least_overlap(a, b, simplex, gap);
     expand(a, b, simplex, gap);
-    if (a.is_smooth() || b.is_smooth()) polish(a, b, gap);
+    if (a.is_smooth() || b.is_smooth()) polish(a, b, 1e-3, gap);
+    gap.distance = std::min(0.0, gap.distance);
 }
 /// Whether two cores are apart, and their gap if so.
 Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& simplex, Gap<3>& gap)
@@ -58,12 +84,13 @@ Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& sim
         const Verdict verdict = point_gap(a.frame * a.polytope.vertex(0), b, enough, gap);
         return verdict == Verdict::apart ? verdict : Verdict::touch;
     }
+    Verdict verdict = Verdict::unclear;
     if (descends(a, b)) { // on smooth surfaces GJK goes on for long, and Newton's method for a few steps
-        const Verdict verdict = gjk(a, b, {}, enough, {.parted = 4}, simplex, gap);
-        if (verdict != Verdict::unclear) return verdict;
-        if (gap_by_descent(a, b, enough, gap)) return Verdict::apart;
+        verdict = gjk(a, b, {}, enough, {.parted = 4}, simplex, gap);
+        if (verdict == Verdict::unclear && gap_by_descent(a, b, enough, gap)) return Verdict::apart;
     }
-    return gjk(a, b, {}, enough, {}, simplex, gap);
+    if (verdict == Verdict::unclear) verdict = gjk(a, b, {}, enough, {}, simplex, gap);
+    return is_doubtful(a, b, verdict, simplex, gap) ? look_closer(a, b, gap) : verdict;
 }
 bool are_sharp_boxes(const Core3& a, const Core3& b)
 {
@@ -160,7 +187,9 @@ bool convex_touch(const Core3& a, const Core3& b)
     Simplex simplex;
     Gap<3> gap;
     const double enough = a.radius + b.radius;
-    return gjk(a, b, {}, enough, {}, simplex, gap) == Verdict::touch || gap.distance <= enough;
+    Verdict verdict = gjk(a, b, {}, enough, {}, simplex, gap);
+    if (is_doubtful(a, b, verdict, simplex, gap)) verdict = look_closer(a, b, gap);
+    return verdict == Verdict::touch || gap.distance <= enough;
 }
 
 void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap)

@@ -118,6 +118,9 @@ class Descent
         keep();
     }
 
+    /// What it has found; the points are given if they are known.
+    void tell(Gap<3>& gap) const { gap = {-depth, normal, on_a, on_b, off() < 1e-7 * size_}; }
+
     double depth = HUGE_VAL; ///< below 0: they are apart
     Vec3 normal, on_a, on_b; ///< the points, as far as the pieces' weights say where they are
     /// How far the points are from where depth and normal say.
@@ -493,13 +496,16 @@ void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3
 {
     Descent descent(a, b);
     descent.from(gap.normal);
-    const auto is_located = [&] { return descent.off() < 1e-7 * (a.reach + b.reach); };
     if (!is_as_deep(a, b, descent)) search_all(a, b, simplex, descent);
-    gap.normal = descent.normal;
-    gap.distance = -std::max(0.0, descent.depth);
-    gap.on_a = descent.on_a;
-    gap.on_b = descent.on_b;
-    gap.located = is_located();
+    descent.tell(gap);
+    gap.distance = std::min(0.0, gap.distance);
+}
+
+void descend(const Core3& a, const Core3& b, Gap<3>& gap)
+{
+    Descent descent(a, b);
+    descent.from(gap.normal);
+    descent.tell(gap);
 }
 
 bool gap_by_descent(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
@@ -511,11 +517,8 @@ bool gap_by_descent(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
         gap.distance = HUGE_VAL;
         return true;
     }
-    if (!(descent.off() <= 1e-7 * distance)) return false;
-    gap.distance = distance;
-    gap.normal = descent.normal;
-    gap.on_a = descent.on_a;
-    gap.on_b = descent.on_b;
+    if (!(descent.off() <= std::max(1e-7 * distance, 1e-10 * (a.reach + b.reach)))) return false;
+    descent.tell(gap);
     return true;
 }
 

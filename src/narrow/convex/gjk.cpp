@@ -172,14 +172,18 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Mo
 {
     if (!a.is_smooth() && a.polytope.vertices == 1) {
         const Vec3 p = a.frame * a.polytope.vertex(0);
-        if (point_gap(p - shift, b, enough, gap) == Verdict::apart) return gap.on_a = p, Verdict::apart;
+        if (point_gap(p - shift, b, enough, gap) == Verdict::apart) {
+            gap.on_a = p;
+            s.parted = gap.distance;
+            return Verdict::apart;
+        }
     }
     Vec3 v = a.frame.p - b.frame.p - shift;
     if (length2(v) == 0) v = {1, 0, 0};
     double least = HUGE_VAL, extent = 0;
     Vec3 on_a, on_b;
     s.count = 0;
-    double widest = -HUGE_VAL;
+    double& widest = s.parted = -HUGE_VAL;
     for (int step = 0; step < all_steps; ++step) {
         if (step == most.steps || step >= (widest > 0 ? most.parted : most.unparted)) return Verdict::unclear;
         const Support pa = support(a, -v), pb = support(b, v);

@@ -21,6 +21,7 @@ struct Simplex
     SimplexPoint point[4];
     double weight[4];
     int count = 0;
+    double parted = -HUGE_VAL; ///< how far some plane parts the two cores; below 0: none does that was tried
 };
 
 inline constexpr int all_steps = 100; ///< then rounding is all that is left
@@ -35,6 +36,8 @@ struct MostSteps
 /// without. Says apart where there is a gap: its distance is infinite once it is known to be more than
 /// `enough`. Else gap.normal is the direction in which they overlap least of those tried, and `s` the last
 /// simplex: they touch, as well as doubles can tell, or `most` steps weren't enough to be clear.
+/// Of smooth cores, whose points lie so close that simplices get flat, the distance may be too great: it is
+/// no less than s.parted.
 Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,
             Gap<3>& gap);
 

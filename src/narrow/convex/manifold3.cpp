@@ -19,22 +19,6 @@ bool same(const Vec3& p, const Vec3& q)
     return ((p.x == q.x) & (p.y == q.y) & (p.z == q.z)) != 0;
 }
 
-/// Where two cores that overlap would part if b were moved out of a along the normal: there they are nearest.
-void nearest_when_parted(const Core3& a, const Core3& b, const Gap<3>& cores, Vec3& on_a, Vec3& on_b)
-{
-    const Vec3& n = cores.normal;
-    Simplex simplex;
-    Gap<3> moved;
-    const double clear = 1e-3 * (a.reach + b.reach);
-    if (gjk(a, b, n * (clear - cores.distance), HUGE_VAL, {}, simplex, moved) == Verdict::apart) {
-        on_a = moved.on_a;
-        on_b = moved.on_b;
-    } else {
-        on_a = support(a, n).p;
-        on_b = on_a + n * cores.distance;
-    }
-}
-
 /// Calls visit(p, number), in local axes, for the points that can be deepest below a plane across d: four of
 /// each disc, of which one is deepest of all, and a tip.
 template <class Visit>
@@ -79,6 +63,21 @@ std::uint32_t greatest(const ManifoldPoint<3>* candidates, std::uint32_t first, 
 }
 
 } // namespace
+
+void nearest_when_parted(const Core3& a, const Core3& b, const Gap<3>& cores, Vec3& on_a, Vec3& on_b)
+{
+    const Vec3& n = cores.normal;
+    Simplex simplex;
+    Gap<3> moved;
+    const double clear = 1e-3 * (a.reach + b.reach);
+    if (gjk(a, b, n * (clear - cores.distance), HUGE_VAL, {}, simplex, moved) == Verdict::apart) {
+        on_a = moved.on_a;
+        on_b = moved.on_b;
+    } else {
+        on_a = support(a, n).p;
+        on_b = on_a + n * cores.distance;
+    }
+}
 
 void reduce(const Vec3& normal, ManifoldPoint<3>* candidates, std::uint32_t count, Manifold<3>& manifold)
 {

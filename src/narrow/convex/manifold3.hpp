@@ -8,6 +8,10 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
+/// The points of a gap of which distance and normal are known: where two cores are nearest if b is moved
+/// along the normal until they are clearly apart.
+void nearest_when_parted(const Core3& a, const Core3& b, const Gap<3>& cores, Vec3& on_a, Vec3& on_b);
+
 /// From a gap between cores no wider than the radii and `margin` to the points of the contact.
 void make_manifold(const Core3& a, const Core3& b, const Gap<3>& cores, double margin, Manifold<3>& manifold);
 

@@ -182,8 +182,6 @@ class Broadphase : public btBroadphaseInterface
 
     void calculateOverlappingPairs(btDispatcher* dispatcher) override
     {
-        // Whoever else changed the cache isn't known, so from now on all that move are offered again.
-        if (cache_->getNumOverlappingPairs() != cached_) offer_all_ = true;
         catch_up();
         in_order(ended_);
         for (const Meeting& pair : ended_)
@@ -199,7 +197,6 @@ class Broadphase : public btBroadphaseInterface
     btOverlappingPairCache* getOverlappingPairCache() override
     {
         if (!pending_.empty() || !began_.empty()) {
-            if (cache_->getNumOverlappingPairs() != cached_) offer_all_ = true;
             catch_up();
             offer();
             cached_ = cache_->getNumOverlappingPairs();
@@ -414,6 +411,8 @@ class Broadphase : public btBroadphaseInterface
     /// Tells the world of all new bounds, and remembers what that did to the pairs.
     void catch_up()
     {
+        // Whoever else changed the cache isn't known, so from now on all that move are offered again.
+        if (cache_->getNumOverlappingPairs() != cached_) offer_all_ = true;
         if (!unseen_) return;
         new_.clear();
         new_bounds_.clear();

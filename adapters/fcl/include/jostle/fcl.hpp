@@ -71,9 +71,13 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
 
     void registerObjects(const std::vector<Object*>& objects) override
     {
-        objects_.reserve(objects_.size() + objects.size());
-        boxes_.reserve(objects_.size() + objects.size());
-        places_.reserve(objects_.size() + objects.size());
+        // Twice as much at least, so that many small batches don't move everything each time.
+        if (const std::size_t all = objects_.size() + objects.size(); all > objects_.capacity()) {
+            const std::size_t room = std::max(all, 2 * objects_.capacity());
+            objects_.reserve(room);
+            boxes_.reserve(room);
+            places_.reserve(room);
+        }
         for (Object* const object : objects)
             registerObject(object);
     }
@@ -390,9 +394,11 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
     }
 
     /// Calls `visit` with the places of objects, nearest first, that are further than `done` and nearer than
-    /// `least`, which it may set, until it returns true; says whether it never did.
+    /// `least`, which it may set, until it returns true; says whether it never did. `with_odd` says whether
+    /// odd boxes are looked for.
     template <class Visit>
-    bool each_near(const Box& box, S done, S& least, const Visit& visit, std::uint32_t first = 0) const
+    bool each_near(const Box& box, S done, S& least, const Visit& visit, std::uint32_t first = 0,
+                   bool with_odd = true) const
     {
         if (boxes_.size() <= few) return each_near_of_few(box, done, least, visit, first);
         const auto taken = [&](std::uint32_t place, S) {
@@ -405,7 +411,7 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
         };
         // The nearest first, after which there is little left that is nearer.
         if (!is_odd(box) && is_finite(box) && tree_ready(3)) {
-            if (odd_ > 0)
+            if (with_odd && odd_ > 0)
                 for (std::uint32_t place = first; place < boxes_.size(); ++place)
                     if (is_odd(boxes_[place]))
                         if (const S distance = gap(box, boxes_[place]);
@@ -508,7 +514,7 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
                 for (const Pair pair : finder().find(box_view(boxes)))
                     pairs.push_back({places[pair.a], places[pair.b]});
             }
-            manager_.pairs_known_ = shared_;
+            if (shared_) manager_.pairs_known_ = true;
             return pairs;
         }
 
@@ -527,10 +533,13 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
         const bool within = &other == this;
         const auto count = static_cast<std::uint32_t>(boxes_.size());
         const auto others = static_cast<std::uint32_t>(other.boxes_.size());
-        if (std::uint64_t{count} * others <= few * few || odd_ + other.odd_ > 0) {
-            nearest_pairs_of_few(other, least, visit);
+        if (std::uint64_t{count} * others <= few * few) {
+            nearest_pairs_of(other, Which::all, least, visit);
             return;
         }
+        const bool some_odd = odd_ + other.odd_ > 0;
+        if (some_odd && !nearest_pairs_of(other, Which::odd, least, visit)) return;
+        // From here on without them.
         // First two neighbours in the tree, and the nearest to four objects, for a bound.
         std::vector<Near> seeds;
         S spacing = std::numeric_limits<S>::infinity();
@@ -544,11 +553,13 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
         const bool tree = other.tree_ready(999);
         if (tree && within) {
             const auto [a, b] = tree_.near_pair(boxes_);
-            if (a != none && !goes_on(gap(boxes_[a], boxes_[b]), a, b)) return;
+            const bool odd = some_odd && a != none && (is_odd(boxes_[a]) || is_odd(boxes_[b]));
+            if (a != none && !odd && !goes_on(gap(boxes_[a], boxes_[b]), a, b)) return;
             spacing = std::numeric_limits<S>::infinity(); // they are nearer than others
         }
         for (std::uint32_t i = 0; i < 4; ++i) {
             const std::uint32_t a = static_cast<std::uint32_t>(std::uint64_t{i} * (count - 1) / 3);
+            if (is_odd(boxes_[a])) continue;
             Near nearest{std::numeric_limits<S>::infinity(), a, none};
             if (tree && is_finite(boxes_[a])) {
                 const Asking asking(other);
@@ -558,7 +569,7 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
             } else {
                 for (std::uint32_t b = 0; b < others; ++b)
                     if (const S squared = squared_gap(boxes_[a], other.boxes_[b]);
-                        squared < nearest.distance && !(within && a == b))
+                        squared < nearest.distance && !(within && a == b) && !is_odd(other.boxes_[b]))
                         nearest = {squared, a, b};
             }
             if (nearest.b != none && !goes_on(std::sqrt(nearest.distance), a, nearest.b)) return;
@@ -577,29 +588,46 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
             if (!(reach < least)) return;
             done = std::isfinite(reach) ? reach : 0;
         }
-        for (std::uint32_t a = 0; a < count; ++a)
-            if (!other.each_near(
-                    boxes_[a], done, least, [&](std::uint32_t b) { return visit_unless_seed(a, b); },
-                    within ? a + 1 : 0))
-                return;
+        for (std::uint32_t a = 0; a < count; ++a) {
+            if (is_odd(boxes_[a])) continue;
+            const auto visit_other = [&](std::uint32_t b) {
+                return !is_odd(other.boxes_[b]) && visit_unless_seed(a, b);
+            };
+            if (!other.each_near(boxes_[a], done, least, visit_other, within ? a + 1 : 0, false)) return;
+        }
     }
+    enum class Which
+    {
+        all,
+        odd ///< those of which one or both boxes are
+    };
+    /// By looking through all pairs. False if `visit` has returned true, or nothing can be nearer.
     template <class Visit>
-    void nearest_pairs_of_few(const Manager& other, S& least, const Visit& visit) const
+    bool nearest_pairs_of(const Manager& other, Which which, S& least, const Visit& visit) const
     {
         const bool within = &other == this;
+        std::vector<std::uint32_t> odd;
+        if (which == Which::odd)
+            for (std::uint32_t b = 0; b < other.boxes_.size(); ++b)
+                if (is_odd(other.boxes_[b])) odd.push_back(b);
         const auto each = [&](const auto& take) {
             for (std::uint32_t a = 0; a < boxes_.size(); ++a)
-                for (std::uint32_t b = within ? a + 1 : 0; b < other.boxes_.size(); ++b)
-                    if (!take(squared_gap(boxes_[a], other.boxes_[b]), a, b)) return;
+                if (which == Which::all || is_odd(boxes_[a])) {
+                    for (std::uint32_t b = within ? a + 1 : 0; b < other.boxes_.size(); ++b)
+                        if (!take(squared_gap(boxes_[a], other.boxes_[b]), a, b)) return;
+                } else {
+                    for (const std::uint32_t b : odd)
+                        if ((!within || b > a) && !take(squared_gap(boxes_[a], other.boxes_[b]), a, b))
+                            return;
+                }
         };
         Near nearest{std::numeric_limits<S>::infinity(), none, none};
         each([&](S squared, std::uint32_t a, std::uint32_t b) {
             if (squared < nearest.distance) nearest = {squared, a, b};
             return nearest.distance > 0;
         });
-        if (nearest.a != none && (!(std::sqrt(nearest.distance) < least) || visit(nearest.a, nearest.b)))
-            return;
-        if (!(least > 0)) return;
+        if (nearest.a == none || !(std::sqrt(nearest.distance) < least)) return true;
+        if (visit(nearest.a, nearest.b) || !(least > 0)) return false;
         std::vector<Near> near;
         each([&](S squared, std::uint32_t a, std::uint32_t b) {
             if (const S distance = std::sqrt(squared);
@@ -607,26 +635,32 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
                 near.push_back({distance, a, b});
             return true;
         });
-        in_order(near, least, [&](const Near& found) { return visit(found.a, found.b); });
+        return in_order(near, least, [&](const Near& found) { return visit(found.a, found.b); }) && least > 0;
     }
     static bool is_among(const std::vector<Near>& seeds, std::uint32_t a, std::uint32_t b) noexcept
     {
         return std::any_of(seeds.begin(), seeds.end(),
                            [&](const Near& seed) { return seed.a == a && seed.b == b; });
     }
-    /// The pairs that are at most `reach` apart; false if there are very many of them.
+    /// The pairs that are at most `reach` apart, but for odd boxes; false if there are very many of them.
     bool pairs_within(const Manager& other, S reach, std::vector<Near>& near) const
     {
         const std::size_t most = 4096 + 16 * (boxes_.size() + other.boxes_.size());
         std::vector<Box> bigger = boxes_;
         const bool within = &other == this;
-        const S by = within ? reach / 2 : reach;
-        if (reach > 0)
-            for (Box& box : bigger)
-                for (int d = 0; d < 3; ++d) { // rounded outwards
-                    box.lo[d] = std::nextafter(box.lo[d] - by, -std::numeric_limits<S>::infinity());
-                    box.hi[d] = std::nextafter(box.hi[d] + by, std::numeric_limits<S>::infinity());
-                }
+        // What gap() says may be less than the truth, but not than the rounded difference of the bounds on an
+        // axis, if the square of that is a normal number. So where it says no more than `reach`, the true
+        // difference is less than the next number, or so small that its square isn't normal.
+        constexpr S infinity = std::numeric_limits<S>::infinity();
+        const S all = std::nextafter(reach, infinity) + 2 * std::sqrt(std::numeric_limits<S>::min());
+        const S by = within ? all / 2 : all;
+        for (Box& box : bigger) {
+            if (is_odd(box)) continue;    // or it might be so no longer
+            for (int d = 0; d < 3; ++d) { // rounded outwards
+                box.lo[d] = std::nextafter(box.lo[d] - by, -infinity);
+                box.hi[d] = std::nextafter(box.hi[d] + by, infinity);
+            }
+        }
         const auto sink = [&](const PairChunk& chunk) {
             for (const Pair pair : chunk.pairs)
                 if (const S distance = gap(boxes_[pair.a], other.boxes_[pair.b]); distance <= reach)
@@ -634,7 +668,7 @@ class Manager : public ::fcl::BroadPhaseCollisionManager<S>
             return near.size() <= most;
         };
         // On this thread, so that it can stop at once.
-        PairFinder finder(FinderOptions{.executor = &serial_executor()});
+        PairFinder finder(FinderOptions{.executor = &serial_executor(), .ignore_odd_boxes = true});
         return within ? finder.stream(box_view(bigger), sink)
                       : finder.stream(box_view(bigger), box_view(other.boxes_), sink);
     }
