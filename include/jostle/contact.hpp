@@ -43,7 +43,7 @@ struct ContactPoint
 };
 
 /// Where two objects touch: a normal and up to 4 points (2 in 2D) that span the region. No two points are the
-/// same, though rounding may bring two very close to each other.
+/// same but by rounding, which may bring two very close to each other, or together.
 ///
 /// Convex shapes have one contact a pair; with a mesh, height field or compound a pair has one for each pair
 /// of parts that touch.
