@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -313,6 +314,54 @@ TEST(AHeightField, PushesNothingDown)
     }
     EXPECT_GT(found_any, 1000);
     EXPECT_GT(steep, 300);
+}
+
+/// One rotation after another, as quaternions.
+std::array<double, 4> after(const std::array<double, 4>& p, const std::array<double, 4>& q)
+{
+    return {p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
+            p[3] * q[1] - p[0] * q[2] + p[1] * q[3] + p[2] * q[0],
+            p[3] * q[2] + p[0] * q[1] - p[1] * q[0] + p[2] * q[3],
+            p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2]};
+}
+
+// Bodies whose centres are just over the rim, and upright ones, which stand beside what is next to them at right
+// angles to it: rounding must not decide.
+TEST(AHeightField, IsTheSameAtItsRimHoweverItIsTurned)
+{
+    Random random(47);
+    int over = 0, beside = 0;
+    for (int round = 0; round < 6000; ++round) {
+        const bool upright = round % 3 == 0;
+        std::vector<double> heights(4);
+        for (double& height : heights)
+            height = upright ? random.uniform(0, 1) : 0.1 * random.below(11);
+        const HeightField field(HeightGrid<double>{heights, 2, 2, 1, 1, 1});
+        const Shape3 box =
+            round % 2 == 0 ? Shape3::box({0.6, 0.8, 0.7}) : Shape3::rounded_box({0.3, 0.5, 0.4}, 0.3);
+        const auto small = [&] { return static_cast<int>(random.below(5)) - 2; };
+        const std::array<double, 4> own =
+            upright ? std::array<double, 4>{0, 0, 0, 1}
+                    : std::array<double, 4>{1.0 * small(), 1.0 * small(), 1.0 * small(), 1};
+        // 0.13 keeps what overlaps from just touching.
+        const Vec3d centre =
+            upright ? Vec3d{random.uniform(-1, 2), random.uniform(-2, 2), random.uniform(-1, 2)}
+                    : Vec3d{1.0 * random.below(2), 0.1 * static_cast<int>(random.below(41)) - 2.13,
+                            0.01 * random.below(101)};
+        bool touched = false;
+        for (int turn = 0; turn < 20; ++turn) {
+            const auto rotation = turn == 0 ? std::array<double, 4>{0, 0, 0, 1} : random.rotation<double>();
+            const Vec3 there = narrow::rotation(Pose3d{{}, rotation}) * narrow::load(centre);
+            const Pose3d pose{{there.x, there.y, there.z}, after(rotation, own)};
+            const bool touches = touching(Shape3(field), Pose3d{{}, rotation}, box, pose);
+            if (turn == 0) touched = touches;
+            ASSERT_EQ(touches, touched) << round << " turned " << turn;
+            EXPECT_EQ(contacts(Shape3(field), Pose3d{{}, rotation}, box, pose).empty(), !touched) << round;
+        }
+        touched ? ++over : ++beside;
+    }
+    EXPECT_GT(over, 1000);
+    EXPECT_GT(beside, 200);
 }
 
 TEST(AHeightField, TouchesAHalfSpaceThatOneOfItsHeightsIsIn)

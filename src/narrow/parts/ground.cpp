@@ -16,20 +16,22 @@ Vec3 foot(const Part<3>& ground, std::uint32_t corner)
 
 namespace {
 
-/// Over or under the triangle as the height field's y runs.
+/// Over or under the triangle as the height field's y runs. Its border belongs to it, rounding included: so
+/// nothing slips between two triangles, and at the rim nothing depends on how field and body are turned.
+/// The corners run the same way around in all triangles of all fields, as all of them look up.
 bool in_column(const Part<3>& triangle, const Vec3& p)
 {
     const Core3& core = triangle.core;
     const Vec3 local = core.frame.r.back(p - core.frame.p);
     const Polytope& t = core.polytope;
-    double least = 0, most = 0;
+    const double rounding = 1e-14 * (length(p) + length(core.frame.p) + length(t.vertex(0)));
     for (std::uint32_t i = 0; i < 3; ++i) {
         const Vec3 a = t.vertex(i), b = t.vertex((i + 1) % 3);
         const double side = (b.x - a.x) * (local.z - a.z) - (b.z - a.z) * (local.x - a.x);
-        least = std::min(least, side);
-        most = std::max(most, side);
+        const double border = rounding * (std::abs(b.x - a.x) + std::abs(b.z - a.z));
+        if (side > border) return false;
     }
-    return least == 0 || most == 0;
+    return true;
 }
 
 Vec3 centre_of(const Core3& core)
@@ -93,10 +95,11 @@ double height_over(const Part<3>& ground, const Core3& core, Vec3& lowest)
 }
 
 /// A direction away from the ground that a body above it can have. Sides of steep triangles look downwards,
-/// too.
+/// too. What is level but for rounding comes from the side, however field and body are turned.
 bool comes_from_above(const Part<3>& ground, const Vec3& n)
 {
-    return dot(n, ground.normal) > 0 && dot(n, ground.core.frame.r.y) > 0;
+    constexpr double level = 1e-10;
+    return dot(n, ground.normal) > level && dot(n, ground.core.frame.r.y) > level;
 }
 
 } // namespace
