@@ -325,8 +325,8 @@ std::array<double, 4> after(const std::array<double, 4>& p, const std::array<dou
             p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2]};
 }
 
-// Bodies whose centres are just over the rim, and upright ones, which stand beside what is next to them at right
-// angles to it: rounding must not decide.
+// Bodies whose centres are just over the rim, and upright ones, which stand beside what is next to them at
+// right angles to it: rounding must not decide.
 TEST(AHeightField, IsTheSameAtItsRimHoweverItIsTurned)
 {
     Random random(47);
