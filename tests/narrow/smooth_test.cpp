@@ -299,6 +299,34 @@ TEST(SmoothShapes, ThatNearlyTouchAreApartOrNot)
     EXPECT_GT(cast, 500);
 }
 
+// A search of its own says whether two touch, without how far they are apart.
+TEST(SmoothShapes, ThatNearlyTouchDoSoWhereTheirDistanceSays)
+{
+    Random random(79);
+    for (int round = 0; round < 20000; ++round) {
+        const auto size = [&] { return random.uniform(0.2, 0.8); };
+        std::vector<Vec3d> corners(4 + random.below(12));
+        for (Vec3d& corner : corners)
+            corner = {random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6)};
+        const ConvexHull<3> hull(corners);
+        const Shape3 a = round % 2 == 0 ? Shape3::cylinder(size(), size()) : Shape3::cone(size(), size());
+        const Shape3 b = round % 3 == 0 ? Shape3::box({size(), size(), size()}) : Shape3(hull);
+        const Pose3d pose_a = random.pose<double>(1);
+        Pose3d pose_b = random.pose<double>(1.5);
+        for (const double gap : {0.0, 1e-9, 1e-8, 1e-7}) {
+            const auto before = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(before);
+            for (std::size_t d = 0; d < 3; ++d)
+                pose_b.position[d] += before->normal[d] * (gap - before->distance);
+            const auto found = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(found);
+            if (std::abs(found->distance) > 4e-9) {
+                ASSERT_EQ(touching(a, pose_a, b, pose_b), found->distance < 0) << round << " gap " << gap;
+            }
+        }
+    }
+}
+
 // Where many directions are nearly as good, as of circles in one another, no polygon is exact along all.
 TEST(SmoothShapes, InThePlaneAreAsDeepAsTheBestDirectionSays)
 {

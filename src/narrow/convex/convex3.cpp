@@ -34,26 +34,30 @@ bool polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
     return true;
 }
 
+/// Of the size: what overlaps by less nearly touches.
+constexpr double nearly = 1e-6;
+
 /// Whether what gjk() says of two cores needs another look. Among the points of smooth ones, some of which
 /// lie very close, it gets lost where they nearly touch.
 bool is_doubtful(const Core3& a, const Core3& b, Verdict verdict, const Simplex& simplex, const Gap<3>& gap)
 {
     if (!a.is_smooth() && !b.is_smooth()) return false;
     const double size = a.reach + b.reach;
-    if (verdict == Verdict::touch) return simplex.parted > -1e-6 * size;
+    if (verdict == Verdict::touch) return simplex.parted > -nearly * size;
     return gap.distance != HUGE_VAL && gap.distance - simplex.parted > 1e-10 * size;
 }
 /// Has that look: of two cores that are apart or overlap a little, the signed distance is the most by which
 /// any direction parts them. What one search leaves over another one finds, as they get stuck elsewhere.
 Verdict look_closer(const Core3& a, const Core3& b, Gap<3>& gap)
 {
-    gap.distance = dot(gap.normal, furthest(b, -gap.normal) - furthest(a, gap.normal));
-    gap.located = false;
-    if (descends(a, b)) descend(a, b, gap);
-    bool better = false;
-    for (const double clear : {1e-3, 1e-1})
-        better |= polish(a, b, clear, gap);
-    if (better) gap.located = false;
+    const bool descending = descends(a, b);
+    if (!descending || !descend(a, b, HUGE_VAL, gap)) {
+        if (!descending) gap.distance = dot(gap.normal, furthest(b, -gap.normal) - furthest(a, gap.normal));
+        bool better = !descending;
+        for (const double clear : {1e-3, 1e-1})
+            better |= polish(a, b, clear, gap);
+        if (better) gap.located = false;
+    }
     if (!(gap.distance > 0)) return Verdict::touch;
     if (!gap.located) nearest_when_parted(a, b, gap, gap.on_a, gap.on_b);
     return Verdict::apart;
@@ -86,8 +90,10 @@ Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& sim
     }
     Verdict verdict = Verdict::unclear;
     if (descends(a, b)) { // on smooth surfaces GJK goes on for long, and Newton's method for a few steps
-        verdict = gjk(a, b, {}, enough, {.parted = 4}, simplex, gap);
-        if (verdict == Verdict::unclear && gap_by_descent(a, b, enough, gap)) return Verdict::apart;
+        verdict = gjk(a, b, {}, enough, {.parted = 4, .unparted = 16}, simplex, gap);
+        if (verdict == Verdict::unclear && descend(a, b, enough, gap) &&
+            gap.distance > -nearly * (a.reach + b.reach))
+            return gap.distance > 0 ? Verdict::apart : Verdict::touch;
     }
     if (verdict == Verdict::unclear) verdict = gjk(a, b, {}, enough, {}, simplex, gap);
     return is_doubtful(a, b, verdict, simplex, gap) ? look_closer(a, b, gap) : verdict;

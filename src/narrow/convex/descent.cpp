@@ -501,25 +501,16 @@ void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3
     gap.distance = std::min(0.0, gap.distance);
 }
 
-void descend(const Core3& a, const Core3& b, Gap<3>& gap)
+bool descend(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 {
     Descent descent(a, b);
     descent.from(gap.normal);
     descent.tell(gap);
-}
-
-bool gap_by_descent(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
-{
-    Descent descent(a, b);
-    descent.from(gap.normal);
-    const double distance = -descent.depth;
-    if (distance > enough) {
+    if (gap.distance > enough) {
         gap.distance = HUGE_VAL;
         return true;
     }
-    if (!(descent.off() <= std::max(1e-7 * distance, 1e-10 * (a.reach + b.reach)))) return false;
-    descent.tell(gap);
-    return true;
+    return descent.off() <= std::max(1e-7 * gap.distance, 1e-10 * (a.reach + b.reach));
 }
 
 } // namespace narrow

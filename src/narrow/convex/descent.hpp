@@ -17,12 +17,10 @@ bool descends(const Core3& a, const Core3& b);
 /// no other direction has less by more than a thousandth, unless very many come near to that.
 void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap);
 
-/// The signed distance of two such cores that nearly touch, from a direction along which they do.
-void descend(const Core3& a, const Core3& b, Gap<3>& gap);
-
-/// The gap of two such cores that gap.normal shows to be apart; infinite once it is known to be more than
-/// `enough`. Returns false if the search ends where that isn't certain.
-bool gap_by_descent(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
+/// The signed distance of two such cores that gap.normal shows to be apart, or that nearly touch; infinite
+/// once it is known to be more than `enough`. Returns whether that is certain: the points are as far apart as
+/// the plane between them says.
+bool descend(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END
