@@ -14,24 +14,29 @@ namespace {
 /// Projections of vertices at which the expanding polytope gets faster than looking along all axes.
 constexpr double most_axes_cost = 1500;
 
+/// How far unit direction n parts two cores; below 0: how much they overlap along it.
+double parted_by(const Core3& a, const Core3& b, const Vec3& n)
+{
+    return dot(n, furthest(b, -n) - furthest(a, n));
+}
+
 /// Makes the signed distance of smooth cores exact, of which the expanding polytope and GJK know a little
 /// less: parted along the normal found so far, until they are `clear` of each other, they are nearest along
-/// a better one. The less they overlap the fewer steps. Returns whether it found a better one.
-bool polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
+/// a better one. The less they overlap the fewer steps.
+void polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
 {
     const double size = a.reach + b.reach;
     for (int step = 0; step < 20; ++step) {
         Simplex simplex;
         Gap<3> parted;
         const Vec3 shift = gap.normal * (clear * size - gap.distance);
-        if (gjk(a, b, shift, HUGE_VAL, {}, simplex, parted) != Verdict::apart) return step > 0;
-        const Vec3& n = parted.normal;
-        const double distance = dot(n, furthest(b, -n) - furthest(a, n));
-        if (!(distance > gap.distance + 1e-14 * size)) return step > 0;
-        gap.normal = n;
+        if (gjk(a, b, shift, HUGE_VAL, {}, simplex, parted) != Verdict::apart) return;
+        const double distance = parted_by(a, b, parted.normal);
+        if (!(distance > gap.distance + 1e-14 * size)) return;
+        gap.normal = parted.normal;
         gap.distance = distance;
+        gap.located = false;
     }
-    return true;
 }
 
 /// Of the size: what overlaps by less nearly touches.
@@ -50,14 +55,16 @@ bool is_doubtful(const Core3& a, const Core3& b, Verdict verdict, const Simplex&
 /// any direction parts them. What one search leaves over another one finds, as they get stuck elsewhere.
 Verdict look_closer(const Core3& a, const Core3& b, Gap<3>& gap)
 {
-    const bool descending = descends(a, b);
-    if (!descending || !descend(a, b, HUGE_VAL, gap)) {
-        if (!descending) gap.distance = dot(gap.normal, furthest(b, -gap.normal) - furthest(a, gap.normal));
-        bool better = !descending;
-        for (const double clear : {1e-3, 1e-1})
-            better |= polish(a, b, clear, gap);
-        if (better) gap.located = false;
+    bool is_certain = false;
+    if (descends(a, b)) {
+        is_certain = descend(a, b, HUGE_VAL, gap);
+    } else {
+        gap.distance = parted_by(a, b, gap.normal);
+        gap.located = false;
     }
+    if (!is_certain)
+        for (const double clear : {1e-3, 1e-1})
+            polish(a, b, clear, gap);
     if (!(gap.distance > 0)) return Verdict::touch;
     if (!gap.located) nearest_when_parted(a, b, gap, gap.on_a, gap.on_b);
     return Verdict::apart;
@@ -91,6 +98,7 @@ Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& sim
     Verdict verdict = Verdict::unclear;
     if (descends(a, b)) { // on smooth surfaces GJK goes on for long, and Newton's method for a few steps
         verdict = gjk(a, b, {}, enough, {.parted = 4, .unparted = 16}, simplex, gap);
+        // That an overlap can't be made less by small turns doesn't prove a deep one: there GJK decides.
         if (verdict == Verdict::unclear && descend(a, b, enough, gap) &&
             gap.distance > -nearly * (a.reach + b.reach))
             return gap.distance > 0 ? Verdict::apart : Verdict::touch;

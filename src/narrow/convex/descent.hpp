@@ -12,9 +12,10 @@ namespace narrow {
 /// Whether one of the two is smooth, and both are known by more than their support points.
 bool descends(const Core3& a, const Core3& b);
 
-/// The least overlap of two such cores of which gjk() said that they touch, from its last simplex and the
-/// direction that it left in the gap. It is that of a direction from which every small turn is for the worse;
-/// no other direction has less by more than a thousandth, unless very many come near to that.
+/// The least overlap of two such cores of which gjk() or descend() said that they touch, from gjk()'s last
+/// simplex and the direction that was left in the gap. It is that of a direction from which every small turn
+/// is for the worse; no other direction has less by more than a thousandth, unless very many come near to
+/// that.
 void least_overlap(const Core3& a, const Core3& b, const Simplex& simplex, Gap<3>& gap);
 
 /// The signed distance of two such cores that gap.normal shows to be apart, or that nearly touch; infinite

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: MIT
+// Smooth shapes that touch but for a millionth or a billionth of their size.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/narrow/smooth_samples.hpp"
+
+using namespace jostle;
+using namespace narrow_samples;
+
+namespace {
+
+/// The signed distance of two shapes that nearly touch: the most by which a direction near `n` parts them.
+double signed_distance_near(Random& random, Vec3 n, const Shape3& a, const Pose3d& pose_a, const Shape3& b,
+                            const Pose3d& pose_b)
+{
+    double best = parted_by(n, a, pose_a, b, pose_b);
+    int steps = 0;
+    for (double step = 1e-2; step > 1e-13 && steps < 600; ++steps) {
+        const Vec3 aside{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+        Vec3 to = n + aside * step;
+        to = to * (1 / length(to));
+        const double value = parted_by(to, a, pose_a, b, pose_b);
+        step *= value > best ? 1.5 : 0.8;
+        if (!(value > best)) continue;
+        best = value;
+        n = to;
+    }
+    return best;
+}
+
+// Where two touch but for a millionth or a billionth, GJK's simplices are too flat to say whether they do.
+TEST(NearlyTouchingShapes, AreApartOrNot)
+{
+    Random random(77);
+    int apart = 0, deep = 0, cast = 0;
+    for (int round = 0; round < 1500; ++round) {
+        std::vector<Vec3d> corners(16);
+        for (Vec3d& corner : corners)
+            corner = {random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6)};
+        const ConvexHull<3> hull(corners);
+        const auto size = [&] { return random.uniform(0.2, 0.8); };
+        const auto smooth = [&] {
+            const std::uint32_t kind = random.below(3);
+            return kind == 0   ? Shape3::cylinder(size(), size())
+                   : kind == 1 ? Shape3::cone(size(), size())
+                               : Shape3::ellipsoid({size(), size(), size()});
+        };
+        const Shape3 a = smooth();
+        const std::uint32_t kind = random.below(4);
+        const Shape3 b = kind == 0   ? Shape3(hull)
+                         : kind == 1 ? Shape3::box({size(), size(), size()})
+                         : kind == 2 ? Shape3::capsule(size(), size())
+                                     : smooth();
+        // Of a user's shape the same is known but the formula.
+        const bool disguises = random.chance(0.3);
+        const Disguised disguised(a);
+        const Shape3 known = disguises ? Shape3(disguised, ShapeTypes::first_custom) : a;
+        SCOPED_TRACE(testing::Message() << round << " types " << known.type() << " " << b.type());
+        const Pose3d pose_a = random.pose<double>(1);
+        Pose3d pose_b = random.pose<double>(1.5);
+        for (int step = 0; step < 2; ++step) {
+            const auto gap = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(gap);
+            for (std::size_t d = 0; d < 3; ++d)
+                pose_b.position[d] -= gap->normal[d] * gap->distance;
+        }
+        const auto at_rest = distance(a, pose_a, b, pose_b, INFINITY);
+        const Vec3d touching_at = pose_b.position;
+        for (const double gap : {1e-9, 1e-8, 1e-7, 1e-6, 1e-4, 0.0, -1e-9, -1e-8, -1e-7, -1e-6, -1e-5}) {
+            for (std::size_t d = 0; d < 3; ++d)
+                pose_b.position[d] = touching_at[d] + at_rest->normal[d] * gap;
+            const auto found = distance(known, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(found);
+            const double expected =
+                std::max(signed_distance_near(random, narrow::load(at_rest->normal), a, pose_a, b, pose_b),
+                         signed_distance_near(random, narrow::load(found->normal), a, pose_a, b, pose_b));
+            const double may_miss = disguises ? 4e-8 : 5e-9;
+            ASSERT_NEAR(found->distance, expected, may_miss) << "for a gap of " << gap;
+            if (std::abs(expected) < 2e-9) continue;
+            ASSERT_EQ(touching(known, pose_a, b, pose_b), expected < 0) << expected;
+            expected < 0 ? ++deep : ++apart;
+        }
+        // Nor does what comes from afar stop too late.
+        Pose3d from = pose_b;
+        Vec3d way;
+        for (std::size_t d = 0; d < 3; ++d) {
+            from.position[d] = touching_at[d] + at_rest->normal[d] + random.uniform(-0.5, 0.5);
+            way[d] = 1.5 * (touching_at[d] - from.position[d]);
+        }
+        const auto hit = shape_cast(b, from, way, known, pose_a);
+        if (!hit || hit->fraction == 0) continue;
+        ++cast;
+        for (std::size_t d = 0; d < 3; ++d)
+            from.position[d] += way[d] * hit->fraction;
+        const auto there = distance(a, pose_a, b, from, INFINITY);
+        ASSERT_TRUE(there);
+        ASSERT_GT(there->distance, -2e-9);
+        ASSERT_LT(there->distance, 4e-8);
+    }
+    EXPECT_GT(apart, 4000);
+    EXPECT_GT(deep, 4000);
+    EXPECT_GT(cast, 500);
+}
+
+// A search of its own says whether two touch, without how far they are apart.
+TEST(NearlyTouchingShapes, TouchWhereTheirDistanceSays)
+{
+    Random random(79);
+    for (int round = 0; round < 20000; ++round) {
+        const auto size = [&] { return random.uniform(0.2, 0.8); };
+        std::vector<Vec3d> corners(4 + random.below(12));
+        for (Vec3d& corner : corners)
+            corner = {random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6)};
+        const ConvexHull<3> hull(corners);
+        const Shape3 a = round % 2 == 0 ? Shape3::cylinder(size(), size()) : Shape3::cone(size(), size());
+        const Shape3 b = round % 3 == 0 ? Shape3::box({size(), size(), size()}) : Shape3(hull);
+        const Pose3d pose_a = random.pose<double>(1);
+        Pose3d pose_b = random.pose<double>(1.5);
+        for (const double gap : {0.0, 1e-9, 1e-8, 1e-7}) {
+            const auto before = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(before);
+            for (std::size_t d = 0; d < 3; ++d)
+                pose_b.position[d] += before->normal[d] * (gap - before->distance);
+            const auto found = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(found);
+            if (std::abs(found->distance) > 4e-9) {
+                ASSERT_EQ(touching(a, pose_a, b, pose_b), found->distance < 0) << round << " gap " << gap;
+            }
+        }
+    }
+}
+
+} // namespace
