@@ -139,36 +139,45 @@ struct FrustumRegion
 template <int Dim, class T>
 struct LineTest
 {
-    T lo[Dim], hi[Dim], inverse[Dim];
+    std::size_t first[Dim], last[Dim]; // where in Bounds they are, in bytes
+    T own_first[Dim], own_last[Dim];   // the bounds of the line's box that meet and leave those
+    T inverse[Dim];
     T max_fraction;
 
     HWY_ATTR HWY_INLINE explicit LineTest(const Line<Dim, T>& line) : max_fraction(line.max_fraction)
     {
-        for (int d = 0; d < Dim; ++d) {
-            lo[d] = line.lo[d];
-            hi[d] = line.hi[d];
+        using Lanes = Bounds<Dim, T>;
+        for (std::size_t d = 0; d < Dim; ++d) {
+            const bool back = line.inverse[d] < 0;
+            const std::size_t lo = offsetof(Lanes, lo) + d * sizeof(Lanes::lo[0]);
+            const std::size_t hi = offsetof(Lanes, hi) + d * sizeof(Lanes::hi[0]);
+            own_first[d] = back ? line.lo[d] : line.hi[d];
+            own_last[d] = back ? line.hi[d] : line.lo[d];
+            first[d] = back ? hi : lo;
+            last[d] = back ? lo : hi;
             inverse[d] = line.inverse[d];
         }
     }
-    /// Lanes met no later than at `last`; stores when, infinity for the others.
-    HWY_ATTR HWY_INLINE unsigned meet(const Bounds<Dim, T>& bounds, T last, T* at) const
+    /// Lanes met no later than at `end`; stores when, infinity for the others.
+    HWY_ATTR HWY_INLINE unsigned meet(const Bounds<Dim, T>& bounds, T end, T* at) const
     {
+        const auto load = [&](std::size_t place, std::uint32_t k) HWY_ATTR {
+            const std::byte* const from = reinterpret_cast<const std::byte*>(&bounds) + place;
+            return Vec<T>::load(reinterpret_cast<const T*>(from) + k);
+        };
         unsigned bits = 0;
         for (std::uint32_t k = 0; k < lanes; k += Vec<T>::size) {
-            Vec<T> enter = Vec<T>(0), leave = Vec<T>(last);
+            Vec<T> enter = Vec<T>(0), leave = Vec<T>(end);
             Vec<T> beside = Vec<T>(0); // never above 0 where an axis without motion lets pass
             for (int d = 0; d < Dim; ++d) {
-                const Vec<T> to_lo = Vec<T>::load(bounds.lo[d] + k), to_hi = Vec<T>::load(bounds.hi[d] + k);
-                const Vec<T> own_lo = Vec<T>(lo[d]), own_hi = Vec<T>(hi[d]);
-                if (inverse[d] > 0) {
-                    enter = max((to_lo - own_hi) * Vec<T>(inverse[d]), enter);
-                    leave = min((to_hi - own_lo) * Vec<T>(inverse[d]), leave);
-                } else if (inverse[d] < 0) {
-                    enter = max((to_hi - own_lo) * Vec<T>(inverse[d]), enter);
-                    leave = min((to_lo - own_hi) * Vec<T>(inverse[d]), leave);
+                const Vec<T> to_first = load(first[d], k) - Vec<T>(own_first[d]);
+                const Vec<T> to_last = load(last[d], k) - Vec<T>(own_last[d]);
+                if (inverse[d] != 0) [[likely]] {
+                    enter = max(to_first * Vec<T>(inverse[d]), enter);
+                    leave = min(to_last * Vec<T>(inverse[d]), leave);
                 } else {
                     // Differences of finite numbers are 0 only for equal ones: no rounding decides.
-                    beside = max(beside, max(to_lo - own_hi, own_lo - to_hi));
+                    beside = max(beside, max(to_first, Vec<T>(0) - to_last));
                 }
             }
             const auto met = (enter <= leave) & (beside <= Vec<T>(0));

@@ -9,11 +9,16 @@ struct Nearing
 {
     const Node<Dim, T>* node;
     unsigned left;
-    alignas(64) T at[lanes]; // infinite for lanes not left
+    alignas(64) T at[lanes]; // infinite for lanes not left, while some are
 
     /// Takes out the nearest lane left, if it is no further than `last`.
     HWY_ATTR HWY_INLINE Child<Dim, T> next(T last)
     {
+        if ((left & (left - 1)) == 0) { // the only one, as often as not
+            const int lane = std::countr_zero(left);
+            left = 0;
+            return at[lane] <= last ? node->child[lane] : Child<Dim, T>();
+        }
         const T nearest = nearest_of(at);
         if (nearest > last) {
             left = 0;
