@@ -298,6 +298,19 @@ TEST(SmallInput, AnEmptyBraceIsNoFilter)
     EXPECT_EQ(jostle::find_pairs_brute_force(view, {}).size(), 3u);
 }
 
+/// Partners from a set that is much bigger than the one in front of it.
+TEST(SmallInput, AFewGiantsAmongManyComeInOrder)
+{
+    const std::vector<jostle::Aabb3f> many(70'000, {{0, 0, 0}, {1, 1, 1}});
+    for (const std::size_t giants : {1u, 3u, 300u}) {
+        const std::vector<jostle::Aabb3f> few(giants, {{-9, -9, -9}, {9, 9, 9}});
+        const std::span<const jostle::Aabb3f> others(many.data(), giants == 300 ? 600 : many.size());
+        const auto found = jostle::find_pairs(few, others, {}, jostle::Order::sorted).to_vector();
+        EXPECT_EQ(found.size(), giants * others.size());
+        EXPECT_TRUE(std::is_sorted(found.begin(), found.end())) << giants;
+    }
+}
+
 TEST(FinderLife, ScenesOfEveryKindInTurn)
 {
     jostle::PairFinder used;
