@@ -106,7 +106,7 @@ int main(int argc, char** argv)
     };
     jostle::Responses<Load> loads;
     std::size_t searches = 0;
-    float furthest = skin; // squared distance moved since the search; enough to search in the first step
+    float furthest = skin * skin; // squared distance moved since the search; at first enough for one
     for (std::size_t step = 0; step < steps; ++step) {
         if (furthest >= 0.25f * skin * skin) search(), ++searches;
         loads.start(static_cast<std::uint32_t>(count), jostle::plan_work(list.size()));

@@ -152,8 +152,8 @@ struct WorldOptions
     std::function<bool(ObjectId a, ObjectId b)> accept = {};
 };
 
-/// Tells what the last update did, and what there is. Counts depend on neither threads nor instruction set;
-/// times do.
+/// Tells what the last update did, and what there is. Counts depend on neither threads nor instruction set,
+/// but for `dropped` and `contested` where one thread removes what others command; times do.
 struct WorldStats
 {
     std::uint64_t objects = 0;  ///< in the world

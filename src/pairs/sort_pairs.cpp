@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <functional>
 #include <limits>
 #include <span>
 
@@ -54,10 +55,10 @@ void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, P
 }
 
 /// By a with a counting sort, then each object's partners by b: mostly a handful. `partners` and `spare` have
-/// room for eight more than the group. The bits of `differing` are all that partners may have.
+/// room for eight more than the group.
 void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t objects,
-                std::uint32_t differing, const engine::Kernels& kernels, std::uint32_t* place,
-                std::uint32_t* partners, std::uint32_t* spare, Pair* to)
+                const engine::Kernels& kernels, std::uint32_t* place, std::uint32_t* partners,
+                std::uint32_t* spare, Pair* to)
 {
     std::fill_n(place, objects, 0u);
     for (const Pair& pair : group)
@@ -76,12 +77,15 @@ void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t 
             else
                 sort_few<8>(partners + begin, count, first + a, to + begin);
         } else {
-            const std::uint32_t* sorted = partners + begin;
-            if (count <= engine::most_few)
-                kernels.sort_few(partners + begin, count);
-            else
-                sorted = radix_sort<8>(
-                    partners + begin, spare, count, [](std::uint32_t b) { return b; }, differing);
+            std::uint32_t* sorted = partners + begin;
+            if (count <= engine::most_few) {
+                kernels.sort_few(sorted, count);
+            } else {
+                std::uint32_t differing = 0;
+                for (std::uint32_t i = 1; i < count; ++i)
+                    differing |= sorted[i] ^ sorted[0];
+                sorted = radix_sort<8>(sorted, spare, count, std::identity(), differing);
+            }
             for (std::uint32_t i = 0; i < count; ++i)
                 to[begin + i] = {first + a, sorted[i]};
         }
@@ -148,7 +152,6 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
     const std::size_t room = static_cast<std::size_t>(largest) + 8;
     std::uint32_t* partners = partners_.reserve(2 * tasks * room);
     const engine::Kernels& kernels = engine::kernels_for(set);
-    const auto differing = static_cast<std::uint32_t>((std::uint64_t{1} << std::bit_width(objects - 1)) - 1);
     std::atomic<std::size_t> cursor{0};
     run([&](std::uint32_t task) {
         for (std::size_t g; (g = cursor.fetch_add(1, std::memory_order_relaxed)) < groups;) {
@@ -162,8 +165,8 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
             const std::size_t first = g * group_objects;
             std::uint32_t* const mine = partners + 2 * task * room;
             sort_group(group, static_cast<std::uint32_t>(first),
-                       static_cast<std::uint32_t>(std::min(group_objects, objects - first)), differing,
-                       kernels, places + task * group_objects, mine, mine + room, sorted.data() + begin);
+                       static_cast<std::uint32_t>(std::min(group_objects, objects - first)), kernels,
+                       places + task * group_objects, mine, mine + room, sorted.data() + begin);
         }
     });
     access.append(sorted);

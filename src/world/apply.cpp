@@ -52,6 +52,9 @@ bool Writer<Dim, T>::open(ObjectId id)
         changes_.list().push_back(index);
         object.keep_box();
         if (several_queues_) queue_of_[index] = queue_;
+    } else if (object.has(flag::unclaimed)) {
+        object.set(flag::unclaimed, false);
+        if (several_queues_) queue_of_[index] = queue_;
     } else if (several_queues_ && queue_of_[index] != queue_) {
         contest(object);
     } else if (object.has(flag::contested)) {
@@ -71,13 +74,6 @@ void Writer<Dim, T>::touch(Index index)
     object.set(flag::noted);
 }
 
-/// A new object belongs to the first queue that says something about it.
-template <int Dim, class T>
-void Writer<Dim, T>::note_queue(Index index) noexcept
-{
-    if (several_queues_ && queue_of_[index] == 0) queue_of_[index] = queue_;
-}
-
 template <int Dim, class T>
 void Writer<Dim, T>::contest(Object object) noexcept
 {
@@ -91,7 +87,10 @@ void Writer<Dim, T>::add(const Addition<Dim, T>& addition)
     const Index index{addition.id.index};
     const Object object = state_.objects[index];
     touch(index);
-    if (!object.has(flag::written)) changes_.list().push_back(index);
+    if (!object.has(flag::written)) {
+        changes_.list().push_back(index);
+        object.set(flag::unclaimed);
+    }
     object.set_state(static_cast<std::uint32_t>(Place::none) | flag::alive |
                      (object.state() & flag::transient) | flag::written);
     object.set(flag::enabled, addition.options.enabled);
@@ -99,14 +98,12 @@ void Writer<Dim, T>::add(const Addition<Dim, T>& addition)
     object.set(flag::odd, !valid(addition.box));
     object.set_filter(addition.options.filter);
     if (const T margin = state_.margin + addition.options.margin; margin != 0) set_margin(index, margin);
-    if (several_queues_) queue_of_[index] = 0;
 }
 
 template <int Dim, class T>
 void Writer<Dim, T>::apply(const Command<Dim, T>& command)
 {
     const Index index{command.id.index};
-    note_queue(index);
     if (!open(command.id)) return;
     const Object object = state_.objects[index];
     if (command.sequence != 0) contest(object);
@@ -145,7 +142,6 @@ void Writer<Dim, T>::apply(const Command<Dim, T>& command)
 template <int Dim, class T>
 void Writer<Dim, T>::move(ObjectId id, const Box& box)
 {
-    note_queue(Index{id.index});
     if (open(id)) set_box(Index{id.index}, box);
 }
 

@@ -45,12 +45,13 @@ constexpr std::uint32_t again = 1u << 13;      // all its pairs are to be report
 constexpr std::uint32_t again_some = 1u << 14; // some of them: those that Changes has
 constexpr std::uint32_t noted = 1u << 15;      // the call of apply() under way has it in its list
 constexpr std::uint32_t shifting = 1u << 18;   // it rests, and moves without waking up
+constexpr std::uint32_t unclaimed = 1u << 20;  // it is new, and no queue has said anything about it yet
 // These last, too:
 constexpr std::uint32_t odd = 1u << 16;  // its box or displacement is no good, so it touches nothing
 constexpr std::uint32_t shut = 1u << 17; // enabled, but `disabled` after the last update, as its box was odd
 constexpr std::uint32_t shifted = 1u << 19; // it rests, and has moved there of late
 constexpr std::uint32_t transient =
-    written | refiltered | reach_kept | contested | asked | again | again_some | noted | shifting;
+    written | refiltered | reach_kept | contested | asked | again | again_some | noted | shifting | unclaimed;
 } // namespace flag
 
 /// Many objects, with an array for each property: for moving objects an update reads little more than boxes.

@@ -54,7 +54,6 @@ class Writer
     using Object = typename Objects<Dim, T>::Object;
 
     [[nodiscard]] bool open(ObjectId id);
-    void note_queue(Index index) noexcept;
     void contest(Object object) noexcept;
     void resize(Index index, const Box& size);
     void set_bounds(Index index);
@@ -66,7 +65,7 @@ class Writer
     bool any_contested_ = false;
     std::uint32_t queue_ = 0, only_queue_ = 0; // the one that commands came of, until there are several
     std::pmr::vector<Noted>* noted_ = nullptr;
-    Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update; 0: it is new
+    Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update
 };
 
 /// Does over what was done to contested objects: for each property the greatest sequence wins, among equal

@@ -298,6 +298,20 @@ TEST(SmallInput, AnEmptyBraceIsNoFilter)
     EXPECT_EQ(jostle::find_pairs_brute_force(view, {}).size(), 3u);
 }
 
+/// Partners from a set that is much bigger than the one in front of it.
+TEST(SmallInput, AFewGiantsAmongManyComeInOrder)
+{
+    std::vector<jostle::Aabb3f> many(70'000, {{0, 0, 0}, {1, 1, 1}});
+    for (std::size_t i = 0; i < many.size(); ++i) // found in quite another order
+        many[i].lo[0] = static_cast<float>(i * 7919 % many.size()) / -10'000;
+    for (const std::size_t giants : {1u, 3u}) {
+        const std::vector<jostle::Aabb3f> few(giants, {{-9, -9, -9}, {9, 9, 9}});
+        const auto found = jostle::find_pairs(few, many, {}, jostle::Order::sorted).to_vector();
+        EXPECT_EQ(found.size(), giants * many.size());
+        EXPECT_TRUE(std::is_sorted(found.begin(), found.end())) << giants;
+    }
+}
+
 TEST(FinderLife, ScenesOfEveryKindInTurn)
 {
     jostle::PairFinder used;

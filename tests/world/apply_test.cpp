@@ -182,6 +182,34 @@ TEST(Apply, DoesNotChangeWhoWins)
     }
 }
 
+/// An object is added while one thread speaks of others, is shown, and is spoken of by a second thread alone:
+/// nobody contests it, so its snapshot is what it is without apply().
+TEST(Apply, ANewObjectIsOfWhoSpeaksOfItFirst)
+{
+    Speaker one, other;
+    jostle::World3f plain, ahead;
+    const ObjectId id = plain.add(cube(0));
+    ASSERT_EQ(ahead.add(cube(0)), id);
+    plain.update();
+    ahead.update();
+    const auto say = [&](Speaker& speaker, const std::function<void(jostle::World3f&)>& command) {
+        speaker.say([&] {
+            command(plain);
+            command(ahead);
+        });
+    };
+    say(one, [&](jostle::World3f& world) { world.move(id, cube(1)); });
+    const ObjectId fresh = plain.add(cube(5));
+    ASSERT_EQ(ahead.add(cube(5)), fresh);
+    ahead.apply();
+    say(other, [&](jostle::World3f& world) { world.move(fresh, cube(6), {1, 0, 0}); });
+    say(other, [&](jostle::World3f& world) { world.move(fresh, cube(7)); });
+    plain.update();
+    ahead.update();
+    EXPECT_EQ(ahead.box(fresh).lo, cube(7).lo);
+    EXPECT_EQ(plain.save(), ahead.save());
+}
+
 /// One of two who contested goes on speaking after apply(), and nobody else does: the other's word still
 /// counts.
 TEST(Apply, SettlesAgainWhatWasContestedBefore)
