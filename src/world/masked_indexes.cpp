@@ -121,7 +121,7 @@ void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
     boxes_.clear();
     masked.resting_ = state.resting.size();
     masked.is_worth_it_ = true;
-    const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
+    const std::uint32_t end = state.index_end();
     for (std::uint32_t i = 0; i < end && masked.is_worth_it_; ++i) {
         const auto object = state.objects[Index{i}];
         if (object.place() != Place::resting) continue;

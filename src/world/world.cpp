@@ -44,12 +44,10 @@ template <int Dim, Coordinate T>
 auto World<Dim, T>::Implementation::checked(ObjectId id) const -> typename world::Objects<Dim, T>::ConstObject
 {
     state.ids.check(id);
-    if (id.index >= state.objects.capacity() ||
-        !state.objects[world::Index{id.index}].has(world::flag::alive))
+    if (!state.is_alive(id.index))
         throw Error(ErrorCode::stale_id,
                     "object " + std::to_string(id.index) + " is not in the world " +
-                        (id.index < state.objects.capacity() &&
-                                 state.objects[world::Index{id.index}].place() != world::Place::none
+                        (state.was_there(id.index)
                              ? "any more"
                              : "yet; its add() takes effect in the next apply() or update()"),
                     id.index);
@@ -450,24 +448,21 @@ std::size_t World<Dim, T>::size() const noexcept
 template <int Dim, Coordinate T>
 std::uint32_t World<Dim, T>::index_end() const noexcept
 {
-    const world::State<Dim, T>& state = implementation_->state;
-    return static_cast<std::uint32_t>(std::min<std::size_t>(state.ids.end(), state.objects.capacity()));
+    return implementation_->state.index_end();
 }
 
 template <int Dim, Coordinate T>
 bool World<Dim, T>::contains(ObjectId id) const noexcept
 {
     const world::State<Dim, T>& state = implementation_->state;
-    return state.ids.is_good(id) && id.index < state.objects.capacity() &&
-           state.objects[world::Index{id.index}].has(world::flag::alive);
+    return state.ids.is_good(id) && state.is_alive(id.index);
 }
 
 template <int Dim, Coordinate T>
 ObjectId World<Dim, T>::id(std::uint32_t index) const noexcept
 {
     const world::State<Dim, T>& state = implementation_->state;
-    const bool is_there = index < index_end() && state.objects[world::Index{index}].has(world::flag::alive);
-    return is_there ? state.id_of(world::Index{index}) : ObjectId{};
+    return state.is_alive(index) ? state.id_of(world::Index{index}) : ObjectId{};
 }
 
 template <int Dim, Coordinate T>
