@@ -54,7 +54,8 @@ struct IndexStats
 /// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps; a
 ///           question about the logarithm of the number of objects plus its results.
 /// Threads   questions (the const members) may be asked from any number of threads at a time while no other
-///           member runs.
+///           member runs. A visitor or an `accept` may ask the same index; to change it there is an `Error`,
+///           and to move, assign or destroy it isn't allowed.
 /// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes
 ///           denormal numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` naming the bad box, id or question and what is wrong with it, std::bad_alloc, or what a
@@ -91,11 +92,11 @@ class JOSTLE_API BoxIndex
     void erase(std::uint32_t id) { erase(std::span(&id, 1)); }
     void move(std::uint32_t id, const Box& box) { move(std::span(&id, 1), std::span(&box, 1)); }
     /// Removes all objects, and keeps the memory.
-    void clear() noexcept;
+    void clear();
     /// Gives back the working memory of join and of building again (as much as the index itself and 16 bytes
     /// a box), and the memory of ids above the greatest in use. An empty index keeps no more than some
     /// hundred bytes, which the destructor frees.
-    void release_memory() noexcept;
+    void release_memory();
 
     [[nodiscard]] std::size_t size() const noexcept;
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept;

@@ -179,7 +179,7 @@ using PairHitd = PairHit<double>;
 
 // --- Visitors: who is handed each object that a question finds ---
 // A visitor returns whether to go on. It may ask the same index or world again, even the same question, but
-// it may change nothing in it.
+// it may change nothing in it: that is an `Error` of the call that would.
 
 /// For questions without an order.
 using IdVisitor = FunctionRef<bool(std::uint32_t id)>;

@@ -37,6 +37,37 @@ void index::sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, st
 
 namespace {
 
+/// A question that calls the user's code, on this thread. As long as it lasts, nothing that this code calls
+/// may change the index, or the search would go on reading memory that has been reused.
+class Answering
+{
+  public:
+    /// Null: it calls none.
+    explicit Answering(const void* index) noexcept : index_(index), outer_(innermost_)
+    {
+        if (index_ != nullptr) innermost_ = this;
+    }
+    Answering(const Answering&) = delete;
+    Answering& operator=(const Answering&) = delete;
+    ~Answering()
+    {
+        if (index_ != nullptr) innermost_ = outer_;
+    }
+    static void check_none(const void* index)
+    {
+        for (const Answering* each = innermost_; each != nullptr; each = each->outer_)
+            if (each->index_ == index)
+                throw Error(ErrorCode::invalid_argument,
+                            "this BoxIndex is answering a question, which runs this callback; change it "
+                            "afterwards");
+    }
+
+  private:
+    static inline constinit thread_local const Answering* innermost_ = nullptr;
+    const void* const index_;
+    const Answering* const outer_;
+};
+
 /// A filter applied to the objects of one question.
 class Asked
 {
@@ -67,15 +98,6 @@ class Asked
     const QueryFilter& filter_;
     std::uint32_t question_;
 };
-
-/// Calls body(wanted) with the filter of one question.
-template <class Body>
-auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& body)
-{
-    if (Asked::trivial(filter)) return body(Wanted());
-    const Asked asked(filter, question);
-    return body(Wanted(asked));
-}
 
 const QueryFilter& filter_of(const QueryFilter& for_all, std::size_t)
 {
@@ -108,6 +130,9 @@ struct BoxIndex<Dim, T>::Implementation
           joins(given)
     {
     }
+
+    /// Throws if what changes the index is called by the code that a question calls.
+    void check_change() const { Answering::check_none(this); }
 
     void build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
     {
@@ -174,6 +199,16 @@ struct BoxIndex<Dim, T>::Implementation
     }
 
     [[nodiscard]] index::Answers<Dim, T> answers() const { return {kernels, tree}; }
+
+    /// Calls body(wanted) with the filter of one question.
+    template <class Body>
+    auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& body) const
+    {
+        if (Asked::trivial(filter)) return body(Wanted());
+        const Answering answering(filter.accept ? this : nullptr);
+        const Asked asked(filter, question);
+        return body(Wanted(asked));
+    }
 
     template <class Question>
     void check(const Question& question, const QueryFilter& filter) const
@@ -285,15 +320,18 @@ struct BoxIndex<Dim, T>::Implementation
         } else {
             joins.run(tree, *executor, boxes, pairs);
         }
-        if (!passes_all(filters))
+        if (!passes_all(filters)) {
+            const Answering answering(this);
             std::erase_if(
                 pairs, [&](const Pair& pair) { return !Asked(filter_of(filters, pair.a), pair.a)(pair.b); });
+        }
         out = std::move(pairs);
     }
     template <class Filters>
     bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const Filters& filters) const
     {
         check_batch(boxes, filters);
+        const Answering answering(this);
         const index::Answers<Dim, T> given = answers();
         for (std::size_t i = 0; i < boxes.size(); ++i) {
             const auto a = static_cast<std::uint32_t>(i);
@@ -320,12 +358,14 @@ struct BoxIndex<Dim, T>::Implementation
     }
     bool pairs(const Implementation& other, PairVisitor visitor) const
     {
+        const Answering answering(this), other_answering(&other);
         const index::Roots<Dim, T> roots = roots_with(other);
         return kernels.pairs({&roots, 1}, visitor);
     }
     bool closest_pairs(const Implementation& other, PairHitVisitor<T> visitor, T max_distance) const
     {
         index::check_max_distance(max_distance);
+        const Answering answering(this), other_answering(&other);
         const index::Roots<Dim, T> roots = roots_with(other);
         return index::visit_closest<Dim, T>(kernels, {&roots, 1}, max_distance * max_distance, visitor,
                                             tree.closest_work());
@@ -357,12 +397,14 @@ void BoxIndex<Dim, T>::build(const BoxView<Dim, T>& boxes)
     if (boxes.size() >= Hit<T>::none)
         throw Error(ErrorCode::too_many_objects,
                     std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967295");
+    implementation_->check_change();
     implementation_->build({}, boxes);
 }
 
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
+    implementation_->check_change();
     Implementation::check_sizes(ids.size(), boxes.size());
     implementation_->check_ids(ids, std::nullopt);
     implementation_->build(ids, boxes);
@@ -371,9 +413,10 @@ void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<D
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
-    Implementation::check_sizes(ids.size(), boxes.size());
-    implementation_->check_ids(ids, false);
     Implementation& all = *implementation_;
+    all.check_change();
+    Implementation::check_sizes(ids.size(), boxes.size());
+    all.check_ids(ids, false);
     all.all_valid(boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
 }
 
@@ -381,6 +424,7 @@ template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::erase(std::span<const std::uint32_t> ids)
 {
     Implementation& all = *implementation_;
+    all.check_change();
     all.check_ids(ids, true);
     all.odd.size() == 0 ? all.tree.erase(ids) : all.odd.erase(all.tree, ids);
 }
@@ -388,9 +432,10 @@ void BoxIndex<Dim, T>::erase(std::span<const std::uint32_t> ids)
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
-    Implementation::check_sizes(ids.size(), boxes.size());
-    implementation_->check_ids(ids, true);
     Implementation& all = *implementation_;
+    all.check_change();
+    Implementation::check_sizes(ids.size(), boxes.size());
+    all.check_ids(ids, true);
     all.all_valid(boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
 }
 
@@ -456,15 +501,17 @@ const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>& index) n
 }
 
 template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::clear() noexcept
+void BoxIndex<Dim, T>::clear()
 {
+    implementation_->check_change();
     implementation_->tree.clear();
     implementation_->odd.clear();
 }
 
 template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::release_memory() noexcept
+void BoxIndex<Dim, T>::release_memory()
 {
+    implementation_->check_change();
     implementation_->tree.release_memory();
     implementation_->joins.release_memory();
 }
@@ -537,8 +584,8 @@ template <int Dim, Coordinate T>
 std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Ray<Dim, T>& ray, const QueryFilter& filter) const
 {
     implementation_->check(ray, filter);
-    const Hit<T> hit =
-        filtered(filter, 0, [&](Wanted wanted) { return implementation_->answers().first(ray, wanted); });
+    const Hit<T> hit = implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { return implementation_->answers().first(ray, wanted); });
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
@@ -546,8 +593,8 @@ template <int Dim, Coordinate T>
 std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const QueryFilter& filter) const
 {
     implementation_->check(sweep, filter);
-    const Hit<T> hit =
-        filtered(filter, 0, [&](Wanted wanted) { return implementation_->answers().first(sweep, wanted); });
+    const Hit<T> hit = implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { return implementation_->answers().first(sweep, wanted); });
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
@@ -588,7 +635,8 @@ void BoxIndex<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<Hit<
 {
     out.clear();
     implementation_->check(question, filter);
-    filtered(filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
+    implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
 }
 
 template <int Dim, Coordinate T>
@@ -597,7 +645,8 @@ void BoxIndex<Dim, T>::nearest(const NearestToBox<Dim, T>& question, std::vector
 {
     out.clear();
     implementation_->check(question, filter);
-    filtered(filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
+    implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
 }
 
 #define JOSTLE_VISIT(Question, Visitor, in_which_order)                                                      \
@@ -606,7 +655,8 @@ void BoxIndex<Dim, T>::nearest(const NearestToBox<Dim, T>& question, std::vector
                                  const QueryFilter& filter) const                                            \
     {                                                                                                        \
         implementation_->check(question, filter);                                                            \
-        return filtered(filter, 0, [&](Wanted wanted) {                                                      \
+        const Answering answering(implementation_.get());                                                    \
+        return implementation_->filtered(filter, 0, [&](Wanted wanted) {                                     \
             return implementation_->answers().in_which_order(question, wanted, visitor);                     \
         });                                                                                                  \
     }
@@ -660,8 +710,8 @@ template <LineOrRegionOf<Dim, T> Question>
 bool BoxIndex<Dim, T>::any(const Question& question, const QueryFilter& filter) const
 {
     implementation_->check(question, filter);
-    return filtered(filter, 0,
-                    [&](Wanted wanted) { return implementation_->answers().any(question, wanted); });
+    return implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { return implementation_->answers().any(question, wanted); });
 }
 
 template <int Dim, Coordinate T>
@@ -669,8 +719,8 @@ template <LineOrRegionOf<Dim, T> Question>
 std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilter& filter) const
 {
     implementation_->check(question, filter);
-    return filtered(filter, 0,
-                    [&](Wanted wanted) { return implementation_->answers().count(question, wanted); });
+    return implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { return implementation_->answers().count(question, wanted); });
 }
 
 // --- Batches ---
