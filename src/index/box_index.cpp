@@ -136,7 +136,7 @@ struct BoxIndex<Dim, T>::Implementation
 
     void build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
     {
-        if (all_valid(boxes))
+        if (all_valid(ids, boxes))
             tree.build(ids, boxes);
         else
             odd.build(tree, ids, boxes);
@@ -159,10 +159,11 @@ struct BoxIndex<Dim, T>::Implementation
     }
     /// Whether a call with these boxes is one of the tree alone: there is no odd box in it, nor in the index.
     /// Throws for an odd box unless they are to be ignored.
-    [[nodiscard]] bool all_valid(const BoxView<Dim, T>& boxes) const
+    [[nodiscard]] bool all_valid(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes) const
     {
+        check_pointers(boxes);
         if (options.ignore_odd_boxes) return odd.size() == 0 && count_odd(boxes) == 0;
-        validate_boxes(boxes);
+        validate_boxes_of(boxes, "", ids);
         return true;
     }
 
@@ -233,7 +234,7 @@ struct BoxIndex<Dim, T>::Implementation
     {
         index::check_filters(questions, filters.size());
         for (std::size_t i = 0; i < filters.size(); ++i)
-            index::check(filters[i], tree.id_end());
+            index::check(filters[i], tree.id_end(), i);
     }
 
     // Batches. Filters is a QueryFilter for all questions, or a FilterOfEach.
@@ -347,8 +348,9 @@ struct BoxIndex<Dim, T>::Implementation
     {
         if (boxes.size() >= Hit<T>::none)
             throw Error(ErrorCode::too_many_objects,
-                        std::to_string(boxes.size()) + " boxes in one call; give at most 4294967295");
-        if (!options.ignore_odd_boxes) validate_boxes(boxes);
+                        std::to_string(boxes.size()) + " boxes in one call; give at most 4294967294");
+        constexpr const char* set = "to be joined ";
+        options.ignore_odd_boxes ? check_pointers(boxes, set) : validate_boxes_of(boxes, set);
         check_each(filters, boxes.size());
     }
 
@@ -396,7 +398,7 @@ void BoxIndex<Dim, T>::build(const BoxView<Dim, T>& boxes)
 {
     if (boxes.size() >= Hit<T>::none)
         throw Error(ErrorCode::too_many_objects,
-                    std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967295");
+                    std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967294");
     implementation_->check_change();
     implementation_->build({}, boxes);
 }
@@ -417,7 +419,7 @@ void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<
     all.check_change();
     Implementation::check_sizes(ids.size(), boxes.size());
     all.check_ids(ids, false);
-    all.all_valid(boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
+    all.all_valid(ids, boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -436,7 +438,7 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
     all.check_change();
     Implementation::check_sizes(ids.size(), boxes.size());
     all.check_ids(ids, true);
-    all.all_valid(boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
+    all.all_valid(ids, boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
 }
 
 template <int Dim, Coordinate T>

@@ -70,20 +70,18 @@ struct PairFinder::Implementation
 
 namespace {
 
+/// One of the two as errors name it, if there are two.
 template <int Dim, class T>
-void check_pointers(const BoxView<Dim, T>& set)
+const char* name_of(const BoxView<Dim, T>& set, const engine::Boxes<Dim, T>& boxes)
 {
-    for (int d = 0; d < Dim; ++d)
-        if (!set.empty() && (set.lo_pointer(d) == nullptr || set.hi_pointer(d) == nullptr))
-            throw Error(ErrorCode::invalid_argument,
-                        "a view of " + std::to_string(set.size()) + " boxes with a null pointer");
+    return !boxes.cross ? "" : &set == &boxes.a ? "a " : "b ";
 }
 
 template <int Dim, class T>
 void check_sizes(const engine::Boxes<Dim, T>& boxes)
 {
     for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b}) {
-        check_pointers(*set);
+        check_pointers(*set, name_of(*set, boxes));
         if (set->size() > std::numeric_limits<std::uint32_t>::max())
             throw Error(ErrorCode::too_many_objects,
                         std::to_string(set->size()) +
@@ -119,7 +117,7 @@ template <int Dim, class T>
 void validate(const engine::Boxes<Dim, T>& boxes)
 {
     for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b})
-        validate_boxes_of(*set, !boxes.cross ? "" : set == &boxes.a ? "a " : "b ");
+        validate_boxes_of(*set, name_of(*set, boxes));
 }
 
 } // namespace

@@ -85,11 +85,15 @@ void check_own_margin(T margin, T of_world, const char* whose, std::uint64_t ind
     throw Error(ErrorCode::invalid_argument, message.str(), index);
 }
 
-void check_sizes(std::size_t ids, std::size_t boxes)
+/// Throws unless there is an id for each box, and the boxes can be read.
+template <int Dim, class T>
+void check_view(std::size_t ids, const BoxView<Dim, T>& boxes)
 {
-    if (ids != boxes)
-        throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " + std::to_string(boxes) +
+    if (ids != boxes.size())
+        throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " +
+                                                  std::to_string(boxes.size()) +
                                                   " boxes; give one id for each box");
+    check_pointers(boxes);
 }
 
 } // namespace
@@ -123,7 +127,7 @@ ObjectId World<Dim, T>::add(const Box& box, const Options& options)
 template <int Dim, Coordinate T>
 void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options)
 {
-    world::check_sizes(ids.size(), boxes.size());
+    world::check_view(ids.size(), boxes);
     if (!implementation_->state.options.ignore_odd_boxes) validate_boxes_of(boxes, "to be added ");
     world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
                                Error::no_index);
@@ -192,7 +196,7 @@ void World<Dim, T>::move(ObjectId id, const Box& box, std::uint32_t sequence)
 template <int Dim, Coordinate T>
 void World<Dim, T>::move(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t sequence)
 {
-    world::check_sizes(ids.size(), boxes.size());
+    world::check_view(ids.size(), boxes);
     implementation_->check_own();
     for (std::size_t i = 0; i < ids.size(); ++i) {
         implementation_->state.ids.check(ids[i]);
@@ -310,7 +314,7 @@ void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
     const InUse call(implementation_->in_use, "World");
     world::Reader::check_none(implementation_->readers);
     implementation_->check_own();
-    world::check_sizes(ids.size(), boxes.size());
+    world::check_view(ids.size(), boxes);
     if (!implementation_->applied) return implementation_->update({ids, boxes});
     move(ids, boxes); // nothing fails in the midst of what may have to be undone
     implementation_->update({});
