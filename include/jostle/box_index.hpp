@@ -233,10 +233,9 @@ class JOSTLE_API BoxIndex
     void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
                  FilterOfEach<QueryFilter> filters) const;
     template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, std::span<bool> out, const QueryFilter& filter = {}) const;
+    void any(std::span<const Question> questions, BoolSpan out, const QueryFilter& filter = {}) const;
     template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, std::span<bool> out,
-             FilterOfEach<QueryFilter> filters) const;
+    void any(std::span<const Question> questions, BoolSpan out, FilterOfEach<QueryFilter> filters) const;
     template <LineOrRegionOf<Dim, T> Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                const QueryFilter& filter = {}) const;
@@ -257,7 +256,7 @@ class JOSTLE_API BoxIndex
         all(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
     }
     template <QuestionRange Many, class Filters = QueryFilter>
-    void any(const Many& questions, std::span<bool> out, const Filters& filters = {}) const
+    void any(const Many& questions, BoolSpan out, const Filters& filters = {}) const
     {
         any(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }

@@ -250,6 +250,33 @@ template <class Many>
 concept QuestionRange = std::ranges::contiguous_range<const Many> && std::ranges::sized_range<const Many> &&
                         !std::same_as<Many, std::span<const std::ranges::range_value_t<Many>>>;
 
+/// Where answers of yes or no go: bools, or bytes that become 0 or 1, in an array, vector or span. (The bits
+/// of a std::vector<bool> are neither; a std::vector<std::uint8_t> takes its place.)
+///
+/// Lifetime  a view: what it is made of must outlive the call.
+class BoolSpan
+{
+  public:
+    template <class Bools>
+        requires std::convertible_to<Bools&, std::span<bool>>
+    BoolSpan(Bools&& bools) noexcept : bools_(bools)
+    {
+    }
+    template <class Bytes>
+        requires std::convertible_to<Bytes&, std::span<std::uint8_t>>
+    BoolSpan(Bytes&& bytes) noexcept
+    {
+        static_assert(sizeof(bool) == 1);
+        const std::span<std::uint8_t> all(bytes);
+        bools_ = {reinterpret_cast<bool*>(all.data()), all.size()};
+    }
+    [[nodiscard]] std::size_t size() const noexcept { return bools_.size(); }
+    [[nodiscard]] bool& operator[](std::size_t question) const noexcept { return bools_[question]; }
+
+  private:
+    std::span<bool> bools_;
+};
+
 /// The answers of a batch. List i belongs to question i. The next call refills the lists and uses their
 /// memory again.
 template <class Item>

@@ -446,10 +446,9 @@ class JOSTLE_API World
     void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                  FilterOfEach<ObjectQueryFilter> filters) const;
     template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, std::span<bool> out,
-             const ObjectQueryFilter& filter = {}) const;
+    void any(std::span<const Question> questions, BoolSpan out, const ObjectQueryFilter& filter = {}) const;
     template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, std::span<bool> out,
+    void any(std::span<const Question> questions, BoolSpan out,
              FilterOfEach<ObjectQueryFilter> filters) const;
     template <LineOrRegionOf<Dim, T> Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
@@ -471,7 +470,7 @@ class JOSTLE_API World
         all(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
     }
     template <QuestionRange Many, class Filters = ObjectQueryFilter>
-    void any(const Many& questions, std::span<bool> out, const Filters& filters = {}) const
+    void any(const Many& questions, BoolSpan out, const Filters& filters = {}) const
     {
         any(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }

@@ -288,7 +288,7 @@ struct BoxIndex<Dim, T>::Implementation
         });
     }
     template <class Question, class Filters>
-    void any(std::span<const Question> questions, std::span<bool> out, const Filters& filters) const
+    void any(std::span<const Question> questions, BoolSpan out, const Filters& filters) const
     {
         index::check_room(questions.size(), out.size());
         check(questions, filters);
@@ -763,8 +763,7 @@ std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilte
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
     template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> out, Filters filters)    \
-        const                                                                                                \
+    void BoxIndex<Dim, T>::any(std::span<const Question> questions, BoolSpan out, Filters filters) const     \
     {                                                                                                        \
         implementation_->any(questions, out, filters);                                                       \
     }                                                                                                        \
@@ -782,8 +781,8 @@ JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
 #define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
     template JOSTLE_API void BoxIndex<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,    \
                                                    Filters, std::uint64_t) const;                            \
-    template JOSTLE_API void BoxIndex<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>,       \
-                                                   Filters) const;                                           \
+    template JOSTLE_API void BoxIndex<Dim, T>::any(std::span<const Question<Dim, T>>, BoolSpan, Filters)     \
+        const;                                                                                               \
     template JOSTLE_API void BoxIndex<Dim, T>::count(std::span<const Question<Dim, T>>,                      \
                                                      std::span<std::uint64_t>, Filters) const;
 #define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \

@@ -395,7 +395,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
     JOSTLE_NEAREST(NearestToBox, Filters)                                                                    \
     template <int Dim, Coordinate T>                                                                         \
     template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out, Filters filters) const \
+    void World<Dim, T>::any(std::span<const Question> questions, BoolSpan out, Filters filters) const        \
     {                                                                                                        \
         index::check_room(questions.size(), out.size());                                                     \
         world::check_all(implementation_->state, questions);                                                 \
@@ -624,8 +624,7 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
 #define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
     template JOSTLE_API void World<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,       \
                                                 Filters, std::uint64_t) const;                               \
-    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>, Filters) \
-        const;                                                                                               \
+    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, BoolSpan, Filters) const; \
     template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
                                                   std::span<std::uint64_t>, Filters) const;
 #define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \

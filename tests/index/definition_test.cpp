@@ -241,6 +241,12 @@ void ask_in_any_range(const Asked& asked)
     std::array<bool, 3> touched{};
     asked.any(regions, touched);
     EXPECT_EQ(touched, (std::array<bool, 3>{true, false, true}));
+    std::vector<std::uint8_t> bytes(3, 7);
+    asked.any(regions, bytes);
+    EXPECT_EQ(bytes, (std::vector<std::uint8_t>{1, 0, 1}));
+    bytes.assign(4, 7);
+    asked.any(std::span<const Aabb3f>(regions), std::span(bytes).first(3));
+    EXPECT_EQ(bytes, (std::vector<std::uint8_t>{1, 0, 1, 7}));
 }
 
 TEST(Definition, QuestionsMayLieInAnyContiguousRange)
