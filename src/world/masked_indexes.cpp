@@ -37,6 +37,8 @@ auto MaskedIndexes<Dim, T>::of(const State<Dim, T>& state, std::uint32_t categor
 {
     if (state.resting.size() < worth_masking) return nullptr;
     Masked* masked = find(category, mask);
+    if (questions == 0)
+        return masked != nullptr && masked->is_fresh.load(std::memory_order_acquire) ? masked : nullptr;
     if (masked == nullptr) {
         const std::lock_guard lock(mutex_);
         masked = find(category, mask);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Questions: each is put to the resting objects and to the active ones, as if they were one index's.
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "base/checks.hpp"
@@ -49,7 +50,7 @@ class Asking
   public:
     using Implementation = typename World<Dim, T>::Implementation;
 
-    /// `questions`: how many will be asked.
+    /// `questions`: how many will be asked. None: nothing is made for it, as an index of some objects may be.
     Asking(const Implementation& world, const ObjectQueryFilter& filter, std::uint64_t questions = 1,
            Visits visits = Visits::none)
         : state_(world.state),
@@ -189,6 +190,7 @@ class AskingMany
         : world_(world), count_(questions), filters_(&filters), visits_(visits)
     {
         index::check_filters(questions, filters.size());
+        prepare();
     }
 
     /// Calls body(asking, i, wanted) for one question.
@@ -198,7 +200,7 @@ class AskingMany
         const auto ask = [&](const Asking<Dim, T>& asking) {
             return asking.with(i, [&](index::Wanted wanted) { return body(asking, i, wanted); });
         };
-        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i], visits_));
+        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i], 0, visits_));
     }
     /// Calls body(asking, i, wanted) for each question.
     template <class Body>
@@ -227,6 +229,35 @@ class AskingMany
     }
 
   private:
+    /// Brings the indexes up to date that questions with these filters go by: executors don't nest, and their
+    /// tasks can't make any.
+    void prepare() const
+    {
+        struct Kind
+        {
+            const ObjectQueryFilter* filter;
+            std::uint64_t questions;
+        };
+        std::array<Kind, 8> kinds; // by masks; of more a world keeps no indexes
+        std::size_t known = 0, others = 0;
+        for (std::size_t i = 0; i < count_; ++i) {
+            const ObjectQueryFilter& filter = (*filters_)[i];
+            std::size_t k = 0;
+            while (k < known &&
+                   (kinds[k].filter->category != filter.category || kinds[k].filter->mask != filter.mask))
+                ++k;
+            if (k == kinds.size()) {
+                ++others;
+                continue;
+            }
+            if (k == known) kinds[known++] = {&filter, 0};
+            ++kinds[k].questions;
+        }
+        for (std::size_t k = 0; k < known; ++k)
+            (void)Asking<Dim, T>(world_, *kinds[k].filter, kinds[k].questions, visits_);
+        if (others != 0) (void)world_.active_index.of(world_.state);
+    }
+
     const Implementation& world_;
     std::size_t count_;
     std::optional<Asking<Dim, T>> for_all_;
