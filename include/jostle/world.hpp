@@ -370,10 +370,11 @@ class JOSTLE_API World
     // --- Questions, about the bounds (margins and displacements included) of the objects as of the last
     // update or apply(); disabled ones don't count ---
     // They are those of `BoxIndex`, with the same answers in the same order, where an id's index stands for
-    // the id. The first one after an update that moved objects brings the index of active objects up to date.
-    // Where a category or mask leaves few of many objects, and is asked for often, the world keeps indexes of
-    // those alone. Where a twentieth of 100,000 objects moves, a question then costs about 1.5 times what it
-    // costs in a BoxIndex of all that are asked for; of a million, some 2 times.
+    // the id. The first one after an update that moved objects brings the index of active objects up to date,
+    // on the executor: with one whose tasks can't run others, ask it outside of tasks. Where a category or
+    // mask leaves few of many objects, and is asked for often, the world keeps indexes of those alone. Where
+    // a twentieth of 100,000 objects moves, a question then costs about 1.5 times what it costs in a BoxIndex
+    // of all that are asked for; of a million, some 2 times.
 
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 
