@@ -238,24 +238,22 @@ class AskingMany
             const ObjectQueryFilter* filter;
             std::uint64_t questions;
         };
-        std::array<Kind, 8> kinds; // by masks; of more a world keeps no indexes
-        std::size_t known = 0, others = 0;
+        // By masks. A world keeps indexes of their own for four: of eight, some go by those of all objects, as
+        // any further ones do.
+        std::array<Kind, 8> kinds;
+        std::size_t known = 0;
         for (std::size_t i = 0; i < count_; ++i) {
             const ObjectQueryFilter& filter = (*filters_)[i];
             std::size_t k = 0;
             while (k < known &&
                    (kinds[k].filter->category != filter.category || kinds[k].filter->mask != filter.mask))
                 ++k;
-            if (k == kinds.size()) {
-                ++others;
-                continue;
-            }
+            if (k == kinds.size()) continue;
             if (k == known) kinds[known++] = {&filter, 0};
             ++kinds[k].questions;
         }
         for (std::size_t k = 0; k < known; ++k)
             (void)Asking<Dim, T>(world_, *kinds[k].filter, kinds[k].questions, visits_);
-        if (others != 0) (void)world_.active_index.of(world_.state);
     }
 
     const Implementation& world_;
