@@ -238,8 +238,8 @@ class AskingMany
             const ObjectQueryFilter* filter;
             std::uint64_t questions;
         };
-        // By masks. A world keeps indexes of their own for four: of eight, some go by those of all objects, as
-        // any further ones do.
+        // By masks. A world keeps indexes of their own for four: of eight, some go by those of all objects,
+        // as any further ones do.
         std::array<Kind, 8> kinds;
         std::size_t known = 0;
         for (std::size_t i = 0; i < count_; ++i) {
