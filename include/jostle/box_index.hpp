@@ -54,7 +54,8 @@ struct IndexStats
 /// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps; a
 ///           question about the logarithm of the number of objects plus its results.
 /// Threads   questions (the const members) may be asked from any number of threads at a time while no other
-///           member runs.
+///           member runs. A visitor or an `accept` may ask the same index; to change it there is an `Error`,
+///           and to move, assign or destroy it isn't allowed.
 /// Numbers   unlike a PairFinder, leaves the threads' floating-point mode alone: where the host flushes
 ///           denormal numbers to zero, bounds a denormal apart may touch.
 /// Errors    `Error` naming the bad box, id or question and what is wrong with it, std::bad_alloc, or what a
@@ -91,11 +92,11 @@ class JOSTLE_API BoxIndex
     void erase(std::uint32_t id) { erase(std::span(&id, 1)); }
     void move(std::uint32_t id, const Box& box) { move(std::span(&id, 1), std::span(&box, 1)); }
     /// Removes all objects, and keeps the memory.
-    void clear() noexcept;
+    void clear();
     /// Gives back the working memory of join and of building again (as much as the index itself and 16 bytes
     /// a box), and the memory of ids above the greatest in use. An empty index keeps no more than some
     /// hundred bytes, which the destructor frees.
-    void release_memory() noexcept;
+    void release_memory();
 
     [[nodiscard]] std::size_t size() const noexcept;
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept;
@@ -232,10 +233,9 @@ class JOSTLE_API BoxIndex
     void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
                  FilterOfEach<QueryFilter> filters) const;
     template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, std::span<bool> out, const QueryFilter& filter = {}) const;
+    void any(std::span<const Question> questions, BoolSpan out, const QueryFilter& filter = {}) const;
     template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, std::span<bool> out,
-             FilterOfEach<QueryFilter> filters) const;
+    void any(std::span<const Question> questions, BoolSpan out, FilterOfEach<QueryFilter> filters) const;
     template <LineOrRegionOf<Dim, T> Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                const QueryFilter& filter = {}) const;
@@ -256,7 +256,7 @@ class JOSTLE_API BoxIndex
         all(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
     }
     template <QuestionRange Many, class Filters = QueryFilter>
-    void any(const Many& questions, std::span<bool> out, const Filters& filters = {}) const
+    void any(const Many& questions, BoolSpan out, const Filters& filters = {}) const
     {
         any(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }

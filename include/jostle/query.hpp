@@ -179,7 +179,7 @@ using PairHitd = PairHit<double>;
 
 // --- Visitors: who is handed each object that a question finds ---
 // A visitor returns whether to go on. It may ask the same index or world again, even the same question, but
-// it may change nothing in it.
+// it may change nothing in it: that is an `Error` of the call that would.
 
 /// For questions without an order.
 using IdVisitor = FunctionRef<bool(std::uint32_t id)>;
@@ -249,6 +249,33 @@ concept LineOrRegionOf = LineOf<Question, Dim, T> || RegionOf<Question, Dim, T>;
 template <class Many>
 concept QuestionRange = std::ranges::contiguous_range<const Many> && std::ranges::sized_range<const Many> &&
                         !std::same_as<Many, std::span<const std::ranges::range_value_t<Many>>>;
+
+/// Where answers of yes or no go: bools, or bytes that become 0 or 1, in an array, vector or span. (The bits
+/// of a std::vector<bool> are neither; a std::vector<std::uint8_t> takes its place.)
+///
+/// Lifetime  a view: what it is made of must outlive the call.
+class BoolSpan
+{
+  public:
+    template <class Bools>
+        requires std::convertible_to<Bools&, std::span<bool>>
+    BoolSpan(Bools&& bools) noexcept : bools_(bools)
+    {
+    }
+    template <class Bytes>
+        requires std::convertible_to<Bytes&, std::span<std::uint8_t>>
+    BoolSpan(Bytes&& bytes) noexcept
+    {
+        static_assert(sizeof(bool) == 1);
+        const std::span<std::uint8_t> all(bytes);
+        bools_ = {reinterpret_cast<bool*>(all.data()), all.size()};
+    }
+    [[nodiscard]] std::size_t size() const noexcept { return bools_.size(); }
+    [[nodiscard]] bool& operator[](std::size_t question) const noexcept { return bools_[question]; }
+
+  private:
+    std::span<bool> bools_;
+};
 
 /// The answers of a batch. List i belongs to question i. The next call refills the lists and uses their
 /// memory again.

@@ -139,8 +139,15 @@ class JOSTLE_API ResponseStore
 
   private:
     struct Pool;
+    struct Shape;
+    Shape shape_for(std::uint32_t objects, const WorkPlan& plan) const;
+    void lay_out(const Shape& shape);
+    void empty_lists(std::uint32_t of_slots, std::size_t last_entries);
     std::size_t entries_per_chunk() const noexcept;
     std::size_t entries_added(std::uint32_t of_slots) const noexcept;
+    std::size_t grant_size() const noexcept;
+    std::byte* entries_of(Chunk* chunk) const noexcept;
+    Chunk* chunk_of(const Place& place) const noexcept;
 
     const std::size_t value_size_, entry_size_, header_size_, chunk_size_;
     std::byte* frame_ = nullptr; // all below and the public arrays, as start() laid them out

@@ -370,10 +370,11 @@ class JOSTLE_API World
     // --- Questions, about the bounds (margins and displacements included) of the objects as of the last
     // update or apply(); disabled ones don't count ---
     // They are those of `BoxIndex`, with the same answers in the same order, where an id's index stands for
-    // the id. The first one after an update that moved objects brings the index of active objects up to date.
-    // Where a category or mask leaves few of many objects, and is asked for often, the world keeps indexes of
-    // those alone. Where a twentieth of 100,000 objects moves, a question then costs about 1.5 times what it
-    // costs in a BoxIndex of all that are asked for; of a million, some 2 times.
+    // the id. The first one after an update that moved objects brings the index of active objects up to date,
+    // on the executor: with one whose tasks can't run others, ask it outside of tasks. Where a category or
+    // mask leaves few of many objects, and is asked for often, the world keeps indexes of those alone. Where
+    // a twentieth of 100,000 objects moves, a question then costs about 1.5 times what it costs in a BoxIndex
+    // of all that are asked for; of a million, some 2 times.
 
     static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 
@@ -446,10 +447,9 @@ class JOSTLE_API World
     void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
                  FilterOfEach<ObjectQueryFilter> filters) const;
     template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, std::span<bool> out,
-             const ObjectQueryFilter& filter = {}) const;
+    void any(std::span<const Question> questions, BoolSpan out, const ObjectQueryFilter& filter = {}) const;
     template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, std::span<bool> out,
+    void any(std::span<const Question> questions, BoolSpan out,
              FilterOfEach<ObjectQueryFilter> filters) const;
     template <LineOrRegionOf<Dim, T> Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
@@ -471,7 +471,7 @@ class JOSTLE_API World
         all(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
     }
     template <QuestionRange Many, class Filters = ObjectQueryFilter>
-    void any(const Many& questions, std::span<bool> out, const Filters& filters = {}) const
+    void any(const Many& questions, BoolSpan out, const Filters& filters = {}) const
     {
         any(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }

@@ -7,13 +7,13 @@
 JOSTLE_NAMESPACE_BEGIN
 
 template <int Dim, Coordinate T>
-void throw_bad_box(const Aabb<Dim, T>& box, std::uint64_t index, const char* set)
+void throw_bad_box(const Aabb<Dim, T>& box, std::uint64_t index, const char* set, const std::string& name)
 {
     static constexpr char axis_names[] = "xyz";
     std::ostringstream message;
     message.imbue(std::locale::classic());
     message.precision(std::numeric_limits<T>::max_digits10);
-    message << "box " << set << index << ": ";
+    message << "box " << set << index << name << ": ";
     for (int d = 0; d < Dim; ++d) {
         const bool lo_nan = box.lo[d] != box.lo[d], hi_nan = box.hi[d] != box.hi[d];
         if (lo_nan || hi_nan) {
@@ -31,10 +31,21 @@ void throw_bad_box(const Aabb<Dim, T>& box, std::uint64_t index, const char* set
 }
 
 template <int Dim, Coordinate T>
-void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set)
+void check_pointers(const BoxView<Dim, T>& boxes, const char* set)
 {
+    for (int d = 0; d < Dim; ++d)
+        if (!boxes.empty() && (boxes.lo_pointer(d) == nullptr || boxes.hi_pointer(d) == nullptr))
+            throw Error(ErrorCode::invalid_argument, "a view of " + std::to_string(boxes.size()) + " boxes " +
+                                                         set + "with a null pointer");
+}
+
+template <int Dim, Coordinate T>
+void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set, std::span<const std::uint32_t> ids)
+{
+    check_pointers(boxes, set);
     for (std::size_t i = 0; i < boxes.size(); ++i)
-        check_box(boxes[i], i, set);
+        if (const Aabb<Dim, T> box = boxes[i]; !valid(box))
+            throw_bad_box(box, i, set, ids.empty() ? std::string() : " (id " + std::to_string(ids[i]) + ")");
 }
 
 template <int Dim, Coordinate T>
@@ -87,8 +98,11 @@ void check_offsets(std::span<const std::uint64_t> offsets, const char* part, con
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template void throw_bad_box<Dim, T>(const Aabb<Dim, T>&, std::uint64_t, const char*);                    \
-    template void validate_boxes_of<Dim, T>(const BoxView<Dim, T>&, const char*);                            \
+    template void throw_bad_box<Dim, T>(const Aabb<Dim, T>&, std::uint64_t, const char*,                     \
+                                        const std::string&);                                                 \
+    template void check_pointers<Dim, T>(const BoxView<Dim, T>&, const char*);                               \
+    template void validate_boxes_of<Dim, T>(const BoxView<Dim, T>&, const char*,                             \
+                                            std::span<const std::uint32_t>);                                 \
     template void validate_boxes<Dim, T>(const BoxView<Dim, T>&);
 JOSTLE_INSTANTIATE(2, float)
 JOSTLE_INSTANTIATE(2, double)

@@ -156,8 +156,12 @@ class TbbExecutor final : public Executor
             return;
         }
         arena_.execute([&] {
-            tbb::parallel_for(
-                std::uint32_t{0}, count, [&](std::uint32_t i) { task(i); }, tbb::simple_partitioner());
+            // While it waits for the last of these tasks, the thread takes up no task of another call: that
+            // could want a lock which the thread holds.
+            tbb::this_task_arena::isolate([&] {
+                tbb::parallel_for(
+                    std::uint32_t{0}, count, [&](std::uint32_t i) { task(i); }, tbb::simple_partitioner());
+            });
         });
     }
 

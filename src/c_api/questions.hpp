@@ -313,13 +313,12 @@ bool ask_closest(const Asked& asked, const Asked& other, double max_distance,
 template <class Asked, class Question, class Filter>
 void ask_any(const Asked& asked, std::span<const Question> questions, const Filter& filter, std::uint8_t* out)
 {
-    static_assert(sizeof(bool) == 1);
     std::uint8_t* const any = wanted_array(out, questions.size(), "any");
     if constexpr (!is_nearest<Question>) {
         if (questions.size() == 1)
             any[0] = asked.any(questions.front(), only(filter)) ? 1 : 0;
         else if (!questions.empty())
-            asked.any(questions, std::span(reinterpret_cast<bool*>(any), questions.size()), filter);
+            asked.any(questions, std::span(any, questions.size()), filter);
     }
 }
 template <class Asked, class Question, class Filter>

@@ -37,6 +37,37 @@ void index::sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, st
 
 namespace {
 
+/// A question that calls the user's code, on this thread. As long as it lasts, nothing that this code calls
+/// may change the index, or the search would go on reading memory that has been reused.
+class Answering
+{
+  public:
+    /// Null: it calls none.
+    explicit Answering(const void* index) noexcept : index_(index), outer_(innermost_)
+    {
+        if (index_ != nullptr) innermost_ = this;
+    }
+    Answering(const Answering&) = delete;
+    Answering& operator=(const Answering&) = delete;
+    ~Answering()
+    {
+        if (index_ != nullptr) innermost_ = outer_;
+    }
+    static void check_none(const void* index)
+    {
+        for (const Answering* each = innermost_; each != nullptr; each = each->outer_)
+            if (each->index_ == index)
+                throw Error(ErrorCode::invalid_argument,
+                            "this BoxIndex is answering a question, which runs this callback; change it "
+                            "afterwards");
+    }
+
+  private:
+    static inline constinit thread_local const Answering* innermost_ = nullptr;
+    const void* const index_;
+    const Answering* const outer_;
+};
+
 /// A filter applied to the objects of one question.
 class Asked
 {
@@ -67,15 +98,6 @@ class Asked
     const QueryFilter& filter_;
     std::uint32_t question_;
 };
-
-/// Calls body(wanted) with the filter of one question.
-template <class Body>
-auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& body)
-{
-    if (Asked::trivial(filter)) return body(Wanted());
-    const Asked asked(filter, question);
-    return body(Wanted(asked));
-}
 
 const QueryFilter& filter_of(const QueryFilter& for_all, std::size_t)
 {
@@ -109,9 +131,12 @@ struct BoxIndex<Dim, T>::Implementation
     {
     }
 
+    /// Throws if what changes the index is called by the code that a question calls.
+    void check_change() const { Answering::check_none(this); }
+
     void build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
     {
-        if (all_valid(boxes))
+        if (all_valid(ids, boxes))
             tree.build(ids, boxes);
         else
             odd.build(tree, ids, boxes);
@@ -134,10 +159,11 @@ struct BoxIndex<Dim, T>::Implementation
     }
     /// Whether a call with these boxes is one of the tree alone: there is no odd box in it, nor in the index.
     /// Throws for an odd box unless they are to be ignored.
-    [[nodiscard]] bool all_valid(const BoxView<Dim, T>& boxes) const
+    [[nodiscard]] bool all_valid(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes) const
     {
+        check_pointers(boxes);
         if (options.ignore_odd_boxes) return odd.size() == 0 && count_odd(boxes) == 0;
-        validate_boxes(boxes);
+        validate_boxes_of(boxes, "", ids);
         return true;
     }
 
@@ -175,6 +201,16 @@ struct BoxIndex<Dim, T>::Implementation
 
     [[nodiscard]] index::Answers<Dim, T> answers() const { return {kernels, tree}; }
 
+    /// Calls body(wanted) with the filter of one question.
+    template <class Body>
+    auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& body) const
+    {
+        if (Asked::trivial(filter)) return body(Wanted());
+        const Answering answering(filter.accept ? this : nullptr);
+        const Asked asked(filter, question);
+        return body(Wanted(asked));
+    }
+
     template <class Question>
     void check(const Question& question, const QueryFilter& filter) const
     {
@@ -198,7 +234,7 @@ struct BoxIndex<Dim, T>::Implementation
     {
         index::check_filters(questions, filters.size());
         for (std::size_t i = 0; i < filters.size(); ++i)
-            index::check(filters[i], tree.id_end());
+            index::check(filters[i], tree.id_end(), i);
     }
 
     // Batches. Filters is a QueryFilter for all questions, or a FilterOfEach.
@@ -252,7 +288,7 @@ struct BoxIndex<Dim, T>::Implementation
         });
     }
     template <class Question, class Filters>
-    void any(std::span<const Question> questions, std::span<bool> out, const Filters& filters) const
+    void any(std::span<const Question> questions, BoolSpan out, const Filters& filters) const
     {
         index::check_room(questions.size(), out.size());
         check(questions, filters);
@@ -285,15 +321,18 @@ struct BoxIndex<Dim, T>::Implementation
         } else {
             joins.run(tree, *executor, boxes, pairs);
         }
-        if (!passes_all(filters))
+        if (!passes_all(filters)) {
+            const Answering answering(this);
             std::erase_if(
                 pairs, [&](const Pair& pair) { return !Asked(filter_of(filters, pair.a), pair.a)(pair.b); });
+        }
         out = std::move(pairs);
     }
     template <class Filters>
     bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const Filters& filters) const
     {
         check_batch(boxes, filters);
+        const Answering answering(this);
         const index::Answers<Dim, T> given = answers();
         for (std::size_t i = 0; i < boxes.size(); ++i) {
             const auto a = static_cast<std::uint32_t>(i);
@@ -309,8 +348,9 @@ struct BoxIndex<Dim, T>::Implementation
     {
         if (boxes.size() >= Hit<T>::none)
             throw Error(ErrorCode::too_many_objects,
-                        std::to_string(boxes.size()) + " boxes in one call; give at most 4294967295");
-        if (!options.ignore_odd_boxes) validate_boxes(boxes);
+                        std::to_string(boxes.size()) + " boxes in one call; give at most 4294967294");
+        constexpr const char* set = "to be joined ";
+        options.ignore_odd_boxes ? check_pointers(boxes, set) : validate_boxes_of(boxes, set);
         check_each(filters, boxes.size());
     }
 
@@ -320,12 +360,14 @@ struct BoxIndex<Dim, T>::Implementation
     }
     bool pairs(const Implementation& other, PairVisitor visitor) const
     {
+        const Answering answering(this), other_answering(&other);
         const index::Roots<Dim, T> roots = roots_with(other);
         return kernels.pairs({&roots, 1}, visitor);
     }
     bool closest_pairs(const Implementation& other, PairHitVisitor<T> visitor, T max_distance) const
     {
         index::check_max_distance(max_distance);
+        const Answering answering(this), other_answering(&other);
         const index::Roots<Dim, T> roots = roots_with(other);
         return index::visit_closest<Dim, T>(kernels, {&roots, 1}, max_distance * max_distance, visitor,
                                             tree.closest_work());
@@ -356,13 +398,15 @@ void BoxIndex<Dim, T>::build(const BoxView<Dim, T>& boxes)
 {
     if (boxes.size() >= Hit<T>::none)
         throw Error(ErrorCode::too_many_objects,
-                    std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967295");
+                    std::to_string(boxes.size()) + " boxes; ids have 32 bits, give at most 4294967294");
+    implementation_->check_change();
     implementation_->build({}, boxes);
 }
 
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
+    implementation_->check_change();
     Implementation::check_sizes(ids.size(), boxes.size());
     implementation_->check_ids(ids, std::nullopt);
     implementation_->build(ids, boxes);
@@ -371,16 +415,18 @@ void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<D
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
-    Implementation::check_sizes(ids.size(), boxes.size());
-    implementation_->check_ids(ids, false);
     Implementation& all = *implementation_;
-    all.all_valid(boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
+    all.check_change();
+    Implementation::check_sizes(ids.size(), boxes.size());
+    all.check_ids(ids, false);
+    all.all_valid(ids, boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
 }
 
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::erase(std::span<const std::uint32_t> ids)
 {
     Implementation& all = *implementation_;
+    all.check_change();
     all.check_ids(ids, true);
     all.odd.size() == 0 ? all.tree.erase(ids) : all.odd.erase(all.tree, ids);
 }
@@ -388,10 +434,11 @@ void BoxIndex<Dim, T>::erase(std::span<const std::uint32_t> ids)
 template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
-    Implementation::check_sizes(ids.size(), boxes.size());
-    implementation_->check_ids(ids, true);
     Implementation& all = *implementation_;
-    all.all_valid(boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
+    all.check_change();
+    Implementation::check_sizes(ids.size(), boxes.size());
+    all.check_ids(ids, true);
+    all.all_valid(ids, boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -456,15 +503,17 @@ const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>& index) n
 }
 
 template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::clear() noexcept
+void BoxIndex<Dim, T>::clear()
 {
+    implementation_->check_change();
     implementation_->tree.clear();
     implementation_->odd.clear();
 }
 
 template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::release_memory() noexcept
+void BoxIndex<Dim, T>::release_memory()
 {
+    implementation_->check_change();
     implementation_->tree.release_memory();
     implementation_->joins.release_memory();
 }
@@ -537,8 +586,8 @@ template <int Dim, Coordinate T>
 std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Ray<Dim, T>& ray, const QueryFilter& filter) const
 {
     implementation_->check(ray, filter);
-    const Hit<T> hit =
-        filtered(filter, 0, [&](Wanted wanted) { return implementation_->answers().first(ray, wanted); });
+    const Hit<T> hit = implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { return implementation_->answers().first(ray, wanted); });
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
@@ -546,8 +595,8 @@ template <int Dim, Coordinate T>
 std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const QueryFilter& filter) const
 {
     implementation_->check(sweep, filter);
-    const Hit<T> hit =
-        filtered(filter, 0, [&](Wanted wanted) { return implementation_->answers().first(sweep, wanted); });
+    const Hit<T> hit = implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { return implementation_->answers().first(sweep, wanted); });
     return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
 }
 
@@ -588,7 +637,8 @@ void BoxIndex<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<Hit<
 {
     out.clear();
     implementation_->check(question, filter);
-    filtered(filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
+    implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
 }
 
 template <int Dim, Coordinate T>
@@ -597,7 +647,8 @@ void BoxIndex<Dim, T>::nearest(const NearestToBox<Dim, T>& question, std::vector
 {
     out.clear();
     implementation_->check(question, filter);
-    filtered(filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
+    implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
 }
 
 #define JOSTLE_VISIT(Question, Visitor, in_which_order)                                                      \
@@ -606,7 +657,8 @@ void BoxIndex<Dim, T>::nearest(const NearestToBox<Dim, T>& question, std::vector
                                  const QueryFilter& filter) const                                            \
     {                                                                                                        \
         implementation_->check(question, filter);                                                            \
-        return filtered(filter, 0, [&](Wanted wanted) {                                                      \
+        const Answering answering(implementation_.get());                                                    \
+        return implementation_->filtered(filter, 0, [&](Wanted wanted) {                                     \
             return implementation_->answers().in_which_order(question, wanted, visitor);                     \
         });                                                                                                  \
     }
@@ -660,8 +712,8 @@ template <LineOrRegionOf<Dim, T> Question>
 bool BoxIndex<Dim, T>::any(const Question& question, const QueryFilter& filter) const
 {
     implementation_->check(question, filter);
-    return filtered(filter, 0,
-                    [&](Wanted wanted) { return implementation_->answers().any(question, wanted); });
+    return implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { return implementation_->answers().any(question, wanted); });
 }
 
 template <int Dim, Coordinate T>
@@ -669,8 +721,8 @@ template <LineOrRegionOf<Dim, T> Question>
 std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilter& filter) const
 {
     implementation_->check(question, filter);
-    return filtered(filter, 0,
-                    [&](Wanted wanted) { return implementation_->answers().count(question, wanted); });
+    return implementation_->filtered(
+        filter, 0, [&](Wanted wanted) { return implementation_->answers().count(question, wanted); });
 }
 
 // --- Batches ---
@@ -711,8 +763,7 @@ std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilte
     }                                                                                                        \
     template <int Dim, Coordinate T>                                                                         \
     template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void BoxIndex<Dim, T>::any(std::span<const Question> questions, std::span<bool> out, Filters filters)    \
-        const                                                                                                \
+    void BoxIndex<Dim, T>::any(std::span<const Question> questions, BoolSpan out, Filters filters) const     \
     {                                                                                                        \
         implementation_->any(questions, out, filters);                                                       \
     }                                                                                                        \
@@ -730,8 +781,8 @@ JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
 #define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
     template JOSTLE_API void BoxIndex<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,    \
                                                    Filters, std::uint64_t) const;                            \
-    template JOSTLE_API void BoxIndex<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>,       \
-                                                   Filters) const;                                           \
+    template JOSTLE_API void BoxIndex<Dim, T>::any(std::span<const Question<Dim, T>>, BoolSpan, Filters)     \
+        const;                                                                                               \
     template JOSTLE_API void BoxIndex<Dim, T>::count(std::span<const Question<Dim, T>>,                      \
                                                      std::span<std::uint64_t>, Filters) const;
 #define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \

@@ -163,13 +163,14 @@ void check_finite_box(const Aabb<Dim, T>& box, const char* what, std::uint64_t n
     }
 }
 
-void check_ids(const StridedView<std::uint32_t>& column, std::uint64_t ids, const char* name)
+void check_ids(const StridedView<std::uint32_t>& column, std::uint64_t ids, const char* name,
+               std::uint64_t number)
 {
     if (column.empty() || column.size() >= ids) return;
-    throw Error(ErrorCode::size_mismatch, std::string("query filter ") + name + " has " +
-                                              std::to_string(column.size()) +
-                                              " entries, but the index has held ids up to " +
-                                              std::to_string(ids - 1) + "; give one for every id, or none");
+    Report report("query filter", number);
+    report << name << " has " << column.size() << " entries, but the index has held ids up to " << ids - 1
+           << "; give one for every id, or none";
+    report.raise(ErrorCode::size_mismatch);
 }
 
 } // namespace
@@ -242,16 +243,16 @@ void check_max_distance(T max_distance)
 template void check_max_distance(float);
 template void check_max_distance(double);
 
-void check(const QueryFilter& filter, std::uint64_t ids)
+void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number)
 {
-    check_ids(filter.category, ids, "category");
-    check_ids(filter.mask, ids, "mask");
-    check_ids(filter.owner, ids, "owner");
-    if (ids != 0 && filter.category.empty() != filter.mask.empty())
-        throw Error(ErrorCode::size_mismatch,
-                    std::string("query filter ") + (filter.category.empty() ? "mask" : "category") +
-                        " is given without " + (filter.category.empty() ? "category" : "mask") +
-                        "; give both or neither");
+    check_ids(filter.category, ids, "category", number);
+    check_ids(filter.mask, ids, "mask", number);
+    check_ids(filter.owner, ids, "owner", number);
+    if (ids == 0 || filter.category.empty() == filter.mask.empty()) return;
+    Report report("query filter", number);
+    report << (filter.category.empty() ? "mask is given without category" : "category is given without mask")
+           << "; give both or neither";
+    report.raise(ErrorCode::size_mismatch);
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "jostle/error.hpp"
 #include "jostle/query.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -46,8 +47,9 @@ void check_room(std::size_t questions, std::size_t results);
 /// Throws unless there is a filter for each question.
 void check_filters(std::size_t questions, std::size_t filters);
 
-/// Throws unless the arrays cover all ids below `ids` and belong together.
-void check(const QueryFilter& filter, std::uint64_t ids);
+/// Throws unless the arrays cover all ids below `ids` and belong together. `number` is the question's in a
+/// batch with a filter for each.
+void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number = Error::no_index);
 
 } // namespace index
 JOSTLE_NAMESPACE_END

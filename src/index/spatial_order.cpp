@@ -66,6 +66,7 @@ void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
                                                   " boxes and room for " + std::to_string(order.size()) +
                                                   " positions; give one for each");
     check_memory(options.memory);
+    check_pointers(boxes);
     const ExactFloats exact;
     if (!options.ignore_odd_boxes) {
         validate_boxes(boxes);

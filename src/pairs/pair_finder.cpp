@@ -70,20 +70,18 @@ struct PairFinder::Implementation
 
 namespace {
 
+/// One of the two as errors name it, if there are two.
 template <int Dim, class T>
-void check_pointers(const BoxView<Dim, T>& set)
+const char* name_of(const BoxView<Dim, T>& set, const engine::Boxes<Dim, T>& boxes)
 {
-    for (int d = 0; d < Dim; ++d)
-        if (!set.empty() && (set.lo_pointer(d) == nullptr || set.hi_pointer(d) == nullptr))
-            throw Error(ErrorCode::invalid_argument,
-                        "a view of " + std::to_string(set.size()) + " boxes with a null pointer");
+    return !boxes.cross ? "" : &set == &boxes.a ? "a " : "b ";
 }
 
 template <int Dim, class T>
 void check_sizes(const engine::Boxes<Dim, T>& boxes)
 {
     for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b}) {
-        check_pointers(*set);
+        check_pointers(*set, name_of(*set, boxes));
         if (set->size() > std::numeric_limits<std::uint32_t>::max())
             throw Error(ErrorCode::too_many_objects,
                         std::to_string(set->size()) +
@@ -119,7 +117,30 @@ template <int Dim, class T>
 void validate(const engine::Boxes<Dim, T>& boxes)
 {
     for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b})
-        validate_boxes_of(*set, !boxes.cross ? "" : set == &boxes.a ? "a " : "b ");
+        validate_boxes_of(*set, name_of(*set, boxes));
+}
+
+/// Calls search(part, offset_a, offset_b) for parts of at most so many boxes a set, where the part's boxes
+/// begin. Together they have each pair once.
+template <int Dim, class T, class Search>
+void each_slice(const engine::Boxes<Dim, T>& boxes, std::size_t slice, const Search& search)
+{
+    const auto slices = [slice](const BoxView<Dim, T>& set) { return (set.size() + slice - 1) / slice; };
+    const auto part_of = [slice](const BoxView<Dim, T>& set, std::size_t k) {
+        return set.subview(k * slice, std::min(slice, set.size() - k * slice));
+    };
+    for (std::size_t a = 0; a < slices(boxes.a); ++a) {
+        // One set: each slice with itself and with every later one.
+        if (!boxes.cross) search({part_of(boxes.a, a), {}, false}, a * slice, a * slice);
+        const BoxView<Dim, T>& others = boxes.cross ? boxes.b : boxes.a;
+        for (std::size_t b = boxes.cross ? 0 : a + 1; b < slices(others); ++b)
+            search({part_of(boxes.a, a), part_of(others, b), true}, a * slice, b * slice);
+    }
+}
+
+double ms_since(std::chrono::steady_clock::time_point start)
+{
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 } // namespace
@@ -169,24 +190,9 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
         request.first_block = engine.next_block;
     };
     try {
-        const auto slices = [&](std::size_t size) { return (size + slice - 1) / slice; };
-        const auto part_of = [&](const BoxView<Dim, T>& set, std::size_t k) {
-            return set.subview(k * slice, std::min(slice, set.size() - k * slice));
-        };
-        if (boxes.cross) {
-            if ((boxes.a.empty() || boxes.b.empty()) && !ignores_odd)
-                validate(boxes); // nothing to find, but as strict as ever
-            for (std::size_t a = 0; a < slices(boxes.a.size()); ++a)
-                for (std::size_t b = 0; b < slices(boxes.b.size()); ++b)
-                    run({part_of(boxes.a, a), part_of(boxes.b, b), true}, a * slice, b * slice);
-        } else {
-            // Each slice with itself and with every later one: a pair lies in one such search.
-            for (std::size_t a = 0; a < slices(boxes.a.size()); ++a) {
-                run({part_of(boxes.a, a), {}, false}, a * slice, a * slice);
-                for (std::size_t b = a + 1; b < slices(boxes.a.size()); ++b)
-                    run({part_of(boxes.a, a), part_of(boxes.a, b), true}, a * slice, b * slice);
-            }
-        }
+        if (boxes.cross && (boxes.a.empty() || boxes.b.empty()) && !ignores_odd)
+            validate(boxes); // nothing to find, but as strict as ever
+        each_slice(boxes, slice, run);
     } catch (...) {
         into.clear();
         throw;
@@ -197,8 +203,7 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
         stats.odd = count_odd(boxes.a) + count_odd(boxes.b); // each of them once
     stats.pairs = sink ? pairs.load() : into.size();
     stats.bytes_reserved = engine.bytes();
-    stats.ms_total =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    stats.ms_total = ms_since(start);
     return complete;
 }
 
@@ -206,8 +211,7 @@ PairBuffer& PairFinder::Implementation::sort(std::size_t objects)
 {
     const auto start = std::chrono::steady_clock::now();
     sorter.sort(result, objects, engine.executor(), engine.instruction_set(), sorted);
-    const double ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    const double ms = ms_since(start);
     stats.ms_finish += ms;
     stats.ms_total += ms;
     return sorted;
@@ -224,8 +228,7 @@ const ScenePairs& PairFinder::Implementation::find_scenes(const BoxView<Dim, T>&
     stats = {};
     check_pointers(boxes);
     scenes.find(boxes, offsets, filter, engine, stats);
-    stats.ms_total =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    stats.ms_total = ms_since(start);
     return scenes.result();
 }
 

@@ -212,6 +212,7 @@ struct PeriodicImages<Dim, T>::Implementation
         const std::size_t n = given.size();
         if (n > std::numeric_limits<std::uint32_t>::max())
             throw Error(ErrorCode::too_many_objects, std::to_string(n) + " boxes are more than 2^32 - 1");
+        check_pointers(given);
         surveys.resize((n + block_size - 1) / block_size);
         each_block(n, [&](std::size_t block, std::size_t begin, std::size_t end) {
             surveys[block] = survey(given, period, begin, end);

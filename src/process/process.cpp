@@ -25,6 +25,16 @@ std::uint32_t slots_for(std::uint32_t blocks, const ProcessOptions& options)
     return std::max(1u, std::min(executor_of(options).concurrency(), blocks));
 }
 
+/// A task for each of the plan's slots; a single one is run right here.
+template <class Task>
+void run_slots(const WorkPlan& plan, const ProcessOptions& options, const Task& task)
+{
+    if (plan.slots == 1)
+        task(0);
+    else
+        run_tasks(executor_of(options), plan.slots, task);
+}
+
 /// What callbacks throw. Blocks up to the lowest one that throws all run, so that its exception is the one
 /// that leaves, on any number of threads.
 class Failure
@@ -79,17 +89,16 @@ void run_blocks(const WorkPlan& plan, const ProcessOptions& options, MakeTask ma
             }
         }
     };
-    if (plan.slots == 1)
-        task(0);
-    else
-        run_tasks(executor_of(options), plan.slots, task);
+    run_slots(plan, options, task);
     failure.rethrow();
 }
 
 constexpr std::uint64_t most_blocks = std::numeric_limits<std::uint32_t>::max();
 
-[[noreturn]] void throw_too_many_blocks(std::uint64_t first, std::uint64_t more)
+/// Throws unless there are numbers for `first` blocks and `more` behind them.
+void check_blocks(std::uint64_t first, std::uint64_t more)
 {
+    if (first + more <= most_blocks) return;
     throw Error(ErrorCode::invalid_argument, "there would be " + std::to_string(first) + " and " +
                                                  std::to_string(more) +
                                                  " blocks of work, more than 2^32 - 1; raise block_items");
@@ -106,15 +115,14 @@ WorkPlan plan_work(std::uint64_t items, const ProcessOptions& options)
     plan.block_items = std::max(plan.block_items, items / most_blocks + 1);
     plan.blocks =
         static_cast<std::uint32_t>(items / plan.block_items + (items % plan.block_items == 0 ? 0 : 1));
-    if (options.first_block > most_blocks - plan.blocks)
-        throw_too_many_blocks(options.first_block, plan.blocks);
+    check_blocks(options.first_block, plan.blocks);
     plan.slots = slots_for(plan.blocks, options);
     return plan;
 }
 
 WorkPlan plan_both(const WorkPlan& first, const WorkPlan& second)
 {
-    if (first.blocks > most_blocks - second.blocks) throw_too_many_blocks(first.blocks, second.blocks);
+    check_blocks(first.blocks, second.blocks);
     WorkPlan both;
     both.items = first.items + second.items;
     both.block_items = 0;
@@ -159,8 +167,7 @@ WorkPlan plan_all_pairs(std::uint32_t objects, const ProcessOptions& options)
     plan.items = objects == 0 ? 0 : std::uint64_t{objects} * (objects - 1) / 2;
     plan.block_items = 0;
     plan.blocks = objects == 0 ? 0 : objects - 1;
-    if (options.first_block > most_blocks - plan.blocks)
-        throw_too_many_blocks(options.first_block, plan.blocks);
+    check_blocks(options.first_block, plan.blocks);
     plan.slots = slots_for(plan.blocks, options);
     return plan;
 }
@@ -217,10 +224,7 @@ void detail::process_rows(std::uint32_t objects, FunctionRef<void(const PairRow&
         }
         }
     };
-    if (tasks == 1)
-        task(0);
-    else
-        run_tasks(executor_of(options), plan.slots, task);
+    run_slots(plan, options, task);
     failure.rethrow();
 }
 

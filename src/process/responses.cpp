@@ -61,6 +61,15 @@ void prefetch_chunk(const void* chunk, std::size_t size)
     if (chunk != nullptr) prefetch(chunk, std::min<std::size_t>(size, 1024));
 }
 
+[[noreturn]] void throw_not_below(const char* what, std::uint32_t value, std::uint32_t limit,
+                                  std::uint64_t index, const char* cure)
+{
+    throw Error(ErrorCode::invalid_argument,
+                std::string("add() to ") + what + " " + std::to_string(value) + ", but start() was given " +
+                    std::to_string(limit) + " " + what + "s; " + cure,
+                index);
+}
+
 } // namespace
 
 /// Chunks for the lists. A slot is granted several at a time; which slot gets how many depends on the
@@ -123,6 +132,24 @@ std::size_t ResponseStore::entries_per_chunk() const noexcept
     return (chunk_size_ - header_size_) / entry_size_;
 }
 
+/// Bytes of chunks that a slot is granted at a time.
+std::size_t ResponseStore::grant_size() const noexcept
+{
+    return chunk_size_ * chunks_per_grant;
+}
+
+std::byte* ResponseStore::entries_of(Chunk* chunk) const noexcept
+{
+    return reinterpret_cast<std::byte*>(chunk) + header_size_;
+}
+
+/// The chunk that a place, which has one, lies in.
+ResponseStore::Chunk* ResponseStore::chunk_of(const Place& place) const noexcept
+{
+    return reinterpret_cast<Chunk*>(place.end - entries_per_chunk() * entry_size_ - header_size_);
+}
+
+/// Since start(), by these slots.
 std::size_t ResponseStore::entries_added(std::uint32_t of_slots) const noexcept
 {
     std::size_t chunks = pool_->granted / chunk_size_, entries = 0;
@@ -138,115 +165,144 @@ std::size_t ResponseStore::entries_added(std::uint32_t of_slots) const noexcept
     return entries + chunks * entries_per_chunk();
 }
 
+/// What the frame's layout depends on.
+struct ResponseStore::Shape
+{
+    std::uint32_t objects, blocks;
+    std::uint32_t slots, merging_slots; ///< for add() and for merge()
+    bool dense;
+    std::uint64_t row_size; ///< bytes that a block takes in the dense form
+    int bin_shift;          ///< a bin has up to 2^bin_shift objects
+    std::uint32_t bins;
+};
+
+ResponseStore::Shape ResponseStore::shape_for(std::uint32_t for_objects, const WorkPlan& plan) const
+{
+    Shape shape{};
+    shape.objects = for_objects;
+    shape.blocks = plan.blocks;
+    shape.slots = plan.slots;
+    shape.row_size = rounded_up(std::uint64_t{for_objects} * value_size_, std::uint64_t{line});
+    // Of all pairs few have a response: the plan says nothing about how many (block_items is 0).
+    const bool dense_is_smaller = plan.blocks > 0 && plan.block_items > 0 &&
+                                  shape.row_size <= 2 * plan.items * entry_size_ / plan.blocks;
+    shape.dense =
+        options.form == ResponseForm::dense || (options.form == ResponseForm::automatic && dense_is_smaller);
+    const auto bins = [for_objects](int shift) {
+        return (std::uint64_t{for_objects} + (std::uint64_t{1} << shift) - 1) >> shift;
+    };
+    shape.bin_shift = 9;
+    while (bins(shape.bin_shift) > most_bins)
+        ++shape.bin_shift;
+    shape.bins = static_cast<std::uint32_t>(bins(shape.bin_shift));
+    ProcessOptions merging;
+    merging.executor = options.executor;
+    merging.block_items = 1;
+    shape.merging_slots = plan_work(shape.bins, merging).slots;
+    return shape;
+}
+
 void ResponseStore::start(std::uint32_t new_objects, const WorkPlan& plan)
 {
     // Nothing can be added if this fails.
     open_slots = 0;
     const std::uint32_t old_objects = std::exchange(objects, 0), old_slots = std::exchange(slot_count, 0);
-    const std::uint64_t new_row_size =
-        rounded_up(std::uint64_t{new_objects} * value_size_, std::uint64_t{line});
-    // Of all pairs few have a response: the plan says nothing about how many (block_items is 0).
-    const bool automatically =
-        plan.blocks > 0 && plan.block_items > 0 && new_row_size <= 2 * plan.items * entry_size_ / plan.blocks;
-    const bool dense =
-        options.form == ResponseForm::dense || (options.form == ResponseForm::automatic && automatically);
-    int shift = 9;
-    while ((std::uint64_t{new_objects} + (std::uint64_t{1} << shift) - 1) >> shift > most_bins)
-        ++shift;
-    const std::uint32_t new_bins =
-        static_cast<std::uint32_t>((std::uint64_t{new_objects} + (std::uint64_t{1} << shift) - 1) >> shift);
-    ProcessOptions merging;
-    merging.executor = options.executor;
-    merging.block_items = 1;
-    const std::uint32_t merging_slots = plan_work(new_bins, merging).slots;
-
-    const bool same_shape = frame_ != nullptr && new_objects == old_objects && new_bins == bin_count &&
-                            plan.slots <= old_slots && merging_slots <= merging_slots_ &&
-                            dense == (rows != nullptr) && (!dense || plan.blocks == blocks);
-    const std::uint32_t new_slots = same_shape ? old_slots : plan.slots;
     const std::size_t last_entries = rows == nullptr ? entries_added(old_slots) : 0;
-    if (!same_shape) {
-        const std::size_t slots_used = dense ? 0 : plan.slots;
-        const std::size_t places_size = rounded_up(new_bins * sizeof(Place), line);
-        const std::size_t first_size = rounded_up(new_bins * sizeof(Chunk*), line);
-        const std::size_t lists_size = rounded_up(plan.slots * sizeof(List), line);
-        const std::size_t per_bin = dense ? 0 : std::size_t{1} << shift;
-        Layout layout;
-        const std::size_t at_values = layout.place(new_objects, value_size_);
-        const std::size_t at_rows = layout.place(dense ? plan.blocks : 0, new_row_size);
-        const std::size_t at_slots = layout.place(slots_used, sizeof(Slot));
-        const std::size_t at_places = layout.place(slots_used, places_size);
-        const std::size_t at_first = layout.place(slots_used, first_size);
-        const std::size_t at_lists = layout.place(dense ? 0 : merging_slots, lists_size);
-        const std::size_t at_partial = layout.place(merging_slots * per_bin, value_size_);
-        const std::size_t at_partial_block = layout.place(merging_slots * per_bin, sizeof(std::uint32_t));
-        const std::size_t at_dirty = layout.place(new_bins + 1, sizeof(bool)); // never nothing
-        const std::size_t at_merged = layout.place(new_bins, sizeof(bool));
-        const std::size_t size = layout.size();
-        if (size > frame_size_) {
-            // Some to spare, for scenes that grow object by object.
-            const std::size_t wanted = size + size / 8;
-            auto* const grown = static_cast<std::byte*>(options.memory->allocate(wanted, line));
-            if (frame_ != nullptr) options.memory->deallocate(frame_, frame_size_, line);
-            bytes_reserved += wanted - frame_size_;
-            frame_ = grown;
-            frame_size_ = wanted;
-        }
-        values = frame_ + at_values;
-        rows = dense ? frame_ + at_rows : nullptr;
-        rows_clean = false;
-        row_size = static_cast<std::size_t>(new_row_size);
-        slots = reinterpret_cast<Slot*>(frame_ + at_slots);
-        for (std::size_t i = 0; i < slots_used; ++i) {
-            slots[i].places = reinterpret_cast<Place*>(frame_ + at_places + i * places_size);
-            slots[i].first = reinterpret_cast<Chunk**>(frame_ + at_first + i * first_size);
-        }
-        lists_ = reinterpret_cast<List*>(frame_ + at_lists);
-        partial_ = frame_ + at_partial;
-        partial_block_ = reinterpret_cast<std::uint32_t*>(frame_ + at_partial_block);
-        dirty_ = reinterpret_cast<bool*>(frame_ + at_dirty);
-        std::memset(dirty_, 1, new_bins);
-        merged_ = reinterpret_cast<bool*>(frame_ + at_merged);
-        bin_shift = shift;
-        bin_count = new_bins;
-        merging_slots_ = merging_slots;
-    }
+    Shape shape = shape_for(new_objects, plan);
+    const bool is_laid_out = frame_ != nullptr && shape.objects == old_objects && shape.bins == bin_count &&
+                             shape.slots <= old_slots && shape.merging_slots <= merging_slots_ &&
+                             shape.dense == (rows != nullptr) && (!shape.dense || shape.blocks == blocks);
+    if (is_laid_out)
+        shape.slots = old_slots;
+    else
+        lay_out(shape);
     std::memset(merged_, 0, bin_count);
-    blocks = plan.blocks;
-
-    if (!dense) {
-        Pool& pool = *pool_;
-        const std::size_t grant = chunk_size_ * chunks_per_grant;
-        std::size_t capacity = 0;
-        for (const Pool::Slab& slab : pool.slabs)
-            capacity += slab.size;
-        // For as many entries as last time, shared out among slots in the most unfavourable way.
-        const std::size_t enough = rounded_up(
-            (last_entries / entries_per_chunk() + std::size_t{new_slots} * (new_bins + chunks_per_grant)) *
-                chunk_size_,
-            grant);
-        if (last_entries != 0 && capacity < enough) {
-            const std::size_t wanted = rounded_up(enough + enough / 8 - capacity, grant);
-            pool.add_slab(wanted, options.memory);
-            bytes_reserved += wanted;
-        }
-        pool.slab = pool.used = pool.granted = 0;
-        for (std::uint32_t i = 0; i < new_slots; ++i) {
-            std::memset(static_cast<void*>(slots[i].places), 0, bin_count * sizeof(Place));
-            slots[i].chunks = slots[i].chunks_end = nullptr;
-            slots[i].last_block = 0;
-            slots[i].ascending = true;
-        }
-    }
+    blocks = shape.blocks;
+    if (!shape.dense) empty_lists(shape.slots, last_entries);
     objects = new_objects;
-    slot_count = open_slots = new_slots;
+    slot_count = open_slots = shape.slots;
+}
+
+/// Cuts the frame up, after making it larger if it is too small.
+void ResponseStore::lay_out(const Shape& shape)
+{
+    const std::size_t slots_used = shape.dense ? 0 : shape.slots;
+    const std::size_t places_size = rounded_up(shape.bins * sizeof(Place), line);
+    const std::size_t first_size = rounded_up(shape.bins * sizeof(Chunk*), line);
+    const std::size_t lists_size = rounded_up(shape.slots * sizeof(List), line);
+    const std::size_t per_bin = shape.dense ? 0 : std::size_t{1} << shape.bin_shift;
+    Layout layout;
+    const std::size_t at_values = layout.place(shape.objects, value_size_);
+    const std::size_t at_rows = layout.place(shape.dense ? shape.blocks : 0, shape.row_size);
+    const std::size_t at_slots = layout.place(slots_used, sizeof(Slot));
+    const std::size_t at_places = layout.place(slots_used, places_size);
+    const std::size_t at_first = layout.place(slots_used, first_size);
+    const std::size_t at_lists = layout.place(shape.dense ? 0 : shape.merging_slots, lists_size);
+    const std::size_t at_partial = layout.place(shape.merging_slots * per_bin, value_size_);
+    const std::size_t at_partial_block = layout.place(shape.merging_slots * per_bin, sizeof(std::uint32_t));
+    const std::size_t at_dirty = layout.place(std::uint64_t{shape.bins} + 1, sizeof(bool)); // never nothing
+    const std::size_t at_merged = layout.place(shape.bins, sizeof(bool));
+    const std::size_t size = layout.size();
+    if (size > frame_size_) {
+        // Some to spare, for scenes that grow object by object.
+        const std::size_t wanted = size + size / 8;
+        auto* const grown = static_cast<std::byte*>(options.memory->allocate(wanted, line));
+        if (frame_ != nullptr) options.memory->deallocate(frame_, frame_size_, line);
+        bytes_reserved += wanted - frame_size_;
+        frame_ = grown;
+        frame_size_ = wanted;
+    }
+    values = frame_ + at_values;
+    rows = shape.dense ? frame_ + at_rows : nullptr;
+    rows_clean = false;
+    row_size = static_cast<std::size_t>(shape.row_size);
+    slots = reinterpret_cast<Slot*>(frame_ + at_slots);
+    for (std::size_t i = 0; i < slots_used; ++i) {
+        slots[i].places = reinterpret_cast<Place*>(frame_ + at_places + i * places_size);
+        slots[i].first = reinterpret_cast<Chunk**>(frame_ + at_first + i * first_size);
+    }
+    lists_ = reinterpret_cast<List*>(frame_ + at_lists);
+    partial_ = frame_ + at_partial;
+    partial_block_ = reinterpret_cast<std::uint32_t*>(frame_ + at_partial_block);
+    dirty_ = reinterpret_cast<bool*>(frame_ + at_dirty);
+    std::memset(dirty_, 1, shape.bins);
+    merged_ = reinterpret_cast<bool*>(frame_ + at_merged);
+    bin_shift = shape.bin_shift;
+    bin_count = shape.bins;
+    merging_slots_ = shape.merging_slots;
+}
+
+/// Takes all chunks back, and sees that there are enough for as many entries as last time.
+void ResponseStore::empty_lists(std::uint32_t of_slots, std::size_t last_entries)
+{
+    Pool& pool = *pool_;
+    std::size_t capacity = 0;
+    for (const Pool::Slab& slab : pool.slabs)
+        capacity += slab.size;
+    // Shared out among slots in the most unfavourable way.
+    const std::size_t enough = rounded_up(
+        (last_entries / entries_per_chunk() + std::size_t{of_slots} * (bin_count + chunks_per_grant)) *
+            chunk_size_,
+        grant_size());
+    if (last_entries != 0 && capacity < enough) {
+        const std::size_t wanted = rounded_up(enough + enough / 8 - capacity, grant_size());
+        pool.add_slab(wanted, options.memory);
+        bytes_reserved += wanted;
+    }
+    pool.slab = pool.used = pool.granted = 0;
+    for (std::uint32_t i = 0; i < of_slots; ++i) {
+        std::memset(static_cast<void*>(slots[i].places), 0, bin_count * sizeof(Place));
+        slots[i].chunks = slots[i].chunks_end = nullptr;
+        slots[i].last_block = 0;
+        slots[i].ascending = true;
+    }
 }
 
 void ResponseStore::refill(Slot& slot, Place& place)
 {
     if (slot.chunks == slot.chunks_end) {
         Pool& pool = *pool_;
-        const std::size_t grant = chunk_size_ * chunks_per_grant;
+        const std::size_t grant = grant_size();
         const std::lock_guard lock(pool.mutex);
         while (pool.slab < pool.slabs.size() && pool.used == pool.slabs[pool.slab].size) {
             ++pool.slab;
@@ -264,16 +320,15 @@ void ResponseStore::refill(Slot& slot, Place& place)
     }
     auto* const chunk = reinterpret_cast<Chunk*>(std::exchange(slot.chunks, slot.chunks + chunk_size_));
     chunk->next = nullptr;
-    const std::size_t entries_size = entries_per_chunk() * entry_size_;
     if (place.end == nullptr) {
         slot.first[&place - slot.places] = chunk;
     } else {
-        auto* const full = reinterpret_cast<Chunk*>(place.end - entries_size - header_size_);
+        Chunk* const full = chunk_of(place);
         full->next = chunk;
         full->end = place.end;
     }
-    place.next = reinterpret_cast<std::byte*>(chunk) + header_size_;
-    place.end = place.next + entries_size;
+    place.next = entries_of(chunk);
+    place.end = place.next + entries_per_chunk() * entry_size_;
 }
 
 bool ResponseStore::in_order() const noexcept
@@ -302,11 +357,10 @@ ResponseStore::Bin ResponseStore::open_bin(std::uint32_t bin, std::uint32_t merg
         if (place.end == nullptr) continue;
         Chunk* chunk = slots[i].first[bin];
         // Of the last chunk only its slot knows the end.
-        const std::size_t entries_size = entries_per_chunk() * entry_size_;
-        reinterpret_cast<Chunk*>(place.end - entries_size - header_size_)->end = place.next;
+        chunk_of(place)->end = place.next;
         prefetch_chunk(chunk, chunk_size_);
         prefetch_chunk(chunk->next, chunk_size_);
-        lists[count++] = {reinterpret_cast<std::byte*>(chunk) + header_size_, chunk->end, chunk};
+        lists[count++] = {entries_of(chunk), chunk->end, chunk};
         opened.ascending = opened.ascending && slots[i].ascending;
     }
     opened.lists = {lists, count};
@@ -317,7 +371,7 @@ bool ResponseStore::next_chunk(List& list) const noexcept
 {
     if (list.chunk->next == nullptr) return false;
     list.chunk = list.chunk->next;
-    list.next = reinterpret_cast<std::byte*>(list.chunk) + header_size_;
+    list.next = entries_of(list.chunk);
     list.end = list.chunk->end;
     prefetch_chunk(list.chunk->next, chunk_size_);
     return true;
@@ -329,19 +383,12 @@ void ResponseStore::throw_bad_add(Work work, std::uint32_t object) const
         throw Error(
             ErrorCode::invalid_argument,
             "add() before start(), after merge(), or after a start() that failed; call start() first");
-    const auto fail = [](const char* what, std::uint32_t value, std::uint32_t limit, std::uint64_t index,
-                         const char* cure) {
-        throw Error(ErrorCode::invalid_argument,
-                    std::string("add() to ") + what + " " + std::to_string(value) +
-                        ", but start() was given " + std::to_string(limit) + " " + what + "s; " + cure,
-                    index);
-    };
-    if (object >= objects) fail("object", object, objects, object, "give start() as many as there are");
+    if (object >= objects)
+        throw_not_below("object", object, objects, object, "give start() as many as there are");
     const char* const same_work =
         "make its plan from the items and ProcessOptions (executor, block_items) of the work";
-    if (work.block >= blocks) fail("block", work.block, blocks, Error::no_index, same_work);
-    fail("slot", work.slot, open_slots, Error::no_index, same_work);
-    throw; // not reached
+    if (work.block >= blocks) throw_not_below("block", work.block, blocks, Error::no_index, same_work);
+    throw_not_below("slot", work.slot, open_slots, Error::no_index, same_work);
 }
 
 } // namespace detail

@@ -30,7 +30,7 @@ class ShownResting
         if (state.shown == nullptr || few * state.shown->objects().size() <= state.resting.size()) return;
         std::vector<std::uint32_t> ids;
         std::vector<Aabb<Dim, T>> boxes;
-        const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
+        const std::uint32_t end = state.index_end();
         for (std::uint32_t i = 0; i < end; ++i)
             if (state.is_shown_resting(Index{i})) {
                 ids.push_back(i);

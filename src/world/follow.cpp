@@ -33,13 +33,6 @@ Record<Dim, T> shown_record(const State<Dim, T>& state, std::uint32_t end, std::
     return record;
 }
 
-/// One more than the last index whose object there is room for.
-template <int Dim, class T>
-std::uint32_t end_of(const State<Dim, T>& state) noexcept
-{
-    return static_cast<std::uint32_t>(std::min<std::size_t>(state.ids.end(), state.objects.capacity()));
-}
-
 /// One call of follow().
 template <int Dim, class T>
 class Follow
@@ -60,7 +53,7 @@ class Follow
     {
         ChangeLog::Position here;
         const auto touched = log_.since(work_.position, here);
-        const std::uint32_t end_then = end_of(state_), end = end_of(of_);
+        const std::uint32_t end_then = state_.index_end(), end = of_.index_end();
         state_.make_room(end);
         state_.ids.make_room(end);
         state_.ids.set_end(std::max(end_then, end));
@@ -146,7 +139,7 @@ template <int Dim, class T>
 void empty_view(typename World<Dim, T>::Implementation& view) noexcept
 {
     State<Dim, T>& state = view.state;
-    for (std::uint32_t i = 0; i < end_of(state); ++i) {
+    for (std::uint32_t i = 0; i < state.index_end(); ++i) {
         state.objects[Index{i}].set_state(0);
         state.ids.set(i, 0);
     }

@@ -25,6 +25,10 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
+template <int Dim, class T>
+struct Rest;
+class Refusals;
+
 /// A reader that calls the user's code. As long as there is one, nothing may change the world, or the reader
 /// would go on reading memory that has been reused.
 class Reader
@@ -154,6 +158,11 @@ struct World<Dim, T>::Implementation
     void note(std::span<const world::Index> changed, std::span<const std::uint32_t> settling) noexcept;
     /// In update.cpp: an update, stage by stage; and what can be done ahead of one, for questions.
     void update(const world::Moves<Dim, T>& moves);
+    void begin_changes();
+    void note_removals();
+    void make_room_for_slots(world::Lists& next);
+    void commit(const world::Entries<Dim, T>& entries, const world::Rest<Dim, T>& rest,
+                world::Refusals& refusals, world::Lists& next) noexcept;
     void apply_ahead();
     /// What was applied is queued again, and everything as the last update has left it.
     void take_back() noexcept;

@@ -37,6 +37,8 @@ auto MaskedIndexes<Dim, T>::of(const State<Dim, T>& state, std::uint32_t categor
 {
     if (state.resting.size() < worth_masking) return nullptr;
     Masked* masked = find(category, mask);
+    if (questions == 0)
+        return masked != nullptr && masked->is_fresh.load(std::memory_order_acquire) ? masked : nullptr;
     if (masked == nullptr) {
         const std::lock_guard lock(mutex_);
         masked = find(category, mask);
@@ -121,7 +123,7 @@ void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
     boxes_.clear();
     masked.resting_ = state.resting.size();
     masked.is_worth_it_ = true;
-    const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
+    const std::uint32_t end = state.index_end();
     for (std::uint32_t i = 0; i < end && masked.is_worth_it_; ++i) {
         const auto object = state.objects[Index{i}];
         if (object.place() != Place::resting) continue;

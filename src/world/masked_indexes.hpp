@@ -79,7 +79,8 @@ class MaskedIndexes
     {
     }
 
-    /// Null unless it is worth it for so many questions more. Valid until the next update.
+    /// Null unless it is worth it for so many questions more; for none, unless it is there as it should be.
+    /// Valid until the next update.
     const Masked* of(const State<Dim, T>& state, std::uint32_t category, std::uint32_t mask,
                      std::uint64_t questions);
 

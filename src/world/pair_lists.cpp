@@ -89,7 +89,7 @@ PairBuffer all_pairs(const State<Dim, T>& state)
     std::pmr::memory_resource* const memory = state.options.memory;
     // Static objects, of which there may be many, never pair with each other.
     Searched<Dim, T> moving(memory), fixed(memory);
-    const std::size_t end = std::min<std::size_t>(state.ids.end(), state.objects.capacity());
+    const std::uint32_t end = state.index_end();
     for (std::uint32_t i = 0; i < end; ++i)
         if (state.is_shown(Index{i})) {
             Searched<Dim, T>& searched = state.objects[Index{i}].has(flag::is_static) ? fixed : moving;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 // Questions: each is put to the resting objects and to the active ones, as if they were one index's.
 #include <algorithm>
+#include <array>
 #include <utility>
 
+#include "base/checks.hpp"
 #include "index/answers.hpp"
 #include "index/box_index_access.hpp"
 #include "index/check.hpp"
@@ -33,6 +35,13 @@ void check_all(const State<Dim, T>& state, std::span<const Question> questions)
     index::check_all(questions, state.options.ignore_odd_boxes);
 }
 
+template <int Dim, class T>
+void check_joined(const State<Dim, T>& state, const BoxView<Dim, T>& boxes)
+{
+    constexpr const char* set = "to be joined ";
+    state.options.ignore_odd_boxes ? check_pointers(boxes, set) : validate_boxes_of(boxes, set);
+}
+
 /// Puts questions to the resting and the active objects as if they were one index's, and says which of the
 /// objects count.
 template <int Dim, class T>
@@ -41,7 +50,7 @@ class Asking
   public:
     using Implementation = typename World<Dim, T>::Implementation;
 
-    /// `questions`: how many will be asked.
+    /// `questions`: how many will be asked. None: nothing is made for it, as an index of some objects may be.
     Asking(const Implementation& world, const ObjectQueryFilter& filter, std::uint64_t questions = 1,
            Visits visits = Visits::none)
         : state_(world.state),
@@ -181,6 +190,7 @@ class AskingMany
         : world_(world), count_(questions), filters_(&filters), visits_(visits)
     {
         index::check_filters(questions, filters.size());
+        prepare();
     }
 
     /// Calls body(asking, i, wanted) for one question.
@@ -190,7 +200,7 @@ class AskingMany
         const auto ask = [&](const Asking<Dim, T>& asking) {
             return asking.with(i, [&](index::Wanted wanted) { return body(asking, i, wanted); });
         };
-        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i], visits_));
+        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i], 0, visits_));
     }
     /// Calls body(asking, i, wanted) for each question.
     template <class Body>
@@ -219,6 +229,33 @@ class AskingMany
     }
 
   private:
+    /// Brings the indexes up to date that questions with these filters go by: executors don't nest, and their
+    /// tasks can't make any.
+    void prepare() const
+    {
+        struct Kind
+        {
+            const ObjectQueryFilter* filter;
+            std::uint64_t questions;
+        };
+        // By masks. A world keeps indexes of their own for four: of eight, some go by those of all objects,
+        // as any further ones do.
+        std::array<Kind, 8> kinds;
+        std::size_t known = 0;
+        for (std::size_t i = 0; i < count_; ++i) {
+            const ObjectQueryFilter& filter = (*filters_)[i];
+            std::size_t k = 0;
+            while (k < known &&
+                   (kinds[k].filter->category != filter.category || kinds[k].filter->mask != filter.mask))
+                ++k;
+            if (k == kinds.size()) continue;
+            if (k == known) kinds[known++] = {&filter, 0};
+            ++kinds[k].questions;
+        }
+        for (std::size_t k = 0; k < known; ++k)
+            (void)Asking<Dim, T>(world_, *kinds[k].filter, kinds[k].questions, visits_);
+    }
+
     const Implementation& world_;
     std::size_t count_;
     std::optional<Asking<Dim, T>> for_all_;
@@ -387,7 +424,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
     JOSTLE_NEAREST(NearestToBox, Filters)                                                                    \
     template <int Dim, Coordinate T>                                                                         \
     template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void World<Dim, T>::any(std::span<const Question> questions, std::span<bool> out, Filters filters) const \
+    void World<Dim, T>::any(std::span<const Question> questions, BoolSpan out, Filters filters) const        \
     {                                                                                                        \
         index::check_room(questions.size(), out.size());                                                     \
         world::check_all(implementation_->state, questions);                                                 \
@@ -479,7 +516,7 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out,
     template <int Dim, Coordinate T>                                                                         \
     bool World<Dim, T>::join(const Boxes& boxes, ObjectJoinVisitor visitor, Filters filters) const           \
     {                                                                                                        \
-        if (!implementation_->state.options.ignore_odd_boxes) validate_boxes(boxes);                         \
+        world::check_joined(implementation_->state, boxes);                                                  \
         const world::AskingMany<Dim, T> asking(*implementation_, filters, boxes.size(),                      \
                                                world::Visits::in_own_order);                                 \
         for (std::size_t i = 0; i < boxes.size(); ++i) {                                                     \
@@ -616,8 +653,7 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
 #define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
     template JOSTLE_API void World<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,       \
                                                 Filters, std::uint64_t) const;                               \
-    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, std::span<bool>, Filters) \
-        const;                                                                                               \
+    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, BoolSpan, Filters) const; \
     template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
                                                   std::span<std::uint64_t>, Filters) const;
 #define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \

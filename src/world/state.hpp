@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory_resource>
 #include <string>
@@ -80,10 +81,19 @@ struct State
     {
         return {raw(index), ids.generation(raw(index))};
     }
-    /// Whether an object was in the world after the last update.
+    /// One more than the greatest index of an object that was ever written; those beyond are still queued.
+    [[nodiscard]] std::uint32_t index_end() const noexcept
+    {
+        return static_cast<std::uint32_t>(std::min<std::size_t>(ids.end(), objects.capacity()));
+    }
+    /// Whether an object was in the world after the last update, and whether it is, with what apply() shows.
     [[nodiscard]] bool was_there(std::uint32_t index) const noexcept
     {
         return index < objects.capacity() && objects[Index{index}].place() != Place::none;
+    }
+    [[nodiscard]] bool is_alive(std::uint32_t index) const noexcept
+    {
+        return index < objects.capacity() && objects[Index{index}].has(flag::alive);
     }
     /// Active objects, parked ones included.
     [[nodiscard]] std::size_t active_count() const noexcept { return active.size() + parked.size(); }

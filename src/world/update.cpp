@@ -140,17 +140,10 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
         ~Undo() { me.take_back(); }
     } const undo{*this};
     recall_if_due();
-    if (applied) {
-        arena.begin_again();
-        note(applied->changes.objects(), {});
-        state.shown = nullptr;
-    } else {
-        arena.begin();
-        applied.emplace(state, arena);
-    }
+    begin_changes();
     queues.take();
     world::apply(state, queues, moves, *applied, arena);
-    world::Changes<Dim, T>& changes = applied->changes;
+    const world::Changes<Dim, T>& changes = applied->changes;
     neighbour_lists.make_room(state.objects.capacity());
 
     const auto t1 = world::Clock::now();
@@ -164,20 +157,8 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     // aren't needed.
     world::Refusals refusals = world::judge(state, changes, entries, candidates.touching, old_pairs,
                                             entries.parks ? no_lists : last, next, arena);
-
-    const bool any_data = user_data.any();
-    if (any_data) {
-        user_data.begin_removal();
-        for (const world::Index index : changes.objects())
-            if (const auto object = state.objects[index];
-                !object.has(world::flag::alive) && object.place() != world::Place::none)
-                user_data.note_removal(state.id_of(index));
-    }
-    if (pair_slots) {
-        pair_slots->make_room(next.began.size());
-        next.began_slots.resize(next.began.size());
-        next.ended_slots.resize(next.ended.size());
-    }
+    note_removals();
+    make_room_for_slots(next);
 
     const auto t2 = world::Clock::now();
     const world::Rest<Dim, T> rest =
@@ -188,10 +169,71 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     }
     // The last that may fail: what it puts into the index, it takes out again then, and nobody else does.
     world::settle(state, rest);
+    commit(entries, rest, refusals, next);
 
-    // Nothing fails from here on.
-    const std::uint64_t changed = changes.objects().size(), commands = changes.commands,
-                        dropped = changes.dropped, contested = changes.contested;
+    const auto t3 = world::Clock::now();
+    stats = world::describe(state, next);
+    stats.commands = changes.commands;
+    stats.dropped = changes.dropped;
+    stats.contested = changes.contested;
+    stats.changed = changes.objects().size();
+    stats.woken = entries.waking.size();
+    stats.settled = rest.settling.size();
+    stats.candidates = candidates.looked_at;
+    stats.false_positives = candidates.rejected;
+    stats.listed = candidates.listed;
+    stats.padded = candidates.padded;
+    stats.us_apply = world::microseconds(t0, t1);
+    stats.us_active = candidates.us_active;
+    stats.us_resting = candidates.us_resting;
+    stats.us_events = world::microseconds(t1, t2) - stats.us_active - stats.us_resting;
+    stats.us_index = world::microseconds(t2, t3);
+    stats.us_total = world::microseconds(t0, t3);
+    stats.bytes_reserved = bytes();
+}
+
+/// Of an update: those that apply() has shown, as the first ones, or none yet.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::begin_changes()
+{
+    if (!applied) {
+        arena.begin();
+        applied.emplace(state, arena);
+        return;
+    }
+    arena.begin_again();
+    note(applied->changes.objects(), {});
+    state.shown = nullptr;
+}
+
+/// The user's data of objects that the update removes.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::note_removals()
+{
+    if (!user_data.any()) return;
+    user_data.begin_removal();
+    for (const world::Index index : applied->changes.objects())
+        if (const auto object = state.objects[index];
+            !object.has(world::flag::alive) && object.place() != world::Place::none)
+            user_data.note_removal(state.id_of(index));
+}
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::make_room_for_slots(world::Lists& next)
+{
+    if (!pair_slots) return;
+    pair_slots->make_room(next.began.size());
+    next.began_slots.resize(next.began.size());
+    next.ended_slots.resize(next.ended.size());
+}
+
+/// The update's changes become the world's.
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries,
+                                           const world::Rest<Dim, T>& rest, world::Refusals& refusals,
+                                           world::Lists& next) noexcept
+{
+    world::Changes<Dim, T>& changes = applied->changes;
     for (const world::Index index : entries.stirring)
         world::unpark(state, index);
     world::commit_objects(state, neighbour_lists, std::span<const world::Index>(changes.objects()));
@@ -208,38 +250,17 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     change_log.count_update();
     for (const auto& old : changes.old_reaches()) // their boxes may be others, though their bounds aren't
         change_log.note(std::span(&old.index, 1), state.alive);
-    if (changed != 0 || !rest.settling.empty()) {
+    if (!changes.objects().empty() || !rest.settling.empty()) {
         note(changes.objects(), rest.settling);
         masked_indexes.note(entries.rested, rest.settling);
     }
     began_pairs.forget();
     changed_pairs.forget();
-    if (any_data) user_data.end_removal();
+    if (user_data.any()) user_data.end_removal();
     if (pair_slots) {
         pair_slots->change(next);
         changed_slots.forget();
     }
-    applied.reset();
-
-    const auto t3 = world::Clock::now();
-    stats = world::describe(state, next);
-    stats.commands = commands;
-    stats.dropped = dropped;
-    stats.contested = contested;
-    stats.changed = changed;
-    stats.woken = entries.waking.size();
-    stats.settled = rest.settling.size();
-    stats.candidates = candidates.looked_at;
-    stats.false_positives = candidates.rejected;
-    stats.listed = candidates.listed;
-    stats.padded = candidates.padded;
-    stats.us_apply = world::microseconds(t0, t1);
-    stats.us_active = candidates.us_active;
-    stats.us_resting = candidates.us_resting;
-    stats.us_events = world::microseconds(t1, t2) - stats.us_active - stats.us_resting;
-    stats.us_index = world::microseconds(t2, t3);
-    stats.us_total = world::microseconds(t0, t3);
-    stats.bytes_reserved = bytes();
 }
 
 template <int Dim, Coordinate T>

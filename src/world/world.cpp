@@ -44,12 +44,10 @@ template <int Dim, Coordinate T>
 auto World<Dim, T>::Implementation::checked(ObjectId id) const -> typename world::Objects<Dim, T>::ConstObject
 {
     state.ids.check(id);
-    if (id.index >= state.objects.capacity() ||
-        !state.objects[world::Index{id.index}].has(world::flag::alive))
+    if (!state.is_alive(id.index))
         throw Error(ErrorCode::stale_id,
                     "object " + std::to_string(id.index) + " is not in the world " +
-                        (id.index < state.objects.capacity() &&
-                                 state.objects[world::Index{id.index}].place() != world::Place::none
+                        (state.was_there(id.index)
                              ? "any more"
                              : "yet; its add() takes effect in the next apply() or update()"),
                     id.index);
@@ -87,11 +85,15 @@ void check_own_margin(T margin, T of_world, const char* whose, std::uint64_t ind
     throw Error(ErrorCode::invalid_argument, message.str(), index);
 }
 
-void check_sizes(std::size_t ids, std::size_t boxes)
+/// Throws unless there is an id for each box, and the boxes can be read.
+template <int Dim, class T>
+void check_view(std::size_t ids, const BoxView<Dim, T>& boxes)
 {
-    if (ids != boxes)
-        throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " + std::to_string(boxes) +
+    if (ids != boxes.size())
+        throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " +
+                                                  std::to_string(boxes.size()) +
                                                   " boxes; give one id for each box");
+    check_pointers(boxes);
 }
 
 } // namespace
@@ -125,7 +127,7 @@ ObjectId World<Dim, T>::add(const Box& box, const Options& options)
 template <int Dim, Coordinate T>
 void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options)
 {
-    world::check_sizes(ids.size(), boxes.size());
+    world::check_view(ids.size(), boxes);
     if (!implementation_->state.options.ignore_odd_boxes) validate_boxes_of(boxes, "to be added ");
     world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
                                Error::no_index);
@@ -194,7 +196,7 @@ void World<Dim, T>::move(ObjectId id, const Box& box, std::uint32_t sequence)
 template <int Dim, Coordinate T>
 void World<Dim, T>::move(std::span<const ObjectId> ids, const Boxes& boxes, std::uint32_t sequence)
 {
-    world::check_sizes(ids.size(), boxes.size());
+    world::check_view(ids.size(), boxes);
     implementation_->check_own();
     for (std::size_t i = 0; i < ids.size(); ++i) {
         implementation_->state.ids.check(ids[i]);
@@ -312,7 +314,7 @@ void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
     const InUse call(implementation_->in_use, "World");
     world::Reader::check_none(implementation_->readers);
     implementation_->check_own();
-    world::check_sizes(ids.size(), boxes.size());
+    world::check_view(ids.size(), boxes);
     if (!implementation_->applied) return implementation_->update({ids, boxes});
     move(ids, boxes); // nothing fails in the midst of what may have to be undone
     implementation_->update({});
@@ -450,24 +452,21 @@ std::size_t World<Dim, T>::size() const noexcept
 template <int Dim, Coordinate T>
 std::uint32_t World<Dim, T>::index_end() const noexcept
 {
-    const world::State<Dim, T>& state = implementation_->state;
-    return static_cast<std::uint32_t>(std::min<std::size_t>(state.ids.end(), state.objects.capacity()));
+    return implementation_->state.index_end();
 }
 
 template <int Dim, Coordinate T>
 bool World<Dim, T>::contains(ObjectId id) const noexcept
 {
     const world::State<Dim, T>& state = implementation_->state;
-    return state.ids.is_good(id) && id.index < state.objects.capacity() &&
-           state.objects[world::Index{id.index}].has(world::flag::alive);
+    return state.ids.is_good(id) && state.is_alive(id.index);
 }
 
 template <int Dim, Coordinate T>
 ObjectId World<Dim, T>::id(std::uint32_t index) const noexcept
 {
     const world::State<Dim, T>& state = implementation_->state;
-    const bool is_there = index < index_end() && state.objects[world::Index{index}].has(world::flag::alive);
-    return is_there ? state.id_of(world::Index{index}) : ObjectId{};
+    return state.is_alive(index) ? state.id_of(world::Index{index}) : ObjectId{};
 }
 
 template <int Dim, Coordinate T>

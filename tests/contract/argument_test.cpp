@@ -26,6 +26,15 @@ TEST(Argument, EveryPointerOfAViewIsLookedAt)
     }
 }
 
+TEST(Argument, OfTwoSetsTheOneWithANullPointerIsNamed)
+{
+    const std::vector<Aabb2f> boxes(3, Aabb2f{{0, 0}, {1, 1}});
+    const BoxView<2, float> good(boxes), bad = BoxView<2, float>::strided(nullptr, nullptr, 3, 4);
+    PairFinder finder;
+    EXPECT_EQ(message_of([&] { (void)finder.find(bad, good); }), "a view of 3 boxes a with a null pointer");
+    EXPECT_EQ(message_of([&] { (void)finder.find(good, bad); }), "a view of 3 boxes b with a null pointer");
+}
+
 TEST(Argument, AFilterColumnMayBeNeitherTooShortNorTooLong)
 {
     const std::vector<Aabb2f> boxes(3, Aabb2f{{0, 0}, {1, 1}});

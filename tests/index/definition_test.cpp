@@ -140,11 +140,11 @@ TEST(Refusals, NameTheValueAndTheQuestion)
     const std::uint32_t masks[1] = {1};
     filter.mask = std::span<const std::uint32_t>(masks);
     EXPECT_EQ(refusal(ErrorCode::size_mismatch, [&] { (void)index.first(rays[0], filter); }),
-              "query filter mask is given without category; give both or neither");
+              "query filter: mask is given without category; give both or neither");
     index.insert(std::vector<std::uint32_t>{5}, boxes);
     filter.category = filter.mask;
     EXPECT_EQ(refusal(ErrorCode::size_mismatch, [&] { (void)index.first(rays[0], filter); }),
-              "query filter category has 1 entries, but the index has held ids up to 5; give one for every "
+              "query filter: category has 1 entries, but the index has held ids up to 5; give one for every "
               "id, or none");
 }
 
@@ -177,8 +177,8 @@ TEST(Refusals, OfObjectsLeaveTheIndexAsItWas)
     EXPECT_EQ(refusal(bad, [&] { index.erase(Ids{0, 0}); }), "entry 1: id 0 comes twice in one call");
     EXPECT_EQ(refusal(bad, [&] { (void)index.box(3); }), "id 3 is not in the index");
     const std::vector<Aabb3f> broken{cube, {{0, 0, 0}, {1, -1, 1}}};
-    EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.move(Ids{0, 1}, broken); }),
-              "box 1: lo.y = 0 is greater than hi.y = -1; swap them or drop the box");
+    EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.move(Ids{1, 0}, broken); }),
+              "box 1 (id 0): lo.y = 0 is greater than hi.y = -1; swap them or drop the box");
     EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.build(broken); }),
               "box 1: lo.y = 0 is greater than hi.y = -1; swap them or drop the box");
     EXPECT_EQ(index.size(), 2u);
@@ -203,7 +203,7 @@ TEST(Objects, MayComeGoAndMoveOneByOne)
     EXPECT_EQ(refusal(ErrorCode::invalid_argument, [&] { index.erase(0); }),
               "entry 0: id 0 is not in the index");
     EXPECT_EQ(refusal(ErrorCode::inverted_box, [&] { index.move(7, Aabb3f{{0, 0, 0}, {1, -1, 1}}); }),
-              "box 0: lo.y = 0 is greater than hi.y = -1; swap them or drop the box");
+              "box 0 (id 7): lo.y = 0 is greater than hi.y = -1; swap them or drop the box");
 }
 
 /// Questions in a vector, an array and a span that may change have the answers of a span of constant ones.
@@ -241,6 +241,12 @@ void ask_in_any_range(const Asked& asked)
     std::array<bool, 3> touched{};
     asked.any(regions, touched);
     EXPECT_EQ(touched, (std::array<bool, 3>{true, false, true}));
+    std::vector<std::uint8_t> bytes(3, 7);
+    asked.any(regions, bytes);
+    EXPECT_EQ(bytes, (std::vector<std::uint8_t>{1, 0, 1}));
+    bytes.assign(4, 7);
+    asked.any(std::span<const Aabb3f>(regions), std::span(bytes).first(3));
+    EXPECT_EQ(bytes, (std::vector<std::uint8_t>{1, 0, 1, 7}));
 }
 
 TEST(Definition, QuestionsMayLieInAnyContiguousRange)

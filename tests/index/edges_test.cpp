@@ -12,6 +12,7 @@
 #include "jostle/contact.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
+#include "jostle/spatial_order.hpp"
 #include "tests/contract/error_of.hpp"
 
 namespace {
@@ -89,7 +90,7 @@ TEST(QueryFilters, EveryColumnHasAnEntryForTheLastId)
     QueryFilter filter;
     filter.owner = std::span<const std::uint32_t>(two);
     EXPECT_EQ(message_of([&] { (void)index.count(three_wide, filter); }),
-              "query filter owner has 2 entries, but the index has held ids up to 2; give one for every id, "
+              "query filter: owner has 2 entries, but the index has held ids up to 2; give one for every id, "
               "or none");
 }
 
@@ -103,8 +104,56 @@ TEST(Refusals, OfMoreThanNumbersReachAndOfNoMemory)
     const auto none = [](std::uint32_t, std::uint32_t) { return true; };
     EXPECT_THROW(index.join(many, pairs), Error);
     EXPECT_THROW(index.join(many, none), Error);
+    const auto one_too_many = BoxView<3, float>::strided(box.lo.data(), box.hi.data(), ~std::uint32_t{0}, 0);
+    EXPECT_EQ(message_of([&] { index.build(one_too_many); }),
+              "4294967295 boxes; ids have 32 bits, give at most 4294967294");
+    EXPECT_EQ(message_of([&] { index.join(one_too_many, pairs); }),
+              "4294967295 boxes in one call; give at most 4294967294");
     EXPECT_THROW(BoxIndex3f({.memory = nullptr}), Error);
     EXPECT_THROW(ContactFinder3f({.memory = nullptr}), Error);
+}
+
+TEST(Refusals, OfNullPointersWhetherOddBoxesAreIgnoredOrNot)
+{
+    const auto nothing = BoxView<3, float>::strided(nullptr, nullptr, 2, sizeof(Aabb3f));
+    const std::vector<std::uint32_t> ids{4, 5}, here{0, 1};
+    const std::string expected = "a view of 2 boxes with a null pointer";
+    for (const bool ignores : {false, true}) {
+        BoxIndex3f index({.ignore_odd_boxes = ignores});
+        index.build(std::vector<Aabb3f>(2, three_wide));
+        std::pmr::vector<Pair> pairs;
+        std::vector<std::uint32_t> order(2);
+        EXPECT_EQ(message_of([&] { index.build(nothing); }), expected);
+        EXPECT_EQ(message_of([&] { index.build(ids, nothing); }), expected);
+        EXPECT_EQ(message_of([&] { index.insert(ids, nothing); }), expected);
+        EXPECT_EQ(message_of([&] { index.move(here, nothing); }), expected);
+        EXPECT_EQ(message_of([&] { index.join(nothing, pairs); }),
+                  "a view of 2 boxes to be joined with a null pointer");
+        EXPECT_EQ(message_of([&] { spatial_order(nothing, order, {.ignore_odd_boxes = ignores}); }),
+                  expected);
+        EXPECT_EQ(index.count(three_wide), 2u);
+    }
+}
+
+TEST(Refusals, OfAJoinNameItsBoxes)
+{
+    BoxIndex3f index;
+    index.build(std::vector<Aabb3f>(9, three_wide));
+    std::vector<Aabb3f> boxes(3, three_wide);
+    boxes[2].hi[1] = -1;
+    const std::string expected =
+        "box to be joined 2: lo.y = 1 is greater than hi.y = -1; swap them or drop the box";
+    std::pmr::vector<Pair> pairs;
+    const auto none = [](std::uint32_t, std::uint32_t) { return true; };
+    EXPECT_EQ(message_of([&] { index.join(boxes, pairs); }), expected);
+    EXPECT_EQ(message_of([&] { index.join(boxes, none); }), expected);
+    boxes[2] = three_wide;
+    std::vector<QueryFilter> filters(3);
+    const std::vector<std::uint32_t> two(2, 1u);
+    filters[1].owner = std::span<const std::uint32_t>(two);
+    EXPECT_EQ(message_of([&] { index.join(boxes, none, filters); }),
+              "query filter 1: owner has 2 entries, but the index has held ids up to 8; give one for every "
+              "id, or none");
 }
 
 TEST(Refusals, OfWhatDoesntFitTogether)

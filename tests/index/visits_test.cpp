@@ -120,6 +120,77 @@ TEST(Visits, EndWithWhatTheVisitorThrows)
     }
 }
 
+/// Whatever changes an index, from inside a callback of a question: each is refused, and changes nothing.
+void change_in_all_ways(BoxIndex3f& index)
+{
+    EXPECT_FALSE(index.visit(along_x, [](const Hitf&, float&) { return false; })) << "it may be asked";
+    const std::vector<Aabb3f> boxes = row(100);
+    const std::string expected =
+        "this BoxIndex is answering a question, which runs this callback; change it afterwards";
+    const auto refuses = [&](auto&& change) {
+        EXPECT_EQ(refusal(ErrorCode::invalid_argument, change), expected);
+    };
+    refuses([&] { index.build(boxes); });
+    refuses([&] { index.build(std::vector<std::uint32_t>(100, 5), boxes); });
+    refuses([&] { index.insert(500, boxes[0]); });
+    refuses([&] { index.move(0, boxes[1]); });
+    refuses([&] { index.erase(0); });
+    refuses([&] { index.clear(); });
+    refuses([&] { index.release_memory(); });
+    EXPECT_EQ(index.count(along_x), 100u);
+}
+
+TEST(Visits, MayNotChangeTheIndex)
+{
+    BoxIndex3f index, other;
+    index.build(row(100));
+    other.build(row(100));
+    std::atomic<int> calls{0};
+    const auto misuse = [&] {
+        ++calls;
+        change_in_all_ways(index);
+        return false;
+    };
+    const auto of_object = [&](std::uint32_t) { return misuse(); };
+    const auto of_pair = [&](std::uint32_t, std::uint32_t) { return misuse(); };
+    const auto of_hit = [&](const Hitf&, float&) { return misuse(); };
+    const auto of_pair_hit = [&](const PairHitf&, float&) { return misuse(); };
+    const std::vector<Aabb3f> some = row(3);
+    EXPECT_FALSE(index.visit(along_x, of_hit));
+    EXPECT_FALSE(index.visit(NearestToBox3f{row(1)[0], 9}, of_hit));
+    EXPECT_FALSE(index.visit(some[0], of_object));
+    EXPECT_FALSE(index.join(some, of_pair));
+    EXPECT_FALSE(index.join(some, of_pair, std::vector<QueryFilter>(3)));
+    EXPECT_FALSE(index.pairs(other, of_pair));
+    EXPECT_FALSE(other.pairs(index, of_pair)) << "two are asked: neither may change";
+    EXPECT_FALSE(index.closest_pairs(of_pair_hit));
+    EXPECT_FALSE(other.closest_pairs(index, of_pair_hit));
+    EXPECT_EQ(calls, 9);
+
+    calls = 0;
+    QueryFilter filter;
+    filter.accept = of_pair;
+    std::vector<std::uint32_t> ids;
+    std::pmr::vector<Pair> pairs;
+    ResultLists<std::uint32_t> lists;
+    index.all(some[0], ids, filter);
+    EXPECT_FALSE(index.any(some[0], filter));
+    index.all(std::vector<Aabb3f>(200, some[0]), lists, filter); // on several threads
+    index.join(some, pairs, filter);
+    EXPECT_GE(calls, 203);
+
+    // Inside another index's question, and after all of them.
+    other.visit(along_x, [&](const Hitf& hit, float&) {
+        index.move(hit.id, row(100)[hit.id]);
+        index.visit(some[0], of_object);
+        return hit.id < 3;
+    });
+    const auto third = [](auto&&...) -> bool { throw std::runtime_error("third"); };
+    EXPECT_THROW(index.visit(along_x, third), std::runtime_error);
+    index.erase(0);
+    EXPECT_EQ(index.size(), 99u);
+}
+
 /// In one place, so that nothing can be handed over before all is opened.
 std::vector<Aabb3f> heap(std::size_t count)
 {

@@ -13,6 +13,7 @@
 #include "jostle/error.hpp"
 #include "jostle/world.hpp"
 #include "tests/contract/counting_memory.hpp"
+#include "tests/contract/error_of.hpp"
 #include "tests/contract/harness.hpp"
 
 namespace {
@@ -365,6 +366,9 @@ TEST(Periodic, BadInputIsAnErrorThatNamesTheBox)
     EXPECT_TRUE(has(refusal(images, good, jostle::Vec2f{10, -1}, none), "along y is -1"));
     EXPECT_TRUE(has(refusal(images, good, jostle::Vec2f{nan, 10}, none), "along x is nan"));
     EXPECT_TRUE(has(refusal(images, good, jostle::Vec2f{infinity, 10}, none), "along x is inf"));
+    const auto nothing = jostle::BoxView<2, float>::strided(nullptr, nullptr, 3, sizeof(Aabb2f));
+    EXPECT_EQ(contract::message_of([&] { images.build(nothing, period); }),
+              "a view of 3 boxes with a null pointer");
     // Of several the lowest, NaN or not.
     std::vector<Aabb2f> several(10'000, {{1, 1}, {2, 2}});
     several[9'000] = {{nan, 0}, {1, 1}};

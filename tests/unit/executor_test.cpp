@@ -103,6 +103,26 @@ TEST_P(ExecutorOf, RunsInsideAnothersTask)
     EXPECT_EQ(count, 48);
 }
 
+/// A thread that waits inside a run that a task has asked for may hold a lock that another task wants.
+TEST_P(ExecutorOf, TakesUpNoOtherTaskWhileItWaitsInsideOne)
+{
+    static thread_local bool is_waiting;
+    is_waiting = false;
+    std::atomic<int> taken_up{0};
+    for (int round = 0; round < 40; ++round)
+        executor_->run(executor_->concurrency(), [&](std::uint32_t) {
+            if (is_waiting) {
+                ++taken_up;
+                return;
+            }
+            is_waiting = true;
+            executor_->run(
+                4, [&](std::uint32_t) { std::this_thread::sleep_for(std::chrono::microseconds(100)); });
+            is_waiting = false;
+        });
+    EXPECT_EQ(taken_up, 0);
+}
+
 TEST_P(ExecutorOf, ConcurrencyIsAtLeastOneAndAtMostWhatWasAskedFor)
 {
     EXPECT_GE(executor_->concurrency(), 1u);

@@ -2,6 +2,7 @@
 // Batches of questions with a filter for each, against the same questions asked one by one.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
@@ -189,6 +190,61 @@ TEST(FilterOfEach, WorldAnswersAsOneByOne)
         world.move(ids[3], scene.box(1));
         world.apply();
         agree(world, scene, filters);
+    }
+}
+
+/// Four threads of its own, and how often its tasks have run others on it, which not every executor can.
+class Unnested final : public Executor
+{
+  public:
+    [[nodiscard]] std::uint32_t concurrency() const noexcept override { return threads_->concurrency(); }
+    void run(std::uint32_t count, FunctionRef<void(std::uint32_t)> task) override
+    {
+        nested += is_inside_ ? 1 : 0;
+        threads_->run(count, [&](std::uint32_t i) {
+            is_inside_ = true;
+            task(i);
+            is_inside_ = false;
+        });
+    }
+    std::atomic<int> nested{0};
+
+  private:
+    static inline thread_local bool is_inside_ = false;
+    const std::unique_ptr<Executor> threads_ = make_thread_executor(4);
+};
+
+TEST(FilterOfEach, TasksOfABatchRunNoOthers)
+{
+    constexpr std::uint32_t many = 12'000, asked = 900;
+    Unnested executor;
+    World3f world({.executor = &executor});
+    std::vector<Aabb3f> boxes;
+    std::vector<ObjectId> ids;
+    for (std::uint32_t i = 0; i < many; ++i) {
+        const float x = static_cast<float>(2 * (i % 110)), y = static_cast<float>(2 * (i / 110));
+        boxes.push_back({{x, y, 0}, {x + 1, y + 1, 1}});
+        ids.push_back(world.add(boxes[i], {.filter = {.category = 1u << i % 20}}));
+    }
+    const std::vector<Ray3f> rays(asked, Ray3f{{0.5f, -1, 0.5f}, {0, 1, 0}});
+    std::vector<ObjectHit<float>> first(asked);
+    std::vector<std::uint64_t> count(asked);
+    for (const std::uint32_t kinds : {1u, 3u, 20u}) {
+        world.update();
+        world.update();
+        std::vector<ObjectQueryFilter> filters(asked);
+        for (std::uint32_t i = 0; i < asked && kinds != 1; ++i)
+            filters[i].mask = 1u << i % kinds;
+        for (int round = 0; round < 3; ++round) {
+            for (std::uint32_t i = 0; i < many / 2; ++i)
+                boxes[i].hi[2] += 0.5f;
+            world.update(std::span(ids).first(many / 2), std::span(boxes).first(many / 2));
+            world.first(rays, first, filters);
+            world.count(rays, count, filters);
+            for (std::uint32_t i = 0; i < asked; ++i)
+                ASSERT_EQ(count[i], world.count(rays[i], filters[i])) << kinds << ' ' << i;
+        }
+        EXPECT_EQ(executor.nested.exchange(0), 0) << kinds;
     }
 }
 
