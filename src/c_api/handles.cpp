@@ -106,12 +106,17 @@ Content& open(const void* handle, std::uint64_t mark, const char* name)
     refuse(std::string("this is no ") + name, JOSTLE_BAD_HANDLE);
 }
 
+void refuse_in_callback(const void* handle, const char* name, const char* verb)
+{
+    if (const Call* const call = Call::of_this_thread(); call != nullptr && call->is_open_outside(handle))
+        refuse(std::string("this ") + name + " is in use by the call that runs this callback: " + verb +
+               " it afterwards");
+}
+
 void release(void* handle, std::uint64_t mark, const char* name)
 {
     open(handle, mark, name);
-    if (const Call* const call = Call::of_this_thread(); call != nullptr && call->is_open_outside(handle))
-        refuse(std::string("this ") + name +
-               " is in use by the call that runs this callback: free it afterwards");
+    refuse_in_callback(handle, name, "free");
     Handle& opened = *static_cast<Handle*>(handle);
     std::uint64_t expected = mark;
     // Of two threads that free one handle, one does.
