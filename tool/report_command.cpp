@@ -17,6 +17,7 @@
 #include "bench/report.hpp"
 #include "commands.hpp"
 #include "io/input_file.hpp"
+#include "io/output_file.hpp"
 #include "system/system.hpp"
 #include "text.hpp"
 
@@ -156,9 +157,8 @@ void run(const Options& options)
     std::error_code unknown;
     if (!std::filesystem::is_directory(folder, unknown))
         throw UsageError("-o: " + jostle_system::text_of(folder) + " is no folder; make it first");
-    if (std::find(options.files.begin(), options.files.end(), options.out) != options.files.end())
-        throw UsageError("-o: " + options.out +
-                         " is one of the results, and would be written over; give another name");
+    for (const std::string& file : options.files)
+        keep_input(file, options.out);
     std::vector<jostle_bench::ReportRow> frames;
     std::vector<jostle_bench::ReportTable> tables;
     for (const std::string& file : options.files) {
