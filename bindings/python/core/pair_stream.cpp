@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 // Pairs as they are found.
-#include <algorithm>
 #include <condition_variable>
 #include <deque>
 #include <memory>
@@ -109,14 +108,12 @@ class PairStream
             std::unique_lock lock(mutex_);
             changed_.wait(lock, [&] { return queue_.size() < 4 || stopped_; });
             if (stopped_) return 0;
-            while (count != 0) {
-                const std::uint64_t more = std::min<std::uint64_t>(count, chunk_ - open_.size());
-                open_.insert(open_.end(), pairs, pairs + more);
-                pairs += more;
-                count -= more;
-                if (open_.size() < chunk_) break;
-                queue_.push_back(std::move(open_));
-                open_.clear();
+            open_.insert(open_.end(), pairs, pairs + count);
+            while (open_.size() >= chunk_) {
+                std::vector<jostle_pair> full(open_.begin(),
+                                              open_.begin() + static_cast<std::ptrdiff_t>(chunk_));
+                open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(chunk_));
+                queue_.push_back(std::move(full));
                 changed_.notify_all();
             }
             return 1;
