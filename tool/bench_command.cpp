@@ -394,19 +394,7 @@ void run(Options options)
 #endif
     if (!options.peers.empty() && options.with_double)
         throw UsageError("--peers: the other systems work on float; leave --double out");
-    if (options.report == "-") throw UsageError("--report: give a file, such as report.html");
-    if (!options.report.empty()) {
-        const auto folder = std::filesystem::absolute(jostle_system::path_of(options.report)).parent_path();
-        if (!std::filesystem::is_directory(folder))
-            throw UsageError("--report: " + jostle_system::text_of(folder) + " is no folder; make it first");
-        if (options.report == options.json) throw UsageError("--report and --json name one file; give two");
-        try {
-            jostle_bench::check_gnuplot(); // before minutes of work
-        } catch (const std::runtime_error& error) {
-            throw UsageError(std::string("--report: ") + error.what());
-        }
-    }
-
+    check_report(options.report, options.json);
     RowsFile file(options.json);
     Results results(options, options.json != "-");
     for (const std::string& name : options.scenes)

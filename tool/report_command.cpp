@@ -41,7 +41,11 @@ std::vector<Json> read_rows(const std::string& name)
     char bytes[1 << 16];
     for (std::size_t got; (got = file.read(bytes, sizeof bytes)) > 0;)
         text.append(bytes, got);
-    Json all = Json::parse(text, nullptr, false);
+    // Rows have members, and those no more than members: what is nested deeper can't be shown.
+    bool deep = false;
+    Json all = Json::parse(
+        text, [&](int depth, Json::parse_event_t, Json&) { return !(deep = deep || depth > 10); }, false);
+    if (deep) all = nullptr;
     if (all.is_object()) all = Json::array({all});
     const bool rows = all.is_array() && !all.empty() &&
                       std::all_of(all.begin(), all.end(), [](const Json& row) { return row.is_object(); });

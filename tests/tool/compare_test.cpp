@@ -120,6 +120,18 @@ TEST_F(Compare, AChangeOfOneBoundIsOne)
     EXPECT_EQ(rows()[0]["n"], 4);
 }
 
+// The answers and times of all frames are the command's, and not the system's.
+TEST_F(Compare, CountsTheMemoryOfASystemAlone)
+{
+    const auto bytes = [&](std::size_t frames) {
+        record(std::vector<std::size_t>(frames, 20), 20);
+        const auto result = run({"compare", "mine.jrec", "--threads", "1", "--json", "rows.json"});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return rows()[0]["bytes"].get<std::int64_t>();
+    };
+    EXPECT_LT(std::abs(bytes(1000) - bytes(10)), 20'000);
+}
+
 TEST_F(Compare, TakesAsManyFramesAsAreAskedFor)
 {
     record({100, 40, 160, 160, 10}, 30);
@@ -174,6 +186,8 @@ TEST_F(Compare, WhatCantBeComparedIsSaidInOneLine)
     const std::string flat = read("flat.csv");
     expect_refused({"compare", "flat.csv", "--json", "./flat.csv"}, "./flat.csv: is the input itself");
     EXPECT_EQ(read("flat.csv"), flat);
+    expect_refused({"compare", "flat.csv", "--report", "no/such.html"}, "no is no folder");
+    expect_refused({"compare", "flat.csv", "--report", "-"}, "--report: give a file");
 }
 
 } // namespace
