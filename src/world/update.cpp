@@ -165,14 +165,12 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     world::Refusals refusals = world::judge(state, changes, entries, candidates.touching, old_pairs,
                                             entries.parks ? no_lists : last, next, arena);
 
-    const bool any_data = user_data.any();
-    if (any_data) {
-        user_data.begin_removal();
+    user_data.begin_removal();
+    if (applied->writer.any_removed())
         for (const world::Index index : changes.objects())
             if (const auto object = state.objects[index];
                 !object.has(world::flag::alive) && object.place() != world::Place::none)
                 user_data.note_removal(state.id_of(index));
-    }
     if (pair_slots) {
         pair_slots->make_room(next.began.size());
         next.began_slots.resize(next.began.size());
@@ -214,7 +212,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     }
     began_pairs.forget();
     changed_pairs.forget();
-    if (any_data) user_data.end_removal();
+    user_data.end_removal();
     if (pair_slots) {
         pair_slots->change(next);
         changed_slots.forget();
