@@ -298,14 +298,6 @@ void check_pairs(const std::string& scene, std::uint64_t n)
                          (scene == "identical" ? "20000" : "40000"));
 }
 
-#ifdef JOSTLE_WITH_PEERS
-bool is_listed(const std::string& list, std::string_view name)
-{
-    const std::vector<std::string> names = CLI::detail::split(list, ',');
-    return std::find(names.begin(), names.end(), name) != names.end();
-}
-#endif
-
 template <int Dim, class T>
 void measure_scene(const Options& options, const std::string& name, std::uint64_t n, Results& results)
 {
@@ -340,10 +332,8 @@ void measure_scene(const Options& options, const std::string& name, std::uint64_
         ours.reset();
 #ifdef JOSTLE_WITH_PEERS
         if constexpr (std::is_same_v<T, float>) {
-            if (options.peers.empty()) continue;
-            for (const auto& peer : jostle_bench::make_peers<Dim>()) {
+            for (const auto& peer : peers_named<Dim>(options.peers)) {
                 const jostle_bench::PeerInfo& info = peer->info();
-                if (options.peers != "all" && !is_listed(options.peers, info.name)) continue;
                 const std::uint32_t used = info.uses_threads ? threads.count() : 1;
                 if (!info.uses_threads) {
                     if (std::count(one_threaded_done.begin(), one_threaded_done.end(), info.name) > 0)
@@ -369,19 +359,6 @@ void measure_scene(const Options& options, const std::string& name, std::uint64_
     }
     results.next_scene();
 }
-
-#ifdef JOSTLE_WITH_PEERS
-/// Throws a UsageError for a name that no peer has.
-template <int Dim>
-void check_peers(const std::string& list)
-{
-    std::string known;
-    for (const auto& peer : jostle_bench::make_peers<Dim>())
-        known += (known.empty() ? "" : ",") + std::string(peer->info().name);
-    for (const std::string& name : CLI::detail::split(list, ','))
-        if (!is_listed(known, name)) throw UsageError("--peers=" + name + ": choose from " + known);
-}
-#endif
 
 std::string about(const Options& options)
 {
@@ -410,24 +387,14 @@ void run(Options options)
     }
     check_for_peers(!options.peers.empty());
 #ifdef JOSTLE_WITH_PEERS
-    if (!options.peers.empty() && options.peers != "all")
-        options.dim == 2 ? check_peers<2>(options.peers) : check_peers<3>(options.peers);
+    if (options.dim == 2) // before any work
+        (void)peers_named<2>(options.peers);
+    else
+        (void)peers_named<3>(options.peers);
 #endif
     if (!options.peers.empty() && options.with_double)
         throw UsageError("--peers: the other systems work on float; leave --double out");
-    if (options.report == "-") throw UsageError("--report: give a file, such as report.html");
-    if (!options.report.empty()) {
-        const auto folder = std::filesystem::absolute(jostle_system::path_of(options.report)).parent_path();
-        if (!std::filesystem::is_directory(folder))
-            throw UsageError("--report: " + jostle_system::text_of(folder) + " is no folder; make it first");
-        if (options.report == options.json) throw UsageError("--report and --json name one file; give two");
-        try {
-            jostle_bench::check_gnuplot(); // before minutes of work
-        } catch (const std::runtime_error& error) {
-            throw UsageError(std::string("--report: ") + error.what());
-        }
-    }
-
+    check_report(options.report, options.json);
     RowsFile file(options.json);
     Results results(options, options.json != "-");
     for (const std::string& name : options.scenes)

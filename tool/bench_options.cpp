@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "bench_options.hpp"
 
+#include <filesystem>
+#include <stdexcept>
+#include <system_error>
+
+#include "bench/report.hpp"
+#include "system/system.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -28,6 +34,22 @@ void add_rows_file_option(CLI::App& command, std::string& file)
 {
     command.add_option("--json", file, "Write the rows as JSON; - is stdout, then without the table")
         ->type_name("FILE");
+}
+
+void check_report(const std::string& report, const std::string& json)
+{
+    if (report.empty()) return;
+    if (report == "-") throw UsageError("--report: give a file, such as report.html");
+    const auto folder = std::filesystem::absolute(jostle_system::path_of(report)).parent_path();
+    std::error_code unknown;
+    if (!std::filesystem::is_directory(folder, unknown))
+        throw UsageError("--report: " + jostle_system::text_of(folder) + " is no folder; make it first");
+    if (report == json) throw UsageError("--report and --json name one file; give two");
+    try {
+        jostle_bench::check_gnuplot();
+    } catch (const std::runtime_error& error) {
+        throw UsageError(std::string("--report: ") + error.what());
+    }
 }
 
 void check_for_peers([[maybe_unused]] bool wanted)

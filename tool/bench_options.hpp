@@ -25,6 +25,10 @@ void add_thread_counts_option(CLI::App& command, std::vector<std::uint32_t>& thr
 /// --json: where a RowsFile goes.
 void add_rows_file_option(CLI::App& command, std::string& file);
 
+/// Before minutes of work: throws a UsageError where the page of --report can't be written after it, or is
+/// the file of --json. Empty: not wanted.
+void check_report(const std::string& report, const std::string& json);
+
 /// Throws a UsageError if --peers was given to a build that has none.
 void check_for_peers(bool wanted);
 

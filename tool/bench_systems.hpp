@@ -13,7 +13,10 @@
 #include "jostle/world.hpp"
 
 #ifdef JOSTLE_WITH_PEERS
+#include <CLI/CLI.hpp>
+
 #include "bench/peers.hpp"
+#include "commands.hpp"
 #endif
 
 /// What `jostle bench` and `jostle bench world` measure frame by frame.
@@ -99,6 +102,28 @@ inline Stages stages_of(const jostle::WorldStats& stats)
 }
 
 #ifdef JOSTLE_WITH_PEERS
+/// The other systems that `list` names, with commas; `all` of them, or none if it is empty. Throws a
+/// UsageError for a name that none has.
+template <int Dim>
+std::vector<std::unique_ptr<jostle_bench::Peer<Dim>>> peers_named(const std::string& list)
+{
+    if (list.empty()) return {};
+    auto peers = jostle_bench::make_peers<Dim>();
+    if (list == "all") return peers;
+    std::string known;
+    for (const auto& peer : peers)
+        known += (known.empty() ? "" : ",") + std::string(peer->info().name);
+    const std::vector<std::string> names = CLI::detail::split(list, ',');
+    for (const std::string& name : names)
+        if (std::none_of(peers.begin(), peers.end(),
+                         [&](const auto& peer) { return name == peer->info().name; }))
+            throw UsageError("--peers=" + name + ": choose from " + known);
+    std::erase_if(peers, [&](const auto& peer) {
+        return std::find(names.begin(), names.end(), peer->info().name) == names.end();
+    });
+    return peers;
+}
+
 template <int Dim>
 class PeerSystem final : public System<Dim, float>
 {

@@ -59,6 +59,17 @@ struct Motion
     std::vector<std::vector<Aabb<Dim, T>>> frames; ///< at least one
     std::size_t most = 0;                          ///< boxes in a frame
 
+    /// Throws a UsageError for a box that no search takes; `where` says where the boxes are from.
+    void add(std::vector<Aabb<Dim, T>> boxes, const std::string& where)
+    {
+        try {
+            jostle::validate_boxes(jostle::box_view(boxes));
+        } catch (const jostle::Error& error) {
+            throw UsageError(where + ": " + error.what());
+        }
+        most = std::max(most, boxes.size());
+        frames.push_back(std::move(boxes));
+    }
     [[nodiscard]] bool moves() const { return frames.size() > 1; }
     [[nodiscard]] std::size_t size() const { return moves() ? frames.size() : warm_up + still_frames; }
     [[nodiscard]] std::span<const Aabb<Dim, T>> operator[](std::size_t frame) const
@@ -166,7 +177,6 @@ struct Measured
     [[nodiscard]] double median_ms() const { return median(ms); }
 };
 
-/// `make` makes the system, so that its memory is counted.
 template <int Dim, class T>
 Measured measure(const std::string& name, std::uint32_t threads, const Motion<Dim, T>& motion,
                  bool has_answer, const std::function<std::unique_ptr<System<Dim, T>>()>& make)
@@ -176,29 +186,35 @@ Measured measure(const std::string& name, std::uint32_t threads, const Motion<Di
     std::vector<std::uint32_t> changed;
     Progress progress(name + ", " + std::to_string(threads) + (threads == 1 ? " thread" : " threads"),
                       motion.size());
-    const std::uint64_t bytes_before = jostle_system::allocated_bytes();
-    const std::unique_ptr<System<Dim, T>> system = make();
+    std::unique_ptr<System<Dim, T>> system = make();
     // A short recording has few frames to spare.
     const std::size_t uncounted = motion.size() > 2 * warm_up ? warm_up : 1;
     for (std::size_t frame = 0; frame < motion.size(); ++frame, progress.step()) {
         motion.changed_in(frame, changed);
         system->before(motion[frame], changed);
         const Clock::time_point before = Clock::now();
-        try {
-            system->frame(motion[frame], changed);
-        } catch (const jostle::Error& error) {
-            throw UsageError("frame " + std::to_string(frame) + ": " + error.what());
-        }
+        system->frame(motion[frame], changed);
         const Clock::time_point after = Clock::now();
         result.answers.push_back(system->answer());
         if (frame < uncounted && frame + 1 < motion.size()) continue;
         result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
         result.stages.push_back(system->stages());
     }
-    const std::uint64_t bytes_after = jostle_system::allocated_bytes();
-    result.bytes = bytes_after > bytes_before ? bytes_after - bytes_before : 0;
+    // What it gives back: the answers and times that are kept here aren't its own.
+    const std::uint64_t with_it = jostle_system::allocated_bytes();
     system->stop();
+    system.reset();
+    const std::uint64_t without = jostle_system::allocated_bytes();
+    result.bytes = with_it > without ? with_it - without : 0;
     return result;
+}
+
+template <int Dim, class T>
+Measured measure_finder(const std::string& name, const Threads& threads, const Motion<Dim, T>& motion)
+{
+    return measure<Dim, T>(name, threads.count(), motion, true, [&] {
+        return std::make_unique<FinderSystem<Dim, T>>(jostle::FinderOptions{.executor = &threads.executor()});
+    });
 }
 
 /// Median ms of each stage.
@@ -233,17 +249,22 @@ Motion<Dim, T> by_place(const Motion<Dim, T>& motion)
     return result;
 }
 
-/// The first frame and the last against the definition.
+/// The first frame and the last against the definition. Whether both are small enough for that.
 template <int Dim, class T>
-void check(const Motion<Dim, T>& motion, const Measured& measured)
+bool check(const Motion<Dim, T>& motion, const Measured& measured)
 {
+    bool both = true;
     for (const std::size_t frame : {std::size_t{0}, motion.size() - 1}) {
-        if (motion[frame].size() > most_for_brute_force) continue;
+        if (motion[frame].size() > most_for_brute_force) {
+            both = false;
+            continue;
+        }
         const auto pairs = jostle::find_pairs_brute_force(BoxView(motion[frame]));
         if (measured.answers[frame] != Answer{pairs.size(), jostle::pair_checksum(pairs)})
             throw std::runtime_error("frame " + std::to_string(frame) +
                                      ": the engine and brute force disagree; please report it");
     }
+    return both;
 }
 
 /// What the measurements say about what to use.
@@ -360,39 +381,25 @@ jostle_bench::ReportRow report_row(const Measured& m, const std::string& file, s
     return row;
 }
 
+/// Every system, with each number of threads. The first is Jostle's finder.
 template <int Dim, class T>
-void compare(const Options& options, const std::string& name, const Motion<Dim, T>& motion,
-             const std::string& about)
+std::vector<Measured> measure_all(const Options& options, const Motion<Dim, T>& motion)
 {
-    std::printf("%s: up to %s boxes, %dD %s, %s\n", printable(name).c_str(), grouped(motion.most).c_str(),
-                Dim, sizeof(T) == 4 ? "float" : "double",
-                motion.moves() ? (grouped(motion.frames.size()) + " frames").c_str()
-                               : "one frame, asked for again and again");
-    if (!about.empty()) std::printf("  %s\n", shortened(about, 500).c_str());
-    if (motion.moves())
-        std::printf("  %.0f %% of the boxes change from one frame to the next\n", 100 * moving_share(motion));
-    std::printf("\n");
-    std::fflush(stdout);
-
-    RowsFile file(options.json);
     std::vector<Measured> all;
+#ifdef JOSTLE_WITH_PEERS
+    std::vector<std::unique_ptr<jostle_bench::Peer<Dim>>> peers;
+    if constexpr (std::is_same_v<T, float>) peers = peers_named<Dim>(options.peers);
+#endif
     for (const std::uint32_t count : options.threads) {
         const Threads threads(count);
-        all.push_back(measure<Dim, T>("jostle", threads.count(), motion, true, [&] {
-            return std::make_unique<FinderSystem<Dim, T>>(
-                jostle::FinderOptions{.executor = &threads.executor()});
-        }));
+        all.push_back(measure_finder("jostle", threads, motion));
         all.push_back(measure<Dim, T>("world", threads.count(), motion, true, [&] {
             return std::make_unique<WorldOfBoxes<Dim, T>>(threads.executor());
         }));
 #ifdef JOSTLE_WITH_PEERS
         if constexpr (std::is_same_v<T, float>) {
-            for (const auto& peer : jostle_bench::make_peers<Dim>()) {
+            for (const auto& peer : peers) {
                 const jostle_bench::PeerInfo& info = peer->info();
-                const auto names = CLI::detail::split(options.peers, ',');
-                if (options.peers.empty() || (options.peers != "all" && std::find(names.begin(), names.end(),
-                                                                                  info.name) == names.end()))
-                    continue;
                 if (!info.uses_threads && count != options.threads.front()) continue;
                 if (motion.most > info.max_objects) {
                     std::printf("  %s left out: it takes minutes a frame with more than %s boxes\n",
@@ -407,40 +414,27 @@ void compare(const Options& options, const std::string& name, const Motion<Dim, 
         }
 #endif
     }
-    check(motion, all.front());
-    double by_place_ms = 0;
-    if (motion.most >= 1000) {
-        const Motion<Dim, T> sorted = by_place(motion);
-        const Threads threads(options.threads.front());
-        by_place_ms = measure<Dim, T>("jostle, boxes in order of place", threads.count(), sorted, true, [&] {
-                          return std::make_unique<FinderSystem<Dim, T>>(
-                              jostle::FinderOptions{.executor = &threads.executor()});
-                      }).median_ms();
-    }
+    return all;
+}
 
-    print(all);
-    std::string difference;
+/// Where the first system that finds other pairs than Jostle's finder does so; empty where none does.
+std::string disagreement(const std::vector<Measured>& all)
+{
+    const std::vector<Answer>& ours = all.front().answers;
     for (const Measured& m : all)
-        for (std::size_t frame = 0; m.has_answer && difference.empty() && frame < m.answers.size(); ++frame)
-            if (m.answers[frame] != all.front().answers[frame])
-                difference = "frame " + std::to_string(frame) + ": jostle finds " +
-                             std::to_string(all.front().answers[frame].found) + " pairs, " + m.system + " " +
-                             std::to_string(m.answers[frame].found);
-    if (difference.empty())
-        std::printf("\n  All find the same pairs in every frame%s.\n",
-                    motion[0].size() <= most_for_brute_force
-                        ? ", and so does brute force, every box against every other"
-                        : "");
-    const std::vector<std::string> hints = advice(all, by_place_ms);
-    for (const std::string& hint : hints)
-        std::printf("  %s\n", hint.c_str());
+        for (std::size_t frame = 0; m.has_answer && frame < m.answers.size(); ++frame)
+            if (m.answers[frame] != ours[frame])
+                return "frame " + std::to_string(frame) + ": jostle finds " +
+                       std::to_string(ours[frame].found) + " pairs, " + m.system + " " +
+                       std::to_string(m.answers[frame].found);
+    return "";
+}
 
+void write_rows(RowsFile& file, const std::string& name, const std::vector<Measured>& all, std::uint64_t n)
+{
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-    std::vector<jostle_bench::ReportRow> report;
     for (const Measured& m : all) {
-        report.push_back(report_row(
-            m, printable(jostle_system::text_of(jostle_system::path_of(name).filename())), motion.most));
-        const jostle_bench::ReportRow& row = report.back();
+        const jostle_bench::ReportRow row = report_row(m, "", n);
         nlohmann::ordered_json json;
         json["system"] = row.system;
         json["file"] = printable(name); // JSON is UTF-8, and names needn't be
@@ -461,16 +455,59 @@ void compare(const Options& options, const std::string& name, const Motion<Dim, 
         rows.push_back(std::move(json));
     }
     file.write(rows);
-    if (!options.report.empty()) {
-        try {
-            std::string text = name + ", " + std::to_string(motion.size()) + " frames";
-            for (const std::string& hint : hints)
-                text += ". " + hint;
-            jostle_bench::write_report(report, text, jostle_system::path_of(options.report));
-        } catch (const std::runtime_error& error) {
-            throw UsageError(std::string("--report: ") + error.what());
-        }
+}
+
+void write_page(const std::string& path, const std::string& name, const std::vector<Measured>& all,
+                std::uint64_t n, const std::vector<std::string>& hints)
+{
+    const std::string scene = printable(jostle_system::text_of(jostle_system::path_of(name).filename()));
+    std::vector<jostle_bench::ReportRow> rows;
+    for (const Measured& m : all)
+        rows.push_back(report_row(m, scene, n));
+    std::string about = name + ", " + std::to_string(all.front().answers.size()) + " frames";
+    for (const std::string& hint : hints)
+        about += ". " + hint;
+    try {
+        jostle_bench::write_report(rows, about, jostle_system::path_of(path));
+    } catch (const std::runtime_error& error) {
+        throw UsageError(std::string("--report: ") + error.what());
     }
+}
+
+template <int Dim, class T>
+void compare(const Options& options, const std::string& name, const Motion<Dim, T>& motion,
+             const std::string& about)
+{
+    std::printf("%s: up to %s boxes, %dD %s, %s\n", printable(name).c_str(), grouped(motion.most).c_str(),
+                Dim, sizeof(T) == 4 ? "float" : "double",
+                motion.moves() ? (grouped(motion.frames.size()) + " frames").c_str()
+                               : "one frame, asked for again and again");
+    if (!about.empty()) std::printf("  %s\n", shortened(about, 500).c_str());
+    if (motion.moves())
+        std::printf("  %.0f %% of the boxes change from one frame to the next\n", 100 * moving_share(motion));
+    std::printf("\n");
+    std::fflush(stdout);
+
+    RowsFile file(options.json);
+    const std::vector<Measured> all = measure_all(options, motion);
+    const bool checked = check(motion, all.front());
+    double by_place_ms = 0;
+    if (motion.most >= 1000)
+        by_place_ms = measure_finder("jostle, boxes in order of place", Threads(options.threads.front()),
+                                     by_place(motion))
+                          .median_ms();
+
+    print(all);
+    const std::string difference = disagreement(all);
+    if (difference.empty())
+        std::printf("\n  All find the same pairs in every frame%s.\n",
+                    checked ? ", and in the first and the last so does brute force" : "");
+    const std::vector<std::string> hints = advice(all, by_place_ms);
+    for (const std::string& hint : hints)
+        std::printf("  %s\n", hint.c_str());
+
+    write_rows(file, name, all, motion.most);
+    if (!options.report.empty()) write_page(options.report, name, all, motion.most, hints);
     if (!difference.empty()) throw std::runtime_error(difference);
 }
 
@@ -485,8 +522,7 @@ void compare_recording(const Options& options, const std::string& path,
         Progress progress("reading", frames);
         std::vector<Aabb<Dim, T>> boxes;
         for (std::uint64_t frame = 0; frame < frames && recording.next(boxes); ++frame, progress.step()) {
-            motion.most = std::max(motion.most, boxes.size());
-            motion.frames.push_back(boxes);
+            motion.add(boxes, path + ": frame " + std::to_string(frame));
         }
     }
     if (motion.frames.empty()) throw UsageError(path + ": has no frames; record it again");
@@ -505,8 +541,7 @@ void compare_files(const Options& options, BoxSet first)
             throw UsageError(options.files[k] +
                              ": its boxes are of another dimension or type than those of " +
                              options.files.front());
-        motion.most = std::max(motion.most, boxes->size());
-        motion.frames.push_back(std::move(*boxes));
+        motion.add(std::move(*boxes), options.files[k]);
     }
     compare(options, options.files.front(), motion, "");
 }
@@ -514,15 +549,11 @@ void compare_files(const Options& options, BoxSet first)
 void run(const Options& options)
 {
     check_for_peers(!options.peers.empty());
-    if (!options.report.empty()) {
-        if (options.report == options.json) throw UsageError("--report and --json name one file; give two");
-        try {
-            jostle_bench::check_gnuplot(); // before minutes of work
-        } catch (const std::runtime_error& error) {
-            throw UsageError(std::string("--report: ") + error.what());
-        }
-    }
+    check_report(options.report, options.json);
     if (options.json == "-") throw UsageError("--json: stdout has the table; give a file");
+    for (const std::string& file : options.files)
+        for (const std::string& out : {options.json, options.report})
+            keep_input(file, out);
     const std::string& path = options.files.front();
     if (extension_of(path) == ".jrec") {
         if (options.files.size() > 1) throw UsageError(options.files[1] + ": one recording at a time");

@@ -132,10 +132,7 @@ void run(const Options& options)
     if (options.out == "-" && options.stats)
         throw UsageError(
             "--stats and -o - would both write to stdout; give -o a file, or leave one of them out");
-    std::error_code ignored;
-    if (write && out != "-" &&
-        std::filesystem::equivalent(jostle_system::path_of(options.in), jostle_system::path_of(out), ignored))
-        throw UsageError(out + ": is the input itself; choose another name for the output");
+    if (write && out != "-") keep_input(options.in, out);
 
     Stopwatch watch;
     const BoxSet set = read_boxes(options.in, options.read);

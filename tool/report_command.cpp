@@ -17,6 +17,7 @@
 #include "bench/report.hpp"
 #include "commands.hpp"
 #include "io/input_file.hpp"
+#include "io/output_file.hpp"
 #include "system/system.hpp"
 #include "text.hpp"
 
@@ -40,7 +41,11 @@ std::vector<Json> read_rows(const std::string& name)
     char bytes[1 << 16];
     for (std::size_t got; (got = file.read(bytes, sizeof bytes)) > 0;)
         text.append(bytes, got);
-    Json all = Json::parse(text, nullptr, false);
+    // Rows have members, and those no more than members: what is nested deeper can't be shown.
+    bool deep = false;
+    Json all = Json::parse(
+        text, [&](int depth, Json::parse_event_t, Json&) { return !(deep = deep || depth > 10); }, false);
+    if (deep) all = nullptr;
     if (all.is_object()) all = Json::array({all});
     const bool rows = all.is_array() && !all.empty() &&
                       std::all_of(all.begin(), all.end(), [](const Json& row) { return row.is_object(); });
@@ -87,8 +92,8 @@ std::optional<std::pair<std::string, std::string>> time_of(const std::vector<Jso
                                      {"us_each", "µs"},
                                      {"ns_each", "ns"},
                                      {"ms", "ms"}})
-        if (std::any_of(rows.begin(), rows.end(), [&name = name](const Json& row) {
-                return row.contains(name) && row[name].is_number();
+        if (std::any_of(rows.begin(), rows.end(), [&member = name](const Json& row) {
+                return row.contains(member) && row[member].is_number();
             }))
             return std::pair{name, unit};
     return {};
@@ -156,9 +161,8 @@ void run(const Options& options)
     std::error_code unknown;
     if (!std::filesystem::is_directory(folder, unknown))
         throw UsageError("-o: " + jostle_system::text_of(folder) + " is no folder; make it first");
-    if (std::find(options.files.begin(), options.files.end(), options.out) != options.files.end())
-        throw UsageError("-o: " + options.out +
-                         " is one of the results, and would be written over; give another name");
+    for (const std::string& file : options.files)
+        keep_input(file, options.out);
     std::vector<jostle_bench::ReportRow> frames;
     std::vector<jostle_bench::ReportTable> tables;
     for (const std::string& file : options.files) {

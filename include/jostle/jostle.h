@@ -20,8 +20,9 @@
 /// Handles   are made by ..._new (shapes and executors by their kinds) and given back by ..._free, which
 ///           takes NULL, too. Each knows its kind: a handle of another kind, and one of the last 1024 that
 ///           were freed, is JOSTLE_BAD_HANDLE. What a handle was made with (an executor, a shape) lives as
-///           long as it needs it: the order of freeing doesn't matter. A callback may not free a handle that
-///           the call around it was given: on the thread that made the call that is an error.
+///           long as it needs it: the order of freeing doesn't matter. A callback may neither free nor change
+///           a handle that the call around it was given: on the thread that made the call that is an error.
+///           Commands to a world and work for an executor are no such changes.
 /// Options   structs that begin with `struct_size` are set to zero, then struct_size to their sizeof. Zero is
 ///           the default of each member, and NULL in place of the struct is all defaults. A later version may
 ///           add members at the end; programs compiled before run on. Structs without struct_size never
@@ -416,9 +417,9 @@ JOSTLE_C_API jostle_status jostle_boxes_strided(jostle_space space, const void* 
 /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
 JOSTLE_C_API jostle_status jostle_boxes_validate(jostle_space space, const jostle_boxes* boxes,
                                                  jostle_error* error);
-/// The definition that every index answers to: whether one box answers one question, and where
-/// (jostle_hit::at; 0 for regions). For JOSTLE_NEAREST and JOSTLE_NEAREST_TO_BOX: the squared distance, and
-/// whether its root is at most max_distance.
+/// The definition that every index answers to: whether one box answers one question that an index takes, and
+/// where (jostle_hit::at; 0 for regions). For JOSTLE_NEAREST and JOSTLE_NEAREST_TO_BOX: the squared distance,
+/// and whether its root is at most max_distance.
 JOSTLE_C_API jostle_status jostle_box_answers(jostle_space space, jostle_question kind, const void* question,
                                               const void* box, int32_t* answers, double* at,
                                               jostle_error* error);

@@ -78,8 +78,8 @@ jostle_status jostle_closed_mesh_winding_numbers(const jostle_closed_mesh* mesh,
         const ClosedMesh& solid = open(mesh).solid;
         const auto* const given = wanted_array_of<Vec<3, double>>(points, count, "points");
         wanted_array(numbers, count, "numbers");
-        for (std::uint64_t i = 0; i < count; ++i)
-            numbers[i] = solid.winding_number(given[i]);
+        for_each_object(static_cast<std::size_t>(count),
+                        [&](std::size_t i) { numbers[i] = solid.winding_number(given[i]); });
     });
 }
 jostle_status jostle_closed_mesh_contains(const jostle_closed_mesh* mesh, jostle_space space,

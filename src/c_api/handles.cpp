@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "base/per_thread.hpp"
+
 namespace jostle::c_api {
 namespace {
 
@@ -17,8 +19,6 @@ constexpr std::uint64_t freed = 0x6a6f73746c65ff00U;
 constexpr std::size_t remembered = 1024;
 constinit std::array<std::atomic<Handle*>, remembered> graveyard{};
 constinit std::atomic<std::size_t> next_grave{0};
-
-constinit thread_local Call* innermost = nullptr;
 
 void tell(jostle_error* error, jostle_status status, const char* message, std::uint64_t index,
           std::int32_t callback_result) noexcept
@@ -42,14 +42,17 @@ void tell(jostle_error* error, jostle_status status, const char* message, std::u
 
 Content::~Content() = default;
 
-Call::Call() noexcept : outer_(std::exchange(innermost, this)) {}
+Call::Call() noexcept : outer_(of_this_thread())
+{
+    PerThread<Call>::set(this);
+}
 Call::~Call()
 {
-    innermost = outer_;
+    PerThread<Call>::set(outer_);
 }
 Call* Call::of_this_thread() noexcept
 {
-    return innermost;
+    return PerThread<Call>::get();
 }
 bool Call::is_open_outside(const void* handle) const noexcept
 {
@@ -106,12 +109,17 @@ Content& open(const void* handle, std::uint64_t mark, const char* name)
     refuse(std::string("this is no ") + name, JOSTLE_BAD_HANDLE);
 }
 
+void refuse_in_callback(const void* handle, const char* name, const char* verb)
+{
+    if (const Call* const call = Call::of_this_thread(); call != nullptr && call->is_open_outside(handle))
+        refuse(std::string("this ") + name + " is in use by the call that runs this callback: " + verb +
+               " it afterwards");
+}
+
 void release(void* handle, std::uint64_t mark, const char* name)
 {
     open(handle, mark, name);
-    if (const Call* const call = Call::of_this_thread(); call != nullptr && call->is_open_outside(handle))
-        refuse(std::string("this ") + name +
-               " is in use by the call that runs this callback: free it afterwards");
+    refuse_in_callback(handle, name, "free");
     Handle& opened = *static_cast<Handle*>(handle);
     std::uint64_t expected = mark;
     // Of two threads that free one handle, one does.

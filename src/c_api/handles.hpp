@@ -42,7 +42,7 @@ struct Failure
 jostle_status report(jostle_error* error) noexcept;
 
 /// A call that this thread is in, and the handles that it has opened. A callback may make further calls, but
-/// must not free what the calls around it go on with.
+/// must neither free nor change what the calls around it go on with.
 class Call
 {
   public:
@@ -147,6 +147,18 @@ inline std::span<const std::uint64_t> offsets_of(const std::uint64_t* offsets, s
     return {offsets, static_cast<std::size_t>(count) + 1};
 }
 
+/// Calls work(i) for each of `count` objects; an error names the one at fault.
+template <class F>
+void for_each_object(std::size_t count, F&& work)
+{
+    for (std::size_t i = 0; i < count; ++i)
+        try {
+            work(i);
+        } catch (const Error& error) {
+            throw Failure{static_cast<jostle_status>(error.code()), error.what(), i};
+        }
+}
+
 /// An option struct that begins with its size: what the caller has of it, and zeros.
 template <class Options>
 Options read_options(const Options* given, const char* name)
@@ -203,14 +215,33 @@ struct Handle
 template <class Opaque>
 struct Behind;
 
+/// What callbacks may change while the call around them goes on: it looks after itself.
+template <class Opaque>
+inline constexpr bool changes_in_callbacks = false;
+template <>
+inline constexpr bool changes_in_callbacks<jostle_executor> = true;
+template <>
+inline constexpr bool changes_in_callbacks<jostle_world> = true;
+
 Content& open(const void* handle, std::uint64_t mark, const char* name);
 void release(void* handle, std::uint64_t mark, const char* name);
+/// Refuses to free or change what a call around this one has opened.
+void refuse_in_callback(const void* handle, const char* name, const char* verb);
 
+/// To be read.
 template <class Opaque>
 auto& open(const Opaque* handle)
 {
     using Of = Behind<Opaque>;
     return static_cast<typename Of::type&>(open(handle, Of::mark, Of::name));
+}
+/// To be changed.
+template <class Opaque>
+auto& open(Opaque* handle)
+{
+    auto& content = open(static_cast<const Opaque*>(handle));
+    if (!changes_in_callbacks<Opaque>) refuse_in_callback(handle, Behind<Opaque>::name, "change");
+    return content;
 }
 template <class Opaque>
 void release(Opaque* handle)

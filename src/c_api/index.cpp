@@ -275,7 +275,7 @@ jostle_status jostle_index_join(jostle_index* index, const jostle_boxes* boxes, 
                                 jostle_error* error)
 {
     return guarded(error, [&] {
-        IndexContent& content = open(index);
+        IndexContent& content = open(static_cast<const jostle_index*>(index)); // visitors may join, too
         ResultsContent& into = open(results);
         content.on([&]<int Dim, Coordinate T>(BoxIndex<Dim, T>& typed) {
             const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");

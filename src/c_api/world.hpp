@@ -150,18 +150,6 @@ struct Behind<jostle_world>
     static constexpr const char* name = "jostle_world";
 };
 
-/// Calls work(i) for each of `count` objects; an error names the one at fault.
-template <class F>
-void for_each_object(std::size_t count, F&& work)
-{
-    for (std::size_t i = 0; i < count; ++i)
-        try {
-            work(i);
-        } catch (const Error& error) {
-            throw Failure{static_cast<jostle_status>(error.code()), error.what(), i};
-        }
-}
-
 /// Calls read(world, id, i) for each id, which must be in the world.
 template <class F>
 void read_each(const jostle_world* world, const jostle_id* ids, std::uint64_t count, F&& read)

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/checks.hpp"
+#include "base/per_thread.hpp"
 #include "base/radix.hpp"
 #include "index/answers.hpp"
 #include "index/box_index_access.hpp"
@@ -43,19 +44,19 @@ class Answering
 {
   public:
     /// Null: it calls none.
-    explicit Answering(const void* index) noexcept : index_(index), outer_(innermost_)
+    explicit Answering(const void* index) noexcept : index_(index), outer_(PerThread<const Answering>::get())
     {
-        if (index_ != nullptr) innermost_ = this;
+        if (index_ != nullptr) PerThread<const Answering>::set(this);
     }
     Answering(const Answering&) = delete;
     Answering& operator=(const Answering&) = delete;
     ~Answering()
     {
-        if (index_ != nullptr) innermost_ = outer_;
+        if (index_ != nullptr) PerThread<const Answering>::set(outer_);
     }
     static void check_none(const void* index)
     {
-        for (const Answering* each = innermost_; each != nullptr; each = each->outer_)
+        for (const Answering* each = PerThread<const Answering>::get(); each != nullptr; each = each->outer_)
             if (each->index_ == index)
                 throw Error(ErrorCode::invalid_argument,
                             "this BoxIndex is answering a question, which runs this callback; change it "
@@ -63,7 +64,6 @@ class Answering
     }
 
   private:
-    static inline constinit thread_local const Answering* innermost_ = nullptr;
     const void* const index_;
     const Answering* const outer_;
 };

@@ -110,6 +110,7 @@ void Writer<Dim, T>::apply(const Command<Dim, T>& command)
     switch (command.kind) {
     case CommandKind::remove:
         object.set(flag::alive, false);
+        any_removed_ = true;
         break;
     case CommandKind::move:
         set_box(index, command.box);

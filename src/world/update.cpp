@@ -210,8 +210,8 @@ void World<Dim, T>::Implementation::begin_changes()
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::note_removals()
 {
-    if (!user_data.any()) return;
     user_data.begin_removal();
+    if (!applied->writer.any_removed()) return;
     for (const world::Index index : applied->changes.objects())
         if (const auto object = state.objects[index];
             !object.has(world::flag::alive) && object.place() != world::Place::none)
@@ -256,7 +256,7 @@ void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries
     }
     began_pairs.forget();
     changed_pairs.forget();
-    if (user_data.any()) user_data.end_removal();
+    user_data.end_removal();
     if (pair_slots) {
         pair_slots->change(next);
         changed_slots.forget();

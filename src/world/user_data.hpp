@@ -15,7 +15,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
 /// What the user keeps with each object: 64 bits, by index. Any thread may call everything at any time,
-/// except what an update does. Takes no memory before something is kept.
+/// except what an update does. Takes no memory before something is kept or removed.
 class UserData
 {
   public:

@@ -40,6 +40,9 @@ class Writer
     /// Objects that several queues have commands about, or whose commands have a sequence.
     [[nodiscard]] bool any_contested() const noexcept { return any_contested_; }
 
+    /// Whether a command has removed an object.
+    [[nodiscard]] bool any_removed() const noexcept { return any_removed_; }
+
     /// Notes the object as written to, before that is done.
     void touch(Index index);
 
@@ -63,6 +66,7 @@ class Writer
     Changes<Dim, T>& changes_;
     bool several_queues_ = false;
     bool any_contested_ = false;
+    bool any_removed_ = false;
     std::uint32_t queue_ = 0, only_queue_ = 0; // the one that commands came of, until there are several
     std::pmr::vector<Noted>* noted_ = nullptr;
     Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update

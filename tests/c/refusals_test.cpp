@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What the C interface refuses, and what it says then; and what has names.
+#include <algorithm>
+#include <functional>
+#include <initializer_list>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -272,6 +276,152 @@ TEST_F(CRefusals, HandlesAreNotFreedInTheirOwnCallbacks)
     OK(jostle_world_free(std::exchange(world, nullptr), &error));
     OK(jostle_index_free(std::exchange(index, nullptr), &error));
     OK(jostle_finder_free(std::exchange(finder, nullptr), &error));
+}
+
+// Memory that the call around a callback reads mustn't move, and its results aren't another call's.
+TEST_F(CRefusals, HandlesAreNotChangedInTheirOwnCallbacks)
+{
+    Random random(6);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 300, 3);
+    const jostle_boxes given = view(boxes);
+    static jostle_error inner;
+    static std::function<jostle_status()> change;
+    static int calls = 0;
+    const auto try_it = [] { // lambdas without captures call it from C
+        ++calls;
+        EXPECT_EQ(change(), JOSTLE_INVALID_ARGUMENT);
+        EXPECT_NE(std::string(inner.message).find("is in use by the call that runs this callback"),
+                  std::string::npos)
+            << inner.message;
+    };
+    static const auto do_it = try_it;
+    const auto called = [&](const char* what) { EXPECT_GT(std::exchange(calls, 0), 0) << what; };
+    OK(jostle_executor_serial(&executor, &error));
+    auto options = options_of<jostle_options>();
+    options.executor = executor;
+
+    OK(jostle_finder_new(&options, &finder, &error));
+    auto filter = options_of<jostle_filter>();
+    filter.accept = [](void*, std::uint32_t, std::uint32_t) -> std::int32_t {
+        do_it();
+        return 1;
+    };
+    jostle_blocks pairs{};
+    change = [&] { return jostle_finder_release_memory(finder, &inner); };
+    OK(jostle_finder_find(finder, JOSTLE_3F, &given, nullptr, &filter, JOSTLE_CANONICAL, &pairs, &error));
+    EXPECT_EQ(pairs.count, static_cast<std::uint64_t>(calls));
+    called("release_memory");
+
+    OK(jostle_index_new(JOSTLE_3F, &options, &index, &error));
+    OK(jostle_index_build(index, nullptr, &given, &error));
+    const auto visit = [](void*, std::uint64_t, double, double*) -> std::int32_t {
+        do_it();
+        return 1;
+    };
+    std::int32_t finished = 0;
+    const std::uint32_t id = 0;
+    for (const auto& each : std::initializer_list<std::function<jostle_status()>>{
+             [&] { return jostle_index_build(index, nullptr, &given, &inner); },
+             [&] { return jostle_index_erase(index, &id, 1, &inner); },
+             [&] { return jostle_index_clear(index, &inner); },
+             [&] { return jostle_index_release_memory(index, &inner); }}) {
+        change = each;
+        OK(jostle_index_visit(index, JOSTLE_BOX, boxes.data(), nullptr, visit, nullptr, &finished, &error));
+        called("a change of the index");
+    }
+    // It may be asked.
+    const auto join = [](void* its, std::uint64_t, double, double*) -> std::int32_t {
+        const auto& [joined, with, into] =
+            *static_cast<std::tuple<jostle_index*, const jostle_boxes*, jostle_results*>*>(its);
+        EXPECT_EQ(jostle_index_join(joined, with, into, &inner), JOSTLE_OK) << inner.message;
+        return 0;
+    };
+    std::tuple<jostle_index*, const jostle_boxes*, jostle_results*> joining{index, &given, results};
+    OK(jostle_index_visit(index, JOSTLE_BOX, boxes.data(), nullptr, join, &joining, &finished, &error));
+    EXPECT_EQ(finished, 0);
+    // Two calls that fill one result: the outer one's answers alone.
+    auto query_filter = options_of<jostle_query_filter>();
+    query_filter.accept = [](void*, std::uint32_t, std::uint64_t) -> std::int32_t {
+        do_it();
+        return 1;
+    };
+    change = [&] {
+        return jostle_index_all(index, JOSTLE_BOX, boxes.data(), 1, nullptr, UINT64_MAX, results, &inner);
+    };
+    OK(jostle_index_all(index, JOSTLE_BOX, boxes.data(), 1, &query_filter, UINT64_MAX, results, &error));
+    jostle_lists lists{};
+    OK(jostle_results_lists(results, &lists, &error));
+    EXPECT_EQ(lists.questions, 1u);
+    EXPECT_EQ(lists.count, static_cast<std::uint64_t>(calls));
+    called("the same results");
+
+    auto responses_options = options_of<jostle_responses_options>();
+    responses_options.common = &options;
+    OK(jostle_responses_new(JOSTLE_DOUBLE, 1, &responses_options, &responses, &error));
+    auto process_options = options_of<jostle_process_options>();
+    process_options.executor = executor;
+    jostle_work_plan plan{};
+    OK(jostle_plan_work(1, &process_options, &plan, &error));
+    const double value = 7;
+    const void* sums = nullptr;
+    std::uint64_t count = 0;
+    for (const auto& each : std::initializer_list<std::function<jostle_status()>>{
+             [&] { return jostle_responses_release_memory(responses, &inner); },
+             [&] { return jostle_responses_start(responses, 5, &plan, &inner); },
+             [&] { return jostle_responses_sum(responses, 1, &id, &value, 1, &sums, &inner); }}) {
+        change = each;
+        OK(jostle_responses_start(responses, 1, &plan, &error));
+        OK(jostle_responses_add(responses, {0, 0}, 1, &id, &value, &error));
+        const auto apply = [](void*, std::uint32_t, std::uint32_t, const void*) { do_it(); };
+        OK(jostle_responses_merge(responses, apply, nullptr, &sums, &count, &error));
+        ASSERT_EQ(count, 1u);
+        EXPECT_EQ(*static_cast<const double*>(sums), 7);
+        called("a change of the responses");
+    }
+
+    jostle_shape *own = nullptr, *ball = nullptr;
+    jostle_shapes* shapes = nullptr;
+    const auto support = [](void*, const double*, double* point) {
+        do_it();
+        std::fill_n(point, 3, 0.0);
+    };
+    OK(jostle_shape_custom(3, JOSTLE_SHAPE_FIRST_CUSTOM, 1, support, nullptr, &own, &error));
+    OK(jostle_shape_sphere(3, 1, &ball, &error));
+    OK(jostle_shapes_new(3, &shapes, &error));
+    OK(jostle_shapes_add(shapes, own, 2, &error));
+    const double poses[2][7] = {{0, 0, 0, 0, 0, 0, 1}, {1, 0, 0, 0, 0, 0, 1}};
+    const jostle_objects objects{shapes, {poses, 2, sizeof poses[0]}};
+    double bounds[12];
+    for (const auto& each : std::initializer_list<std::function<jostle_status()>>{
+             [&] { return jostle_shapes_add(shapes, ball, 1000, &inner); },
+             [&] { return jostle_shapes_set(shapes, 0, ball, &inner); },
+             [&] { return jostle_shapes_clear(shapes, &inner); }}) {
+        change = each;
+        OK(jostle_bounds(JOSTLE_3D, &objects, 0, executor, bounds, &error));
+        called("a change of the shapes");
+    }
+    OK(jostle_shapes_add(shapes, ball, 1, &error)); // afterwards
+    OK(jostle_shapes_free(shapes, &error));
+    OK(jostle_shape_free(ball, &error));
+    OK(jostle_shape_free(own, &error));
+    change = nullptr;
+}
+
+TEST_F(CRefusals, PointsAreNamed)
+{
+    const double corners[4][3] = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}};
+    const std::uint32_t sides[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+    jostle_shape* mesh = nullptr;
+    jostle_closed_mesh* solid = nullptr;
+    OK(jostle_shape_mesh(JOSTLE_3D, corners, 4, sides[0], 4, &mesh, &error));
+    OK(jostle_closed_mesh_new(mesh, &solid, &error));
+    const double points[3][3] = {{1, 1, 1}, {9, 9, 9}, {0, 1e61, 0}};
+    std::int32_t numbers[3] = {};
+    refused(jostle_closed_mesh_winding_numbers(solid, points[0], 3, numbers, &error), "1e+61");
+    EXPECT_EQ(error.index, 2u);
+    EXPECT_EQ(numbers[0], 1);
+    OK(jostle_closed_mesh_free(solid, &error));
+    OK(jostle_shape_free(mesh, &error));
 }
 
 TEST_F(CRefusals, ShapesAndWork)

@@ -30,6 +30,22 @@ TEST(Errors, OfWhatIsZeroTooMuchOrInTheWrongPlace)
                   (void)time_of_impact(ball, Motion<3, double>{}, ball, Motion<3, double>{}, 0.0);
               }).find("a length above 0"),
               std::string::npos);
+    Motion<3, double> fast;
+    fast.linear = {0, 2e60, 0};
+    EXPECT_NE(message_of([&] {
+                  (void)time_of_impact(ball, Motion<3, double>{}, ball, fast, 0.1);
+              }).find("a motion has position 0 0 0, rotation 0 0 0 1, linear 0 2e+60 0, angular 0 0 0;"),
+              std::string::npos);
+    Motion<2, float> spinning;
+    spinning.angular = {-2e9f};
+    const std::vector<Shape2> circles(2, Shape2::sphere(1));
+    const std::vector<Motion<2, float>> motions{{}, spinning};
+    const std::vector<Pair> pair{{0, 1}};
+    std::vector<Impact<2, float>> impacts(1);
+    EXPECT_NE(message_of([&] {
+                  ContactFinder2f().impacts(circles, motions, pair, 0.1f, impacts);
+              }).find("the motion of object 1 has position 0 0, rotation 1 0, linear 0 0, angular -2e+09;"),
+              std::string::npos);
 
     const std::vector<double> heights(10, 1.0); // for 3 x 3
     EXPECT_THROW(HeightField(HeightGrid<double>{heights, 3, 3, 1, 1}), Error);

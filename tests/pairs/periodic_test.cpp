@@ -366,8 +366,8 @@ TEST(Periodic, BadInputIsAnErrorThatNamesTheBox)
     EXPECT_TRUE(has(refusal(images, good, jostle::Vec2f{10, -1}, none), "along y is -1"));
     EXPECT_TRUE(has(refusal(images, good, jostle::Vec2f{nan, 10}, none), "along x is nan"));
     EXPECT_TRUE(has(refusal(images, good, jostle::Vec2f{infinity, 10}, none), "along x is inf"));
-    const auto nothing = jostle::BoxView<2, float>::strided(nullptr, nullptr, 3, sizeof(Aabb2f));
-    EXPECT_EQ(contract::message_of([&] { images.build(nothing, period); }),
+    const auto nowhere = jostle::BoxView<2, float>::strided(nullptr, nullptr, 3, sizeof(Aabb2f));
+    EXPECT_EQ(contract::message_of([&] { images.build(nowhere, period); }),
               "a view of 3 boxes with a null pointer");
     // Of several the lowest, NaN or not.
     std::vector<Aabb2f> several(10'000, {{1, 1}, {2, 2}});

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Which room includes which.
 
-    tests/rooms/rooms.py --check   fails for an arrow that isn't allowed, for a circle, and for an old picture
+    tests/rooms/rooms.py --check   fails for an arrow that isn't allowed, for a circle, for an old picture, and for a
+                                   variable of threads out of its place
     tests/rooms/rooms.py --draw    draws docs/images/rooms.svg again
     tests/rooms/rooms.py --dot     writes the graph in Graphviz's language, with how many includes each arrow has
 
@@ -29,7 +30,7 @@ ALLOWED = {
     "world": ["pairs", "index", "base", "jostle"],
     "narrow": ["base", "simd", "jostle"],
     "chapter": ["base", "jostle"],
-    "c_api": ["jostle"],
+    "c_api": ["base", "jostle"],
     "system": [],
     "scenes": ["system", "jostle"],
     "simulation": ["scenes", "base", "simd", "jostle"],
@@ -43,6 +44,9 @@ ALLOWED = {
 # Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first.
 FOLDERS = {"narrow": ["shapes", "kernels", "convex", "parts", "interface"]}
 OUTSIDE = ("system", "scenes", "simulation", "bench", "recorder", "tool", "examples", "adapters", "distributed")
+# The one file with variables of threads: it says why.
+PER_THREAD = PROJECT / "src" / "base" / "per_thread.hpp"
+THREAD_LOCAL = re.compile(r"^(?!\s*//).*\bthread_local\b", re.MULTILINE)
 INCLUDE = re.compile(r'^\s*#\s*(?:include|define\s+HWY_TARGET_INCLUDE)\s*[<"]([^">]+)[">]', re.MULTILINE)
 
 
@@ -130,6 +134,9 @@ def faults(rooms, files, arrows):
                 yield f"{file.parent.name} comes before {target.parent.name}, but {name(file)} includes {name(target)}"
         if order and file.parent.name not in (*order, rooms[file]):
             yield f"{name(file)} is in a folder that {name(pathlib.Path(__file__).resolve())} doesn't know"
+    for file in sorted(rooms):
+        if PROJECT / "src" in file.parents and file != PER_THREAD and THREAD_LOCAL.search(file.read_text()):
+            yield f"{name(file)} has a thread_local variable: {name(PER_THREAD)} is for these"
     found = circle({start: set(ends) for start, ends in ALLOWED.items()})
     if found:
         yield "the allowed arrows go in a circle: " + " -> ".join(found)

@@ -52,6 +52,8 @@ CASES = [
     (add("src/narrow/attic/old.hpp", ""), 1, "src/narrow/attic/old.hpp is in a folder that"),
     (add("src/attic/old.hpp", ""), 1, "src/attic/old.hpp is in a room that"),
     (add("src/loose.hpp", ""), 1, "no room"),
+    (add("src/engine/slot.hpp", "inline thread_local int depth = 0;"), 1, "slot.hpp has a thread_local variable"),
+    (add("src/engine/slot.hpp", "// not thread_local"), 0, "no circle"),
     (add("docs/images/rooms.svg", ""), 1, "out of date"),
     (redraw(add("docs/images/rooms.svg", "")), 0, "no circle"),
 ]

@@ -40,8 +40,10 @@ TEST_F(Compare, AllSystemsAgreeOnARecordingAndSayWhatTheyTake)
     EXPECT_NE(result.out.find("up to 1,500 boxes, 3D float, 12 frames"), std::string::npos) << result.out;
     EXPECT_NE(result.out.find("boxes in rows"), std::string::npos);
     EXPECT_NE(result.out.find("100 % of the boxes change"), std::string::npos);
-    EXPECT_NE(result.out.find("All find the same pairs in every frame, and so does brute force"),
-              std::string::npos);
+    EXPECT_NE(
+        result.out.find(
+            "All find the same pairs in every frame, and in the first and the last so does brute force"),
+        std::string::npos);
     const json all = rows();
     ASSERT_EQ(all.size(), 4u);
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -53,6 +55,17 @@ TEST_F(Compare, AllSystemsAgreeOnARecordingAndSayWhatTheyTake)
         EXPECT_EQ(all[i]["frames"], 9); // after 3 that aren't counted
         EXPECT_GT(all[i]["bytes"], 1500 * 24);
         EXPECT_FALSE(all[i]["stages"].empty());
+    }
+}
+
+TEST_F(Compare, SaysWhatBruteForceHasLookedAt)
+{
+    for (const std::vector<std::size_t>& sizes : {std::vector<std::size_t>{50, 50, 20'001}, {20'001, 50}}) {
+        record(sizes, 0);
+        const auto result = run({"compare", "mine.jrec", "--threads", "1"});
+        ASSERT_EQ(result.exit_code, 0) << result.err;
+        EXPECT_NE(result.out.find("All find the same pairs in every frame.\n"), std::string::npos)
+            << result.out;
     }
 }
 
@@ -107,6 +120,18 @@ TEST_F(Compare, AChangeOfOneBoundIsOne)
     EXPECT_EQ(rows()[0]["n"], 4);
 }
 
+// The answers and times of all frames are the command's, and not the system's.
+TEST_F(Compare, CountsTheMemoryOfASystemAlone)
+{
+    const auto bytes = [&](std::size_t frames) {
+        record(std::vector<std::size_t>(frames, 20), 20);
+        const auto result = run({"compare", "mine.jrec", "--threads", "1", "--json", "rows.json"});
+        EXPECT_EQ(result.exit_code, 0) << result.err;
+        return rows()[0]["bytes"].get<std::int64_t>();
+    };
+    EXPECT_LT(std::abs(bytes(1000) - bytes(10)), 20'000);
+}
+
 TEST_F(Compare, TakesAsManyFramesAsAreAskedFor)
 {
     record({100, 40, 160, 160, 10}, 30);
@@ -153,8 +178,16 @@ TEST_F(Compare, WhatCantBeComparedIsSaidInOneLine)
         recorder.frame(std::vector<jostle::Aabb3f>{{{0, 0, 0}, {1, 1, 1}}});
         recorder.frame(std::vector<jostle::Aabb3f>{{{0, 0, 0}, {1, -1, 1}}});
     }
-    expect_refused({"compare", "bad.jrec"}, "frame 1: box 0: ");
+    expect_refused({"compare", "bad.jrec"}, "bad.jrec: frame 1: box 0: ");
+    write("good.npy", tool_test::npy<float>({0, 0, 1, 1}, "<f4", false, "(1, 4)"));
+    write("bad.npy", tool_test::npy<float>({0, 0, 1, 1, 2, 0, 1, 1}, "<f4", false, "(2, 4)"));
+    expect_refused({"compare", "good.npy", "bad.npy"}, "bad.npy: box 1: lo.x = 2 ");
     expect_refused({"compare", "flat.csv", "--json", "-"}, "--json");
+    const std::string flat = read("flat.csv");
+    expect_refused({"compare", "flat.csv", "--json", "./flat.csv"}, "./flat.csv: is the input itself");
+    EXPECT_EQ(read("flat.csv"), flat);
+    expect_refused({"compare", "flat.csv", "--report", "no/such.html"}, "no is no folder");
+    expect_refused({"compare", "flat.csv", "--report", "-"}, "--report: give a file");
 }
 
 } // namespace

@@ -82,17 +82,20 @@ TEST_F(Report, SystemsStandSideBySide)
 TEST_F(Report, RefusesWhatHoldsNoMeasurements)
 {
     write("good.json", R"([{"system":"jostle","question":"rays","us_each":1}])");
-    for (const char* text : {"", "[]", "5", "[5]", "{\"a\":", "[[]]", "\xff"}) {
+    const std::string deep = "{\"a\":" + std::string(200'000, '[') + std::string(200'000, ']') + "}";
+    for (const std::string& text : {std::string(), std::string("[]"), std::string("5"), std::string("[5]"),
+                                    std::string("{\"a\":"), std::string("[[]]"), std::string("\xff"), deep}) {
         write("bad.json", text);
         const Result result = run({"report", "good.json", "bad.json"});
-        EXPECT_EQ(result.exit_code, 2) << text;
+        EXPECT_EQ(result.exit_code, 2) << text.substr(0, 20);
         EXPECT_EQ(
             result.err,
             "jostle: bad.json: holds no measurements; give what a command of jostle wrote for its --json\n");
         EXPECT_FALSE(exists("report.html"));
     }
     EXPECT_NE(run({"report", "none.json"}).err.find("none.json"), std::string::npos);
-    EXPECT_EQ(run({"report", "good.json", "-o", "good.json"}).exit_code, 2);
+    for (const char* same : {"good.json", "./good.json"})
+        EXPECT_EQ(run({"report", "good.json", "-o", same}).exit_code, 2) << same;
     EXPECT_EQ(read("good.json").front(), '[');
     EXPECT_NE(run({"report", "good.json", "-o", "no/such.html"}).err.find("no is no folder"),
               std::string::npos);

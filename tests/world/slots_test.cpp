@@ -158,6 +158,24 @@ TEST(UserData, StaysWithTheObjectUntilTheUpdateAfterItsRemoval)
     EXPECT_THROW(world.user_data(two, std::span<std::uint64_t>(all.data(), 3)), jostle::Error);
 }
 
+// Nobody has others than 0 here, which is what was set all the same.
+TEST(UserData, IsZeroOfAnObjectThatIsRemovedAsOfOneThatIsThere)
+{
+    jostle::World3f world;
+    const jostle::Aabb3f box{{0, 0, 0}, {1, 1, 1}};
+    const ObjectId a = world.add(box), b = world.add(box);
+    world.update();
+    world.set_user_data(a, 0);
+    world.remove(a);
+    world.apply();
+    world.update();
+    ASSERT_EQ(world.ended().size(), 1u);
+    EXPECT_EQ(world.user_data(world.ended()[0].a), 0u);
+    EXPECT_EQ(world.user_data(b), 0u);
+    world.update();
+    EXPECT_THROW((void)world.user_data(a), jostle::Error);
+}
+
 TEST(UserData, IsInSnapshotsAndForks)
 {
     Churn<3, double> churn(3, 6, false);

@@ -75,6 +75,13 @@ void OutputFile::commit()
         attempt([&] { jostle_system::close_file(std::exchange(direct_, -1)); });
 }
 
+void keep_input(const std::string& in, const std::string& out)
+{
+    std::error_code ignored;
+    if (std::filesystem::equivalent(jostle_system::path_of(in), jostle_system::path_of(out), ignored))
+        throw UsageError(out + ": is the input itself; choose another name for the output");
+}
+
 template <class Work>
 void OutputFile::attempt(const Work& work)
 {

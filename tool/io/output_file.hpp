@@ -34,4 +34,7 @@ class OutputFile
     std::string buffer_;
 };
 
+/// Throws a UsageError where what is written to `out` would replace `in`, which is read.
+void keep_input(const std::string& in, const std::string& out);
+
 } // namespace jostle_tool

@@ -70,7 +70,7 @@ void want_rows(const py::array& array, jostle_space space, py::ssize_t width, st
     want_number(array, space, name);
     if (array.ndim() != 2 || array.shape(1) != width || static_cast<std::uint64_t>(array.shape(0)) != count)
         refuse(std::string(name) + " has the shape " + shape_text(array) + ": it must be (" +
-               std::to_string(count) + ", " + std::to_string(width) + ")");
+               (array.ndim() == 2 ? std::to_string(count) : "n") + ", " + std::to_string(width) + ")");
     if ((array.flags() & py::array::c_style) == 0) refuse(std::string(name) + " must be contiguous");
 }
 

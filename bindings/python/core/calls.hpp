@@ -55,6 +55,16 @@ class Pending
 [[noreturn]] void refuse(const std::string& message);
 [[noreturn]] void raise(const jostle_error& error);
 
+/// What a function in Python has answered to yes or no.
+[[nodiscard]] inline bool truth_of(const py::object& answer)
+{
+    try {
+        return answer.cast<bool>();
+    } catch (const py::cast_error&) {
+        refuse("accept returned " + std::string(py::repr(answer)) + ": it must return True or False");
+    }
+}
+
 /// Calls f(error) without Python's lock. What went wrong becomes an exception.
 template <class F>
 void call(F&& f, Pending* pending = nullptr)

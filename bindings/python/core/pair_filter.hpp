@@ -28,7 +28,7 @@ struct PairFilter
         filter.context = this;
         filter.accept = [](void* context, std::uint32_t a, std::uint32_t b) {
             auto* const self = static_cast<PairFilter*>(context);
-            return self->pending.call([&] { return self->accept(a, b).cast<bool>(); });
+            return self->pending.call([&] { return truth_of(self->accept(a, b)); });
         };
     }
     PairFilter(const PairFilter&) = delete;

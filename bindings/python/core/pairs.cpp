@@ -175,7 +175,7 @@ py::tuple find_scenes(const py::array& boxes, const Packed<std::uint64_t>& offse
         filter.context = &asked;
         filter.accept = [](void* context, std::uint64_t scene, std::uint32_t a, std::uint32_t b) {
             auto* const self = static_cast<Asked*>(context);
-            return self->pending.call([&] { return self->accept(scene, a, b).cast<bool>(); });
+            return self->pending.call([&] { return truth_of(self->accept(scene, a, b)); });
         };
     }
     const FinderHandle finder =

@@ -114,7 +114,7 @@ struct AskFilter
             filter.accept = [](void* context, std::uint32_t question, std::uint64_t id) {
                 auto* const self = static_cast<AskFilter*>(context);
                 return self->pending.call(
-                    [&] { return self->accept(self->first_question + question, id).cast<bool>(); });
+                    [&] { return truth_of(self->accept(self->first_question + question, id)); });
             };
         }
         if (!excluded_each) return;

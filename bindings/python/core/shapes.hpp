@@ -67,9 +67,10 @@ struct Objects
         const bool flat = dim_ == 2;
         const py::ssize_t width = moving ? (flat ? 7 : 13) : (flat ? 4 : 7);
         want_number(rows, space, name);
-        const bool packed =
-            rows.size() == 0 || rows.strides(1) == rows.itemsize(); // NumPy's are 0 of nothing
-        if (rows.ndim() != 2 || rows.shape(1) != width || !packed)
+        const auto packed = [&] { // NumPy's strides are 0 of nothing
+            return rows.size() == 0 || rows.strides(1) == rows.itemsize();
+        };
+        if (rows.ndim() != 2 || rows.shape(1) != width || !packed())
             refuse(std::string(name) + " has the shape " + shape_text(rows) + ": it must be (n, " +
                    std::to_string(width) + ") with packed rows");
         view.shapes = shapes.handle.get();

@@ -39,7 +39,7 @@ class World
             options.accept = [](void* context, jostle_id a, jostle_id b) {
                 auto* const self = static_cast<Asks*>(context);
                 const Users::Lent now(*updating);
-                return self->pending->call([&] { return self->accept(a, b).template cast<bool>(); });
+                return self->pending->call([&] { return truth_of(self->accept(a, b)); });
             };
         }
         handle = make<WorldHandle>(

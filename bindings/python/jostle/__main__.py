@@ -129,7 +129,7 @@ def main(arguments: list[str] | None = None) -> int:
             ms = {"read": found_from - started, "find": written_from - found_from, "write": time.perf_counter() - written_from}
             print(json.dumps({"objects": len(boxes), "pairs": len(pairs),
                               "ms": {name: round(1000 * seconds, 3) for name, seconds in ms.items()}}))
-    except (OSError, ValueError) as wrong:
+    except (OSError, ValueError, EOFError, csv.Error) as wrong:
         named = f"{given.file}: " if not isinstance(wrong, OSError) else ""
         print(f"jostle: {named}{wrong}", file=sys.stderr)
         return 2  # as the command jostle does; 1 would be our fault

@@ -48,7 +48,7 @@ def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
 
 
 def boxes(given: Any, name: str = "boxes", dtype: Any = None) -> np.ndarray:
-    """Boxes, read in place. A single box, (2, d), is a batch of one."""
+    """Boxes, read in place."""
     out = floats(given, name, dtype)
     size = out.dtype.itemsize
     if any(stride % size for stride in out.strides):
@@ -90,7 +90,7 @@ def integers(given: Any, name: str, dtype: Any) -> np.ndarray:
         if wrong.any():
             place = tuple(int(i) for i in np.argwhere(wrong)[0])
             where = f"[{', '.join(map(str, place))}]" if place else ""
-            raise Error(f"{name}{where} is {out[place]}, and must be from 0 to {limits.max}", place[0] if place else None)
+            raise Error(f"{name}{where} is {out[place]}, and must be from {limits.min} to {limits.max}", place[0] if place else None)
     return out.astype(dtype)
 
 

@@ -199,8 +199,8 @@ def sum_by_object(objects: Any, values: Any, count: int, threads: int = 0) -> np
     It runs on all cores, and the result is bit for bit the same for any number of them. Returns (count,) or (count, k).
     """
     given = _arrays.array(values)
-    if given.dtype.kind in "iu" and given.dtype != np.int64:
-        given = given.astype(np.int64)
+    if given.dtype.kind in "iu":
+        given = _arrays.integers(given, "values", np.int64)
     flat = given.ndim == 1
     sums = _core.sum_by_object(_arrays.packed(objects, "objects", np.uint32),
                                np.ascontiguousarray(given[:, None] if flat else given), _arrays.whole(count, "count"),

@@ -111,6 +111,8 @@ def find_periodic_pairs(boxes: Any, period: Any, *, category: Any = None, mask: 
     """
     a = _arrays.boxes(boxes)
     lengths = _arrays.rows(period, "period").astype(np.float64)
+    if lengths.shape != (_arrays.dim_of(a),):
+        raise Error(f"period has the shape {lengths.shape}: it must be ({_arrays.dim_of(a)},), a length along each axis")
     rounded = lengths.astype(a.dtype).astype(np.float64)
     if not np.array_equal(rounded, lengths, equal_nan=True):
         raise Error(f"period is {lengths.tolist()}, which {a.dtype} doesn't have: give {rounded.tolist()}, or boxes of float64")
@@ -168,9 +170,10 @@ def iter_pairs(boxes: Any, other: Any = None, *, chunk: int = 1_000_000, categor
     """The pairs that find_pairs finds, as arrays of `chunk` pairs (the last has fewer), for more pairs than memory holds.
 
     The search goes on in the background while you work on a chunk, and waits when four chunks haven't been fetched yet. Chunks come
-    in no particular order, unless threads is 1: then they come in the canonical order. Don't change the boxes meanwhile.
+    in no particular order, unless threads is 1: then they come in the canonical order. Don't change the boxes meanwhile. `accept` is
+    called by the search, on its thread.
     """
-    if chunk < 1:
+    if _arrays.whole(chunk, "chunk", 2**63) < 1:
         raise Error(f"chunk is {chunk}: it must be at least 1")
     a, b = _two(boxes, other)
     stream = _core.PairStream(a, b, *_filter(category, mask, owner, category_b, mask_b, owner_b, accept), chunk,

@@ -194,9 +194,14 @@ def poses(positions: Any, rotations: Any = None) -> np.ndarray:
     flat = at.shape[1] == 2
     out = np.zeros((len(at), 4 if flat else 7), at.dtype)
     out[:, :at.shape[1]] = at
+    if rotations is None:
+        rotations = 0.0 if flat else (0, 0, 0, 1)
+    turns, one = np.asarray(rotations, np.float64), () if flat else (4,)
+    if turns.shape not in (one, (1, *one), (len(at), *one)):  # NumPy would stretch others to fit
+        raise Error(f"rotations has the shape {turns.shape}, and there are {len(at)} positions in {at.shape[1]}D: it must be {one} or "
+                    f"{(len(at), *one)}", None, "size_mismatch")
     if flat:
-        angle = np.asarray(0.0 if rotations is None else rotations, np.float64)
-        out[:, 2], out[:, 3] = np.cos(angle), np.sin(angle)
+        out[:, 2], out[:, 3] = np.cos(turns), np.sin(turns)
     else:
-        out[:, 3:] = (0, 0, 0, 1) if rotations is None else rotations
+        out[:, 3:] = turns
     return out

@@ -6,6 +6,7 @@ from typing import Any, Callable
 
 import numpy as np
 
+from . import _arrays
 from ._errors import Error
 from ._lists import ClosePairs
 
@@ -23,7 +24,7 @@ def all_pairs(visit_pairs: Callable[[Visit, int], bool]) -> np.ndarray:
 
 def first_pairs(count: int, dtype: Any, visit_closest_pairs: Callable[[Visit, int], bool]) -> ClosePairs:
     """The first `count` that visit_closest_pairs(visit, chunk) hands over."""
-    if count < 1:
+    if _arrays.whole(count, "count", 2**63) < 1:
         raise Error(f"count is {count}: it must be at least 1")
     found = [ClosePairs(np.empty((0, 2), dtype), np.empty(0))]
 

@@ -48,6 +48,11 @@ def test_bad_files(text, words):
     assert words in run("-", text=text, rc=2)
 
 
+def test_a_field_without_end():
+    told = run("-", text='lo_x,lo_y,hi_x,hi_y\n"0,0,1,1\n' + "2,2,3,3\n" * 20_000, rc=2)  # the quotation mark isn't closed
+    assert "field limit" in told and told.count("\n") == 1
+
+
 def test_a_file_is_there_whole_or_not_at_all(tmp_path):
     (tmp_path / "boxes.csv").write_text(CRATES)
     assert "whole numbers" in run(tmp_path / "boxes.csv", "-o", tmp_path / "pairs.npy", rc=2)

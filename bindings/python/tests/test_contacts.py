@@ -200,6 +200,9 @@ def test_closed_meshes(dtype):
     moved = solid.signed_distances(points + dtype(1), jostle.poses(np.ones((1, 3), dtype)))
     assert np.allclose(moved["distance"], away["distance"], atol=1e-5)
     assert solid.winding_numbers([[1, 1, 1], [9, 9, 9]]).tolist() == [1, 0]
+    with pytest.raises(jostle.Error) as raised:
+        solid.winding_numbers([[1, 1, 1], [9, np.nan, 9]])
+    assert raised.value.index == 1
     with pytest.raises(jostle.Error, match="triangle 0 between the vertices 0 and 2"):
         jostle.ClosedMesh(jostle.mesh(corners, sides[:3]))
     with pytest.raises(jostle.Error, match="point 1"):
@@ -227,6 +230,9 @@ def test_sums_are_exact_and_the_same_on_any_number_of_threads():
         expected = np.stack([np.bincount(objects, values[:, k].astype(float), 100) for k in range(3)], axis=1)
         assert np.allclose(one, expected, rtol=1e-3) and one.dtype == dtype
     assert jostle.sum_by_object([0, 2, 2], [1, 2, 3], 4).tolist() == [1, 0, 5, 0]
+    assert jostle.sum_by_object([0, 0], np.array([2**63 - 2, 1], np.uint64), 1).tolist() == [2**63 - 1]
+    with pytest.raises(jostle.Error, match=r"values\[1\] is 9223372036854775808"):
+        jostle.sum_by_object([0, 0], np.array([1, 2**63], np.uint64), 1)
 
 
 def test_mistakes_name_the_object():
@@ -249,6 +255,13 @@ def test_mistakes_name_the_object():
                         (lambda: jostle.sum_by_object([1], [[1.0] * 9], 5), "9"),
                         (lambda: jostle.Shapes([jostle.sphere(1), 2]), r"shapes\[1\] is of the type int"), (lambda: jostle.Shapes([2]), r"shapes\[0\]"),
                         (lambda: jostle.sum_by_object([1], [1.0], -5), "count is -5"),
+                        (lambda: jostle.poses(np.zeros((2, 3)), 0.5), r"rotations has the shape \(\)"),
+                        (lambda: jostle.poses(np.zeros((2, 3)), [[0.5], [0.5]]), r"rotations has the shape \(2, 1\)"),
+                        (lambda: jostle.poses(np.zeros((3, 2)), [0.5, 1]), r"rotations has the shape \(2,\)"),
+                        (lambda: jostle.touching(shapes, poses[0], [(0, 1)]), r"poses has the shape \(7,\)"),
+                        (lambda: jostle.hull([1.0, 2, 3]), r"must be \(n, 3\)"),
+                        (lambda: jostle.BoxIndex(jostle.bounds(shapes, poses)).nearest_shapes(shapes, poses, shapes, poses, [1, 2, 3]),
+                         r"max_distances has the shape \(3,\)"),
                         (lambda: jostle.Shapes([jostle.sphere(1), jostle.sphere(1, 2)]), "3D")):
         with pytest.raises(jostle.Error, match=words):
             call()

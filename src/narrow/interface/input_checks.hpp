@@ -37,19 +37,27 @@ inline bool valid(const Pose<Dim, T>& pose)
     return surely || valid_by_number(pose);
 }
 
+template <class Numbers>
+std::string listed(const Numbers& numbers)
+{
+    std::string text_of;
+    for (const auto x : numbers)
+        text_of += " " + text(double{x});
+    return text_of;
+}
+template <int Dim, class T>
+std::string listed(const Pose<Dim, T>& pose)
+{
+    return "position" + listed(pose.position) + ", rotation" + listed(pose.rotation);
+}
+
 template <int Dim, class T>
 [[noreturn]] void refuse_pose(const Pose<Dim, T>& pose, std::uint64_t object)
 {
-    std::string numbers = "position";
-    for (const T x : pose.position)
-        numbers += " " + text(double{x});
-    numbers += ", rotation";
-    for (const T q : pose.rotation)
-        numbers += " " + text(double{q});
     const std::string name =
         object == Error::no_index ? "a pose" : "the pose of object " + std::to_string(object);
     throw Error(ErrorCode::invalid_argument,
-                name + " has " + numbers +
+                name + " has " + listed(pose) +
                     "; give positions within 1e60 and finite rotations that aren't zero",
                 object);
 }
@@ -60,7 +68,7 @@ void check_length(const char* what, T value, bool zero_allowed)
     if (!(value >= 0) || (value == 0 && !zero_allowed) || !(double{value} <= longest))
         throw Error(ErrorCode::invalid_argument,
                     std::string("the ") + what + " is " + text(double{value}) + "; give " +
-                        (zero_allowed ? "a length from 0 to 1e60" : "a length above 0"));
+                        (zero_allowed ? "a length from 0 to 1e60" : "a length above 0, up to 1e60"));
 }
 
 template <class T>
@@ -91,25 +99,18 @@ bool turns_without_end(const Shape<Dim>& shape, const Motion<Dim, T>& motion)
     return turns && ShapeAccess::reach(shape) == HUGE_VAL;
 }
 template <int Dim, class T>
-[[noreturn]] void refuse_motion(std::uint64_t object)
+[[noreturn]] void refuse_motion(const Motion<Dim, T>& motion, std::uint64_t object)
 {
     const std::string name =
         object == Error::no_index ? "a motion" : "the motion of object " + std::to_string(object);
-    throw Error(
-        ErrorCode::invalid_argument,
-        name + " is not valid; give a pose with positions within 1e60, a motion within 1e60, a turn within "
-               "1e9 radians, and for half-spaces, or compounds with one, no turn",
-        object);
+    throw Error(ErrorCode::invalid_argument,
+                name + " has " + listed(motion.pose) + ", linear" + listed(motion.linear) + ", angular" +
+                    listed(motion.angular) +
+                    "; give positions and motions within 1e60, finite rotations that aren't zero, turns "
+                    "within 1e9 radians, and for half-spaces, or compounds with one, no turn",
+                object);
 }
 
-template <int Dim, class T>
-std::string listed(const Vec<Dim, T>& numbers)
-{
-    std::string text_of;
-    for (const T x : numbers)
-        text_of += " " + text(double{x});
-    return text_of;
-}
 inline std::string named(const char* what, std::uint64_t number)
 {
     return number == Error::no_index ? std::string("a ") + what
@@ -187,14 +188,14 @@ inline void check_out(std::size_t pairs, std::size_t out)
                 pair.a);
 }
 template <int Dim, class T>
-void check_object(const Shape<Dim>&, const Pose<Dim, T>& pose, std::uint32_t object)
+void check_object(const Shape<Dim>&, const Pose<Dim, T>& pose, std::uint64_t object)
 {
     if (!valid(pose)) refuse_pose(pose, object);
 }
 template <int Dim, class T>
-void check_object(const Shape<Dim>& shape, const Motion<Dim, T>& motion, std::uint32_t object)
+void check_object(const Shape<Dim>& shape, const Motion<Dim, T>& motion, std::uint64_t object)
 {
-    if (!valid(motion) || turns_without_end(shape, motion)) refuse_motion<Dim, T>(object);
+    if (!valid(motion) || turns_without_end(shape, motion)) refuse_motion(motion, object);
 }
 /// One pair and the objects that it names. Objects that no pair names are not looked at.
 template <int Dim, class Where>

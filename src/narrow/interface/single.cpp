@@ -69,9 +69,8 @@ std::optional<Impact<Dim, T>> time_of_impact(const Shape<Dim>& a, const Motion<D
                                              std::type_identity_t<T> tolerance)
 {
     narrow::check_length("tolerance", tolerance, false);
-    if (!narrow::valid(motion_a) || !narrow::valid(motion_b) || narrow::turns_without_end(a, motion_a) ||
-        narrow::turns_without_end(b, motion_b))
-        narrow::refuse_motion<Dim, T>(Error::no_index);
+    narrow::check_object(a, motion_a, Error::no_index);
+    narrow::check_object(b, motion_b, Error::no_index);
     const Impact<Dim, T> answer = narrow::impact_of(a, motion_a, b, motion_b, tolerance);
     if (answer.time == std::numeric_limits<T>::infinity()) return {};
     return answer;
