@@ -11,6 +11,10 @@
 #include <thread>
 #include <vector>
 
+#ifdef JOSTLE_TEST_WITH_TBB
+#include <tbb/global_control.h>
+#endif
+
 #include "jostle/find_pairs.hpp"
 #include "jostle/process.hpp"
 
@@ -36,6 +40,11 @@ std::unique_ptr<Executor> make(const std::string& sort, std::uint32_t threads)
 
 class ExecutorOf : public ::testing::TestWithParam<std::tuple<std::string, std::uint32_t>>
 {
+#ifdef JOSTLE_TEST_WITH_TBB
+    /// As many threads as are asked for, on a machine of few cores as well.
+    const tbb::global_control threads_{tbb::global_control::max_allowed_parallelism, 16};
+#endif
+
   protected:
     std::unique_ptr<Executor> executor_ = make(std::get<0>(GetParam()), std::get<1>(GetParam()));
 };
@@ -109,7 +118,7 @@ TEST_P(ExecutorOf, TakesUpNoOtherTaskWhileItWaitsInsideOne)
     static thread_local bool is_waiting;
     is_waiting = false;
     std::atomic<int> taken_up{0};
-    for (int round = 0; round < 40; ++round)
+    for (int round = 0; round < 100; ++round)
         executor_->run(executor_->concurrency(), [&](std::uint32_t) {
             if (is_waiting) {
                 ++taken_up;
