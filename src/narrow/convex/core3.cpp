@@ -170,54 +170,65 @@ void Core3::set_smooth(Smooth what, const Vec<3, double>& size)
     lengths = load(size);
 }
 
+void Core3::set_box(const Vec<3, double>& half)
+{
+    const Vec3 size = load(half);
+    is_box = size.x > 0 && size.y > 0 && size.z > 0;
+    if (!is_box) return set_flat_box(size);
+    polytope.vertices = 8;
+    for (std::uint32_t i = 0; i < 8; ++i)
+        put(coordinates_, i,
+            {(i & 1) != 0 ? size.x : -size.x, (i & 2) != 0 ? size.y : -size.y,
+             (i & 4) != 0 ? size.z : -size.z});
+    polytope.edge = box_edge;
+    polytope.edges = 12;
+    polytope.direction = axes;
+    polytope.directions = 3;
+    polytope.faces = 6;
+    polytope.nx = box_normals;
+    polytope.face_stride = lanes;
+    for (std::uint32_t f = 0; f < lanes; ++f)
+        offsets_[f] = size[f < 6 ? static_cast<int>(f / 2) : 0];
+    polytope.offset = offsets_;
+    polytope.loop_begin = box_loop_begin;
+    polytope.loop = box_loop;
+}
+
 /// A box without extent along some axes is a rectangle, a segment or a point: a face without area would have
 /// sides that cut nothing off.
-void Core3::set_box(const Vec<3, double>& half)
+void Core3::set_flat_box(const Vec3& half)
 {
     int wide[3], count = 0;
     for (int d = 0; d < 3; ++d)
-        if (half[static_cast<std::size_t>(d)] > 0) wide[count++] = d;
+        if (half[d] > 0) wide[count++] = d;
     const std::uint32_t corners = 1u << count;
     polytope.vertices = corners;
     for (std::uint32_t i = 0; i < lanes; ++i) {
         Vec3 p;
         const std::uint32_t corner = i < corners ? i : 0;
-        for (int k = 0; k < count; ++k) {
-            const double h = half[static_cast<std::size_t>(wide[k])];
-            p[wide[k]] = (corner >> k & 1) != 0 ? h : -h;
-        }
+        for (int k = 0; k < count; ++k)
+            p[wide[k]] = (corner >> k & 1) != 0 ? half[wide[k]] : -half[wide[k]];
         put(coordinates_, i, p);
     }
     polytope.edge = box_edge;
-    polytope.edges = count == 3 ? 12 : count == 2 ? 4 : static_cast<std::uint32_t>(count);
+    polytope.edges = count == 2 ? 4 : static_cast<std::uint32_t>(count);
     for (int k = 0; k < count; ++k)
         directions_[k] = axes[wide[k]];
     polytope.direction = directions_;
     polytope.directions = static_cast<std::uint32_t>(count);
-    is_box = count == 3;
-    if (count == 3) {
-        polytope.faces = 6;
-        polytope.nx = box_normals;
-        polytope.face_stride = lanes;
-        for (std::uint32_t f = 0; f < lanes; ++f)
-            offsets_[f] = half[f < 6 ? f / 2 : 0];
-        polytope.offset = offsets_;
-        polytope.loop_begin = box_loop_begin;
-        polytope.loop = box_loop;
-    } else if (count == 2) {
-        // Corner 0 to 1 runs along the first axis, 0 to 2 along the second.
-        const Vec3 n = cross(axes[wide[0]], axes[wide[1]]);
-        for (int d = 0; d < 3; ++d) {
-            normals_[2 * d] = n[d];
-            normals_[2 * d + 1] = -n[d];
-        }
-        polytope.faces = 2;
-        polytope.nx = normals_;
-        polytope.face_stride = 2;
-        polytope.loop_begin = rectangle_loop_begin;
-        polytope.loop = rectangle_loop;
-        polytope.edge = rectangle_edge;
+    if (count < 2) return;
+    // Corner 0 to 1 runs along the first axis, 0 to 2 along the second.
+    const Vec3 n = cross(axes[wide[0]], axes[wide[1]]);
+    for (int d = 0; d < 3; ++d) {
+        normals_[2 * d] = n[d];
+        normals_[2 * d + 1] = -n[d];
     }
+    polytope.faces = 2;
+    polytope.nx = normals_;
+    polytope.face_stride = 2;
+    polytope.loop_begin = rectangle_loop_begin;
+    polytope.loop = rectangle_loop;
+    polytope.edge = rectangle_edge;
 }
 
 Core3::Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where, const Kernels& with)

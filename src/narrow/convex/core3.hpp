@@ -45,6 +45,7 @@ struct Core3
 
   private:
     void set_box(const Vec<3, double>& half);
+    void set_flat_box(const Vec3& half);
     void set_smooth(Smooth what, const Vec<3, double>& size);
     double coordinates_[3 * lanes];
     double normals_[6];
