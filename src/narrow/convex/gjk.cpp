@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/convex/gjk.hpp"
 
+#include <bit>
+
 #include "narrow/convex/gaps3.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -10,27 +12,18 @@ namespace {
 /// The point of up to three others' hull that is nearest to the origin.
 struct Nearest
 {
-    int count;
-    int of[3]; ///< which of them it lies between
-    double weight[3];
+    int count = 0;
+    int of[3] = {}; ///< between which of them it lies; behind those the first one again, with weight 0
+    double weight[3] = {};
 };
-
-void keep(Simplex& s, const Nearest& nearest)
-{
-    for (int i = 0; i < nearest.count; ++i) { // in ascending order
-        if (nearest.of[i] != i) s.point[i] = s.point[nearest.of[i]];
-        s.weight[i] = nearest.weight[i];
-    }
-    s.count = nearest.count;
-}
 
 Nearest nearest_on_segment(const Vec3& a, const Vec3& b)
 {
     const Vec3 ab = b - a;
     const double t = -dot(a, ab), size = length2(ab);
-    if (t <= 0 || size == 0) return {1, {0}, {1}};
-    if (t >= size) return {1, {1}, {1}};
-    return {2, {0, 1}, {1 - t / size, t / size}};
+    if (t <= 0 || size == 0) return {1, {0, 0, 0}, {1}};
+    if (t >= size) return {1, {1, 1, 1}, {1}};
+    return {2, {0, 1, 0}, {1 - t / size, t / size}};
 }
 
 /// Ericson sec. 5.1.5, for the origin.
@@ -38,67 +31,81 @@ Nearest nearest_on_triangle(const Vec3& a, const Vec3& b, const Vec3& c)
 {
     const Vec3 ab = b - a, ac = c - a;
     const double d1 = -dot(ab, a), d2 = -dot(ac, a);
-    if (d1 <= 0 && d2 <= 0) return {1, {0}, {1}};
+    if (d1 <= 0 && d2 <= 0) return {1, {0, 0, 0}, {1}};
     const double d3 = -dot(ab, b), d4 = -dot(ac, b);
-    if (d3 >= 0 && d4 <= d3) return {1, {1}, {1}};
+    if (d3 >= 0 && d4 <= d3) return {1, {1, 1, 1}, {1}};
     const double d5 = -dot(ab, c), d6 = -dot(ac, c);
-    if (d6 >= 0 && d5 <= d6) return {1, {2}, {1}};
+    if (d6 >= 0 && d5 <= d6) return {1, {2, 2, 2}, {1}};
     const Vec3 n = cross(ab, ac);
     // The signed areas as the origin sees them; as triple products, which lose less than d1 * d4 - d3 * d2.
     const double vc = dot(n, cross(a, b)), va = dot(n, cross(b, c)), vb = dot(n, cross(c, a));
     if (vc <= 0 && d1 >= 0 && d3 <= 0) {
         const double t = d1 / (d1 - d3);
-        return {2, {0, 1}, {1 - t, t}};
+        return {2, {0, 1, 0}, {1 - t, t}};
     }
     if (vb <= 0 && d2 >= 0 && d6 <= 0) {
         const double t = d2 / (d2 - d6);
-        return {2, {0, 2}, {1 - t, t}};
+        return {2, {0, 2, 0}, {1 - t, t}};
     }
     if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) {
         const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return {2, {1, 2}, {1 - t, t}};
+        return {2, {1, 2, 1}, {1 - t, t}};
     }
     const double sum = va + vb + vc;
     if (!(sum > 0)) return nearest_on_segment(a, b); // no area
     return {3, {0, 1, 2}, {va / sum, vb / sum, vc / sum}};
 }
 
-Vec3 position(const Simplex& s)
+/// The same of points that have other numbers than 0, 1 and 2.
+Nearest renamed(Nearest nearest, const int* numbers)
 {
-    Vec3 v;
-    for (int i = 0; i < s.count; ++i)
-        v += s.point[i].w * s.weight[i];
-    return v;
+    for (int& of : nearest.of)
+        of = numbers[of];
+    return nearest;
+}
+Vec3 position(const Nearest& nearest, const SimplexPoint* points, Vec3 SimplexPoint::* which)
+{
+    Vec3 p;
+    for (int i = 0; i < 3; ++i) // always three: how many they are can't be predicted
+        p += points[nearest.of[i]].*which * nearest.weight[i];
+    return p;
 }
 
-/// Returns true if the origin is inside, unless the caller knows that it isn't.
-bool closest_on_tetrahedron(Simplex& s, bool surely_outside = false)
+/// Of four points, points[at[0]] to points[at[3]]. Returns false if the origin is inside, unless the caller
+/// knows that it isn't.
+bool nearest_on_tetrahedron(const SimplexPoint* points, const int (&at)[4], bool surely_outside,
+                            Nearest& best)
 {
     static constexpr int faces[4][4] = {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};
-    Nearest best{};
     double least = HUGE_VAL;
     bool outside = false;
+    best = {};
     for (const auto& face : faces) {
-        const Vec3 &a = s.point[face[0]].w, &b = s.point[face[1]].w, &c = s.point[face[2]].w;
-        const Vec3 n = cross(b - a, c - a), up = s.point[face[3]].w - a;
+        const int corner[] = {at[face[0]], at[face[1]], at[face[2]]};
+        const Vec3 &a = points[corner[0]].w, &b = points[corner[1]].w, &c = points[corner[2]].w;
+        const Vec3 n = cross(b - a, c - a), up = points[at[face[3]]].w - a;
         const double origin = -dot(a, n), other = dot(up, n);
         // On the inner side; but a flat tetrahedron has no inside, whatever rounding says.
         if (!surely_outside && origin * other > 0 && other * other > 1e-24 * length2(n) * length2(up))
             continue;
         outside = true;
-        Nearest nearest = nearest_on_triangle(a, b, c);
-        Vec3 p;
-        for (int i = 0; i < nearest.count; ++i) {
-            nearest.of[i] = face[nearest.of[i]];
-            p += s.point[nearest.of[i]].w * nearest.weight[i];
-        }
-        if (const double distance = length2(p); distance < least) {
+        const Nearest nearest = renamed(nearest_on_triangle(a, b, c), corner);
+        const double distance = length2(position(nearest, points, &SimplexPoint::w));
+        if (distance < least) {
             least = distance;
             best = nearest;
         }
     }
-    if (outside) keep(s, best);
-    return !outside;
+    return outside;
+}
+
+/// Puts a simplex's points first, in this order.
+void arrange(Simplex& s, const int* at, int count)
+{
+    const Simplex given = s;
+    for (int i = 0; i < count; ++i)
+        s.point[i] = given.point[at[i]];
+    s.count = count;
 }
 
 /// Of a triangle's points the one nearest to p.
@@ -165,10 +172,9 @@ void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
     gap = {outside, b.frame.r * -out, p, b.frame * (local - out * outside), true};
 }
 
-/// b is looked at moved by `shift`; the gap's points are where they are without. Where they aren't apart
-/// gap.normal is the direction in which they overlap least of those tried.
-Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most, Simplex& s,
-            Gap<3>& gap)
+// Flat: each step waits for the one before, so that a call more is felt.
+[[gnu::flatten]] Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, MostSteps most,
+                             Simplex& s, Gap<3>& gap)
 {
     if (!a.is_smooth() && a.polytope.vertices == 1) {
         const Vec3 p = a.frame * a.polytope.vertex(0);
@@ -180,10 +186,12 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Mo
     }
     Vec3 v = a.frame.p - b.frame.p - shift;
     if (length2(v) == 0) v = {1, 0, 0};
+    const bool have_corners = !a.is_smooth() && !b.is_smooth();
     double least = HUGE_VAL, extent = 0;
-    Vec3 on_a, on_b;
-    s.count = 0;
     double& widest = s.parted = -HUGE_VAL;
+    s.count = 0;
+    SimplexPoint* const points = s.point; // each stays in its place as long as it is wanted
+    Nearest best, last; // of all steps, and of the last one, which rounding may have made worse
     for (int step = 0; step < all_steps; ++step) {
         if (step == most.steps || step >= (widest > 0 ? most.parted : most.unparted)) return Verdict::unclear;
         const Support pa = support(a, -v), pb = support(b, v);
@@ -201,43 +209,52 @@ Verdict gjk(const Core3& a, const Core3& b, const Vec3& shift, double enough, Mo
         }
         if (step > 0) {
             // v . w / |v| is a lower bound of the distance, |v| an upper one.
-            bool done = size - along <= 1e-14 * size;
-            for (int i = 0; i < s.count; ++i)
-                done = done ||
-                       (!a.is_smooth() && !b.is_smooth() && s.point[i].ia == w.ia && s.point[i].ib == w.ib);
-            if (done) break;
+            bool again = false;
+            for (const int of : best.of)
+                again |= (points[of].ia == w.ia) & (points[of].ib == w.ib);
+            if (size - along <= 1e-14 * size || (again && have_corners)) break;
         }
-        s.point[s.count] = w;
-        s.weight[s.count] = 1;
-        ++s.count;
-        if (s.count == 2)
-            keep(s, nearest_on_segment(s.point[0].w, s.point[1].w));
-        else if (s.count == 3)
-            keep(s, nearest_on_triangle(s.point[0].w, s.point[1].w, s.point[2].w));
-        else if (s.count == 4 && closest_on_tetrahedron(s)) {
+        const int count = best.count;
+        const unsigned taken = (count > 0 ? 1u << best.of[0] : 0) | (count > 1 ? 1u << best.of[1] : 0) |
+                               (count > 2 ? 1u << best.of[2] : 0);
+        int at[4] = {best.of[0], best.of[1], best.of[2], 0};
+        at[count] = std::countr_one(taken);
+        points[at[count]] = w;
+        if (count == 0)
+            last = {1, {0, 0, 0}, {1}};
+        else if (count == 1)
+            last = renamed(nearest_on_segment(points[at[0]].w, w.w), at);
+        else if (count == 2)
+            last = renamed(nearest_on_triangle(points[at[0]].w, points[at[1]].w, w.w), at);
+        else if (!nearest_on_tetrahedron(points, at, false, last)) {
             // A smooth shape's points lie so close that rounding can say so of shapes that a plane parts.
-            if (!(widest > 0 && widest * widest > 1e-24 * extent)) return Verdict::touch;
-            closest_on_tetrahedron(s, true);
+            if (!(widest > 0 && widest * widest > 1e-24 * extent)) {
+                arrange(s, at, 4);
+                return Verdict::touch;
+            }
+            nearest_on_tetrahedron(points, at, true, last);
         }
-        const Vec3 next = position(s);
+        const Vec3 next = position(last, points, &SimplexPoint::w);
         const double next_size = length2(next);
-        if (next_size <= 1e-26 * extent) return Verdict::touch;
-        if (!(next_size < least)) break; // rounding: the last one was the best
+        if (next_size <= 1e-26 * extent) {
+            arrange(s, last.of, last.count);
+            return Verdict::touch;
+        }
+        if (!(next_size < least)) break; // rounding: the one before was the best
         least = next_size;
         v = next;
-        on_a = on_b = {};
-        for (int i = 0; i < s.count; ++i) {
-            on_a += s.point[i].a * s.weight[i];
-            on_b += s.point[i].b * s.weight[i];
-        }
+        best = last;
     }
     const double distance = length(v);
     // A gap this small has a direction of few digits: the overlap's is better.
-    if (distance <= core_touch * std::sqrt(extent)) return Verdict::touch;
+    if (distance <= core_touch * std::sqrt(extent)) {
+        arrange(s, last.of, last.count);
+        return Verdict::touch;
+    }
     gap.distance = distance;
     gap.normal = v * (-1 / distance);
-    gap.on_a = on_a;
-    gap.on_b = on_b;
+    gap.on_a = position(best, points, &SimplexPoint::a);
+    gap.on_b = position(best, points, &SimplexPoint::b);
     return Verdict::apart;
 }
 

@@ -19,7 +19,6 @@ struct SimplexPoint
 struct Simplex
 {
     SimplexPoint point[4];
-    double weight[4];
     int count = 0;
     double parted = -HUGE_VAL; ///< how far some plane parts the two cores; below 0: none does that was tried
 };

@@ -2,23 +2,36 @@
 // Points, planes and edges of polyhedra, several at a time. Compiled once per instruction set, see
 // kernels.cpp.
 
-/// Each lane keeps the highest of its own points and where the group was in which that stood; the first of
-/// the highest lanes has the answer. A lane takes only what is higher, so its group is the earliest.
+/// The first of the highest points. The heights of 64 wait until the greatest is known; then one word of bits
+/// says which they are.
 HWY_ATTR inline std::uint32_t furthest(const double* x, std::uint32_t stride, double dx, double dy, double dz)
 {
+    constexpr std::uint32_t at_once = 64;
     const double* y = x + stride;
     const double* z = y + stride;
     const Real rx = Real(dx), ry = Real(dy), rz = Real(dz);
-    Real most = Real(-HUGE_VAL), group = Real(0);
-    for (std::uint32_t i = 0; i < stride; i += Real::size) {
-        const Real h = rx * Real::loadu(x + i) + ry * Real::loadu(y + i) + rz * Real::loadu(z + i);
-        const RealMask higher = most < h;
-        most = choose(higher, h, most);
-        group = choose(higher, Real(i), group);
+    std::uint32_t first = 0;
+    double highest = -HUGE_VAL;
+    for (std::uint32_t begin = 0; begin < stride; begin += at_once) {
+        const std::uint32_t count = std::min(at_once, stride - begin);
+        alignas(64) double height[at_once];
+        Real most = Real(-HUGE_VAL);
+        for (std::uint32_t i = 0; i < count; i += Real::size) {
+            const std::uint32_t k = begin + i;
+            const Real h = rx * Real::loadu(x + k) + ry * Real::loadu(y + k) + rz * Real::loadu(z + k);
+            h.store(height + i);
+            most = max(most, h);
+        }
+        const double here = max_lane(most);
+        if (begin > 0 && !(here > highest)) continue;
+        highest = here;
+        const Real least = Real(here);
+        std::uint64_t bits = 0;
+        for (std::uint32_t i = 0; i < count; i += Real::size)
+            bits |= std::uint64_t{mask_bits(Real::load(height + i) >= least)} << i;
+        first = begin + static_cast<std::uint32_t>(std::countr_zero(bits));
     }
-    const double highest = max_lane(most);
-    const Real place = choose(most < Real(highest), Real(1e300), group + Real::lane_numbers());
-    return static_cast<std::uint32_t>(min_lane(place));
+    return first;
 }
 
 HWY_ATTR inline double heights(const double* x, std::uint32_t stride, double dx, double dy, double dz,
