@@ -641,4 +641,25 @@ TEST(HullLists, HaveEachDirectionOnceAndHowFarFacesReach)
     }
 }
 
+TEST(HullLists, TheFurthestPointIsTheFirstOfTheHighestOnEveryInstructionSet)
+{
+    Random random(seed(10));
+    for (std::uint32_t stride = narrow::lanes; stride <= 200; stride += narrow::lanes)
+        for (int round = 0; round < 20; ++round) {
+            std::vector<double> points(std::size_t{3} * stride); // of few values, for many that are as high
+            for (double& coordinate : points)
+                coordinate = random.below(7) - 3.0;
+            const Vec3 d{random.below(5) - 2.0, random.below(5) - 2.0, random.below(5) - 2.0};
+            std::uint32_t first = 0;
+            double highest = -HUGE_VAL;
+            for (std::uint32_t i = 0; i < stride; ++i) {
+                const Vec3 p{points[i], points[stride + i], points[std::size_t{2} * stride + i]};
+                if (narrow::dot(d, p) > highest) highest = narrow::dot(d, p), first = i;
+            }
+            for (const InstructionSet set : supported_instruction_sets())
+                ASSERT_EQ(narrow::kernels_for(set).furthest(points.data(), stride, d.x, d.y, d.z), first)
+                    << name(set) << ", " << stride << " points";
+        }
+}
+
 } // namespace
