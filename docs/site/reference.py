@@ -85,9 +85,12 @@ class Header:
         return list(dict.fromkeys(name_of(type) for type in sorted(self.types, key=line_of)))
 
     def function_names(self):
+        if self.name == "jostle.h":
+            return []
         functions = [member for member in self.members.values() if member.get("kind") == "function"]
-        names = [member.findtext("name") for member in sorted(functions, key=line_of)]
-        return list(dict.fromkeys(name for name in names if not name.startswith("operator")))
+        names = [member.findtext("qualifiedname").removeprefix("jostle::") for member in sorted(functions, key=line_of)]
+        types = self.type_names() # which deduction guides are named after
+        return list(dict.fromkeys(name for name in names if name not in types and not name.startswith("operator")))
 
     def page(self, known):
         self.known = known
