@@ -397,6 +397,7 @@ std::vector<std::string> draw(const std::vector<Plot>& plots)
     std::vector<std::string> images;
     constexpr std::string_view end_of_image = "</svg>";
     for (std::size_t begin = 0; images.size() < plots.size();) {
+        begin = drawn->output.find_first_not_of('\n', begin); // which XML may not begin with: browsers mind
         const std::size_t end = drawn->output.find(end_of_image, begin);
         if (end == std::string::npos) throw std::runtime_error("gnuplot left a plot unfinished");
         images.push_back(drawn->output.substr(begin, end + end_of_image.size() - begin));

@@ -62,6 +62,8 @@ TEST_F(Report, ReadsWhatEveryBenchmarkWrites)
     // Nothing is asked of anybody.
     EXPECT_EQ(count(page, "src=\""), count(page, "src=\"data:image/svg+xml,"));
     EXPECT_EQ(count(page, "http"), count(page, "http://www.w3.org")); // XML's names
+    // A browser shows a picture if its text begins with XML's declaration, and with nothing before that.
+    EXPECT_EQ(count(page, "src=\""), count(page, "src=\"data:image/svg+xml,%3C?xml"));
     for (const char* asks : {"<script", "<link", "url(", "@import"})
         EXPECT_EQ(page.find(asks), std::string::npos) << asks;
     EXPECT_NE(page.find("prefers-color-scheme: dark"), std::string::npos);
