@@ -121,9 +121,11 @@ const ReportRow* find(std::span<const ReportRow> rows, std::string_view system, 
 std::string colour(std::string_view system)
 {
     static const std::map<std::string_view, const char*> colours = {
-        {"jostle", "#d55e00"}, {"embree", "#0072b2"}, {"bullet", "#009e73"}, {"bullet-sap", "#8fbc8f"},
-        {"fcl", "#cc79a7"},    {"cgal", "#e69f00"},   {"ode", "#56b4e9"},    {"boost", "#b8a800"},
-        {"box2d", "#7f5f3f"},  {"floor", "#000000"}};
+        {"jostle", "#d55e00"},       {"embree", "#0072b2"},      {"bullet", "#009e73"},
+        {"bullet-sap", "#8fbc8f"},   {"fcl", "#cc79a7"},         {"cgal", "#e69f00"},
+        {"ode", "#56b4e9"},          {"boost", "#b8a800"},       {"box2d", "#7f5f3f"},
+        {"floor", "#000000"},        {"jostle avx2", "#f4a582"}, {"jostle sse4", "#a6761d"},
+        {"jostle scalar", "#7f2704"}};
     const auto found = colours.find(system);
     return found == colours.end() ? "#999999" : found->second;
 }
@@ -397,6 +399,7 @@ std::vector<std::string> draw(const std::vector<Plot>& plots)
     std::vector<std::string> images;
     constexpr std::string_view end_of_image = "</svg>";
     for (std::size_t begin = 0; images.size() < plots.size();) {
+        begin = drawn->output.find_first_not_of('\n', begin); // which XML may not begin with: browsers mind
         const std::size_t end = drawn->output.find(end_of_image, begin);
         if (end == std::string::npos) throw std::runtime_error("gnuplot left a plot unfinished");
         images.push_back(drawn->output.substr(begin, end + end_of_image.size() - begin));

@@ -6,9 +6,13 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -80,8 +84,33 @@ std::optional<jostle_bench::ReportRow> frame_row(const Json& row)
         row["size_ratio"]};
     for (const auto& [name, ms] : row["stages"].items())
         if (ms.is_number()) out.stages.emplace_back(name, ms);
+    // Other boxes, although the scene has the same name.
+    if (row.contains("dim") && row["dim"] == 2) out.scene += ", 2D";
+    if (row.contains("type") && row["type"] == "double") out.scene += ", double";
     return out;
 }
+
+/// The frames of all files. Instruction sets are systems of their own, but for the one that comes first; of
+/// rows that measured the same the first counts.
+class Frames
+{
+  public:
+    void add(jostle_bench::ReportRow frame, const Json& row)
+    {
+        if (row.contains("isa") && row["isa"].is_string()) {
+            const std::string isa = row["isa"];
+            if (usual_.try_emplace(frame.system, isa).first->second != isa) frame.system += " " + isa;
+        }
+        if (known_.emplace(frame.system, frame.scene, frame.n, frame.threads).second)
+            rows_.push_back(std::move(frame));
+    }
+    [[nodiscard]] const std::vector<jostle_bench::ReportRow>& rows() const noexcept { return rows_; }
+
+  private:
+    std::vector<jostle_bench::ReportRow> rows_;
+    std::map<std::string, std::string> usual_; // instruction set, by system
+    std::set<std::tuple<std::string, std::string, std::uint64_t, std::uint32_t>> known_;
+};
 
 /// The member that says how long it took, and its unit.
 std::optional<std::pair<std::string, std::string>> time_of(const std::vector<Json>& rows)
@@ -163,13 +192,13 @@ void run(const Options& options)
         throw UsageError("-o: " + jostle_system::text_of(folder) + " is no folder; make it first");
     for (const std::string& file : options.files)
         keep_input(file, options.out);
-    std::vector<jostle_bench::ReportRow> frames;
+    Frames frames;
     std::vector<jostle_bench::ReportTable> tables;
     for (const std::string& file : options.files) {
         std::vector<Json> others;
         for (const Json& row : read_rows(file))
             if (auto frame = frame_row(row))
-                frames.push_back(*std::move(frame));
+                frames.add(*std::move(frame), row);
             else
                 others.push_back(row);
         if (!others.empty())
@@ -177,7 +206,8 @@ void run(const Options& options)
                 table_of(jostle_system::text_of(jostle_system::path_of(file).filename()), others));
     }
     try {
-        jostle_bench::write_report(frames, about(options.files), jostle_system::path_of(options.out), tables);
+        jostle_bench::write_report(frames.rows(), about(options.files), jostle_system::path_of(options.out),
+                                   tables);
     } catch (const std::runtime_error& error) {
         throw UsageError(std::string("-o: ") + error.what());
     }
@@ -187,7 +217,8 @@ void run(const Options& options)
 constexpr const char* help =
     R"(Reads what commands of jostle wrote for their --json, several files if need be, and writes one HTML page that needs
 no other file: tables, and plots of time against the number of objects, sizes and threads, of Jostle's stages, and of
-systems side by side. A file machine.txt beside a result is quoted. Plots want gnuplot.
+systems side by side. Instruction sets are systems of their own, but for the one that comes first; of rows that
+measured the same the first counts. A file machine.txt beside a result is quoted. Plots want gnuplot.
 
 Examples:
   jostle report result.json

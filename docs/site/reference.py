@@ -11,11 +11,12 @@ import tempfile
 import textwrap
 import xml.etree.ElementTree
 
-# Comments have lists such as `Cost      linear`, which become lists of Markdown; what a header begins with is about all of it.
+# Comments have lists such as `Cost      linear`, which become lists of Markdown; what a header begins with, before or
+# behind its includes, is about all of it.
 settings = r"""
 INPUT = "{folder}"
 FILE_PATTERNS = *.hpp *.h
-INPUT_FILTER = "sed -E -e '/^#(pragma once|define JOSTLE_JOSTLE_H)$/{{n;s|^$|/// \\file|}}' -e 's|^( *///) ([A-Z][a-z]*)  +|\1 - **\2**: |'"
+INPUT_FILTER = "sed -zE -e 's@(#pragma once|#define JOSTLE_JOSTLE_H|#include [^\n]*)\n\n///@\1\n/// \\file\n///@' -e 's@(\n *///) ([A-Z][a-z]*)  +@\1 - **\2**: @g'"
 OUTPUT_DIRECTORY = "{out}"
 AUTOLINK_SUPPORT = NO
 EXTRACT_ALL = YES
@@ -60,8 +61,9 @@ def pages(folder):
              " which lists what each is for; C programs include [jostle.h](include/jostle/jostle.h) alone.", "",
              "| header | declares |", "|---|---|"]
     for header in headers.values():
-        names = ", ".join(f"[`{name}`](include/jostle/{header.name}#{name})" for name in header.type_names())
-        lines.append(f"| [{header.name}](include/jostle/{header.name}) | {names if header.name != 'jostle.h' else 'everything, for C'} |")
+        names = [f"[`{name}`](include/jostle/{header.name}#{name})" for name in header.type_names()]
+        names += [f"`{name}`" for name in header.function_names()]
+        lines.append(f"| [{header.name}](include/jostle/{header.name}) | {', '.join(names) if header.name != 'jostle.h' else 'everything, for C'} |")
     written[""] = "\n".join(lines) + "\n"
     return written
 
@@ -80,13 +82,24 @@ class Header:
     def type_names(self):
         if self.name == "jostle.h":
             return []
-        return [name_of(type) for type in sorted(self.types, key=line_of)]
+        return list(dict.fromkeys(name_of(type) for type in sorted(self.types, key=line_of)))
+
+    def function_names(self):
+        if self.name == "jostle.h":
+            return []
+        functions = [member for member in self.members.values() if member.get("kind") == "function"]
+        names = [member.findtext("qualifiedname").removeprefix("jostle::") for member in sorted(functions, key=line_of)]
+        types = self.type_names() # which deduction guides are named after
+        return list(dict.fromkeys(name for name in names if name not in types and not name.startswith("operator")))
 
     def page(self, known):
         self.known = known
         types = [type.findtext("compoundname") for type in self.types] # `typedef struct a {...} a;` is one thing
         members = [member for member in self.members.values() if member.findtext("name") not in types]
-        text = [f"# {self.name}", *self.described(self.about)]
+        about = self.described(self.about)
+        if not about and re.search(r"^///.*\n\nJOSTLE_NAMESPACE_BEGIN", "\n".join(self.lines), re.MULTILINE):
+            raise RuntimeError(f"{self.name}: the comment that it begins with isn't on its page")
+        text = [f"# {self.name}", *about]
         inner = [(line_of(type), self.type(type)) for type in self.types]
         for group in self.groups(members):
             inner.append((group[0].line, self.entry(group, "##")))

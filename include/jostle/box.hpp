@@ -218,7 +218,7 @@ BoxView<Dim, T> view_of(std::span<const Aabb<Dim, T>>);
 } // namespace detail
 
 /// A contiguous container of boxes: std::vector<Aabb3f>, std::array, std::span, a plain array. Functions that
-/// take a BoxView take these as well.
+/// take a BoxView take these as well. Boxes of another type are read by BoxView::strided.
 template <class Container>
 concept BoxContainer = requires(const Container& boxes) {
     std::span(boxes);

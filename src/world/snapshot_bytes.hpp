@@ -163,7 +163,7 @@ class SnapshotReader
             refuse("there are " + std::to_string(bytes_.size()) + " bytes; even the header takes " +
                    std::to_string(snapshot_header));
         if (std::memcmp(bytes_.data(), kind_.letters, sizeof kind_.letters) != 0)
-            refuse("the first bytes are others: it is something else, or damaged");
+            refuse("its first bytes are wrong: it is something else, or damaged");
         (void)get<std::uint64_t>();
         const auto version = get<std::uint32_t>(), dim = get<std::uint32_t>(),
                    coordinate = get<std::uint32_t>(), reserved = get<std::uint32_t>();

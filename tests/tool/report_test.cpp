@@ -62,6 +62,8 @@ TEST_F(Report, ReadsWhatEveryBenchmarkWrites)
     // Nothing is asked of anybody.
     EXPECT_EQ(count(page, "src=\""), count(page, "src=\"data:image/svg+xml,"));
     EXPECT_EQ(count(page, "http"), count(page, "http://www.w3.org")); // XML's names
+    // A browser shows a picture if its text begins with XML's declaration, and with nothing before that.
+    EXPECT_EQ(count(page, "src=\""), count(page, "src=\"data:image/svg+xml,%3C?xml"));
     for (const char* asks : {"<script", "<link", "url(", "@import"})
         EXPECT_EQ(page.find(asks), std::string::npos) << asks;
     EXPECT_NE(page.find("prefers-color-scheme: dark"), std::string::npos);
@@ -77,6 +79,40 @@ TEST_F(Report, SystemsStandSideBySide)
     EXPECT_NE(page.find("r.json, threads = 1: lower is better."), std::string::npos) << page;
     EXPECT_NE(page.find("<td class=word>hull-hull &lt;32&gt;</td><td class=word></td>"), std::string::npos);
     EXPECT_NE(page.find("<td>120.5</td>"), std::string::npos);
+}
+
+// What differs in its boxes or instruction set isn't one line of a plot, nor one cell of a table.
+TEST_F(Report, KeepsApartWhatIsntTheSame)
+{
+    const auto row = [](const char* isa, const char* type, int dim, int n, double ms) {
+        return nlohmann::json{{"system", "jostle"},
+                              {"scene", "uniform"},
+                              {"n", n},
+                              {"threads", 1},
+                              {"pairs", 5},
+                              {"isa", isa},
+                              {"type", type},
+                              {"dim", dim},
+                              {"median_ms", ms},
+                              {"min_ms", ms},
+                              {"max_ms", ms},
+                              {"size_ratio", 1},
+                              {"checksum", "c"},
+                              {"stages", {{"sweep", ms}}}};
+    };
+    write("a.json", nlohmann::json{row("avx2", "float", 3, 100, 0.111), row("scalar", "float", 3, 100, 0.222),
+                                   row("avx2", "float", 2, 100, 0.444), row("avx2", "double", 3, 100, 0.555),
+                                   row("avx2", "float", 3, 200, 0.666)}
+                        .dump());
+    const std::string page = page_of({"a.json"});
+    EXPECT_NE(page.find("<th>jostle</th><th>jostle scalar</th>"), std::string::npos) << page;
+    for (const char* cell :
+         {"uniform</td>", "uniform, 2D</td>", "uniform, double</td>", "0.111", "0.222", "0.444", "0.555"})
+        EXPECT_NE(page.find(cell), std::string::npos) << cell;
+    // What was measured twice is neither two cells nor two points.
+    write("again.json", nlohmann::json{row("avx2", "float", 3, 100, 0.333)}.dump());
+    const auto results = [](const std::string& text) { return text.substr(text.find("<h2>")); };
+    EXPECT_EQ(results(page_of({"a.json", "again.json"})), results(page));
 }
 
 TEST_F(Report, RefusesWhatHoldsNoMeasurements)
