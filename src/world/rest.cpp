@@ -24,10 +24,27 @@ std::size_t most_settling(std::size_t changed, std::size_t parked) noexcept
     return std::max({least_settling, changed, parked * counted / compared_per_settling});
 }
 
+// Where of those that rest, or might, one in so many changes, coming to rest isn't worth it.
+constexpr std::size_t resting_per_stirring = 16;
+
+/// Whether other objects change in each update, many of them: if those that might come to rest did, they would
+/// soon wake up again, which takes longer than to stay active.
+template <int Dim, class T>
+bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
+{
+    std::size_t waiting = 0, stirring = waking;
+    for (const auto& each : state.active) {
+        if (each.idle + 1 != idle_updates) continue;
+        ++waiting;
+        stirring += state.objects[each.index].has(flag::written) ? 1 : 0;
+    }
+    return stirring * resting_per_stirring > state.resting.size() + waiting;
+}
+
 /// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. Who comes
 /// to rest isn't in the index: what changed, and so may be, stays active, or shifts.
 template <int Dim, class T>
-void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, std::size_t most,
+void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, bool restless, std::size_t most,
             Rest<Dim, T>& rest)
 {
     const auto place_changed = [&](Index index) {
@@ -43,6 +60,8 @@ void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, st
     const auto place_idle = [&](const typename State<Dim, T>::Active& each) {
         if (each.idle + 1 < idle_updates)
             rest.active.push_back({each.index, each.idle + 1});
+        else if (restless && each.idle != due)
+            rest.active.push_back(each);
         else if (each.idle == due || rest.settling.size() < most)
             rest.settling.push_back(raw(each.index));
         else
@@ -83,7 +102,10 @@ Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, con
         if (!state.objects[index].has(flag::written)) rest.settling.push_back(raw(index));
         return rest.settling.size() < most;
     });
-    if (!rest.same_active) choose(state, changes.objects(), entries.parks, most, rest);
+    if (!rest.same_active) {
+        const bool restless = !entries.parks && is_restless(state, entries.waking.size());
+        choose(state, changes.objects(), entries.parks, restless, most, rest);
+    }
     rest.parking = entries.parks ? entries.parking : state.parked.staged().size();
     for (const std::uint32_t index : rest.settling)
         rest.boxes.push_back(state.objects[Index{index}].now());
