@@ -202,7 +202,8 @@ struct ContactOptions
 ///           normal (but for two objects of the same shape and pose, which can't be told apart).
 /// Threads   one call at a time per finder; a second one, also one out of a callback, is an `Error`.
 /// Cost      grows with the pairs, however many objects there are; see docs/guide/contacts.md. Working memory
-///           is kept; steady frames allocate nothing.
+///           is kept; steady frames allocate nothing, but for pairs of which hundreds of parts or corners are
+///           near each other.
 /// Errors    `Error` for a pair that names no object, or one object twice; for an object in a pair whose pose
 ///           has a number that is not finite or beyond 1e60, or a rotation of zero (objects in no pair aren't
 ///           looked at). Of several such pairs the error names the first. size_mismatch where shapes and

@@ -550,8 +550,8 @@ class JOSTLE_API World
     /// Becomes a view of `other`, to be asked while `other` is updated: every question, box(), bounds(),
     /// filter(), pairs(), touching() and draw() answers as that of `other` does now, with the same ids,
     /// whatever becomes of `other`. What was in this world is forgotten, and ids of its own mean nothing here
-    /// any more. To be called while `other` is neither updated nor restored; several views may follow at a
-    /// time.
+    /// any more. To be called while `other` is neither updated nor restored, nor in a join() into a vector, a
+    /// save_base() or a save_changes(): that is an `Error`. Several views may follow at a time.
     ///
     /// The first time it costs 0.2 us an object. Called again, it costs what has changed since the last call
     /// (0.05 to 0.2 us an object, about what the updates took), 2 ns for each active object, and 50 ns for

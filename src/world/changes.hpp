@@ -103,7 +103,7 @@ class Changes
 template <int Dim, class T>
 [[nodiscard]] bool is_shown_refused(const State<Dim, T>& state, const Pair& pair) noexcept
 {
-    if (state.refused.empty() || state.refused.find(key_of(pair)) == state.refused.end()) return false;
+    if (!state.refused.contains(key_of(pair))) return false;
     return state.shown == nullptr || !state.shown->is_asked_again(pair);
 }
 

@@ -297,7 +297,7 @@ bool Merge<Dim, T>::persists(Run& run, const Pair& pair) const
         return false;
     }
     if (changed && known_.asks_again && either_has(pair, flag::asked)) run.asked_out.push(key);
-    if (changed && (!known_.any_refused || state_.refused.find(key) == state_.refused.end())) return true;
+    if (changed && (!known_.any_refused || !state_.refused.contains(key))) return true;
     run.others_out.push(pair);
     return false;
 }

@@ -21,7 +21,7 @@ namespace world {
 class Refusals
 {
   public:
-    Refusals(std::pmr::unordered_set<Key>& refused, Arena& arena)
+    Refusals(KeySet& refused, Arena& arena)
         : refused_(&refused),
           added_(arena.list<Key>("pairs that are refused now")),
           removed_(arena.list<Key>("pairs that are no longer refused"))
@@ -38,12 +38,12 @@ class Refusals
         for (const Key key : added_)
             refused_->erase(key);
     }
-    [[nodiscard]] bool has(Key key) const noexcept { return refused_->find(key) != refused_->end(); }
+    [[nodiscard]] bool has(Key key) const noexcept { return refused_->contains(key); }
     /// At once: nothing can fail later.
     void add(Key key)
     {
         added_.push_back(key);
-        if (!refused_->insert(key).second) added_.pop_back();
+        if (!refused_->insert(key)) added_.pop_back();
     }
     [[nodiscard]] std::span<const Key> added() const noexcept { return added_; }
     [[nodiscard]] std::span<const Key> removed() const noexcept { return removed_; }
@@ -57,7 +57,7 @@ class Refusals
     }
 
   private:
-    std::pmr::unordered_set<Key>* refused_;
+    KeySet* refused_;
     std::pmr::vector<Key>& added_;
     std::pmr::vector<Key>& removed_;
 };

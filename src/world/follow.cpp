@@ -76,7 +76,7 @@ class Follow
                                    BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(work_.come_boxes)));
         if (!state_.refused.empty() || !of_.refused.empty()) state_.refused = of_.refused;
         if (of_.shown != nullptr)
-            std::erase_if(state_.refused, [&](Key key) { return !is_shown_refused(of_, pair_of(key)); });
+            state_.refused.erase_if([&](Key key) { return !is_shown_refused(of_, pair_of(key)); });
 
         view_.stats = describe(state_, view_.lists[view_.shown]);
         view_.stats.bytes_reserved = view_.bytes();

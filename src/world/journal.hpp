@@ -8,7 +8,6 @@
 #include <optional>
 #include <span>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -142,11 +141,11 @@ class Journal
             refused_.try_emplace(key, true);
     }
     /// Pairs about which an update has changed its mind are forgotten where they are again as in the base.
-    void forget_refused(std::span<const Key> keys, const std::pmr::unordered_set<Key>& refused) noexcept
+    void forget_refused(std::span<const Key> keys, const KeySet& refused) noexcept
     {
         for (const Key key : keys)
             if (const auto at = refused_.find(key);
-                at != refused_.end() && at->second == (refused.find(key) != refused.end()))
+                at != refused_.end() && at->second == refused.contains(key))
                 refused_.erase(at);
     }
 

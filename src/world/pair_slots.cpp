@@ -4,21 +4,13 @@
 #include <algorithm>
 #include <functional>
 
+#include "world/key_set.hpp"
+
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 namespace {
 
 constexpr std::size_t least_places = 64;
-
-[[nodiscard]] std::size_t home_of(Key key, std::size_t places) noexcept
-{
-    key ^= key >> 29;
-    key *= 0xbf58476d1ce4e5b9u;
-    key ^= key >> 32;
-    key *= 0x94d049bb133111ebu;
-    key ^= key >> 29;
-    return static_cast<std::size_t>(key) & (places - 1);
-}
 
 } // namespace
 

@@ -24,11 +24,11 @@ std::size_t most_settling(std::size_t changed, std::size_t parked) noexcept
     return std::max({least_settling, changed, parked * counted / compared_per_settling});
 }
 
-// Where of those that rest, or might, one in so many changes, coming to rest isn't worth it.
+// If of those that rest or might more than one in so many changes, and more than `least_settling` in all, ...
 constexpr std::size_t resting_per_stirring = 16;
 
-/// Whether other objects change in each update, many of them: if those that might come to rest did, they would
-/// soon wake up again, which takes longer than to stay active.
+/// ... other objects change in each update: whoever came to rest would soon wake up again, which takes longer
+/// than to stay active.
 template <int Dim, class T>
 bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
 {
@@ -38,7 +38,7 @@ bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
         ++waiting;
         stirring += state.objects[each.index].has(flag::written) ? 1 : 0;
     }
-    return stirring * resting_per_stirring > state.resting.size() + waiting;
+    return stirring > least_settling && stirring * resting_per_stirring > state.resting.size() + waiting;
 }
 
 /// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. Who comes

@@ -95,12 +95,12 @@ void write_changes(SnapshotWriter& out, typename World<Dim, T>::Implementation& 
     write_active(out, state, work.active);
     work.keys.clear();
     for (const auto& [key, was_refused] : journal.refused())
-        if ((state.refused.find(key) != state.refused.end()) != was_refused) work.keys.push_back(key);
+        if (state.refused.contains(key) != was_refused) work.keys.push_back(key);
     std::sort(work.keys.begin(), work.keys.end());
     out.put(std::uint64_t{work.keys.size()});
     for (const Key key : work.keys) {
         out.put(key);
-        out.put(std::uint32_t{state.refused.find(key) != state.refused.end()});
+        out.put(std::uint32_t{state.refused.contains(key)});
     }
 
     work.slots.clear();
@@ -366,7 +366,7 @@ void Return<Dim, T>::make_room()
         }
     }
     for (const auto& [key, is_refused] : work_.refused) {
-        const bool is_now = state_.refused.find(key) != state_.refused.end();
+        const bool is_now = state_.refused.contains(key);
         const Key one[] = {key};
         journal_.note_refused(std::span(one).first(is_now ? 0 : 1), std::span(one).first(is_now ? 1 : 0));
     }
@@ -387,7 +387,7 @@ void Return<Dim, T>::make_room()
     work_.keys.clear();
     work_.keys.reserve(work_.refused.size());
     for (const auto& [key, is_refused] : work_.refused)
-        if (is_refused && state_.refused.insert(key).second) work_.keys.push_back(key);
+        if (is_refused && state_.refused.insert(key)) work_.keys.push_back(key);
     if (!work_.come.empty()) {
         BoxIndexAccess::insert(state_.resting, std::span<const std::uint32_t>(work_.come),
                                BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(work_.come_boxes)));

@@ -133,10 +133,11 @@ std::vector<std::byte> save(const typename World<Dim, T>::Implementation& me, co
     }
     std::vector<typename State<Dim, T>::Active> active;
     write_active(out, state, active);
-    std::vector<std::uint64_t> refused(state.refused.begin(), state.refused.end());
+    std::vector<Key> refused;
+    state.refused.each([&](Key key) { refused.push_back(key); });
     std::sort(refused.begin(), refused.end());
     out.put(std::uint64_t{refused.size()});
-    for (const std::uint64_t key : refused)
+    for (const Key key : refused)
         out.put(key);
     const bool any_shifted = !state.shifted.empty();
     if (any_more || any_odd || any_shifted) {

@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <memory_resource>
 #include <string>
-#include <unordered_set>
 #include <vector>
 
 #include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
 #include "world/filter_classes.hpp"
 #include "world/ids.hpp"
+#include "world/key_set.hpp"
 #include "world/numbers.hpp"
 #include "world/objects.hpp"
 #include "world/parked.hpp"
@@ -71,9 +71,9 @@ struct State
     Parked<Dim, T> parked;           // active ones that are about to rest
     // Resting ones that have moved in one of the last updates without waking up. `idle`: as above.
     std::pmr::vector<Active> shifted;
-    BoxIndex<Dim, T> resting;                       // the others that are there; ids are indices
-    std::pmr::unordered_set<std::uint64_t> refused; // keys of pairs that touch and that `accept` is against
-    std::size_t alive = 0, disabled = 0, odd = 0;   // odd: enabled, but their boxes are none
+    BoxIndex<Dim, T> resting;                     // the others that are there; ids are indices
+    KeySet refused;                               // pairs that touch and that `accept` is against
+    std::size_t alive = 0, disabled = 0, odd = 0; // odd: enabled, but their boxes are none
     /// What apply() has written to, which questions see; null: they see what the last update left.
     const Changes<Dim, T>* shown = nullptr;
 

@@ -16,7 +16,7 @@ import sys
 FUNCTION = re.compile(r"^[0-9a-f]+ <(.*)>:$")
 INSTRUCTION = re.compile(r"^\s*([0-9a-f]+):\t(\S+)\s*(.*)$")
 TARGET = re.compile(r"^([0-9a-f]+) <(.*)>")
-WIDE = re.compile(r"%[yz]mm")
+WIDE = re.compile(r"%[yz]mm(\d|1[0-5])\b")  # the others have no halves that SSE knows of
 
 
 def kernels(listing):

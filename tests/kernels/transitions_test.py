@@ -19,11 +19,12 @@ USE, CLEAN, CALL = "vaddps %ymm1,%ymm2,%ymm3", "vzeroupper", "call   99 <helper>
 class Transitions(unittest.TestCase):
     def test_a_call_with_upper_halves_in_use(self):
         self.assertEqual(calls(USE, CALL, "ret"), ["helper"])
-        self.assertEqual(calls("vpxor %zmm1,%zmm2,%zmm3", "jmp    99 <helper>"), ["helper"])
+        self.assertEqual(calls("vpxor %zmm17,%zmm18,%zmm15", "jmp    99 <helper>"), ["helper"])
 
     def test_calls_without(self):
         self.assertEqual(calls(USE, CLEAN, CALL, "ret"), [])
         self.assertEqual(calls("vaddss %xmm1,%xmm2,%xmm3", CALL, "ret"), [])
+        self.assertEqual(calls("vpxor %zmm16,%zmm20,%zmm31", CALL, "ret"), [])
         self.assertEqual(calls(USE, CLEAN, CALL, CALL, "ret"), [])
         self.assertEqual(calls(USE, "call   99 <y::N_AVX2::other>", "ret"), [])
 

@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <thread>
 #include <vector>
 
 #include "churn.hpp"
 #include "events.hpp"
+#include "world/key_set.hpp"
 #include "world/sort_keys.hpp"
 
 namespace world_tests {
@@ -553,6 +555,43 @@ TEST(SortKeys, SortHoweverFewOrManyAndWhereverTheDisorderIs)
             jostle::world::sort_pairs(pairs, spare);
             ASSERT_EQ(pairs, sorted) << size;
         }
+}
+
+TEST(KeySet, HasWhatWasPutInAndNotTakenOut)
+{
+    using jostle::world::Key;
+    jostle::world::KeySet set(std::pmr::get_default_resource());
+    EXPECT_FALSE(set.contains(7));
+    set.erase(7);
+    std::set<Key> twin;
+    Random random(2);
+    for (int step = 0; step < 60'000; ++step) {
+        const std::uint32_t most = step < 20'000 ? 3000 : 60; // so that it empties after it was full
+        const Key key = Key{random.below(most)} << 32 | random.below(2);
+        if (random.below(3) != 0) {
+            ASSERT_EQ(set.insert(key), twin.insert(key).second) << step;
+        } else {
+            set.erase(key);
+            twin.erase(key);
+        }
+        if (step % 5000 == 4999) {
+            const auto is_odd = [](Key each) { return (each >> 32) % 3 == 1; };
+            set.erase_if(is_odd);
+            std::erase_if(twin, is_odd);
+        }
+        const Key other = Key{random.below(most)} << 32 | random.below(2);
+        ASSERT_EQ(set.contains(other), twin.count(other) == 1) << step;
+        ASSERT_EQ(set.size(), twin.size()) << step;
+        if (step % 500 != 0) continue;
+        jostle::world::KeySet copy(std::pmr::get_default_resource());
+        copy = set;
+        std::set<Key> all;
+        copy.each([&](Key each) { ASSERT_TRUE(all.insert(each).second) << step; });
+        ASSERT_EQ(all, twin) << step;
+    }
+    set.clear();
+    EXPECT_TRUE(set.empty());
+    EXPECT_FALSE(set.contains(*twin.begin()));
 }
 
 } // namespace

@@ -484,6 +484,27 @@ TEST(Memory, SteadyUpdatesAllocateNothing)
         }
 }
 
+// Pairs that are refused come and go.
+TEST(Memory, SteadyUpdatesWithRefusedPairsAllocateNothing)
+{
+    jostle::World3f world({.executor = &jostle::serial_executor(),
+                           .accept = [](ObjectId a, ObjectId b) { return (a.index + b.index) % 3 != 0; }});
+    jostle_scenes::Scene<3, float> scene("uniform", 3000, 1);
+    std::vector<ObjectId> ids(scene.boxes().size());
+    world.add(scene.boxes(), ids);
+    std::uint64_t calls = 0, least = ~std::uint64_t{0}, most = 0;
+    for (std::size_t frame = 0; frame < 72; ++frame) {
+        if (frame == 48) calls = global_new::calls;
+        for (std::size_t i = frame % 2; i < ids.size(); i += 2)
+            world.set_enabled(ids[i], frame % 12 < 6);
+        world.update();
+        least = std::min(least, world.stats().refused);
+        most = std::max(most, world.stats().refused);
+    }
+    EXPECT_EQ(global_new::calls - calls, 0u);
+    EXPECT_GT(most, least + 100);
+}
+
 } // namespace
 } // namespace world_tests
 #endif

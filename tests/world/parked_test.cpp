@@ -116,8 +116,9 @@ std::vector<jostle::Aabb3f> side_by_side(std::size_t count, std::size_t width)
     return boxes;
 }
 
-/// Who hasn't changed for three updates comes to rest; of many no more at once than have changed, or 32. New
-/// objects come to rest with their second update, all of them.
+/// Who hasn't changed for three updates comes to rest; of many no more at once than have changed, or 32, and
+/// none while more than 32 and one in 16 of those that rest or might change. New objects come to rest with
+/// their second update, all of them.
 TEST(Parked, WhoStaysForLongEnoughComesToRest)
 {
     Random random(17);
@@ -133,9 +134,11 @@ TEST(Parked, WhoStaysForLongEnoughComesToRest)
         for (int update = 0; update < 600; ++update) {
             SCOPED_TRACE(testing::Message() << objects << " objects, update " << update);
             const std::uint32_t kind = random.below(8); // all move, some do, none does
-            std::uint64_t changed = 0, due = 0;
+            std::uint64_t changed = 0, due = 0, waiting = 0, stirring = 0;
             for (std::size_t i = 0; i < objects; ++i) {
                 const bool moves = kind < 2 || (kind < 5 && random.below(3) == 0);
+                waiting += idle[i] >= 2 ? 1 : 0;
+                stirring += idle[i] >= 2 && moves ? 1 : 0;
                 if (moves) {
                     boxes[i].lo[2] += 0.125f, boxes[i].hi[2] += 0.125f;
                     world.move(ids[i], boxes[i]);
@@ -150,7 +153,8 @@ TEST(Parked, WhoStaysForLongEnoughComesToRest)
             ASSERT_EQ(stats.changed, changed);
             ASSERT_LE(stats.settled, most);
             ASSERT_LE(stats.resting, due);
-            if (objects <= 32 || stats.settled < most) { // there was room for all
+            const bool restless = stirring > 32 && 16 * stirring > waiting;
+            if (!restless && (objects <= 32 || stats.settled < most)) { // there was room for all
                 ASSERT_EQ(stats.resting, due);
             }
             ASSERT_EQ(stats.resting + stats.active, objects);
@@ -160,6 +164,53 @@ TEST(Parked, WhoStaysForLongEnoughComesToRest)
         EXPECT_GT(settled, 30u);
         EXPECT_GT(resting, 60u);
     }
+}
+
+/// Others of many change in each update: soon all are active, and none wakes up. Once only a few do, or the
+/// same ones, the others come to rest.
+TEST(Parked, WhereManyStirNobodyComesToRest)
+{
+    constexpr std::size_t objects = 1000;
+    jostle::World3f world;
+    std::vector<ObjectId> ids(objects);
+    std::vector<jostle::Aabb3f> boxes = side_by_side(objects, 50);
+    world.add(boxes, ids);
+    world.update();
+    world.update();
+    ASSERT_EQ(world.stats().resting, objects);
+    Random random(18);
+    const auto move = [&](std::size_t i) {
+        boxes[i].lo[2] += 0.125f, boxes[i].hi[2] += 0.125f;
+        world.move(ids[i], boxes[i]);
+    };
+    const auto stir = [&] {
+        std::uint64_t woken = 0, settled = 0;
+        for (int update = 0; update < 60; ++update) {
+            for (std::size_t i = 0; i < objects; ++i)
+                if (random.below(8) == 0) move(i);
+            world.update();
+            if (update < 40) continue;
+            woken += world.stats().woken;
+            settled += world.stats().settled;
+        }
+        EXPECT_LE(woken, 20u); // those that hadn't changed in 40 updates
+        EXPECT_EQ(settled, 0u);
+        EXPECT_GT(world.stats().active, objects - 20);
+    };
+    stir();
+    for (int update = 0; update < 30; ++update) {
+        for (std::size_t i = 0; i < objects / 4; ++i)
+            move(i);
+        world.update();
+    }
+    EXPECT_EQ(world.stats().active, objects / 4);
+    stir();
+    for (int update = 0; update < 60; ++update) {
+        for (int k = 0; k < 48; ++k)
+            move(random.below(objects));
+        world.update();
+    }
+    EXPECT_GT(world.stats().resting, 3 * objects / 4);
 }
 
 TEST(Parked, NoSmallUpdatePaysForABigOne)

@@ -93,8 +93,8 @@ TEST(Questions, AboutFewOfManyThatMoveByTheirMasks)
     for (std::size_t k = 0; k < 3 * objects; ++k)
         churn.operate(objects);
     std::uint64_t seed = 0;
-    for (int update = 0; update < 24; ++update) {
-        // First some that move and some that rest; then nobody speaks, and all come to rest.
+    for (int update = 0; update < 64; ++update) {
+        // First some that move and some that rest; then nobody speaks, and most come to rest.
         for (int k = 0; update < 9 && k < 1100; ++k)
             churn.operate(objects);
         ASSERT_TRUE(churn.update(false));
