@@ -129,8 +129,9 @@ async function worker_maker(failed) {
       return worker;
     };
   const { Worker: NodeWorker } = await of_node("worker_threads");
+  const here = import.meta.url; // so that bundlers don't find node's file: webpack would take it for a script
   return () => {
-    const inside = new NodeWorker(new URL("./node_worker.js", import.meta.url));
+    const inside = new NodeWorker(new URL("./node_worker.js", here));
     const worker = { // as a browser's
       postMessage: (message) => inside.postMessage(message),
       terminate: () => inside.terminate(),
