@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { rays } from "jostle";
+import { load, rays } from "jostle";
 import { modules, overlaps, random, random_boxes } from "./help.js";
 
 /** Where a ray enters a box: the definition, in doubles. */
@@ -255,6 +255,16 @@ for (const [kind, loaded] of Object.entries(modules)) {
     world.dispose();
   });
 }
+
+test("the very first question of a module has no answers", async () => {
+  for (const options of [{}, { threads: 2 }])
+    for (const asked of [{ nearest: new Float32Array(2) }, { rays: Float32Array.of(0, 0, 1, 1, 1) }]) {
+      const jostle = await load(options);
+      const { at } = new jostle.BoxIndex({ dim: 2 }).all(asked, { accept: () => false });
+      assert.deepEqual(at, new Float64Array(0)); // and not undefined
+      jostle.dispose();
+    }
+});
 
 test("rays are packed one after the other, each with its own end", () => {
   const from = Float32Array.of(0, 0, 1, 1), along = Float32Array.of(1, 0, 0, 1);
