@@ -172,13 +172,17 @@ export interface Filter {
   accept?: (a: number, b: number) => boolean;
 }
 
-export interface FindOptions extends Filter {
+/** How pairs are handed over as they are found. */
+export interface StreamOptions extends Filter {
   /** 2 or 3. */
   dim: Dimension;
+  /** Takes NaN and inverted boxes: they touch nothing, and `stats.odd` counts them. */
+  ignoreOddBoxes?: boolean;
+}
+
+export interface FindOptions extends StreamOptions {
   /** Pairs ascending by (a, b). Else they come by their place in space, which is the fastest. */
   sort?: boolean;
-  /** Takes NaN and inverted boxes: they touch nothing, and `stats.odd` counts them. Not in periodic space. */
-  ignoreOddBoxes?: boolean;
   /**
    * What finds them. "grid" is the library's own engine. "chapter" is the hierarchical hash grid that it grew
    * out of, "uniform" the same with one cell size (`cellSize`, by default the longest edge of all), "brute"
@@ -190,6 +194,16 @@ export interface FindOptions extends Filter {
   cellSize?: number;
 }
 export type Engine = "grid" | "chapter" | "uniform" | "brute";
+
+/** In space that repeats itself there is one set of boxes, and none may be odd. */
+export interface PeriodicOptions
+  extends Pick<FindOptions, "dim" | "sort" | "category" | "mask" | "owner" | "accept"> {}
+
+/** Of many scenes: numbers of boxes are those within their scene, but for the filter's arrays. */
+export interface ScenesOptions
+  extends Pick<FindOptions, "dim" | "ignoreOddBoxes" | "category" | "mask" | "owner"> {
+  accept?: (scene: number, a: number, b: number) => boolean;
+}
 
 /** What a search did. Times are in milliseconds. */
 export interface FindStats {
@@ -241,11 +255,11 @@ export interface PairFinder extends Disposable {
    * duration of the call. Return false to stop. Returns whether it went to the end. On one thread, in the
    * order of `find`.
    */
-  stream(boxes: Floats, options: FindOptions, sink: (pairs: Uint32Array) => boolean | void): boolean;
+  stream(boxes: Floats, options: StreamOptions, sink: (pairs: Uint32Array) => boolean | void): boolean;
   stream(
     boxes: Floats,
     other: Floats,
-    options: FindOptions,
+    options: StreamOptions,
     sink: (pairs: Uint32Array) => boolean | void,
   ): boolean;
   /** Gives working memory back; it is taken again when it is needed. */
@@ -772,10 +786,10 @@ export interface JostlePairs extends Disposable {
   findPeriodicPairs(
     boxes: Floats,
     period: ArrayLike<number>,
-    options: FindOptions,
+    options: PeriodicOptions,
   ): { pairs: Uint32Array; shifts: FloatArray };
   /** The pairs of many independent scenes: scene k is the boxes from offsets[k] up to offsets[k + 1]. */
-  findScenes(boxes: Floats, offsets: ArrayLike<number>, options: FindOptions): ScenePairs;
+  findScenes(boxes: Floats, offsets: ArrayLike<number>, options: ScenesOptions): ScenePairs;
   /** Throws the error that every search throws for these boxes, or does nothing. */
   validate(boxes: Floats, options: { dim: Dimension }): void;
   /** The order-independent fingerprint of pairs, as `jostle bench` prints it: 16 hexadecimal digits. */

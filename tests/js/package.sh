@@ -19,8 +19,9 @@ for module in dist/jostle{,-2d,-3d,-pairs,-plain,-threads}.wasm; do
     ((told > 0 && kilobytes <= told + told / 20 && kilobytes >= told - told / 20)) ||
         { echo "$module has $kilobytes kB gzipped, and the guide says ${told:-nothing}"; exit 1; }
 done
-# What threads.sed mends for bundlers.
-if grep -q 'import(' jostle/dist/jostle-threads.worker.js || grep -q 'new URL("jostle-threads.worker' jostle/dist/jostle-threads.js; then
+# What threads.sed mends.
+if grep -q 'import(' jostle/dist/jostle-threads.worker.js ||
+    grep -qE 'new URL\("jostle-threads.worker|Blocking on the main thread' jostle/dist/jostle-threads.js; then
     echo "bindings/js/threads.sed doesn't fit emscripten's glue"
     exit 1
 fi

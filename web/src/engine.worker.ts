@@ -31,13 +31,20 @@ export class Engine {
 
   /** Loads the module; again for another number of threads. 0 means all there are. */
   async load(threads: number): Promise<Loaded> {
-    const mostThreads = support.threads ? navigator.hardwareConcurrency : 1;
+    let mostThreads = support.threads ? navigator.hardwareConcurrency : 1;
     const wanted = threads === 0 ? mostThreads : Math.min(threads, mostThreads);
     this.close();
     this.finder?.dispose();
     this.index?.dispose();
     this.index = undefined;
-    const jostle = await load({ threads: wanted });
+    let refused: string | undefined;
+    const jostle = await load({ threads: wanted }).catch((error: unknown) => {
+      if (wanted === 1) throw error;
+      // Of servers that send the page's headers with the page alone, say.
+      refused = error instanceof Error ? error.message : String(error);
+      mostThreads = 1;
+      return load();
+    });
     this.jostle = jostle;
     this.finder = new jostle.PairFinder();
     return {
@@ -53,6 +60,7 @@ export class Engine {
       ],
       threads: jostle.threads,
       mostThreads: jostle.instructionSet === "scalar" ? 1 : mostThreads,
+      refused,
       instructionSet: jostle.instructionSet,
       version: jostle.version,
     };

@@ -305,7 +305,7 @@ class Page {
       made.append(...scenes.map(({ name, summary }) => option(name, summary)));
       return made;
     };
-    const { scenes, threads, mostThreads, instructionSet, version } = this.loaded;
+    const { scenes, threads, mostThreads, refused, instructionSet, version } = this.loaded;
     element("scene").replaceChildren(
       group("Drifting boxes", scenes.filter(({ simulated }) => !simulated)),
       group("Falling bodies", scenes.filter(({ simulated }) => simulated)),
@@ -320,7 +320,7 @@ class Page {
         ? "Without SIMD, which this browser's WebAssembly hasn't, and on one thread: " +
           "searches take about twice as long. The pairs are the same."
         : crossOriginIsolated
-          ? ""
+          ? refused === undefined ? "" : `One thread: ${refused}.`
           : "One thread: this page's server doesn't isolate it from other origins, " +
             "which browsers want for more.";
     note.hidden = note.textContent === "";
@@ -404,6 +404,7 @@ class Page {
   private async changeThreads(threads: number): Promise<void> {
     this.state.threads = threads;
     this.loaded = await this.inTurn(() => this.engine.load(threads));
+    this.fillControls();
     const { file, live } = this.state;
     await this.change({ file, live, frame: this.frame?.frame ?? 0 });
   }

@@ -32,6 +32,8 @@ export interface Loaded {
   scenes: SceneName[];
   threads: number;
   mostThreads: number;
+  /** Why there is one thread, although more were wanted. */
+  refused: string | undefined;
   instructionSet: string;
   version: string;
 }

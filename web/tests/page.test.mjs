@@ -415,6 +415,25 @@ test("without SIMD in WebAssembly the page finds the same pairs, and says what t
   });
 });
 
+test("where threads can't begin one does it all, and the page says why", async () => {
+  // Requests of the engine's own workers aren't routed: they are led astray where they are made.
+  const prepare = (page) =>
+    page.route(/engine\.worker.*\.js$/, async (route) => {
+      const response = await route.fetch();
+      const astray =
+        "const One = Worker; globalThis.Worker = class extends One { constructor() { super('data:,%'); } };";
+      await route.fulfill({ response, body: astray + (await response.text()) });
+    });
+  const options = { ...desktop, prepare, expectErrors: true };
+  await onPage(still("powerlaw", 3000, 7) + "&threads=2", options, async (page) => {
+    const { pairs, checksum, threads } = await stats(page);
+    assert.deepEqual({ pairs, checksum, threads }, { ...natively("powerlaw", 3000, 7), threads: 1 });
+    const note = await shown(page, "threads-note").textContent();
+    assert.match(note, /^One thread: a thread couldn't be started/);
+    assert.equal(await shown(page, "threads").isDisabled(), true);
+  });
+});
+
 test("the keyboard alone does everything", async () => {
   await onPage(still("uniform", 2000, 1, 0), desktop, async (page) => {
     await page.keyboard.press("Tab");
@@ -563,6 +582,18 @@ test("phone: nothing is wider than the screen, controls fit fingers, a touch pic
     await page.touchscreen.tap(195, 260);
     await page.waitForFunction(() => window.jostle.stats().chosen !== undefined);
   });
+});
+
+test("a phone on its side: controls beside the picture, which has figures on it alone", async () => {
+  for (const [width, height] of [[740, 360], [568, 320]])
+    await onPage(still("uniform", 2000, 1), { ...phone, viewport: { width, height } }, async (page) => {
+      const [picture, first, last] = await Promise.all(
+        ["canvas", "pause", "again"].map((id) => shown(page, id).boundingBox()),
+      );
+      assert.equal(picture.height, height);
+      assert.ok(first.x > picture.width && last.x + last.width < width);
+      assert.equal(await shown(page, "legend").isVisible(), false);
+    });
 });
 
 test("follows the window's size", async () => {

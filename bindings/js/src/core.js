@@ -8,6 +8,11 @@ import * as C from "./structs.js";
 const NONE = 2n ** 64n - 1n;
 const FLOATS = { float32: Float32Array, float64: Float64Array };
 const ARRAYS = { ...FLOATS, uint32: Uint32Array };
+/**
+ * How deep calls may lie in one another's callbacks. A world's update takes the most of the module's stack of
+ * 1 MB, 8 kB of it; where that ends there is other memory.
+ */
+const MOST_CALLS = 32;
 const decoder = new TextDecoder();
 const encoder = new TextEncoder();
 
@@ -36,7 +41,7 @@ export class Owned {
 
   get pointer() {
     if (this.#pointer === 0) refuse(`this ${this.constructor.name} was disposed of`, "bad_handle");
-    if (this.core.closed) refuse("the module that this belongs to was disposed of", "bad_handle");
+    this.core.want_open();
     return this.#pointer;
   }
 
@@ -230,7 +235,12 @@ export class Core {
     return this.text(pointer, this.bytes.indexOf(0, pointer) - pointer);
   }
 
+  /** Refuses what needs a module that was disposed of. */
+  want_open() {
+    if (this.closed) refuse("the module that this belongs to was disposed of", "bad_handle");
+  }
   allocate(size) {
+    this.want_open();
     const pointer = size < 2 ** 31 ? this.module._malloc(Math.max(size, 1)) >>> 0 : 0;
     if (pointer === 0) refuse(`out of memory: ${size} bytes more were refused`, "out_of_memory");
     return pointer;
@@ -245,7 +255,7 @@ export class Core {
 
   /** Runs a call with scratch memory of its own. */
   within(inside) {
-    if (this.closed) refuse("the module that this belongs to was disposed of", "bad_handle");
+    this.want_open();
     const mark = this.scratch.mark();
     try {
       return inside();
@@ -258,6 +268,8 @@ export class Core {
   call(name, ...parameters) {
     const called = this.module["_" + name];
     if (called === undefined) refuse("this module has pairs alone: load it without `only`");
+    if (this.#running.length === MOST_CALLS)
+      refuse(`calls in callbacks of calls are ${MOST_CALLS} deep: more don't fit on the module's stack`);
     let status;
     this.#running.push(parameters[0]);
     try {
@@ -307,21 +319,23 @@ export class Core {
       }
     };
     const of = (number) => this.#functions.get(number).deref();
-    const truth = (said) => {
+    const at_once = (said) => {
       if (typeof said?.then === "function") refuse("a callback returned a promise: it must answer at once");
-      return said ? 1 : 0;
+      return said;
     };
+    const truth = (said) => (at_once(said) ? 1 : 0);
     return {
       acceptPair: (number, a, b) => guarded(() => truth(of(number)(a >>> 0, b >>> 0))),
       acceptScenePair: (number, scene, a, b) =>
         guarded(() => truth(of(number)(scene >>> 0, a >>> 0, b >>> 0))),
       takePairs: (number, pairs, count) =>
-        guarded(() => (of(number)(this.view("uint32", pairs >>> 0, 2 * count)) === false ? 0 : 1)),
+        guarded(() => (at_once(of(number)(this.view("uint32", pairs >>> 0, 2 * count))) === false ? 0 : 1)),
       acceptAnswer: (number, question, id) =>
         guarded(() => truth(of(number)(question >>> 0, BigInt.asUintN(64, id)))),
       visitAnswer: (number, id, at, bound) =>
         guarded(() => {
-          const said = of(number)(BigInt.asUintN(64, id), at);
+          const said = at_once(of(number)(BigInt.asUintN(64, id), at));
+          if (Number.isNaN(said)) refuse("visit returned NaN: it must be a distance, true or false");
           // Regions have no order, and so no bound.
           if (typeof said === "number" && bound !== 0)
             this.data.setFloat64(bound >>> 0, Math.min(said, this.f64(bound >>> 0)), true);
@@ -360,7 +374,7 @@ export class Core {
       refuse(
         `${what} is ${describe(given)}: it must be ${types.map((each) => ARRAYS[each].name).join(" or ")}`,
       );
-    if (given.length === 0) refuse_detached(given, what);
+    refuse_detached(given, what);
     if (given.buffer === this.memory.buffer) return { pointer: given.byteOffset, length: given.length, type };
     const pointer = this.scratch.take(given.byteLength);
     this.view(type, pointer, given.length).set(given);
@@ -379,17 +393,15 @@ export class Core {
   ids(given, what = "ids") {
     if (!(given instanceof BigUint64Array))
       refuse(`${what} is ${describe(given)}: it must be a BigUint64Array`);
-    if (given.length === 0) refuse_detached(given, what);
+    refuse_detached(given, what);
     const pointer = this.scratch.take(given.byteLength);
     new BigUint64Array(this.memory.buffer, pointer, given.length).set(given);
     return { pointer, count: given.length };
   }
-  /** Doubles from any list of numbers. */
-  doubles(given, what, length) {
-    const numbers = Float64Array.from(given ?? refuse(`${what} is missing`));
-    if (length !== undefined && numbers.length !== length)
-      refuse(`${what} has ${numbers.length} numbers: it must have ${length}`, "size_mismatch");
-    return { pointer: this.place(numbers, what, ["float64"]).pointer, count: numbers.length };
+  /** Doubles from a list of numbers, as many as there are dimensions. */
+  doubles(given, what) {
+    const all = numbers(given, what, 2, 3);
+    return { pointer: this.place(all, what, ["float64"]).pointer, count: all.length };
   }
   utf8(text) {
     const bytes = encoder.encode(String(text));
@@ -514,8 +526,8 @@ export class Core {
     const pointer = this.u32(out);
     return this.bytes.slice(pointer, pointer + this.u64(out + 8));
   }
-  /** The lists of a result, ids as 64-bit numbers. */
-  lists_of_results(results) {
+  /** The lists of a result, ids as 64-bit numbers; `at` where answers have an order. */
+  lists_of_results(results, ordered) {
     const lists = this.scratch.take(C.jostle_lists.sizeof);
     this.call("jostle_results_lists", results, lists);
     const questions = this.u64(lists + C.jostle_lists.questions),
@@ -526,7 +538,7 @@ export class Core {
     return {
       first: Float64Array.from(wide("first", questions + 1), Number),
       ids: count === 0 ? new BigUint64Array(0) : wide("ids", count).slice(),
-      at: at === 0 ? undefined : this.view("float64", at, count).slice(),
+      at: ordered ? this.view("float64", at, count).slice() : undefined,
       more: more === 0 ? new Uint8Array(questions) : this.bytes.slice(more, more + questions),
     };
   }
@@ -578,9 +590,34 @@ export function describe(given) {
   return `a ${given.constructor?.name ?? typeof given}`;
 }
 
+/** What is no object has no options: they would all be taken for left out. */
+export function options_of(given, what = "options") {
+  if (given === null || typeof given !== "object")
+    refuse(`${what} are ${describe(given)}: they must be an object`);
+  return given;
+}
+
 export function number(given, what) {
   if (typeof given !== "number") refuse(`${what} is ${describe(given)}: it must be a number`);
   return given;
+}
+
+/** What a caller has as an array of any kind. */
+export function array_like(given, what) {
+  if (given === null || typeof given !== "object" || !Number.isInteger(given.length) || given.length < 0)
+    refuse(`${what} is ${describe(given)}: it must be an array of numbers`);
+  return given;
+}
+
+/** From `least` to `most` numbers of the caller's, as doubles. */
+export function numbers(given, what, least, most = least) {
+  const { length } = array_like(given, what);
+  if (length < least || length > most)
+    refuse(
+      `${what} has ${length} numbers: it must have ${least === most ? least : `${least} or ${most}`}`,
+      "size_mismatch",
+    );
+  return Float64Array.from({ length }, (_, i) => number(given[i], `${what}[${i}]`));
 }
 
 /** A count or a number of the caller's that must be whole. */
@@ -590,7 +627,9 @@ export function whole(given, what, least = 0, most = 2 ** 32 - 1) {
   return given;
 }
 
-function refuse_detached(given, what) {
+/** Refuses an array that is empty because its memory is gone. */
+export function refuse_detached(given, what) {
+  if (given.length !== 0) return;
   try {
     new Uint8Array(given.buffer);
   } catch {

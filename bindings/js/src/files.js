@@ -22,10 +22,19 @@ export function readBoxes(content, name) {
   return read(bytes_of(content), name);
 }
 
+function viewed(buffer, ...range) {
+  try {
+    return new Uint8Array(buffer, ...range);
+  } catch {
+    return refuse("content was transferred, and is empty now");
+  }
+}
 function bytes_of(content) {
   if (typeof content === "string") return encoder.encode(content);
-  if (content instanceof ArrayBuffer) return new Uint8Array(content);
-  if (ArrayBuffer.isView(content))
-    return new Uint8Array(content.buffer, content.byteOffset, content.byteLength);
+  if (content instanceof ArrayBuffer) return viewed(content);
+  if (ArrayBuffer.isView(content)) {
+    const bytes = viewed(content.buffer, content.byteOffset, content.byteLength);
+    return content.buffer instanceof ArrayBuffer ? bytes : bytes.slice(); // shared text can't be decoded
+  }
   return refuse(`content is ${describe(content)}: it must be an ArrayBuffer, a Uint8Array or text`);
 }

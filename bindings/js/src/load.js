@@ -2,7 +2,7 @@
 // Finds the module that this browser, or node, can run, and starts it.
 
 import { Core, describe, whole } from "./core.js";
-import { refuse } from "./error.js";
+import { JostleError, refuse } from "./error.js";
 import { Module } from "./module.js";
 
 const PAGE = 65536;
@@ -110,17 +110,28 @@ function new_memory(most, shared) {
   }
 }
 
-/** What makes workers for the module's threads. */
-async function worker_maker() {
+/**
+ * What makes workers for the module's threads. `failed` hears of one that can't begin, and says whether that
+ * was in time; the module's own code would wait for it without end.
+ */
+async function worker_maker(failed) {
   if (!in_node)
-    return () =>
-      new Worker(new URL("../dist/jostle-threads.worker.js", import.meta.url), {
+    return () => {
+      const worker = new Worker(new URL("../dist/jostle-threads.worker.js", import.meta.url), {
         type: "module",
         name: "jostle",
       });
+      worker.addEventListener("error", (event) => {
+        // Browsers don't say why they refuse a file.
+        const why = event.message || "jostle-threads.worker.js must be there, with the headers of the page";
+        if (failed(why)) event.stopImmediatePropagation();
+      });
+      return worker;
+    };
   const { Worker: NodeWorker } = await of_node("worker_threads");
+  const here = import.meta.url; // so that bundlers don't find node's file: webpack would take it for a script
   return () => {
-    const inside = new NodeWorker(new URL("./node_worker.js", import.meta.url));
+    const inside = new NodeWorker(new URL("./node_worker.js", here));
     const worker = { // as a browser's
       postMessage: (message) => inside.postMessage(message),
       terminate: () => inside.terminate(),
@@ -129,7 +140,7 @@ async function worker_maker() {
       if (data.cmd === "loaded") inside.unref(); // a program may end although its threads wait for work
       worker.onmessage({ data });
     });
-    inside.on("error", (error) => worker.onerror(error));
+    inside.on("error", (error) => failed(error.message) || worker.onerror(error));
     return worker;
   };
 }
@@ -186,15 +197,31 @@ export async function load({ only, wasm, simd, threads = 1, maxMemory = MOST_MEM
   const memory = new_memory(maxMemory, count > 1);
   let failed;
   const failure = new Promise((_, reject) => (failed = reject));
-  const started = create({
-    wasmMemory: memory,
-    workers: count - 1,
-    makeWorker: count > 1 ? await worker_maker() : undefined,
-    instantiateWasm: (imports, done) => {
-      WebAssembly.instantiate(compiled, imports).then((instance) => done(instance, compiled), failed);
-      return {};
-    },
-  });
-  const module = await Promise.race([started, failure]);
-  return new Module(new Core(module, memory, count));
+  const workers = [];
+  let begun = false;
+  const worker_failed = (why) => {
+    if (!begun) failed(new JostleError(`a thread couldn't be started: ${why}`));
+    return !begun;
+  };
+  const make_worker = count > 1 ? await worker_maker(worker_failed) : undefined;
+  try {
+    const started = create({
+      wasmMemory: memory,
+      workers: count - 1,
+      makeWorker: () => {
+        workers.push(make_worker());
+        return workers.at(-1);
+      },
+      instantiateWasm: (imports, done) => {
+        WebAssembly.instantiate(compiled, imports).then((instance) => done(instance, compiled), failed);
+        return {};
+      },
+    });
+    const module = new Module(new Core(await Promise.race([started, failure]), memory, count));
+    begun = true;
+    return module;
+  } catch (error) {
+    for (const worker of workers) worker.terminate();
+    throw error;
+  }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 import { BoxIndex } from "./box_index.js";
 import { ContactFinder } from "./contacts.js";
-import { MemoryArray, describe, whole } from "./core.js";
+import { MemoryArray, describe, refuse_detached, whole } from "./core.js";
 import { refuse } from "./error.js";
 import { PairFinder, bricks, checksum, find_periodic_pairs, validate } from "./pairs.js";
 import { Scene, Simulation, scene_list, simulation_list } from "./scenes.js";
@@ -37,6 +37,7 @@ export class Module {
   }
 
   get memoryBytes() {
+    this.#core.want_open();
     return this.#core.memory.buffer.byteLength;
   }
   get disposed() {
@@ -96,6 +97,7 @@ export class Module {
   }
   indexOf(ids) {
     if (!(ids instanceof BigUint64Array)) refuse(`ids is ${describe(ids)}: it must be a BigUint64Array`);
+    refuse_detached(ids, "ids");
     const halves = new Uint32Array(ids.buffer, ids.byteOffset, 2 * ids.length);
     const indices = new Uint32Array(ids.length);
     for (let i = 0; i < indices.length; ++i) indices[i] = halves[2 * i];

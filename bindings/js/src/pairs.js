@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The broad phase: PairFinder, findPairs and their like.
 
-import { MemoryArray, Owned, describe, new_floats, size_of, space_of, type_of, whole } from "./core.js";
+import {
+  MemoryArray, Owned, array_like, describe, new_floats, numbers, size_of, space_of, type_of, whole,
+} from "./core.js";
 import { refuse } from "./error.js";
 import * as C from "./structs.js";
 
@@ -18,7 +20,14 @@ export function search_arguments(given, more = 0) {
     ArrayBuffer.isView(options)
   )
     refuse(`options are ${describe(options)}: they must say dim, as { dim: 3 }`);
+  if (two && given[1] === undefined) refuse("other is undefined: it must be Float32Array or Float64Array");
   return { boxes: given[0], other: two ? given[1] : undefined, options, rest: given.slice(two ? 3 : 2) };
+}
+
+/** Refuses what a call has no use for: ignored, it would look as if it had been done. */
+function refuse_unused(options, call, sorts = false) {
+  if ((options.engine ?? "grid") !== "grid") refuse(`${call} has the engine grid alone`);
+  if (options.sort && !sorts) refuse(`${call} doesn't sort pairs`);
 }
 
 /** Boxes in the module's memory; of two sets the narrower numbers are widened, which is exact. */
@@ -71,9 +80,9 @@ export class PairFinder extends Owned {
   }
 
   #finder(calls_back, ignores_odd = false) {
-    const core = this.core;
+    const { core, pointer } = this; // it refuses if this was disposed of
     const serial = calls_back && core.executor !== core.serial;
-    if (!serial && !ignores_odd) return this.pointer;
+    if (!serial && !ignores_odd) return pointer;
     const executor = serial ? core.serial : core.executor;
     this.#others[2 * serial + ignores_odd] ??= new Owned(core, "_jostle_finder_free",
       core.within(() => core.make("jostle_finder_new", core.options(executor, ignores_odd))));
@@ -192,16 +201,17 @@ export class PairFinder extends Owned {
   }
 
   get stats() {
-    const core = this.core;
+    const { core, pointer } = this;
     return core.within(() => {
       const stats = core.struct(C.jostle_stats);
-      if (this.#stats === undefined) core.call("jostle_finder_stats", this.#last ?? this.pointer, stats);
+      if (this.#stats === undefined) core.call("jostle_finder_stats", this.#last ?? pointer, stats);
       return { ...core.read_stats(C.jostle_stats, stats), ...this.#stats };
     });
   }
 
   stream(...given) {
     const { boxes, other, options, rest: [sink] } = search_arguments(given, 1);
+    refuse_unused(options, "stream()");
     const core = this.core;
     const number = core.remember(sink);
     this.#pairs.count = 0;
@@ -245,9 +255,10 @@ export class PairFinder extends Owned {
 
   scenes(boxes, offsets, options) {
     const core = this.core;
+    refuse_unused(options, "findScenes()");
     return core.within(() => {
-      const [a] = place_sets(core, boxes, undefined, options?.dim);
-      const places = Array.from(offsets, (each, i) => whole(each, `offsets[${i}]`));
+      const [a] = place_sets(core, boxes, undefined, options.dim);
+      const places = Array.from(array_like(offsets, "offsets"), (each, i) => whole(each, `offsets[${i}]`));
       if (places.length === 0)
         refuse("offsets has no numbers: it must have one more than there are scenes", "size_mismatch");
       const table = core.ids(BigUint64Array.from(places, BigInt), "offsets");
@@ -346,19 +357,20 @@ export function validate(core, boxes, { dim }) {
 
 export function find_periodic_pairs(core, finder, boxes, period, options) {
   if (options.ignoreOddBoxes) refuse("findPeriodicPairs ignores no odd boxes: leave them out");
+  refuse_unused(options, "findPeriodicPairs()", true);
   return core.within(() => {
     const { dim } = options;
     const [a] = place_sets(core, boxes, undefined, dim);
     const space = space_of(dim, a.type);
+    const given = numbers(period, "period", dim);
     const lengths = new_floats(a.type, dim);
-    for (let d = 0; d < dim; ++d) {
-      lengths[d] = period[d];
-      if (lengths[d] !== period[d] && !Number.isNaN(lengths[d]))
+    lengths.set(given);
+    for (let d = 0; d < dim; ++d)
+      if (lengths[d] !== given[d] && !Number.isNaN(lengths[d]))
         refuse(
-          `period[${d}] is ${period[d]}, which ${a.type} doesn't have: ` +
+          `period[${d}] is ${given[d]}, which ${a.type} doesn't have: ` +
             `give ${lengths[d]}, or boxes of float64`,
         );
-    }
     const images = new Owned(
       core,
       "_jostle_images_free",

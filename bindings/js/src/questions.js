@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Questions about boxes, as a BoxIndex and a World answer them.
 
-import { describe, new_floats, size_of, space_of, whole } from "./core.js";
+import {
+  array_like, describe, new_floats, options_of, refuse_detached, size_of, space_of, whole,
+} from "./core.js";
 import { refuse } from "./error.js";
 import * as C from "./structs.js";
 
@@ -14,6 +16,7 @@ const CALLS = {
   count: REGIONS,
   visit: Object.keys(KINDS),
 };
+const REGIONS_ALONE = [KINDS.boxes, KINDS.spheres, KINDS.frustums]; // whose answers have no order
 const ALL = 2n ** 64n - 1n;
 
 /** Numbers of each question of a kind. */
@@ -82,6 +85,7 @@ export function query_filter(core, options, accept) {
     if (options[name] !== undefined)
       core.set_values(filter + C.jostle_query_filter[name], core.integers(options[name], name));
   if (asker !== undefined) {
+    options_of(asker, "the options of asker");
     const at = core.scratch.take(C.jostle_asker.sizeof);
     core.data.setUint32(at + C.jostle_asker.category, whole(asker.category ?? 1, "asker.category"), true);
     core.data.setUint32(at + C.jostle_asker.mask, whole(asker.mask ?? 0xffffffff, "asker.mask"), true);
@@ -91,6 +95,7 @@ export function query_filter(core, options, accept) {
   if (exclude !== undefined) {
     const at = core.scratch.take(8);
     if (typeof exclude !== "bigint") whole(exclude, "exclude");
+    else if (BigInt.asUintN(64, exclude) !== exclude) refuse(`exclude is ${exclude}: it must be an id`);
     core.data.setBigUint64(at, BigInt(exclude), true);
     core.data.setUint32(filter + C.jostle_query_filter.exclude, at, true);
   }
@@ -130,13 +135,14 @@ export class Asked {
       if (call === "visit" && questions.count !== 1)
         refuse(`there are ${questions.count} questions: visit() takes one`, "size_mismatch");
       let first = 0;
-      const accept = options.accept;
+      const { accept } = options_of(options);
       if (accept !== undefined && typeof accept !== "function")
         refuse(`accept is ${describe(accept)}: it must be a function`);
       const number = accept && core.remember((question, id) => accept(first + question, this.id(id)));
       try {
         const filter = query_filter(core, options, number);
-        if (accept === undefined || core.threads === 1) return [inside(questions, filter)];
+        if (accept === undefined || core.threads === 1 || questions.count === 0)
+          return [inside(questions, filter)];
         const parts = [];
         for (; first < questions.count; ++first)
           parts.push(
@@ -173,14 +179,13 @@ export class Asked {
 
   all(given, options = {}) {
     const core = this.owner.core;
+    const { maxResults } = options_of(options);
     const most =
-      options.maxResults === undefined || options.maxResults === Infinity
-        ? ALL
-        : BigInt(whole(options.maxResults, "maxResults"));
+      maxResults === undefined || maxResults === Infinity ? ALL : BigInt(whole(maxResults, "maxResults"));
     const parts = this.ask("all", given, options, ({ kind, pointer, count }, filter) =>
       core.with_results((results) => {
         core.call(this.names.all, this.owner.pointer, kind, pointer, BigInt(count), filter, most, results);
-        return core.lists_of_results(results);
+        return core.lists_of_results(results, !REGIONS_ALONE.includes(kind));
       }));
     return this.answers(parts);
   }
@@ -193,7 +198,7 @@ export class Asked {
     return new Answers(
       Float64Array.from(first),
       this.narrow(joined_members(BigUint64Array, parts, "ids")),
-      parts.some((part) => part.at === undefined) ? undefined : joined_members(Float64Array, parts, "at"),
+      parts[0].at === undefined ? undefined : joined_members(Float64Array, parts, "at"),
       joined_members(Uint8Array, parts, "more"),
     );
   }
@@ -277,6 +282,8 @@ export function rays(origins, directions, { dim, maxFraction = Infinity } = {}) 
       `origins and directions are ${describe(origins)} and ${describe(directions)}: ` +
         "they must both be Float32Array or Float64Array",
     );
+  refuse_detached(origins, "origins");
+  refuse_detached(directions, "directions");
   if (origins.length % dim !== 0 || directions.length !== origins.length)
     refuse(
       `origins and directions have ${origins.length} and ${directions.length} numbers: ` +
@@ -285,7 +292,7 @@ export function rays(origins, directions, { dim, maxFraction = Infinity } = {}) 
     );
   const count = origins.length / dim, width = 2 * dim + 1;
   const each = typeof maxFraction !== "number";
-  if (each && maxFraction.length !== count)
+  if (each && array_like(maxFraction, "maxFraction").length !== count)
     refuse(`maxFraction has ${maxFraction.length} numbers, and there are ${count} rays`, "size_mismatch");
   const packed = new_floats(Array === Float64Array ? "float64" : "float32", count * width);
   for (let i = 0; i < count; ++i) {

@@ -62,7 +62,7 @@ export class Scene extends Owned {
       type,
       2 * dim * length,
       this,
-      (scene) => core.module._jostle_js_scene_boxes(scene.pointer) >>> 0,
+      ({ pointer }) => core.module._jostle_js_scene_boxes(pointer) >>> 0,
     );
   }
   step() {
@@ -148,11 +148,8 @@ export class Simulation extends Owned {
     );
   }
   get poses() {
-    return this.core.view(
-      "float32",
-      this.core.module._jostle_js_simulation_poses(this.pointer) >>> 0,
-      7 * this.bodies,
-    );
+    const { core, pointer } = this;
+    return core.view("float32", core.module._jostle_js_simulation_poses(pointer) >>> 0, 7 * this.bodies);
   }
   get velocities() {
     return this.core.within(() => {

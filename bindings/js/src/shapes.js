@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
-import { Owned, describe, new_floats, number, size_of, space_of, type_of, whole } from "./core.js";
+import {
+  Owned, array_like, describe, new_floats, number, refuse_detached, size_of, space_of, type_of, whole,
+} from "./core.js";
 import { refuse } from "./error.js";
 import * as C from "./structs.js";
 
@@ -25,10 +27,10 @@ function checked_dim(dim) {
 /** The functions that make shapes, of a module. */
 export function shape_makers(core) {
   const made = (name, ...parameters) => new Shape(core, core.make(name, ...parameters));
-  const halves = (name, half, ...more) =>
+  const of_axes = (name, what, given, ...more) =>
     core.within(() => {
-      const numbers = core.doubles(half, "half");
-      return made(name, checked_dim(numbers.count), numbers.pointer, ...more);
+      const numbers = core.doubles(given, what);
+      return made(name, numbers.count, numbers.pointer, ...more);
     });
   const of_points = (name, points, dim, ...more) =>
     core.within(() => {
@@ -45,14 +47,16 @@ export function shape_makers(core) {
         number(halfLength, "halfLength"),
         number(radius, "radius"),
       ),
-    box: (half) => halves("jostle_shape_box", half),
-    roundedBox: (half, radius) => halves("jostle_shape_rounded_box", half, number(radius, "radius")),
+    box: (half) => of_axes("jostle_shape_box", "half", half),
+    roundedBox: (half, radius) =>
+      of_axes("jostle_shape_rounded_box", "half", half, number(radius, "radius")),
     cylinder: (halfLength, radius) =>
       made("jostle_shape_cylinder", number(halfLength, "halfLength"), number(radius, "radius")),
     cone: (halfLength, radius) =>
       made("jostle_shape_cone", number(halfLength, "halfLength"), number(radius, "radius")),
-    ellipsoid: (half) => halves("jostle_shape_ellipsoid", half),
-    halfSpace: (normal, offset = 0) => halves("jostle_shape_half_space", normal, number(offset, "offset")),
+    ellipsoid: (half) => of_axes("jostle_shape_ellipsoid", "half", half),
+    halfSpace: (normal, offset = 0) =>
+      of_axes("jostle_shape_half_space", "normal", normal, number(offset, "offset")),
     hull: (points, dim) => of_points("jostle_shape_hull", points, dim),
     roundedHull: (points, radius, dim) =>
       of_points("jostle_shape_rounded_hull", points, dim, number(radius, "radius")),
@@ -101,7 +105,10 @@ export function shape_makers(core) {
 
 /** One shape for each object: see jostle.d.ts. */
 export class Shapes extends Owned {
-  constructor(core, { dim, shapes = [] } = {}) {
+  constructor(core, options = {}) {
+    const { dim, shapes = [] } = options;
+    if (Array.isArray(options) || !Array.isArray(shapes))
+      refuse(`options are ${describe(options)}: they must be as { shapes: [jostle.sphere(1)] }`);
     const of = checked_dim(dim ?? shapes[0]?.dim ?? 3);
     super(core, "_jostle_shapes_free", core.make("jostle_shapes_new", of));
     this.dim = of;
@@ -203,10 +210,11 @@ export function poses(positions, { dim, rotations } = {}) {
   checked_dim(dim);
   if (!(positions instanceof Float32Array || positions instanceof Float64Array))
     refuse(`positions are ${describe(positions)}: they must be a Float32Array or a Float64Array`);
+  refuse_detached(positions, "positions");
   if (positions.length % dim !== 0)
     refuse(`positions has ${positions.length} numbers: it must be a multiple of ${dim}`, "size_mismatch");
   const count = positions.length / dim, turn = dim === 3 ? 4 : 1, width = dim === 3 ? 7 : 4;
-  if (rotations !== undefined && rotations.length !== count * turn)
+  if (rotations !== undefined && array_like(rotations, "rotations").length !== count * turn)
     refuse(
       `rotations has ${rotations.length} numbers: it must have ${turn} for each of ${count} positions`,
       "size_mismatch",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-import { Owned, describe, number, size_of, space_of, whole } from "./core.js";
+import { Owned, describe, number, options_of, refuse_detached, size_of, space_of, whole } from "./core.js";
 import { refuse } from "./error.js";
 import { Asked, query_filter } from "./questions.js";
 import * as C from "./structs.js";
@@ -22,6 +22,7 @@ export class World extends Owned {
   #function; // which these ask, and each of them holds
 
   constructor(core, options = {}, forked = undefined) {
+    options_of(options);
     const { dim, type = "float32" } = options;
     const space = space_of(dim, type);
     let { pointer, accept, asked } = forked ?? {};
@@ -69,6 +70,7 @@ export class World extends Owned {
 
   add(boxes, options = {}) {
     const core = this.core;
+    options_of(options);
     return core.within(() => {
       const rows = this.#rows(boxes, "boxes", 2 * this.dim);
       const enabled = flag(options.enabled ?? true, "enabled");
@@ -318,12 +320,13 @@ export class World extends Owned {
     return core.with_results((results) => {
       const of = core.ids(ids);
       core.call("jostle_world_touching", this.pointer, of.pointer, BigInt(of.count), results);
-      return this.#asked.answers([core.lists_of_results(results)]);
+      return this.#asked.answers([core.lists_of_results(results, false)]);
     });
   }
   join(boxes, options = {}) {
     const core = this.core;
-    const accept = options.accept && core.remember((question, id) => options.accept(question, id));
+    options_of(options);
+    const accept = options.accept === undefined ? undefined : core.remember(options.accept);
     try {
       return core.with_results((results) => {
         const rows = this.#rows(boxes, "boxes", 2 * this.dim);
@@ -458,6 +461,7 @@ export class World extends Owned {
     const core = this.core;
     if (!(snapshot instanceof Uint8Array))
       refuse(`the snapshot is ${describe(snapshot)}: it must be a Uint8Array`);
+    refuse_detached(snapshot, "the snapshot");
     core.within(() => {
       const pointer = core.scratch.take(snapshot.length);
       core.bytes.set(snapshot, pointer);

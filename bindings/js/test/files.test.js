@@ -374,6 +374,13 @@ test("content and names of the wrong kind", () => {
     assert.throws(() => readBoxes(content, name), { name: "JostleError", message });
   refuses([1, 2], "a.csv", "content is a Array: it must be an ArrayBuffer, a Uint8Array or text");
   refuses(undefined, "a.csv", /content is undefined/);
+  const gone = new Uint8Array(3);
+  structuredClone(gone.buffer, { transfer: [gone.buffer] });
+  for (const content of [gone, gone.buffer]) refuses(content, "a.csv", /^content was transferred/);
+  const table = text("lo_x,lo_y,hi_x,hi_y\n0,1,2,3\n");
+  const shared = new Uint8Array(new SharedArrayBuffer(table.length));
+  shared.set(table);
+  assert.deepEqual([...readBoxes(shared, "a.csv").boxes], [0, 1, 2, 3]);
   refuses("lo_x", undefined, 'name is undefined: it must be the file\'s, such as "boxes.csv"');
   refuses("lo_x", "boxes", "boxes: the name has no extension; give .csv, .npy or .jrec");
   refuses("v 0 0 0", "mesh.obj", "mesh.obj: can't read .obj files; give .csv, .npy or .jrec");

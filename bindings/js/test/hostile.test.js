@@ -2,8 +2,11 @@
 // What users get wrong: each mistake is a JostleError that says what and where, and leaves everything as it
 // was.
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { cpSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import test from "node:test";
+import { pathToFileURL } from "node:url";
 
 import { JostleError, load, poses, rays, support } from "jostle";
 import { modules, random_boxes } from "./help.js";
@@ -130,6 +133,14 @@ test("arguments of the wrong kind", async () => {
     /period\[2\] is 0.1, which float32 doesn't have/,
   );
   refuses(() => jostle.findPeriodicPairs(good, [1, 0, 0], { dim: 3 }), /period/, { index: 0 });
+  for (const period of [[10, 10], [10, 10, 0, 0]])
+    refuses(
+      () => jostle.findPeriodicPairs(good, period, { dim: 3 }),
+      /period has . numbers: it must have 3/,
+      { status: "size_mismatch" },
+    );
+  refuses(() => jostle.findPeriodicPairs(good, 10, { dim: 3 }), /period is 10: it must be an array/);
+  refuses(() => jostle.findScenes(good, undefined, { dim: 3 }), /offsets is undefined: it must be an array/);
   refuses(() => jostle.checksum(Uint32Array.of(1)), /pairs has 1 numbers: it must be an even number/, {
     status: "size_mismatch",
   });
@@ -186,7 +197,13 @@ test("worlds, indexes and contacts", async () => {
 
   refuses(() => jostle.sphere(-1), /radius/);
   refuses(() => jostle.sphere("1"), /radius is "1"/);
-  refuses(() => jostle.box([1]), /dim is 1/);
+  const mismatch = { status: "size_mismatch" };
+  refuses(() => jostle.box([1]), /half has 1 numbers: it must have 2 or 3/, mismatch);
+  refuses(() => jostle.halfSpace([1, 2, 3, 4]), /normal has 4 numbers: it must have 2 or 3/, mismatch);
+  refuses(() => jostle.box(1), /half is 1: it must be an array of numbers/);
+  refuses(() => jostle.box("123"), /half is "123": it must be an array of numbers/);
+  refuses(() => jostle.box([1, "2", 3]), /half\[1\] is "2": it must be a number/);
+  refuses(() => new jostle.Shapes([jostle.sphere(1)]), /options are a Array: they must be as \{ shapes/);
   refuses(() => jostle.hull(new Float32Array(0), 3), /point/);
   refuses(
     () => jostle.compound([], new Float64Array(0)),
@@ -225,9 +242,28 @@ test("what was disposed of, what is another module's, what memory has left behin
   finder.dispose();
   assert.equal(finder.disposed, true);
   refuses(() => finder.find(good, { dim: 3 }), /this PairFinder was disposed of/, { status: "bad_handle" });
+  // Empty because their memory is gone.
+  const gone = new Float32Array(3);
+  structuredClone(gone.buffer, { transfer: [gone.buffer] });
+  for (const empty of [stale, gone]) {
+    refuses(() => poses(empty, { dim: 3 }), /positions is a view of memory that has grown since/);
+    refuses(() => rays(empty, new Float32Array(0), { dim: 3 }), /origins is a view of memory/);
+    refuses(() => rays(new Float32Array(0), empty, { dim: 3 }), /directions is a view of memory/);
+  }
+
+  const simulation = other.simulation({ bodies: 3 }), scene = other.scene("uniform", 3);
   other.dispose();
   assert.equal(other.disposed, true);
-  refuses(() => other.findPairs(good, { dim: 3 }), /module .* was disposed of/, { status: "bad_handle" });
+  for (const use of [
+    () => other.findPairs(good, { dim: 3 }),
+    () => other.array("float32", 3),
+    () => other.memoryBytes,
+    () => other.sphere(1),
+    () => new other.World({ dim: 3 }),
+    () => simulation.poses,
+    () => scene.boxes.view,
+  ])
+    refuses(use, /module .* was disposed of/, { status: "bad_handle" });
 });
 
 test("loading", async () => {
@@ -257,6 +293,46 @@ test("loading", async () => {
   assert.ok(all.threads >= 1);
   assert.deepEqual([...all.findPairs(good, { dim: 3 })], [0, 1]);
   all.dispose();
+});
+
+test("a thread that can't begin is an error of load()", async () => {
+  const copy = mkdtempSync(join(tmpdir(), "jostle-"));
+  cpSync(new URL("./node_modules/jostle", import.meta.url), copy, { recursive: true });
+  rmSync(join(copy, "dist", "jostle-threads.worker.js")); // forgotten by whoever put the files on a server
+  const broken = await import(pathToFileURL(join(copy, "src", "index.js")));
+  await assert.rejects(broken.load({ threads: 3 }), (error) => {
+    assert.ok(error instanceof broken.JostleError);
+    assert.match(error.message, /^a thread couldn't be started: .*jostle-threads\.worker\.js/);
+    return true;
+  });
+  const jostle = await broken.load();
+  assert.deepEqual([...jostle.findPairs(good, { dim: 3 })], [0, 1]);
+  rmSync(copy, { recursive: true });
+});
+
+test("calls in callbacks of calls end before the module's stack does", async () => {
+  for (const loaded of Object.values(modules)) {
+    const jostle = await loaded();
+    const index = new jostle.BoxIndex({ dim: 3 });
+    index.build(good);
+    const nearest = { nearest: new Float32Array(3) };
+    let deepest = 0;
+    const ask = (depth, most) => {
+      deepest = depth;
+      index.visit(nearest, () => depth < most && ask(depth + 1, most));
+    };
+    ask(1, 32);
+    assert.equal(deepest, 32);
+    const decide = (depth) => {
+      const world = new jostle.World({ dim: 3, accept: () => (decide(depth + 1), true) });
+      world.add(good);
+      world.update();
+    };
+    for (const endless of [() => ask(1, Infinity), () => decide(1)])
+      refuses(endless, /^calls in callbacks of calls are 32 deep/);
+    assert.deepEqual([...jostle.findPairs(good, { dim: 3 })], [0, 1]);
+    index.dispose();
+  }
 });
 
 for (const [kind, loaded] of Object.entries(modules)) {
@@ -308,7 +384,15 @@ for (const [kind, loaded] of Object.entries(modules)) {
     finder.stream(boxes, { dim: 3 }, () => refuses(() => finder.dispose(), /in use/));
     for (const each of [index, finder, world, finder]) each.dispose();
     const gone = { status: "bad_handle" };
-    refuses(() => finder.find(boxes, { dim: 3 }), /this PairFinder was disposed of/, gone);
+    for (const use of [
+      () => finder.find(boxes, { dim: 3 }),
+      () => finder.find(boxes, { dim: 3, accept: () => true }),
+      () => finder.find(boxes, { dim: 3, ignoreOddBoxes: true }),
+      () => finder.stream(boxes, { dim: 3 }, () => {}),
+      () => finder.pairs,
+      () => finder.stats,
+    ])
+      refuses(use, /this PairFinder was disposed of/, gone);
     const array = jostle.array("float32", 6);
     array.dispose();
     refuses(() => array.view, /this MemoryArray was disposed of/, gone);
@@ -335,8 +419,44 @@ for (const [kind, loaded] of Object.entries(modules)) {
     refuses(() => world.update(undefined, good), /^boxes came without ids/);
     const two = { boxes: good, spheres: new Float32Array(4) };
     refuses(() => index.count(two), /^questions are boxes and spheres/);
-    const later = { dim: 3, accept: async () => false };
-    refuses(() => jostle.findPairs(good, later), /^a callback returned a promise/);
+    const promise = /^a callback returned a promise/;
+    const later = async () => false;
+    refuses(() => jostle.findPairs(good, { dim: 3, accept: later }), promise);
+    const finder = new jostle.PairFinder();
+    refuses(() => finder.stream(good, { dim: 3 }, later), promise);
+    const near = { nearest: new Float32Array(3), count: 2 };
+    const near_ray = rays(new Float32Array(3), new Float32Array([1, 0, 0]), { dim: 3 });
+    for (const asked of [index, world]) {
+      refuses(() => asked.visit({ boxes: good.subarray(6) }, later), promise);
+      refuses(() => asked.visit(near, later), promise);
+      refuses(() => asked.visit(near, () => NaN), /^visit returned NaN/);
+    }
+    refuses(() => world.join(good, { accept: null }), /^null is no function/);
+    for (const options of [null, 5]) {
+      refuses(() => world.add(good, options), /^options are .*: they must be an object/);
+      refuses(() => new jostle.World(options), /^options are /);
+      for (const asked of [index, world]) {
+        refuses(() => asked.all({ boxes: good }, options), /^options are /);
+        refuses(() => asked.first(near_ray, options), /^options are /);
+        refuses(() => asked.any({ boxes: good }, { asker: options }), /^the options of asker are /);
+      }
+    }
+    for (const exclude of [-1n, 2n ** 64n])
+      refuses(() => world.any({ boxes: good }, { exclude }), /^exclude is .*: it must be an id/);
+
+    // What isn't done isn't ignored either.
+    const enemies = undefined;
+    refuses(() => jostle.findPairs(good, enemies, { dim: 3 }), /^other is undefined/);
+    refuses(() => finder.stream(good, enemies, { dim: 3 }, () => {}), /^other is undefined/);
+    for (const [options, message] of [
+      [{ dim: 3, sort: true }, / doesn't sort pairs$/],
+      [{ dim: 3, engine: "brute" }, / has the engine grid alone$/],
+    ]) {
+      refuses(() => finder.stream(good, options, () => {}), message);
+      refuses(() => jostle.findScenes(good, [0, 2], options), message);
+      if (options.engine) refuses(() => jostle.findPeriodicPairs(good, [9, 9, 9], options), message);
+    }
+    finder.dispose();
     world.update();
     const origins = new Float32Array([9, 9, 9, -1, -1, -1]);
     const away = rays(origins, new Float32Array(6).fill(1), { dim: 3 });

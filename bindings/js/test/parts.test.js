@@ -18,6 +18,13 @@ test("what a page loads stays small", () => {
   }
 });
 
+test("bundlers find what browsers load, and no file of node's", () => {
+  const source = readFileSync(new URL("./node_modules/jostle/src/load.js", import.meta.url), "utf8");
+  const found = [...source.matchAll(/new URL\(\s*"([^"]+)",\s*import\.meta\.url/g)].map((match) => match[1]);
+  assert.equal(found.length, 7); // the modules, and the threads' worker
+  for (const file of found) assert.match(file, /^\.\.\/dist\/jostle[-\w]*\.(wasm|worker\.js)$/);
+});
+
 for (const [only, dim] of [["2d", 2], ["3d", 3]])
   test(`the module with ${only} alone answers as the whole one`, async () => {
     const [jostle, whole] = [await load({ only }), await modules.simd()];

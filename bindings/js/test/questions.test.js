@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { rays } from "jostle";
+import { load, rays } from "jostle";
 import { modules, overlaps, random, random_boxes } from "./help.js";
 
 /** Where a ray enters a box: the definition, in doubles. */
@@ -26,20 +26,32 @@ function squared_distance(point, box, dim) {
   return sum;
 }
 
+function squared_gap(a, b, dim) {
+  let sum = 0;
+  for (let d = 0; d < dim; ++d) sum += Math.max(b[d] - a[dim + d], 0, a[d] - b[dim + d]) ** 2;
+  return sum;
+}
+
 for (const [kind, loaded] of Object.entries(modules)) {
   test(`an index and a world answer as the definition does: ${kind}`, async () => {
     const jostle = await loaded();
-    for (const dim of [2, 3]) {
+    for (const [dim, type, Floats] of [
+      [2, "float64", Float64Array],
+      [3, "float64", Float64Array],
+      [2, "float32", Float32Array],
+      [3, "float32", Float32Array],
+    ]) {
       const count = 300, asked = 40;
-      const boxes = random_boxes(count, dim, 21, { Array: Float64Array });
+      const same = (a, b) => Math.abs(a - b) < (type === "float64" ? 1e-9 : 1e-4);
+      const boxes = random_boxes(count, dim, 21, { Array: Floats });
       const box = (i) => boxes.subarray(2 * dim * i, 2 * dim * (i + 1));
-      const index = new jostle.BoxIndex({ dim, type: "float64" });
+      const index = new jostle.BoxIndex({ dim, type });
       index.build(boxes);
-      const world = new jostle.World({ dim, type: "float64" });
+      const world = new jostle.World({ dim, type });
       const ids = world.add(boxes);
       world.update();
 
-      const regions = random_boxes(asked, dim, 22, { Array: Float64Array, world: 12 });
+      const regions = random_boxes(asked, dim, 22, { Array: Floats, world: 12 });
       const expected = (i) => [...Array(count).keys()].filter((j) => overlaps(regions, i, boxes, j, dim));
       const all = index.all({ boxes: regions }), of_world = world.all({ boxes: regions });
       const counts = index.count({ boxes: regions }), any = world.any({ boxes: regions });
@@ -88,8 +100,8 @@ for (const [kind, loaded] of Object.entries(modules)) {
       assert.deepEqual([...world.join(regions)], flat);
 
       const next = random(23);
-      const from = Float64Array.from({ length: dim * asked }, () => next() * 30 - 10);
-      const along = Float64Array.from({ length: dim * asked }, () => next() - 0.5);
+      const from = Floats.from({ length: dim * asked }, () => next() * 30 - 10);
+      const along = Floats.from({ length: dim * asked }, () => next() - 0.5);
       const lines = rays(from, along, { dim, maxFraction: 60 });
       const hits = index.first(lines), hits_of_world = world.first(lines);
       const every = index.all(lines);
@@ -105,8 +117,8 @@ for (const [kind, loaded] of Object.entries(modules)) {
           assert.equal(hits_of_world.ids[i], 0n);
           continue;
         }
-        assert.ok(Math.abs(hits.at[i] - met[0][0]) < 1e-9);
-        assert.ok(met.some(([at, j]) => j === hits.ids[i] && Math.abs(at - met[0][0]) < 1e-9));
+        assert.ok(same(hits.at[i], met[0][0]));
+        assert.ok(met.some(([at, j]) => j === hits.ids[i] && same(at, met[0][0])));
         assert.equal(hits_of_world.ids[i], ids[hits.ids[i]]);
       }
 
@@ -120,24 +132,43 @@ for (const [kind, loaded] of Object.entries(modules)) {
           .sort((x, y) => x - y);
         const found = near.at.subarray(near.first[i], near.first[i + 1]);
         assert.equal(found.length, Math.min(5, far.length));
-        found.forEach((at, k) => assert.ok(Math.abs(at - far[k]) < 1e-9));
-        assert.equal(near_boxes.of(i).length, 3);
+        found.forEach((at, k) => assert.ok(same(at, far[k])));
+        const region = regions.subarray(2 * dim * i);
+        const gaps = [...Array(count).keys()].map((j) => squared_gap(region, box(j), dim));
+        gaps.sort((x, y) => x - y);
+        for (let k = 0; k < 3; ++k) assert.ok(same(near_boxes.at[near_boxes.first[i] + k], gaps[k]));
       }
 
-      const balls = new Float64Array(asked * (dim + 1)), planes = [];
+      const balls = new Floats(asked * (dim + 1)), planes = [];
       for (let i = 0; i < asked; ++i) {
         balls.set(from.subarray(dim * i, dim * i + dim), (dim + 1) * i);
         balls[(dim + 1) * i + dim] = 4;
         const normal = [...Array(dim)].map((_, d) => (d === 0 ? 1 : 0));
-        planes.push(Float64Array.of(...normal, -from[dim * i])); // x >= the point's
+        planes.push(Floats.of(...normal, -from[dim * i])); // x >= the point's
       }
       const in_balls = index.count({ spheres: balls }), ahead = index.count({ frustums: planes });
+
+      // A box that is swept touches what lies in its first place, in its last one or between them.
+      const sweeps = new Floats(asked * (3 * dim + 1)), axis = dim - 1;
+      for (let i = 0; i < asked; ++i) {
+        sweeps.set(regions.subarray(2 * dim * i, 2 * dim * (i + 1)), (3 * dim + 1) * i);
+        sweeps[(3 * dim + 1) * i + 2 * dim + axis] = 2;
+        sweeps[(3 * dim + 1) * i + 3 * dim] = 2.5; // 5 far along the last axis
+      }
+      const met_first = index.first({ sweeps }), met_all = world.all({ sweeps });
+      const swept = regions.map((bound, k) => (k % (2 * dim) === 2 * dim - 1 ? bound + 5 : bound));
+
       for (let i = 0; i < asked; ++i) {
         const point = from.subarray(dim * i);
         assert.equal(
           in_balls[i],
           [...Array(count).keys()].filter((j) => squared_distance(point, box(j), dim) <= 16).length,
         );
+        const met = [...Array(count).keys()].filter((j) => overlaps(swept, i, boxes, j, dim));
+        assert.deepEqual(new Set(jostle.indexOf(met_all.of(i))), new Set(met));
+        const way = (j) => Math.max(0, box(j)[axis] - regions[2 * dim * (i + 1) - 1]) / 2;
+        assert.ok(same(met_first.at[i], Math.min(...met.map(way))) || met.length === 0);
+        assert.equal(met_first.ids[i] < 0, met.length === 0);
         assert.equal(ahead[i], [...Array(count).keys()].filter((j) => box(j)[dim] >= point[0]).length);
       }
       for (const each of [index, world]) each.dispose();
@@ -177,6 +208,17 @@ for (const [kind, loaded] of Object.entries(modules)) {
         }),
       { name: "TypeError", message: "mine" },
     );
+    // Where there are no answers to a question there are no distances, but they aren't missing.
+    const points = new Float32Array([0, 0, 90, 90]), along = new Float32Array(4).fill(1);
+    const lines = rays(points, along, { dim: 2, maxFraction: 1 });
+    for (const accept of [undefined, () => true]) {
+      const found = [{ nearest: points, maxDistance: 1 }, lines].map((asked) => index.all(asked, { accept }));
+      for (const answers of found) assert.deepEqual([...answers.at], [0, 0, 0].slice(0, answers.first[1]));
+      for (const none of [{ nearest: points, count: 0 }, { rays: new Float32Array(0) }]) {
+        assert.deepEqual(index.all(none, { accept }).at, new Float64Array(0));
+        assert.equal(index.all({ boxes: new Float32Array(0) }, { accept }).at, undefined);
+      }
+    }
     assert.deepEqual([...index.contains(Uint32Array.of(10, 11))], [1, 0]);
     index.move(new Float32Array([7, 7, 8, 8]), Uint32Array.of(10));
     assert.deepEqual([...index.boxes(Uint32Array.of(10))], [7, 7, 8, 8]);
@@ -195,6 +237,16 @@ for (const [kind, loaded] of Object.entries(modules)) {
     const found = world.all({ boxes: regions }, { exclude: ids[0], accept: (question, id) => id !== ids[1] });
     assert.deepEqual([...found.of(0)], [ids[2], ids[3]]);
     assert.deepEqual([...world.join(regions, { exclude: ids[1] })], [0, 0, 0, 2, 0, 3, 1, 0, 1, 2]);
+    // Objects have filters of their own.
+    world.setFilter(ids.subarray(0, 1), { category: 2 });
+    world.setFilter(ids.subarray(1, 2), { mask: 4 });
+    world.setFilter(ids.subarray(2, 3), { owner: 9 });
+    world.update();
+    const asks = (asker) => [...jostle.indexOf(world.all({ boxes: regions }, { asker }).of(0))];
+    assert.deepEqual(asks({}), [0, 2, 3]); // its category is 1
+    assert.deepEqual(asks({ category: 4 }), [0, 1, 2, 3]);
+    assert.deepEqual(asks({ category: 4, mask: 1 }), [1, 2, 3]);
+    assert.deepEqual(asks({ category: 4, owner: 9 }), [0, 1, 3]);
     if (jostle.threads === 1)
       assert.deepEqual(
         [...world.join(regions, { accept: (question, id) => question === 1 && id !== ids[0] })],
@@ -203,6 +255,16 @@ for (const [kind, loaded] of Object.entries(modules)) {
     world.dispose();
   });
 }
+
+test("the very first question of a module has no answers", async () => {
+  for (const options of [{}, { threads: 2 }])
+    for (const asked of [{ nearest: new Float32Array(2) }, { rays: Float32Array.of(0, 0, 1, 1, 1) }]) {
+      const jostle = await load(options);
+      const { at } = new jostle.BoxIndex({ dim: 2 }).all(asked, { accept: () => false });
+      assert.deepEqual(at, new Float64Array(0)); // and not undefined
+      jostle.dispose();
+    }
+});
 
 test("rays are packed one after the other, each with its own end", () => {
   const from = Float32Array.of(0, 0, 1, 1), along = Float32Array.of(1, 0, 0, 1);

@@ -28,6 +28,7 @@ async function game(): Promise<void> {
   };
   const pairs: Uint32Array = finder.find(boxes, options);
   finder.find(boxes, new Float64Array(12), { dim: 3, engine: "chapter" });
+  const scenes = jostle.findScenes(boxes, [0, 1000], { dim: 3, accept: (scene, a, b) => scene + a < b });
   const went_on: boolean = finder.stream(boxes, { dim: 3 }, (some) => some.length < 10);
   const ms: number = finder.stats.msSweep + finder.stats.msTotal;
 
@@ -66,6 +67,8 @@ async function game(): Promise<void> {
     contacts.first,
     bricks.cells,
     jostle.simulation({ bodies: 3 }).poses,
+    scenes.length,
+    jostle.findPeriodicPairs(boxes, [9, 9, 0], { dim: 3, sort: true }).shifts,
   );
 
   try {
@@ -98,6 +101,8 @@ async function mistakes(jostle: Jostle): Promise<void> {
   new jostle.World({ dim: 2 }).remove([1, 2]);
   // @ts-expect-error: a question of no kind
   new jostle.BoxIndex({ dim: 2 }).any({ circles: new Float32Array(3) });
+  // @ts-expect-error: pairs that are handed over as they are found aren't sorted
+  new jostle.PairFinder().stream(new Float32Array(4), { dim: 2, sort: true }, () => {});
   // @ts-expect-error: not an engine
   jostle.findPairs(new Float32Array(4), { dim: 2, engine: "octree" });
 }
