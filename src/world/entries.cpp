@@ -29,8 +29,8 @@ void set(Entries<Dim, T>& entries, Entry entry, const State<Dim, T>& state, Inde
     entries.moves_on[entry] = object.place() == Place::active;
 }
 
-// Moving objects within the index is worth it where so few of them change. Then BoxIndex::move doesn't build
-// the index anew, either.
+// Moving objects within the index is worth it where so few of them change. Those that are parked count as
+// well: whoever has waited longest comes to rest first, and where objects move in turns, moves next.
 constexpr std::size_t resting_per_changed = 16;
 
 /// Whether a resting object that has changed stays in the index.
@@ -73,7 +73,8 @@ template <int Dim, class T>
 std::uint32_t enter_each(Entries<Dim, T>& entries, State<Dim, T>& state, std::span<const Index> changed)
 {
     std::uint32_t count = 0;
-    const bool any_shifts = changed.size() * resting_per_changed <= state.resting.size();
+    const bool any_shifts =
+        changed.size() * resting_per_changed <= state.resting.size() + state.parked.size();
     for (const Index index : changed) {
         const auto object = state.objects[index];
         const Place place = object.place();

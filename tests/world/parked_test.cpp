@@ -211,6 +211,13 @@ TEST(Parked, WhereManyStirNobodyComesToRest)
         world.update();
     }
     EXPECT_GT(world.stats().resting, 3 * objects / 4);
+    stir();
+    for (std::size_t next = 0; next < 60 * 45;) { // in turns: who has waited longest is next
+        for (int k = 0; k < 45; ++k)
+            move(next++ % objects);
+        world.update();
+    }
+    EXPECT_GT(world.stats().resting, 9 * objects / 10);
 }
 
 TEST(Parked, NoSmallUpdatePaysForABigOne)
