@@ -32,6 +32,14 @@ void set(Entries<Dim, T>& entries, Entry entry, const State<Dim, T>& state, Inde
 // Moving objects within the index is worth it where so few of them change. Those that are parked count as
 // well: whoever has waited longest comes to rest first, and where objects move in turns, moves next.
 constexpr std::size_t resting_per_changed = 16;
+template <int Dim, class T>
+bool any_may_shift(const State<Dim, T>& state, std::span<const Index> changed) noexcept
+{
+    std::size_t count = 0;
+    for (const Index index : changed)
+        count += state.objects[index].place() == Place::resting ? 1 : 0;
+    return count * resting_per_changed <= state.resting.size() + state.parked.size();
+}
 
 /// Whether a resting object that has changed stays in the index.
 template <int Dim, class T>
@@ -73,8 +81,7 @@ template <int Dim, class T>
 std::uint32_t enter_each(Entries<Dim, T>& entries, State<Dim, T>& state, std::span<const Index> changed)
 {
     std::uint32_t count = 0;
-    const bool any_shifts =
-        changed.size() * resting_per_changed <= state.resting.size() + state.parked.size();
+    const bool any_shifts = any_may_shift(state, changed);
     for (const Index index : changed) {
         const auto object = state.objects[index];
         const Place place = object.place();

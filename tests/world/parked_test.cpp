@@ -118,7 +118,7 @@ std::vector<jostle::Aabb3f> side_by_side(std::size_t count, std::size_t width)
 
 /// Who hasn't changed for three updates comes to rest; of many no more at once than have changed, or 32, and
 /// none while more than 32 and one in 16 of those that rest or might change. New objects come to rest with
-/// their second update, all of them.
+/// their second update, all of them. Of those that rest and move, some may go on resting.
 TEST(Parked, WhoStaysForLongEnoughComesToRest)
 {
     Random random(17);
@@ -128,13 +128,14 @@ TEST(Parked, WhoStaysForLongEnoughComesToRest)
         std::vector<jostle::Aabb3f> boxes = side_by_side(objects, 30);
         world.add(boxes, ids);
         world.update();
-        std::vector<int> idle(objects, 2); // 3: it rests, or would as soon as there is room
-        std::uint64_t added = objects;     // in the update before
+        std::vector<int> idle(objects, 2);      // 3: it rests, or would as soon as there is room
+        std::vector<char> may_rest(objects, 0); // though it has moved
+        std::uint64_t added = objects;          // in the update before
         std::uint64_t resting = 0, settled = 0;
         for (int update = 0; update < 600; ++update) {
             SCOPED_TRACE(testing::Message() << objects << " objects, update " << update);
             const std::uint32_t kind = random.below(8); // all move, some do, none does
-            std::uint64_t changed = 0, due = 0, waiting = 0, stirring = 0;
+            std::uint64_t changed = 0, due = 0, moved = 0, waiting = 0, stirring = 0;
             for (std::size_t i = 0; i < objects; ++i) {
                 const bool moves = kind < 2 || (kind < 5 && random.below(3) == 0);
                 waiting += idle[i] >= 2 ? 1 : 0;
@@ -144,18 +145,20 @@ TEST(Parked, WhoStaysForLongEnoughComesToRest)
                     world.move(ids[i], boxes[i]);
                     ++changed;
                 }
+                if (moves) may_rest[i] = idle[i] == 3;
                 idle[i] = moves ? 0 : std::min(idle[i] + 1, 3);
                 due += idle[i] == 3 ? 1 : 0;
+                moved += idle[i] != 3 && may_rest[i] ? 1 : 0;
             }
             world.update();
             const jostle::WorldStats& stats = world.stats();
             const std::uint64_t most = std::max<std::uint64_t>(32, changed) + std::exchange(added, 0);
             ASSERT_EQ(stats.changed, changed);
             ASSERT_LE(stats.settled, most);
-            ASSERT_LE(stats.resting, due);
+            ASSERT_LE(stats.resting, due + moved);
             const bool restless = stirring > 32 && 16 * stirring > waiting;
             if (!restless && (objects <= 32 || stats.settled < most)) { // there was room for all
-                ASSERT_EQ(stats.resting, due);
+                ASSERT_GE(stats.resting, due);
             }
             ASSERT_EQ(stats.resting + stats.active, objects);
             settled += stats.settled;
