@@ -6,6 +6,8 @@
 
 #ifndef JOSTLE_NARROW_KERNELS_ONCE
 #define JOSTLE_NARROW_KERNELS_ONCE
+#include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "narrow/kernels/kernels.hpp"
