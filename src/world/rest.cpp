@@ -24,11 +24,11 @@ std::size_t most_settling(std::size_t changed, std::size_t parked) noexcept
     return std::max({least_settling, changed, parked * counted / compared_per_settling});
 }
 
-// If of those that rest or might more than one in so many changes, and more than `least_settling` in all, ...
+// As entries.cpp has it: where no more change, who rests and moves goes on resting.
 constexpr std::size_t resting_per_stirring = 16;
 
-/// ... other objects change in each update: whoever came to rest would soon wake up again, which takes longer
-/// than to stay active.
+/// Whether other objects change in each update, many of them. Whoever came to rest would soon wake up again
+/// there, which takes longer than to stay active.
 template <int Dim, class T>
 bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
 {

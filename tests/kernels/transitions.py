@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Finds calls from code with AVX to code with SSE while the upper halves of registers are in use.
 
-Processors of Intel stand still there, for some 100 cycles each way, unless vzeroupper comes before the call (Intel 64
-and IA-32 Architectures Optimization Reference Manual, "Mixing AVX code with SSE code"). The functions of Highway's
+Processors of Intel stall there and on the way back, unless vzeroupper comes before the call: see decision 5, and Intel
+64 and IA-32 Architectures Optimization Reference Manual, "Mixing AVX code with SSE code". The functions of Highway's
 namespaces N_AVX* are kernels, which use AVX; all others are taken to use SSE. Each kernel's flow of control is followed
 in the disassembly, but for jumps through tables.
 

@@ -170,6 +170,7 @@ void Core3::set_smooth(Smooth what, const Vec<3, double>& size)
     lengths = load(size);
 }
 
+// Boxes that aren't flat are apart because they are the usual ones, and need no branches.
 void Core3::set_box(const Vec<3, double>& half)
 {
     const Vec3 size = load(half);
