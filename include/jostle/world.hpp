@@ -201,10 +201,10 @@ enum class DrawKind : std::uint8_t
 /// What callers do between updates is *queued* and takes effect, all at once, in the next update(). Between
 /// two updates everything that can be read stays as it is, but where apply() shows what is queued.
 ///
-/// Cost      an update is proportional to the commands, the objects that changed and their pairs. A command
-///           takes 17 to 55 ns. Resting objects cost nothing, however many. Threads that queue are never held
-///           back: several commands for one object and update are waste. There is nothing to configure: no
-///           capacity, bounds, cell size or order of insertion.
+/// Cost      an update is proportional to the commands, the objects that changed in it or in the two updates
+///           before, and their pairs. A command takes 17 to 55 ns. Resting objects cost nothing, however
+///           many. Threads that queue are never held back: several commands for one object and update are
+///           waste. There is nothing to configure: no capacity, bounds, cell size or order of insertion.
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
 ///           Everything that reads: from any number of threads, but not during update(), apply(), restore(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "world/entries.hpp"
 
+#include <algorithm>
 #include <atomic>
 
 #include "jostle/process.hpp"
@@ -49,8 +50,18 @@ bool shifts(const State<Dim, T>& state, Index index) noexcept
     return object.is_there() && !object.has(flag::shifted | flag::refiltered);
 }
 
-// Where so many are active, and so few of them have changed, the others are parked.
+// Where so many are active, so few of them have changed, and most would come to rest, the others are parked.
 constexpr std::size_t worth_parking = 1024, active_per_changed = 16;
+
+/// Whether most of the active objects have waited for so long that they would come to rest. One update in
+/// which few change, or none, says little: in many programs all move in every other one.
+template <int Dim, class T>
+bool most_are_due(const State<Dim, T>& state) noexcept
+{
+    const auto count = std::count_if(state.active.begin(), state.active.end(),
+                                     [](const auto& each) { return each.idle + 1 >= idle_updates; });
+    return static_cast<std::size_t>(count) * 2 > state.active.size();
+}
 
 /// As if each changed object only moved. Says whether it did.
 template <int Dim, class T>
@@ -128,8 +139,8 @@ Entries<Dim, T> enter(State<Dim, T>& state, std::span<const Index> changed, Aren
 {
     Entries<Dim, T> entries(arena);
     state.parked.unstage();
-    entries.parks =
-        state.active.size() >= worth_parking && state.active.size() > active_per_changed * changed.size();
+    entries.parks = state.active.size() >= worth_parking &&
+                    state.active.size() > active_per_changed * changed.size() && most_are_due(state);
     entries.only_moves = !entries.parks;
     if (entries.parks)
         resize(entries, changed.size());

@@ -223,6 +223,41 @@ TEST(Parked, WhereManyStirNobodyComesToRest)
     EXPECT_GT(world.stats().resting, 9 * objects / 10);
 }
 
+/// All move in every fourth update, and nobody or one of them in between: they stay active. Once they have
+/// waited for three updates they come to rest.
+TEST(Parked, WhoMovesInEveryFourthUpdateStaysActive)
+{
+    constexpr std::size_t objects = 2'000;
+    for (const bool one_moves : {false, true}) {
+        jostle::World3f world;
+        std::vector<ObjectId> ids(objects);
+        std::vector<jostle::Aabb3f> boxes = side_by_side(objects, 50);
+        world.add(boxes, ids);
+        const auto update = [&](bool all_move) {
+            for (std::size_t i = 0; i < objects; ++i) {
+                if (!all_move && !(one_moves && i == 0)) continue;
+                boxes[i].lo[2] += 0.125f, boxes[i].hi[2] += 0.125f;
+                world.move(ids[i], boxes[i]);
+            }
+            world.update();
+        };
+        for (int k = 0; k < 60; ++k) {
+            update(k % 4 == 0);
+            if (k < 8) continue; // those that were added came to rest
+            ASSERT_EQ(world.stats().woken, 0u) << "update " << k;
+            ASSERT_EQ(world.stats().settled, 0u) << "update " << k;
+        }
+        EXPECT_EQ(world.stats().active, objects);
+        std::uint64_t settled = 0;
+        for (int k = 0; k < 3; ++k) {
+            update(false);
+            settled += world.stats().settled;
+        }
+        EXPECT_GE(settled, 64u);
+        EXPECT_LT(settled, 200u); // little by little
+    }
+}
+
 TEST(Parked, NoSmallUpdatePaysForABigOne)
 {
     constexpr std::size_t objects = 12'000;
