@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t worth_masking = 1024;
 // To make an index takes about as long as one question per so many resting objects saves.
 constexpr std::size_t objects_per_question = 64;
-// The same of active objects.
-constexpr std::size_t active_per_question = 32;
+// The same of active objects; of a few it takes as long as so many questions save.
+constexpr std::size_t active_per_question = 32, least_questions = 16;
 // Updates until one that nobody asks about goes.
 constexpr std::uint32_t patience = 64;
 
@@ -99,12 +99,12 @@ void MaskedIndexes<Dim, T>::refresh(Masked& masked, const State<Dim, T>& state)
 template <int Dim, class T>
 void MaskedIndexes<Dim, T>::index_active(Masked& masked, const State<Dim, T>& state, std::uint64_t questions)
 {
-    if (masked.of_active_ < worth_masking || masked.active_ == 0 || 2 * masked.active_ > masked.of_active_ ||
+    if (masked.active_ == 0 || 2 * masked.active_ > masked.of_active_ ||
         state.shown != nullptr || masked.has_active_.load(std::memory_order_relaxed))
         return;
     const std::uint64_t asked =
         masked.asked_active_.fetch_add(questions, std::memory_order_relaxed) + questions;
-    if (asked < masked.of_active_ / active_per_question) return;
+    if (asked < least_questions + masked.of_active_ / active_per_question) return;
     const std::lock_guard lock(mutex_);
     if (masked.has_active_.load(std::memory_order_relaxed)) return;
     boxes_.clear();
