@@ -99,8 +99,8 @@ void MaskedIndexes<Dim, T>::refresh(Masked& masked, const State<Dim, T>& state)
 template <int Dim, class T>
 void MaskedIndexes<Dim, T>::index_active(Masked& masked, const State<Dim, T>& state, std::uint64_t questions)
 {
-    if (masked.active_ == 0 || 2 * masked.active_ > masked.of_active_ ||
-        state.shown != nullptr || masked.has_active_.load(std::memory_order_relaxed))
+    if (masked.active_ == 0 || 2 * masked.active_ > masked.of_active_ || state.shown != nullptr ||
+        masked.has_active_.load(std::memory_order_relaxed))
         return;
     const std::uint64_t asked =
         masked.asked_active_.fetch_add(questions, std::memory_order_relaxed) + questions;
