@@ -41,7 +41,7 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
     const auto& entries = order.entries;
     const std::size_t count = end - begin;
     if (count <= page_capacity) {
-        parts.leaves.reserve(lanes);
+        parts.leaves.reserve((count + lanes - 1) / lanes);
         parts.pages.reserve(1);
         if (parts.listed.capacity() < parts.pages.in_use() + 1)
             parts.listed.reserve(2 * parts.pages.in_use() + 64);
@@ -129,9 +129,11 @@ void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxVi
                   },
                   {parts.executor, 16});
     parts.sorts += building.pages.size();
-    parts.wides.reserve(1);
-    cut_below(parts, parts.root);
-    if (!(parts.root & page_bit)) set_piece(parts, parts.root, true);
+    if (!(parts.root & page_bit)) {
+        cut_below(parts, parts.root);
+        parts.wides.reserve(1);
+        set_piece(parts, parts.root, true);
+    }
     parts.size = boxes.size();
     show_root(parts);
 }

@@ -14,7 +14,8 @@ namespace index {
 
 /// Many things of one kind, by number, that never change their place. Taken and given back in any order;
 /// memory comes in chunks and goes with the pool. Elements are made once, when their chunk is, and reused as
-/// they are.
+/// they are. The first chunk is a short one: indexes of a few boxes are made and dropped, and would take
+/// longer to get ready than to be built.
 template <class X>
 class Pool
 {
@@ -43,8 +44,8 @@ class Pool
     void clear() noexcept
     {
         free_.clear();
-        for (auto number = static_cast<std::uint32_t>(chunks_.size() * per_chunk); number-- > 0;)
-            free_.push_back(number);
+        for (std::size_t chunk = chunks_.size(); chunk-- > 0;)
+            push_numbers(chunk);
     }
     /// For pools with the same memory resource.
     void swap(Pool& other) noexcept
@@ -55,8 +56,8 @@ class Pool
     /// Gives the memory back, of all.
     void release() noexcept
     {
-        for (X* chunk : chunks_)
-            memory()->deallocate(chunk, sizeof(X) * per_chunk, alignof(X));
+        for (std::size_t chunk = 0; chunk < chunks_.size(); ++chunk)
+            memory()->deallocate(chunks_[chunk], sizeof(X) * size_of(chunk), alignof(X));
         chunks_.clear();
         chunks_.shrink_to_fit();
         free_.clear();
@@ -70,28 +71,41 @@ class Pool
     {
         return chunks_[number / per_chunk][number % per_chunk];
     }
-    [[nodiscard]] std::uint64_t in_use() const noexcept { return chunks_.size() * per_chunk - free_.size(); }
+    [[nodiscard]] std::uint64_t in_use() const noexcept { return capacity(chunks_.size()) - free_.size(); }
     [[nodiscard]] std::uint64_t bytes() const noexcept
     {
-        return chunks_.size() * per_chunk * (sizeof(X) + sizeof(std::uint32_t));
+        return capacity(chunks_.size()) * (sizeof(X) + sizeof(std::uint32_t));
     }
 
   private:
     static constexpr std::uint32_t per_chunk = 64;
+    static constexpr std::uint32_t in_first_chunk = 4; // its other numbers belong to nobody
 
+    static constexpr std::uint32_t size_of(std::size_t chunk) noexcept
+    {
+        return chunk == 0 ? in_first_chunk : per_chunk;
+    }
+    static constexpr std::size_t capacity(std::size_t chunks) noexcept
+    {
+        return chunks == 0 ? 0 : in_first_chunk + (chunks - 1) * per_chunk;
+    }
     std::pmr::memory_resource* memory() const noexcept { return chunks_.get_allocator().resource(); }
     void add_chunk()
     {
         const std::size_t chunk = chunks_.size();
         chunks_.reserve(chunk + 1);
-        if (free_.capacity() < (chunk + 1) * per_chunk) free_.reserve(2 * (chunk + 1) * per_chunk);
-        X* const elements = static_cast<X*>(memory()->allocate(sizeof(X) * per_chunk, alignof(X)));
-        for (std::uint32_t k = 0; k < per_chunk; ++k)
+        if (free_.capacity() < capacity(chunk + 1)) free_.reserve(2 * capacity(chunk + 1));
+        X* const elements = static_cast<X*>(memory()->allocate(sizeof(X) * size_of(chunk), alignof(X)));
+        for (std::uint32_t k = 0; k < size_of(chunk); ++k)
             new (elements + k) X; // not touched before it is used, perhaps by another thread
         chunks_.push_back(elements);
-        // The lowest on top, so that neighbours in time are neighbours in memory.
+        push_numbers(chunk);
+    }
+    /// The lowest on top, so that neighbours in time are neighbours in memory.
+    void push_numbers(std::size_t chunk)
+    {
         const auto first = static_cast<std::uint32_t>(chunk * per_chunk);
-        for (std::uint32_t k = per_chunk; k-- > 0;)
+        for (std::uint32_t k = size_of(chunk); k-- > 0;)
             free_.push_back(first + k);
     }
 
