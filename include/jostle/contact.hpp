@@ -199,7 +199,8 @@ struct ContactOptions
 ///           computed in double, relative to one of the two objects.
 /// Order     results are in the order of the pairs. They are the same bits for any number of threads,
 ///           instruction set and compiler. Giving a pair the other way round swaps a and b and negates the
-///           normal (but for two objects of the same shape and pose, which can't be told apart).
+///           normal (but for two objects in the same pose that can't be told apart: by their shapes, or as
+///           custom shapes of one type and radius).
 /// Threads   one call at a time per finder; a second one, also one out of a callback, is an `Error`.
 /// Cost      grows with the pairs, however many objects there are; see docs/guide/contacts.md. Working memory
 ///           is kept; steady frames allocate nothing, but for pairs of which hundreds of parts or corners are

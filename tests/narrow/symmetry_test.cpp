@@ -101,6 +101,87 @@ TYPED_TEST(EveryCombination, MirrorsBitForBitWhenAAndBAreSwapped)
     EXPECT_GT(found, 200);
 }
 
+/// Points as far from the origin as each other but for the first, which is the furthest.
+template <int Dim>
+std::vector<Vec<Dim, double>> points_within_reach(Random& random)
+{
+    std::vector<Vec<Dim, double>> points(8);
+    for (Vec<Dim, double>& point : points) {
+        double size = 0;
+        for (double& x : point) {
+            x = random.uniform(-1, 1);
+            size += x * x;
+        }
+        for (double& x : point)
+            x *= 0.75 / std::sqrt(size);
+    }
+    points[0] = {};
+    points[0][0] = 1;
+    return points;
+}
+
+TYPED_TEST(EveryCombination, MirrorsShapesOfOneSizeInOnePose)
+{
+    constexpr int Dim = TypeParam::dim;
+    using T = typename TypeParam::T;
+    Random random(4);
+    int found = 0;
+    for (int round = 0; round < 60; ++round) {
+        // Two of each kind, which nothing tells apart but what they consist of.
+        const ConvexHull<Dim> hulls[] = {ConvexHull<Dim>(points_within_reach<Dim>(random)),
+                                         ConvexHull<Dim>(points_within_reach<Dim>(random))};
+        std::vector<typename Mesh<Dim>::Element> elements(2);
+        for (std::uint32_t i = 0; i < Dim; ++i)
+            elements[0][i] = i, elements[1][i] = i + 1;
+        const auto vertices = points_within_reach<Dim>(random), others = points_within_reach<Dim>(random);
+        const Mesh<Dim> mesh(vertices, elements);
+        if (round % 2 == 0) std::swap(elements[0][0], elements[1][Dim - 1]);
+        const Mesh<Dim> other_mesh(round % 2 == 0 ? vertices : others, elements);
+        std::vector<Compound<Dim>> compounds;
+        for (int k = 0; k < 2; ++k) {
+            typename Compound<Dim>::Child children[] = {
+                {Shape<Dim>::capsule(0.25, 0.125), random_pose<Dim, double>(random, 0.25)},
+                {Shape<Dim>::sphere(0.125), {}}};
+            children[1].pose.position[0] = 2;
+            compounds.emplace_back(children);
+        }
+        std::vector<std::pair<Shape<Dim>, Shape<Dim>>> pairs = {
+            {hulls[0], hulls[1]},
+            {Shape<Dim>::rounded_hull(hulls[0], 0.125), Shape<Dim>::rounded_hull(hulls[1], 0.125)},
+            {mesh, other_mesh},
+            {compounds[0], compounds[1]}};
+        std::vector<HeightField> fields;
+        if constexpr (Dim == 3)
+            for (int k = 0; k < 2; ++k) {
+                std::vector<double> heights(16);
+                for (std::size_t i = 5; i < 11; ++i)
+                    heights[i] = i == 6 ? 0.5 : random.uniform(0, 0.25);
+                fields.emplace_back(HeightGridd{heights, 4, 4, 1, 1});
+            }
+        if constexpr (Dim == 3) pairs.push_back({fields[0], fields[1]});
+        Pose<Dim, T> pose = random_pose<Dim, T>(random, 1);
+        for (const auto& [a, b] : pairs)
+            for (int turn = 0; turn < 4; ++turn, pose = random_pose<Dim, T>(random, 1)) {
+                SCOPED_TRACE(testing::Message() << "type " << a.type() << ", round " << round);
+                const auto forth = contacts(a, pose, b, pose, T(0)), back = contacts(b, pose, a, pose, T(0));
+                ASSERT_EQ(forth.size(), back.size());
+                for (std::size_t i = 0; i < forth.size(); ++i)
+                    for (const auto& other : back) {
+                        if (other.part_a != forth[i].part_b || other.part_b != forth[i].part_a) continue;
+                        expect_mirrored(forth[i], other);
+                        if (testing::Test::HasFatalFailure()) return;
+                        ++found;
+                    }
+                const auto d1 = distance(a, pose, b, pose, T(10)), d2 = distance(b, pose, a, pose, T(10));
+                ASSERT_TRUE(d1 && d2);
+                ASSERT_EQ(d1->distance, d2->distance);
+                ASSERT_EQ(d1->point_a, d2->point_b);
+                ASSERT_EQ(d1->point_b, d2->point_a);
+            }
+    }
+    EXPECT_GT(found, 500);
+}
+
 TYPED_TEST(EveryCombination, TouchingDistanceAndContactsAgree)
 {
     constexpr int Dim = TypeParam::dim;

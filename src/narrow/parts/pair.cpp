@@ -3,6 +3,7 @@
 
 #include "narrow/convex/convex3.hpp"
 #include "narrow/convex/simple3.hpp"
+#include "narrow/parts/compare.hpp"
 #include "narrow/parts/each_part.hpp"
 #include "narrow/parts/nearest.hpp"
 #include "narrow/small_vector.hpp"
@@ -10,38 +11,6 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
-
-int compare(double a, double b)
-{
-    return a < b ? -1 : a > b ? 1 : 0;
-}
-int compare(const Vec3& a, const Vec3& b)
-{
-    const int x = compare(a.x, b.x), y = compare(a.y, b.y);
-    return x != 0 ? x : y != 0 ? y : compare(a.z, b.z);
-}
-int compare(const Vec2& a, const Vec2& b)
-{
-    const int x = compare(a.x, b.x);
-    return x != 0 ? x : compare(a.y, b.y);
-}
-int compare(const Mat3& a, const Mat3& b)
-{
-    const int x = compare(a.x, b.x), y = compare(a.y, b.y);
-    return x != 0 ? x : y != 0 ? y : compare(a.z, b.z);
-}
-int compare(const Mat2& a, const Mat2& b)
-{
-    return compare(Vec2{a.c, a.s}, Vec2{b.c, b.s});
-}
-
-template <int Dim>
-int compare(const Shape<Dim>& a, const Shape<Dim>& b)
-{
-    if (const int c = compare(ShapeAccess::reach(a), ShapeAccess::reach(b)); c != 0) return c;
-    if (const int c = compare(ShapeAccess::radius(a), ShapeAccess::radius(b)); c != 0) return c;
-    return compare(load(ShapeAccess::size(a)), load(ShapeAccess::size(b)));
-}
 
 /// Positions are within `longest`: from each other they are within this, or one is infinite.
 constexpr double farthest = 10 * longest;
