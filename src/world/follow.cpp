@@ -160,8 +160,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::follow(const World& other)
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const InUse call(implementation_->in_use, "World");
-    world::Reader::check_none(implementation_->readers);
+    const world::Change call = implementation_->begin_change();
     const Implementation& of = *other.implementation_;
     if (&of == implementation_.get())
         throw Error(ErrorCode::invalid_argument,

@@ -57,6 +57,19 @@ class Reader
     std::atomic<std::uint32_t>* readers_;
 };
 
+/// A call that changes the world: refused while another one goes on, or a reader calls the user's code.
+class Change
+{
+  public:
+    Change(std::atomic<bool>& in_use, const std::atomic<std::uint32_t>& readers) : call_(in_use, "World")
+    {
+        Reader::check_none(readers);
+    }
+
+  private:
+    InUse call_;
+};
+
 /// The pairs that began by index, or with those that persist as one list, put together when somebody asks.
 class ListedPairs
 {
@@ -151,6 +164,7 @@ struct World<Dim, T>::Implementation
 {
     explicit Implementation(const WorldOptions& options);
 
+    [[nodiscard]] world::Change begin_change() { return {in_use, readers}; }
     void queue(const world::Command<Dim, T>& command);
     /// Throws if this is a view of another world.
     void check_own() const;

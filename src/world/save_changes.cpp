@@ -501,8 +501,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
 {
     Implementation& me = *implementation_;
-    const InUse call(me.in_use, "World");
-    world::Reader::check_none(me.readers);
+    const world::Change call = me.begin_change();
     const auto& journal = world::base_of<Dim, T>(me);
     world::SnapshotReader in(world::changes_since, changes);
     const auto header = in.read_header<Dim, T>();

@@ -311,8 +311,7 @@ void World<Dim, T>::update()
 template <int Dim, Coordinate T>
 void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
 {
-    const InUse call(implementation_->in_use, "World");
-    world::Reader::check_none(implementation_->readers);
+    const world::Change call = implementation_->begin_change();
     implementation_->check_own();
     world::check_view(ids.size(), boxes);
     if (!implementation_->applied) return implementation_->update({ids, boxes});
@@ -323,8 +322,7 @@ void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
 template <int Dim, Coordinate T>
 void World<Dim, T>::apply()
 {
-    const InUse call(implementation_->in_use, "World");
-    world::Reader::check_none(implementation_->readers);
+    const world::Change call = implementation_->begin_change();
     implementation_->check_own();
     implementation_->apply_ahead();
 }
@@ -371,8 +369,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::clear()
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const InUse call(implementation_->in_use, "World");
-    world::Reader::check_none(implementation_->readers);
+    const world::Change call = implementation_->begin_change();
     fresh = std::make_unique<Implementation>(implementation_->state.options);
     implementation_.swap(fresh);
 }
