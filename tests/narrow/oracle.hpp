@@ -11,7 +11,8 @@ namespace oracle {
 
 using jostle::narrow::Vec3;
 
-/// Distance from the origin to a triangle, whatever its shape: inside by its plane, else by its sides.
+/// Distance from the origin to a triangle, whatever its shape: inside by its plane, else by its sides. Of one
+/// so thin that rounding of its corners decides where its plane lies, only the sides count.
 inline double to_segment(const Vec3& p, const Vec3& q)
 {
     const Vec3 d = q - p;
@@ -25,7 +26,8 @@ inline double to_triangle(const Vec3& p, const Vec3& q, const Vec3& r)
     double least = std::min(to_segment(p, q), std::min(to_segment(q, r), to_segment(r, p)));
     const Vec3 n = cross(q - p, r - p);
     const double size = length(n);
-    if (size > 1e-12 * (dot(q - p, q - p) + dot(r - p, r - p))) {
+    const double edges = length(q - p) + length(r - p), away = length(p) + edges;
+    if (size > 1e-10 * edges * away) {
         const bool in = dot(n, cross(p, q)) >= 0 && dot(n, cross(q, r)) >= 0 && dot(n, cross(r, p)) >= 0;
         if (in) least = std::min(least, std::abs(dot(n, p)) / size);
     }
