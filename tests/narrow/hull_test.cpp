@@ -378,6 +378,38 @@ TEST(AHull, OfPointsExactlyOnALineHasTwoCorners)
     EXPECT_GT(deceiving, 500);
 }
 
+/// On a line or in a plane but for the last bits, most of them close to one end.
+TEST(AHull, OfPointsThatRoundingMovesHasTwoCornersOrTwoFaces)
+{
+    Random random(16);
+    for (int round = 0; round < 4000; ++round) {
+        const bool flat = round % 2 != 0;
+        const std::size_t axis = random.below(3), other = (axis + 1) % 3;
+        std::vector<Vec<3, double>> points;
+        const auto along = [&] {
+            const std::uint32_t kind = random.below(3);
+            return kind == 0 ? random.uniform(-1, 1) : kind == 1 ? random.uniform(0.99, 1) : 1.0;
+        };
+        for (std::uint32_t i = 0, count = 4 + random.below(6); i < count; ++i) {
+            Vec<3, double> p = {1, 1, 1};
+            p[axis] = i == 0 ? -0.5 : along();
+            if (flat) p[other] = i == 1 ? -0.25 : along();
+            for (double& x : p)
+                for (std::uint32_t bits = random.below(3); bits != 0; --bits)
+                    x = std::nextafter(x, random.below(2) == 0 ? 2 : -2);
+            points.push_back(p);
+        }
+        const ConvexHull<3> hull(points);
+        if (flat) {
+            ASSERT_EQ(hull.face_count(), 2u) << round;
+            ASSERT_LE(hull.vertices().size(), points.size()) << round;
+        } else {
+            ASSERT_EQ(hull.face_count(), 0u) << round;
+            ASSERT_EQ(hull.vertices().size(), 2u) << round;
+        }
+    }
+}
+
 TEST(AHull, OfABoxesBordersIsTheBox)
 {
     Random random(seed(5));

@@ -206,7 +206,11 @@ void build(HullData<3>& data, const std::vector<Vec3>& given, double epsilon)
     if (!off_line(start[2])) return finish(data, given, points, {}, {start[0], start[1]});
 
     const Vec3 c = points[start[2]], n = exact_cross(a, b, c);
-    const auto off_plane = [&](Index i) { return side_of_plane(a, b, c, points[i]) != 0; };
+    // Within the slack a hull is flat, or straight: its sides would be noise, and some would pass for faces.
+    const auto off_plane = [&](Index i) {
+        return std::abs(dot(points[i] - a, n)) > points.slack * length(n) &&
+               side_of_plane(a, b, c, points[i]) != 0;
+    };
     start[3] = points.furthest([&](const Vec3& p) { return std::abs(dot(p - a, n)); });
     for (Index i = 0; i < points.size() && !off_plane(start[3]); ++i)
         start[3] = i;
