@@ -82,6 +82,31 @@ Mesh<3> long_ball(Random& random, std::uint32_t n)
     return Mesh<3>(vertices, elements);
 }
 
+/// The edge comes slowly nearer, and the corners behind it turn fast: to be careful of all that these might
+/// do would take more than the thousand steps that there are.
+TEST(Impact, IsInTimeWhereABodyTurnsAboutItsNearestEdge)
+{
+    const std::vector<Vec<3, double>> corners = {{0, -1, 0}, {0, 1, 0}, {-100, 0, 10}, {-100, 0, -10}};
+    const ConvexHull<3> hull(corners);
+    Motion<3, double> turning{{}, {}, {0, 1.4, 0}}, coming{{}, {}, {}};
+    coming.pose.position = {0.02, 0, 0};
+    coming.linear = {-0.025, 0, 0};
+    const auto impact = time_of_impact(Shape3::sphere(0), coming, Shape3(hull), turning, 1e-4);
+    ASSERT_TRUE(impact);
+    EXPECT_LE(impact->time, 0.8);
+    EXPECT_GE(impact->time, 0.8 - 1e-4 / 0.025 - 1e-9);
+    // In the plane alike.
+    const std::vector<Vec<2, double>> wedge = {{0, 0}, {-100, 10}, {-100, -10}};
+    const ConvexHull<2> polygon(wedge);
+    Motion<2, double> turning_2{{}, {}, {1.4}}, coming_2{{}, {}, {}};
+    coming_2.pose.position = {0.02, 0};
+    coming_2.linear = {-0.025, 0};
+    const auto impact_2 = time_of_impact(Shape2::sphere(0), coming_2, Shape2(polygon), turning_2, 1e-4);
+    ASSERT_TRUE(impact_2);
+    EXPECT_LE(impact_2->time, 0.8);
+    EXPECT_GE(impact_2->time, 0.8 - 1e-4 / 0.025 - 1e-9);
+}
+
 TEST(Impact, OfMeshesIsNeverLateAndNoEarlierThanTheTolerance)
 {
     Random random(41);

@@ -15,12 +15,29 @@ struct Outlook
     Gap<Dim> gap;           ///< the least, of what may come within the tolerance; infinite if nothing may
     double safe = HUGE_VAL; ///< for how long nothing comes nearer than half the tolerance
 };
-/// For how long two parts surely stay further apart than half the tolerance.
+
+// The points that come fastest are mostly not those that are nearest: of what may happen until a horizon so
+// many times further ahead than is known to be safe, most is safe. To look there pays where that many steps
+// haven't been enough.
+constexpr double further_ahead = 16;
+constexpr int gentle_steps = 16;
+
+/// For how long two parts surely stay further apart than half the tolerance. It looks for more than what is
+/// known at once, up to `until`.
 template <int Dim>
-double safe_time(const Flight<Dim>& flight, const Part<Dim>& a, const Part<Dim>& b, const Gap<Dim>& gap)
+double safe_time(const Flight<Dim>& flight, const Part<Dim>& a, const Part<Dim>& b, const Gap<Dim>& gap,
+                 double until)
 {
     const auto along = [&](const V<Dim>& n) {
-        return flight.safe_time(spread_of(a, b, flight.a, n), spread_of(b, a, flight.b, -n), n);
+        double safe = flight.safe_time(spread_of(a, b, flight.a, n, 0), spread_of(b, a, flight.b, -n, 0), n);
+        while (safe > 0 && safe < until) {
+            const double horizon = std::min(further_ahead * safe, until);
+            const double longer = flight.safe_time(spread_of(a, b, flight.a, n, horizon),
+                                                   spread_of(b, a, flight.b, -n, horizon), n, horizon);
+            if (!(longer > 2 * safe)) return std::max(safe, longer);
+            safe = longer;
+        }
+        return safe;
     };
     double time = along(gap.normal);
     // What slides along an element of a surface may come nearer to its end, but not to its plane.
@@ -34,11 +51,13 @@ double safe_time(const Flight<Dim>& flight, const Part<Dim>& a, const Part<Dim>&
 /// could be needn't tell them apart: nothing is looked at that is safe for this share of the best so far.
 constexpr double share = 0.75;
 
-/// `now` is the pair as it is at the moment. Looks ahead for `time`.
+/// `now` is the pair as it is at the moment, after so many steps. Looks ahead for `time`.
 template <int Dim>
-Outlook<Dim> look_ahead(const Moving<Dim>& pair, const Placed<Dim>& now, double tolerance, double time)
+Outlook<Dim> look_ahead(const Moving<Dim>& pair, const Placed<Dim>& now, double tolerance, double time,
+                        int step)
 {
     const Flight<Dim> flight(pair, now, tolerance);
+    const bool looks_further = step >= gentle_steps && (flight.a.speed > 0 || flight.b.speed > 0);
     const bool by_tree = has_mesh_tree(now);
     Outlook<Dim> outlook;
     outlook.gap.distance = HUGE_VAL;
@@ -55,7 +74,9 @@ Outlook<Dim> look_ahead(const Moving<Dim>& pair, const Placed<Dim>& now, double 
         moving_gap(a, b, enough, gap);
         if (!(gap.distance <= enough)) return; // not within that time
         if (gap.distance < outlook.gap.distance) outlook.gap = gap;
-        const double safe = gap.distance <= flight.tolerance ? 0 : safe_time(flight, a, b, gap);
+        const double safe = gap.distance <= flight.tolerance
+                                ? 0
+                                : safe_time(flight, a, b, gap, looks_further ? range.time : 0);
         outlook.safe = std::min(outlook.safe, by_tree ? share * safe : safe);
         if (outlook.safe < range.time) shorten(outlook.safe);
     };
@@ -82,7 +103,7 @@ Hit<Dim> find_impact(const Moving<Dim>& pair, double tolerance)
         now.rb = turned(pair.start.rb, pair.angular_b * time);
         const bool last = step == impact_steps;
         look = last ? 1 - time : std::min(look, 1 - time);
-        const Outlook<Dim> outlook = look_ahead(pair, now, tolerance, look);
+        const Outlook<Dim> outlook = look_ahead(pair, now, tolerance, look, step);
         // Where rounding leaves nothing that parts them for certain, they can't be taken any further.
         const bool near = outlook.gap.distance <= tolerance || outlook.safe <= 0;
         if (near || (last && outlook.safe < 1 - time)) {

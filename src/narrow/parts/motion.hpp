@@ -82,16 +82,17 @@ struct Turning2
 template <int Dim>
 using Turning = std::conditional_t<Dim == 3, Turning3, Turning2>;
 
-/// How far points reach along a direction n: now, and wherever turning takes them. A turn by t moves a point
-/// that is `arm` from the axis by at most t * arm, at right angles to the axis.
+/// How far points reach along a direction n: now, until a time `horizon`, and wherever turning takes them. A
+/// turn by t moves a point that is `arm` from the axis by at most t * arm, at right angles to the axis.
 template <int Dim>
 class Spread
 {
   public:
-    double top = -HUGE_VAL, swept = -HUGE_VAL;
+    double top = -HUGE_VAL, later = -HUGE_VAL, swept = -HUGE_VAL;
     double spin = 0; ///< the most that they come further per radian
 
-    Spread(const Turning<Dim>& turning, const V<Dim>& n) : turning_(turning), n_(n)
+    Spread(const Turning<Dim>& turning, const V<Dim>& n, double horizon)
+        : turning_(turning), n_(n), angle_(turning.speed * horizon)
     {
         if constexpr (Dim == 3) lever_ = length(cross(n, turning.axis));
     }
@@ -99,7 +100,8 @@ class Spread
     void add(const V<Dim>& p, double radius = 0)
     {
         if (turning_.speed == 0) return add_height(dot(n_, p) + radius);
-        top = std::max(top, dot(n_, p) + radius);
+        const double height = dot(n_, p) + radius;
+        top = std::max(top, height);
         const V<Dim> q = p - turning_.centre;
         double arm, level = dot(n_, turning_.centre);
         if constexpr (Dim == 3) {
@@ -109,12 +111,14 @@ class Spread
             arm = length(q);
         }
         spin = std::max(spin, arm);
+        later = std::max(later, height + angle_ * arm);
         swept = std::max(swept, level + arm + radius);
     }
     /// What lies no higher, and doesn't turn.
     void add_height(double height)
     {
         top = std::max(top, height);
+        later = std::max(later, height);
         swept = std::max(swept, height);
     }
     /// What lies no higher, and within `reach` of a point.
@@ -123,11 +127,13 @@ class Spread
         add(p, reach);
         top = height;
         spin += reach;
+        later = height + angle_ * spin;
     }
 
   private:
     const Turning<Dim>& turning_;
     V<Dim> n_;
+    double angle_; // by which they have turned at the horizon
     double lever_ = 1;
 };
 
@@ -164,6 +170,16 @@ struct Flight
         return std::max(time(-part_a.top - part_b.top - 0.5 * tolerance,
                              closing + a.speed * part_a.spin + b.speed * part_b.spin),
                         time(-part_a.swept - part_b.swept - 0.5 * tolerance, closing));
+    }
+    /// The same, but no longer than the horizon of both. Each point comes further at one pace: until then they
+    /// reach no further than in between what they do now and what they may do by then.
+    [[nodiscard]] double safe_time(const Spread<Dim>& part_a, const Spread<Dim>& part_b, const V<Dim>& n,
+                                   double horizon) const
+    {
+        const double closing = std::max(0.0, -dot(linear, n)) * horizon;
+        const double rise = part_a.later - part_a.top + (part_b.later - part_b.top);
+        const double room = -part_a.top - part_b.top - 0.5 * tolerance;
+        return room > 0 ? horizon * std::min(1.0, room / (closing + rise)) : 0;
     }
 
   private:

@@ -171,9 +171,10 @@ Region<3> region_of(const Part<3>& part, const Frame<3>& frame)
 }
 
 template <>
-Spread<2> spread_of(const Part<2>& part, const Part<2>&, const Turning<2>& turning, const Vec2& n)
+Spread<2> spread_of(const Part<2>& part, const Part<2>&, const Turning<2>& turning, const Vec2& n,
+                    double horizon)
 {
-    Spread<2> spread(turning, n);
+    Spread<2> spread(turning, n, horizon);
     const Core2& core = part.core;
     if (part.half_space) // n is its normal
         spread.add_height(part.offset);
@@ -186,9 +187,10 @@ Spread<2> spread_of(const Part<2>& part, const Part<2>&, const Turning<2>& turni
 }
 
 template <>
-Spread<3> spread_of(const Part<3>& part, const Part<3>& other, const Turning<3>& turning, const Vec3& n)
+Spread<3> spread_of(const Part<3>& part, const Part<3>& other, const Turning<3>& turning, const Vec3& n,
+                    double horizon)
 {
-    Spread<3> spread(turning, n);
+    Spread<3> spread(turning, n, horizon);
     const Core3& core = part.core;
     const auto top = [&] { return dot(n, furthest(core, n)) + core.radius; };
     if (part.half_space) { // n is its normal

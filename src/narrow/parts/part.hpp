@@ -141,7 +141,7 @@ void moving_gap(const Part<Dim>& a, const Part<Dim>& b, double enough, Gap<Dim>&
 /// How far a part that turns reaches along n while it meets `other`.
 template <int Dim>
 Spread<Dim> spread_of(const Part<Dim>& part, const Part<Dim>& other, const Turning<Dim>& turning,
-                      const V<Dim>& n);
+                      const V<Dim>& n, double horizon);
 /// Where `part` is, and the ground below it, in the local axes of `frame`.
 Region<2> region_of(const Part<2>& part, const Frame<2>& frame);
 Region<3> region_of(const Part<3>& part, const Frame<3>& frame);
