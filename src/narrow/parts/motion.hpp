@@ -171,8 +171,8 @@ struct Flight
                              closing + a.speed * part_a.spin + b.speed * part_b.spin),
                         time(-part_a.swept - part_b.swept - 0.5 * tolerance, closing));
     }
-    /// The same, but no longer than the horizon of both. Each point comes further at one pace: until then they
-    /// reach no further than in between what they do now and what they may do by then.
+    /// The same, but no longer than the horizon of both. Each point comes further at one pace: until then
+    /// they reach no further than in between what they do now and what they may do by then.
     [[nodiscard]] double safe_time(const Spread<Dim>& part_a, const Spread<Dim>& part_b, const V<Dim>& n,
                                    double horizon) const
     {
