@@ -14,6 +14,8 @@ namespace narrow {
 
 /// What lengths and coordinates may be: their sixth powers occur, and must be finite.
 inline constexpr double longest = 1e60;
+/// Cores nearer than this part of their size touch.
+inline constexpr double core_touch = 1e-9;
 
 struct Vec3
 {

@@ -44,6 +44,61 @@ TEST(ContactFinder, LooksAtNoObjectThatNoPairNames)
     EXPECT_EQ(impact[0].time, 0);
 }
 
+// Most of them are only checked while they are computed, type by type.
+TEST(ContactFinder, NamesTheFirstBadPoseAmongDistancesOfAllTypes)
+{
+    const Shape3 types[] = {Shape3::capsule(1, 0.5), Shape3::box({1, 1, 1}), Shape3::sphere(1),
+                            Shape3::cylinder(1, 0.5), Shape3::capsule(2, 0.5)};
+    constexpr std::uint32_t n = 300;
+    std::vector<Shape3> shapes;
+    std::vector<Pose3f> poses(n);
+    std::vector<Pair> pairs;
+    for (std::uint32_t i = 0; i < n; ++i) {
+        shapes.push_back(types[i % 5]);
+        poses[i].position = {4 * float(i), 0, 0};
+    }
+    for (std::uint32_t i = 0; i + 7 < n; ++i)
+        for (const std::uint32_t further : {1, 2, 3, 5, 7})
+            pairs.push_back(i % 2 == 0 ? Pair{i, i + further} : Pair{i + further, i});
+    ContactFinder3f finder;
+    std::vector<Distance<3, float>> out(pairs.size());
+    const auto refuses = [&](auto&& spoil, const char* what) {
+        for (std::uint32_t first = 150; first < 155; ++first) {
+            std::vector<Pose3f> bad = poses;
+            for (std::uint32_t i = first; i < n; ++i)
+                spoil(bad[i]);
+            const auto named = std::find_if(pairs.begin(), pairs.end(), [&](const Pair& pair) {
+                return pair.a >= first || pair.b >= first;
+            });
+            const std::uint32_t object = named->a >= first ? named->a : named->b;
+            const Error error = error_of([&] { finder.distances(shapes, bad, pairs, 1, out); });
+            EXPECT_EQ(error.index(), object);
+            EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+        }
+    };
+    refuses([](Pose3f& pose) { pose.position[1] = nan_f; }, "nan 0, rotation 0 0 0 1");
+    refuses([](Pose3f& pose) { pose.position[2] = -HUGE_VALF; }, "0 -inf, rotation 0 0 0 1");
+    refuses([](Pose3f& pose) { pose.rotation = {0, 0, 0, 0}; }, "rotation 0 0 0 0");
+    for (std::size_t k = 0; k < 4; ++k) {
+        refuses([k](Pose3f& pose) { pose.rotation[k] = nan_f; }, "nan");
+        refuses([k](Pose3f& pose) { pose.rotation[k] = HUGE_VALF; }, "inf");
+    }
+    finder.distances(shapes, poses, pairs, 100, out);
+    // Of two sets, where that isn't an object and itself, and of one.
+    std::vector<Pose3f> others = poses;
+    for (Pose3f& pose : others)
+        pose.position[1] = 5;
+    pairs[40] = {1, 1};
+    finder.distances(shapes, poses, shapes, others, pairs, 100, out);
+    EXPECT_EQ(out[40].distance, 3);
+    EXPECT_NE(std::string(error_of([&] { finder.distances(shapes, poses, pairs, 1, out); }).what())
+                  .find("pair 40 is of object 1 and itself"),
+              std::string::npos);
+    poses[pairs[30].a].position[0] = nan_f;
+    const Error before = error_of([&] { finder.distances(shapes, poses, pairs, 1, out); });
+    EXPECT_NE(std::string(before.what()).find("nan"), std::string::npos) << before.what();
+}
+
 TEST(ContactFinder, NamesTheBadObjectOfTheFirstBadPair)
 {
     const std::vector<Shape3> shapes(10, Shape3::sphere(1));

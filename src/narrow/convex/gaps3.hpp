@@ -13,9 +13,6 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// Cores nearer than this part of their size touch, as everywhere.
-inline constexpr double core_touch = 1e-9;
-
 inline double clamped(double x, double half)
 {
     const double up = half < x ? half : x, low = 0 - half; // as the kernels, to the sign of zero

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "narrow/convex/simple3.hpp"
+#include "narrow/interface/input_checks.hpp"
 #include "narrow/parts/pair.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -126,16 +127,26 @@ extern template struct Batch<double>;
 
 /// Distances of a block of pairs; infinite where they are more than `enough`.
 template <class T>
-struct DistanceBatch
+struct Distances
 {
-    PairSet<T> set;
+    ObjectSet<3, Pose<3, T>> a, b;
+    std::span<const Pair> pairs;
+    std::uint64_t first; ///< the first pair's number, for messages
     T enough;
     std::span<Distance<3, T>> out; ///< one per pair
 
-    void run(const Kernels& kernels);
+    /// Checks the pairs as well, mostly within the kernels.
+    void run(const Kernels& kernels) const;
+
+  private:
+    void run_kernel(std::span<const std::uint16_t> list, void (*kernel)(DistanceBatch&),
+                    const Kernels& kernels) const;
+    void put_pair(const Pair& pair, DistanceBatch& rows, std::uint32_t k) const;
+    void answer_generally(std::uint16_t i, const Kernels& kernels) const;
+    void check() const; ///< all pairs: throws for the first that is bad
 };
-extern template struct DistanceBatch<float>;
-extern template struct DistanceBatch<double>;
+extern template struct Distances<float>;
+extern template struct Distances<double>;
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

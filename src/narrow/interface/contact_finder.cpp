@@ -330,12 +330,10 @@ void ContactFinder<Dim, T>::Implementation::distances(const Objects& set_a, cons
     if constexpr (Dim == 3) {
         narrow::check_out(pairs.size(), out.size());
         const auto ask_some = [&](const PairBatch& some) {
-            for (std::size_t i = 0; i < some.items.size(); ++i)
-                narrow::check_pair(set_a, set_b, some.items[i], some.first + i);
-            narrow::DistanceBatch<T> batch{{set_a.shapes, set_a.poses, set_b.shapes, set_b.poses, some.items},
-                                           max_distance,
-                                           out.subspan(some.first, some.items.size())};
-            batch.run(*kernels);
+            const narrow::Distances<T> block{set_a,        set_b,
+                                             some.items,   some.first,
+                                             max_distance, out.subspan(some.first, some.items.size())};
+            block.run(*kernels);
         };
         process_pairs(pairs, ask_some, {&executor(), narrow::block_pairs});
     } else {

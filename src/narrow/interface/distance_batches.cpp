@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Distances of many pairs: what has a closed form goes through its kernel, `batch` pairs at a time.
 #include "narrow/interface/answers.hpp"
-#include "narrow/interface/batch_rows.hpp"
+#include "narrow/interface/batches.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -25,71 +25,110 @@ Form form_of(ShapeType a, ShapeType b)
     return is_simple(a) && is_simple(b) ? form[a][b] : Form::other;
 }
 
+template <class Numbers, std::size_t n>
+void put(const Numbers& from, double (&columns)[n][batch], std::uint32_t k)
+{
+    for (std::size_t i = 0; i < n; ++i)
+        columns[i][k] = double{from[i]};
+}
+template <class T, std::size_t n>
+void take(const double (&columns)[n][batch], std::uint32_t k, Vec<int{n}, T>& to)
+{
+    for (std::size_t i = 0; i < n; ++i)
+        to[i] = static_cast<T>(columns[i][k]);
+}
+
 } // namespace
 
 template <class T>
-void DistanceBatch<T>::run(const Kernels& kernels)
+void Distances<T>::run(const Kernels& kernels) const
 {
     std::uint16_t list[forms][block_pairs];
     std::size_t listed[forms] = {};
-    for (std::size_t i = 0; i < set.pairs.size(); ++i) {
-        const Pair& pair = set.pairs[i];
-        const auto form =
-            static_cast<std::size_t>(form_of(set.shapes_a[pair.a].type(), set.shapes_b[pair.b].type()));
+    bool checked = false;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        const Pair& pair = pairs[i];
+        if (!checked && ((pair.a >= a.shapes.size()) | (pair.b >= b.shapes.size()) | (pair.a == pair.b))) {
+            check();
+            checked = true;
+        }
+        const auto form = static_cast<std::size_t>(form_of(a.shapes[pair.a].type(), b.shapes[pair.b].type()));
         list[form][listed[form]++] = static_cast<std::uint16_t>(i);
     }
     const auto of = [&](Form form) {
         const auto f = static_cast<std::size_t>(form);
         return std::span<const std::uint16_t>(list[f], listed[f]);
     };
-    const auto all = [](const ArrangedPair<T>&) { return true; };
-    const auto general = [&](std::uint16_t i) {
-        const Pair& pair = set.pairs[i];
-        out[i] = distance_of(set.shapes_a[pair.a], set.poses_a[pair.a], set.shapes_b[pair.b],
-                             set.poses_b[pair.b], enough, kernels);
-    };
-    const auto answer = [&](const Cores& cores, const ArrangedPair<T>& s, std::uint16_t i) {
-        Gap<3> gap;
-        const Verdict verdict = gap_of(cores, double{enough}, gap);
-        if (verdict == Verdict::unclear) return general(i);
-        if (verdict == Verdict::apart) gap.distance = HUGE_VAL;
-        out[i] = finish<3, T>(gap, s.d, s.swapped);
-    };
-    through_kernel(
-        set, of(Form::rounds), kernels.rounds, all, put_rounds<T>,
-        [&](const RoundBatch& rows, const ArrangedPair<T>& s, std::uint32_t k, std::uint16_t i) {
-            answer(round_cores(rows, s, k), s, i);
-        },
-        general);
-    through_kernel(
-        set, of(Form::sphere_box), kernels.point_box, all,
-        [](PointBoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k) {
-            put(load(s.b->size()), rows.half, k);
-        },
-        [&](const PointBoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k, std::uint16_t i) {
-            const double size = extent(s.d) + extent(load(s.b->size()));
-            answer({rows.distance[k], lane(rows.normal, k), {}, lane(rows.on_b, k), size, s.a->radius(), 0},
-                   s, i);
-        },
-        general);
-    through_kernel(
-        set, of(Form::capsule_box), kernels.capsule_box, all,
-        [](CapsuleBoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k) {
-            put(load(s.b->size()), rows.half, k);
-            rows.half_length[k] = s.a->size()[1];
-        },
-        [&](const CapsuleBoxBatch& rows, const ArrangedPair<T>& s, std::uint32_t k, std::uint16_t i) {
-            answer({rows.distance[k], lane(rows.normal, k), lane(rows.on_a, k), lane(rows.on_b, k), 0,
-                    s.a->radius(), 0},
-                   s, i);
-        },
-        general);
+    run_kernel(of(Form::rounds), kernels.round_distances, kernels);
+    run_kernel(of(Form::sphere_box), kernels.sphere_box_distances, kernels);
+    run_kernel(of(Form::capsule_box), kernels.capsule_box_distances, kernels);
     for (const std::uint16_t i : of(Form::other))
-        general(i);
+        answer_generally(i, kernels);
 }
 
-template struct DistanceBatch<float>;
-template struct DistanceBatch<double>;
+template <class T>
+void Distances<T>::run_kernel(std::span<const std::uint16_t> list, void (*kernel)(DistanceBatch&),
+                              const Kernels& kernels) const
+{
+    DistanceBatch rows;
+    rows.enough = double{enough};
+    for (; !list.empty(); list = list.subspan(std::min<std::size_t>(list.size(), batch))) {
+        const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(list.size(), batch));
+        for (std::uint32_t k = 0; k < batch; ++k)
+            put_pair(pairs[list[std::min(k, count - 1)]], rows, k);
+        kernel(rows);
+        for (std::uint32_t k = 0; k < count; ++k) {
+            if ((rows.clear >> k & 1) == 0) {
+                answer_generally(list[k], kernels);
+                continue;
+            }
+            Distance<3, T>& answer = out[list[k]];
+            answer.distance = static_cast<T>(rows.distance[k]);
+            take(rows.normal, k, answer.normal);
+            take(rows.point_a, k, answer.point_a);
+            take(rows.point_b, k, answer.point_b);
+        }
+    }
+}
+
+template <class T>
+void Distances<T>::put_pair(const Pair& pair, DistanceBatch& rows, std::uint32_t k) const
+{
+    const Shape<3>* const shape[2] = {&a.shapes[pair.a], &b.shapes[pair.b]};
+    const Pose<3, T>* const pose[2] = {&a.poses[pair.a], &b.poses[pair.b]};
+    // Which type comes first is hard to predict: no branches.
+    const int type_a = shape[0]->type(), type_b = shape[1]->type();
+    const std::size_t before = type_a > type_b ? 1 : 0, behind = 1 - before;
+    constexpr double order[3] = {-1, 0, 1};
+    put(pose[0]->position, rows.place_a, k);
+    put(pose[1]->position, rows.place_b, k);
+    put(pose[before]->rotation, rows.turn_a, k);
+    put(pose[behind]->rotation, rows.turn_b, k);
+    put(shape[before]->size(), rows.half_a, k);
+    put(shape[behind]->size(), rows.half_b, k);
+    rows.radius_a[k] = shape[before]->radius();
+    rows.radius_b[k] = shape[behind]->radius();
+    rows.order[k] = order[1 + (type_a < type_b ? 1 : 0) - before];
+}
+
+template <class T>
+void Distances<T>::answer_generally(std::uint16_t i, const Kernels& kernels) const
+{
+    const Pair& pair = pairs[i];
+    const Pose<3, T>&pose_a = a.poses[pair.a], &pose_b = b.poses[pair.b];
+    if (!valid(pose_a) || !valid(pose_b)) check();
+    out[i] = distance_of(a.shapes[pair.a], pose_a, b.shapes[pair.b], pose_b, enough, kernels);
+}
+
+template <class T>
+void Distances<T>::check() const
+{
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+        check_pair(a, b, pairs[i], first + i);
+}
+
+template struct Distances<float>;
+template struct Distances<double>;
 
 } // namespace narrow
 JOSTLE_NAMESPACE_END

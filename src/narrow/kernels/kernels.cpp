@@ -28,6 +28,8 @@ namespace one_pair {
 //
 #include "narrow/kernels/pairs-inl.hpp"
 //
+#include "narrow/kernels/distances-inl.hpp"
+//
 #include "narrow/kernels/polyhedra-inl.hpp"
 //
 #include "narrow/kernels/trees-inl.hpp"
@@ -52,6 +54,8 @@ namespace HWY_NAMESPACE {
 //
 #include "narrow/kernels/pairs-inl.hpp"
 //
+#include "narrow/kernels/distances-inl.hpp"
+//
 #include "narrow/kernels/polyhedra-inl.hpp"
 //
 #include "narrow/kernels/trees-inl.hpp"
@@ -60,19 +64,32 @@ using one_pair::approaches;
 using one_pair::bounds;
 using one_pair::boxes;
 using one_pair::capsule_box;
+using one_pair::capsule_box_distances;
 using one_pair::edges;
 using one_pair::furthest;
 using one_pair::heights;
 using one_pair::move;
 using one_pair::planes;
-using one_pair::point_box;
+using one_pair::round_distances;
 using one_pair::rounds;
+using one_pair::sphere_box_distances;
 #endif
 
 const Kernels& kernels()
 {
-    static constexpr Kernels table{boxes, capsule_box, rounds, point_box, furthest,  heights,
-                                   move,  planes,      edges,  bounds,    approaches};
+    static constexpr Kernels table{boxes,
+                                   capsule_box,
+                                   rounds,
+                                   round_distances,
+                                   sphere_box_distances,
+                                   capsule_box_distances,
+                                   furthest,
+                                   heights,
+                                   move,
+                                   planes,
+                                   edges,
+                                   bounds,
+                                   approaches};
     return table;
 }
 

@@ -59,15 +59,23 @@ struct RoundBatch
     double normal[3][batch], on_a[3][batch], on_b[3][batch];
     double axis_a[3][batch], axis_b[3][batch]; ///< their directions
 };
-/// A point and a box.
-struct PointBoxBatch
-{
-    double turn_a[4][batch], turn_b[4][batch], d[3][batch], half[3][batch];
 
-    // Out: how far the point, which is a, is from the box, in which direction, and the nearest point of the
-    // box.
+/// Two spheres, capsules or boxes: a sphere before a capsule, and that before a box. Places are in the order
+/// that users gave, which is the other one where `order` is -1.
+struct DistanceBatch
+{
+    double place_a[3][batch], place_b[3][batch], turn_a[4][batch], turn_b[4][batch];
+    double half_a[3][batch], half_b[3][batch]; ///< half edges; of a capsule its half length in y
+    double radius_a[batch], radius_b[batch];
+    double order[batch]; ///< 1 as given, -1 the other way round, 0 as the places decide
+    double enough;       ///< the greatest distance that is answered
+
+    // Out: what users get, in the order that they gave. The distance is infinite, and all else 0, where it is
+    // more than enough.
     double distance[batch];
-    double normal[3][batch], on_b[3][batch];
+    double normal[3][batch];                     ///< unit, from a to b
+    double point_a[3][batch], point_b[3][batch]; ///< each seen from its own position
+    std::uint32_t clear; ///< bit k is set where pair k is answered; what isn't, is looked at in general
 };
 
 /// Edges of a polyhedron with the normals of their two faces. Up to a multiple of 8 the rows are filled with
@@ -103,9 +111,11 @@ struct Kernels
 {
     void (*boxes)(BoxBatch&);
     void (*capsule_box)(CapsuleBoxBatch&);
-    /// These do what round_gap and sphere_box_gap in gaps3.hpp do, operation by operation.
     void (*rounds)(RoundBatch&);
-    void (*point_box)(PointBoxBatch&);
+    /// These do what simple_distance in answers.hpp does with one pair, operation by operation.
+    void (*round_distances)(DistanceBatch&);
+    void (*sphere_box_distances)(DistanceBatch&);
+    void (*capsule_box_distances)(DistanceBatch&);
     /// The lowest i with the greatest dx * x[i] + dy * y[i] + dz * z[i].
     std::uint32_t (*furthest)(const double* x, std::uint32_t stride, double dx, double dy, double dz);
     /// height[i] = dx * x[i] + dy * y[i] + dz * z[i]; returns the least.

@@ -84,12 +84,8 @@ HWY_ATTR inline void boxes(BoxBatch& pairs)
 {
     for (std::uint32_t k = 0; k < batch; k += Real::size) {
         const RealMat a = matrix(pairs.turn_a, k), b = matrix(pairs.turn_b, k);
-        const Real3 half_a{Real::loadu(pairs.half_a[0] + k), Real::loadu(pairs.half_a[1] + k),
-                           Real::loadu(pairs.half_a[2] + k)};
-        const Real3 half_b{Real::loadu(pairs.half_b[0] + k), Real::loadu(pairs.half_b[1] + k),
-                           Real::loadu(pairs.half_b[2] + k)};
-        const Real3 d{Real::loadu(pairs.d[0] + k), Real::loadu(pairs.d[1] + k), Real::loadu(pairs.d[2] + k)};
-        const RealAxis best = best_box_axis(a, half_a, b, half_b, d);
+        const RealAxis best =
+            best_box_axis(a, load3(pairs.half_a, k), b, load3(pairs.half_b, k), load3(pairs.d, k));
         best.separation.storeu(pairs.separation + k);
         best.axis.storeu(pairs.axis + k);
         put(best.normal, pairs.normal, k);
@@ -141,27 +137,29 @@ HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, 
     // If the distance already rises at the start, the start is nearest; if it still falls at the end, the end
     // is.
     const RealMask at_start = zero < slope_low, at_end = slope_high < zero;
-    for (int i = 0; i < 3; ++i)
-        for (int side = 0; side < 2; ++side) {
-            const Real t = ((side == 0 ? zero - h[i] : h[i]) - c[i]) / e[i];
-            // Crossings outside of the segment are left out. So are those of a segment along the face, for
-            // which t is infinite or 0/0: comparisons with NaN are false.
-            const RealMask inside = (Real(-1) < t) & (t < one);
-            const Real here = slope(choose(inside, t, zero));
-            const RealMask up_low = inside & ((zero >= here) & (low < t));
-            const RealMask down_high = inside & ((here >= zero) & (t < high));
-            low = choose(up_low, t, low);
-            slope_low = choose(up_low, here, slope_low);
-            high = choose(down_high, t, high);
-            slope_high = choose(down_high, here, slope_high);
-        }
-    const Real rise = slope_high - slope_low;
-    const Real between = low - slope_low * ((high - low) / choose(zero < rise, rise, one));
-    // Where the slope is 0 all the way from low to high, the middle is taken: a capsule that lies along a
-    // face is met in its middle.
-    Real t = choose(zero < rise, between, (low + high) * Real(0.5));
-    t = choose(at_start, Real(-1), choose(at_end, one, t));
-    t = clamped(t, one);
+    Real t = choose(at_start, Real(-1), one);
+    if (!all(at_start | at_end)) {
+        for (int i = 0; i < 3; ++i)
+            for (int side = 0; side < 2; ++side) {
+                const Real crossing = ((side == 0 ? zero - h[i] : h[i]) - c[i]) / e[i];
+                // Crossings outside of the segment are left out. So are those of a segment along the face,
+                // for which they are infinite or 0/0: comparisons with NaN are false.
+                const RealMask inside = (Real(-1) < crossing) & (crossing < one);
+                const Real here = slope(choose(inside, crossing, zero));
+                const RealMask up_low = inside & ((zero >= here) & (low < crossing));
+                const RealMask down_high = inside & ((here >= zero) & (crossing < high));
+                low = choose(up_low, crossing, low);
+                slope_low = choose(up_low, here, slope_low);
+                high = choose(down_high, crossing, high);
+                slope_high = choose(down_high, here, slope_high);
+            }
+        const Real rise = slope_high - slope_low;
+        const Real between = low - slope_low * ((high - low) / choose(zero < rise, rise, one));
+        // Where the slope is 0 all the way from low to high, the middle is taken: a capsule that lies along a
+        // face is met in its middle.
+        const Real within = choose(zero < rise, between, (low + high) * Real(0.5));
+        t = choose(at_start | at_end, t, clamped(within, one));
+    }
 
     Real p[3], q[3], gap[3];
     for (int i = 0; i < 3; ++i) {
@@ -173,6 +171,14 @@ HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, 
     const Real reach = half_length + h[0] + h[1] + h[2];
     const RealMask apart = Real(1e-9) * reach < distance;
     const Real inverse = one / choose(apart, distance, one);
+
+    RealGap result;
+    result.distance = distance;
+    result.normal = add3(add3(scale3(b.x, gap[0] * inverse), scale3(b.y, gap[1] * inverse)),
+                         scale3(b.z, gap[2] * inverse));
+    result.on_a = scale3(axis, t * half_length);
+    result.on_b = add3(d, add3(add3(scale3(b.x, q[0]), scale3(b.y, q[1])), scale3(b.z, q[2])));
+    if (all(apart)) return result;
 
     // Overlap: the axis of least.
     RealAxis best{Real(-HUGE_VAL), zero, zero, {zero, zero, zero}};
@@ -194,17 +200,11 @@ HWY_ATTR inline RealGap segment_box(const Real3& axis, const Real& half_length, 
         take_axis(best, by, separation, 3 + j, zero - across, normal);
     }
     const RealMask back = best.sign < zero;
-
-    RealGap result;
-    const Real3 straight = add3(add3(scale3(b.x, gap[0] * inverse), scale3(b.y, gap[1] * inverse)),
-                                scale3(b.z, gap[2] * inverse));
-    result.normal.x = choose(apart, straight.x, choose(back, zero - best.normal.x, best.normal.x));
-    result.normal.y = choose(apart, straight.y, choose(back, zero - best.normal.y, best.normal.y));
-    result.normal.z = choose(apart, straight.z, choose(back, zero - best.normal.z, best.normal.z));
-    const Real overlap = choose(best.separation < zero, best.separation, zero);
-    result.distance = choose(apart, distance, overlap);
-    result.on_a = scale3(axis, t * half_length);
-    result.on_b = add3(d, add3(add3(scale3(b.x, q[0]), scale3(b.y, q[1])), scale3(b.z, q[2])));
+    const Real3 out{choose(back, zero - best.normal.x, best.normal.x),
+                    choose(back, zero - best.normal.y, best.normal.y),
+                    choose(back, zero - best.normal.z, best.normal.z)};
+    result.normal = choose3(apart, result.normal, out);
+    result.distance = choose(apart, distance, choose(best.separation < zero, best.separation, zero));
     return result;
 }
 
@@ -212,10 +212,8 @@ HWY_ATTR inline void capsule_box(CapsuleBoxBatch& pairs)
 {
     for (std::uint32_t k = 0; k < batch; k += Real::size) {
         const RealMat a = matrix(pairs.turn_a, k), b = matrix(pairs.turn_b, k);
-        const Real3 half{Real::loadu(pairs.half[0] + k), Real::loadu(pairs.half[1] + k),
-                         Real::loadu(pairs.half[2] + k)};
-        const Real3 d{Real::loadu(pairs.d[0] + k), Real::loadu(pairs.d[1] + k), Real::loadu(pairs.d[2] + k)};
-        const RealGap gap = segment_box(a.y, Real::loadu(pairs.half_length + k), b, half, d);
+        const RealGap gap =
+            segment_box(a.y, Real::loadu(pairs.half_length + k), b, load3(pairs.half, k), load3(pairs.d, k));
         gap.distance.storeu(pairs.distance + k);
         put(gap.normal, pairs.normal, k);
         put(gap.on_a, pairs.on_a, k);
@@ -226,48 +224,35 @@ HWY_ATTR inline void capsule_box(CapsuleBoxBatch& pairs)
 }
 
 /// The nearest points of two segments. Source: Ericson sec. 5.1.9, in the form of round_gap in gaps3.hpp,
-/// whose operations these are in their order.
+/// whose operations these are in their order. There is no normal where they meet.
+HWY_ATTR HWY_INLINE RealGap segments(const Real3& a, const Real& half_a, const Real3& b, const Real& half_b,
+                                     const Real3& d)
+{
+    const Real zero = Real(0), one = Real(1);
+    const Real3 across = cross3(a, b);
+    const Real square = dot3(across, across), turn = dot3(a, b);
+    const RealMask across_is = Real(1e-28) < square;
+    const Real along_a = dot3(a, d), along_b = dot3(b, d);
+    const Real cut = clamped(dot3(cross3(d, b), across) / choose(across_is, square, one), half_a);
+    const Real t = clamped(turn * choose(across_is, cut, zero) - along_b, half_b);
+    const Real s = clamped(along_a + turn * t, half_a);
+    const Real3 on_a = scale3(a, s), on_b = add3(d, scale3(b, t));
+    const Real3 way = subtract3(on_b, on_a);
+    const Real distance = sqrt(dot3(way, way));
+    return {distance, scale3(way, one / choose(zero < distance, distance, one)), on_a, on_b};
+}
+
 HWY_ATTR inline void rounds(RoundBatch& pairs)
 {
     for (std::uint32_t k = 0; k < batch; k += Real::size) {
         const Real3 a = matrix(pairs.turn_a, k).y, b = matrix(pairs.turn_b, k).y;
-        const Real half_a = Real::loadu(pairs.half_a + k), half_b = Real::loadu(pairs.half_b + k);
-        const Real3 d{Real::loadu(pairs.d[0] + k), Real::loadu(pairs.d[1] + k), Real::loadu(pairs.d[2] + k)};
-        const Real3 across = cross3(a, b);
-        const Real square = dot3(across, across), turn = dot3(a, b);
-        const Real along_a = dot3(a, d), along_b = dot3(b, d);
-        const Real cut = clamped(dot3(cross3(d, b), across) / square, half_a);
-        const Real t = clamped(turn * choose(Real(1e-28) < square, cut, Real(0)) - along_b, half_b);
-        const Real s = clamped(along_a + turn * t, half_a);
-        const Real3 on_a = scale3(a, s), on_b = add3(d, scale3(b, t));
-        const Real3 way = subtract3(on_b, on_a);
-        const Real distance = sqrt(dot3(way, way));
-        distance.storeu(pairs.distance + k);
-        put(scale3(way, Real(1) / distance), pairs.normal, k);
-        put(on_a, pairs.on_a, k);
-        put(on_b, pairs.on_b, k);
+        const RealGap gap =
+            segments(a, Real::loadu(pairs.half_a + k), b, Real::loadu(pairs.half_b + k), load3(pairs.d, k));
+        gap.distance.storeu(pairs.distance + k);
+        put(gap.normal, pairs.normal, k);
+        put(gap.on_a, pairs.on_a, k);
+        put(gap.on_b, pairs.on_b, k);
         put(a, pairs.axis_a, k);
         put(b, pairs.axis_b, k);
-    }
-}
-
-/// The distance of a point from a box: in the box's axes, the nearest point is the point itself, each
-/// coordinate cut off at the box's faces.
-HWY_ATTR inline void point_box(PointBoxBatch& pairs)
-{
-    for (std::uint32_t k = 0; k < batch; k += Real::size) {
-        const Real zero = Real(0);
-        const RealMat b = matrix(pairs.turn_b, k);
-        const Real3 d{Real::loadu(pairs.d[0] + k), Real::loadu(pairs.d[1] + k), Real::loadu(pairs.d[2] + k)};
-        const Real3 back{zero - d.x, zero - d.y, zero - d.z};
-        const Real3 centre{dot3(b.x, back), dot3(b.y, back), dot3(b.z, back)};
-        const Real3 nearest{clamped(centre.x, Real::loadu(pairs.half[0] + k)),
-                            clamped(centre.y, Real::loadu(pairs.half[1] + k)),
-                            clamped(centre.z, Real::loadu(pairs.half[2] + k))};
-        const Real3 way = subtract3(nearest, centre);
-        const Real distance = sqrt(dot3(way, way));
-        distance.storeu(pairs.distance + k);
-        put(turn3(b, scale3(way, Real(1) / distance)), pairs.normal, k);
-        put(add3(d, turn3(b, nearest)), pairs.on_b, k);
     }
 }

@@ -31,6 +31,10 @@ HWY_ATTR inline Real3 subtract3(const Real3& a, const Real3& b)
 {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
+HWY_ATTR inline Real3 choose3(const RealMask& mask, const Real3& yes, const Real3& no)
+{
+    return {choose(mask, yes.x, no.x), choose(mask, yes.y, no.y), choose(mask, yes.z, no.z)};
+}
 HWY_ATTR inline Real3 cross3(const Real3& a, const Real3& b)
 {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -48,12 +52,10 @@ HWY_ATTR inline Real clamped(const Real& x, const Real& half)
     return choose(up < low, low, up);
 }
 
-/// The rotation matrices of the quaternions in columns k, k + 1, ... The operations are those of `rotation`
-/// in math.hpp in their order, so that the bits are the same.
-HWY_ATTR inline RealMat matrix(const double (&q)[4][batch], std::uint32_t k)
+/// The rotation matrices of quaternions. The operations are those of `rotation` in math.hpp in their order,
+/// so that the bits are the same.
+HWY_ATTR HWY_INLINE RealMat matrix(const Real& qx, const Real& qy, const Real& qz, const Real& qw)
 {
-    const Real qx = Real::loadu(q[0] + k), qy = Real::loadu(q[1] + k), qz = Real::loadu(q[2] + k),
-               qw = Real::loadu(q[3] + k);
     const Real one = Real(1);
     const Real s = Real(2) / (qx * qx + qy * qy + qz * qz + qw * qw);
     const Real xs = qx * s, ys = qy * s, zs = qz * s;
@@ -65,11 +67,21 @@ HWY_ATTR inline RealMat matrix(const double (&q)[4][batch], std::uint32_t k)
             {xz + wy, yz - wx, one - (xx + yy)}};
 }
 
+/// Of the quaternions in columns k, k + 1, ...
+HWY_ATTR inline RealMat matrix(const double (&q)[4][batch], std::uint32_t k)
+{
+    return matrix(Real::loadu(q[0] + k), Real::loadu(q[1] + k), Real::loadu(q[2] + k), Real::loadu(q[3] + k));
+}
+
 HWY_ATTR inline Real3 turn3(const RealMat& m, const Real3& v)
 {
     return add3(add3(scale3(m.x, v.x), scale3(m.y, v.y)), scale3(m.z, v.z));
 }
 
+HWY_ATTR inline Real3 load3(const double (&columns)[3][batch], std::uint32_t k)
+{
+    return {Real::loadu(columns[0] + k), Real::loadu(columns[1] + k), Real::loadu(columns[2] + k)};
+}
 HWY_ATTR inline void put(const Real3& v, double (*columns)[batch], std::uint32_t k)
 {
     v.x.storeu(columns[0] + k);
