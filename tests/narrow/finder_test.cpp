@@ -74,6 +74,16 @@ TEST(ContactFinder, NamesTheFirstBadPoseAmongDistancesOfAllTypes)
             const Error error = error_of([&] { finder.distances(shapes, bad, pairs, 1, out); });
             EXPECT_EQ(error.index(), object);
             EXPECT_NE(std::string(error.what()).find(what), std::string::npos) << error.what();
+            // One alone.
+            std::vector<Pose3f> one_bad = poses;
+            spoil(one_bad[first]);
+            const Error alone = error_of([&] { finder.distances(shapes, one_bad, pairs, 1, out); });
+            EXPECT_EQ(alone.index(), first);
+            for (const Pair& pair : pairs) {
+                if (pair.a != first && pair.b != first) continue;
+                const std::span<const Pair> one(&pair, 1);
+                EXPECT_THROW(finder.distances(shapes, one_bad, one, 1, std::span(out).first(1)), Error);
+            }
         }
     };
     refuses([](Pose3f& pose) { pose.position[1] = nan_f; }, "nan 0, rotation 0 0 0 1");

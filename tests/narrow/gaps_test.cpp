@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -253,6 +254,7 @@ TYPED_TEST(Batches, OfDistancesHaveTheBitsOfSinglePairs)
                 ASSERT_EQ(out[i].normal, d->normal);
                 ASSERT_EQ(out[i].point_a, d->point_a);
                 ASSERT_EQ(out[i].point_b, d->point_b);
+                ASSERT_EQ(std::memcmp(&out[i], &*d, sizeof(*d)), 0) << "signs of zero differ";
             }
         }
 }
