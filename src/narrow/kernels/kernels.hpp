@@ -131,9 +131,11 @@ struct Kernels
     /// normal of one of its faces to that of the other, and the arc of a's edge has to cross the negated arc
     /// of b's. Source: Gregorius, The Separating Axis Test between Convex Polyhedra, GDC 2013.
     EdgePair (*edges)(const EdgeRows& a, const EdgeRows& b);
-    /// Lower bounds of a box's distance from each of 8 others, by its own axes and by theirs; and for
-    /// `approaches` in which direction.
-    void (*bounds)(const BoxRows& rows, const OrientedBox& box, BoxBounds& out);
+    /// Keys of lower bounds of a box's distance from each of 8 others, by its own axes and by theirs. Returns
+    /// the bits of those that aren't above the limit.
+    std::uint32_t (*bounds)(const BoxRows& rows, const OrientedBox& box, double limit,
+                            double (&key)[BoxRows::size]);
+    /// The bounds themselves, and in which direction.
     void (*approaches)(const BoxRows& rows, const OrientedBox& box, BoxApproaches& out);
 };
 [[nodiscard]] const Kernels& kernels_for(InstructionSet set) noexcept;

@@ -48,21 +48,28 @@ HWY_ATTR inline RealBoxGap box_gap(const BoxRows& rows, const OrientedBox& box, 
     result.square = squared_gap(result.gap);
     return result;
 }
-/// A lower bound of the distance; where no axis separates the boxes, below 0: how much they overlap along the
-/// axis along which they overlap least.
-HWY_ATTR inline Real distance_of(const RealBoxGap& gap)
+/// Where no axis separates the boxes: how much they overlap, negated, along the axis along which they overlap
+/// least.
+HWY_ATTR inline Real overlap_of(const RealBoxGap& gap)
 {
-    const Real best = greater_of(gap.square_box, gap.square);
     Real overlap = gap.gap[0];
     for (int i = 0; i < 3; ++i)
         overlap = greater_of(overlap, greater_of(gap.gap_box[i], gap.gap[i]));
-    return choose(Real(0) < best, sqrt(best), overlap);
+    return overlap;
 }
 
-HWY_ATTR inline void bounds(const BoxRows& rows, const OrientedBox& box, BoxBounds& out)
+HWY_ATTR inline std::uint32_t bounds(const BoxRows& rows, const OrientedBox& box, double limit,
+                                     double (&key)[BoxRows::size])
 {
-    for (std::uint32_t k = 0; k < BoxRows::size; k += Real::size)
-        distance_of(box_gap(rows, box, k)).storeu(out.distance + k);
+    std::uint32_t beyond = 0;
+    for (std::uint32_t k = 0; k < BoxRows::size; k += Real::size) {
+        const RealBoxGap gap = box_gap(rows, box, k);
+        const Real square = greater_of(gap.square_box, gap.square);
+        const Real here = choose(Real(0) < square, square, overlap_of(gap));
+        here.storeu(key + k);
+        beyond |= mask_bits(Real(limit) < here) << k;
+    }
+    return ~beyond;
 }
 
 HWY_ATTR inline void approaches(const BoxRows& rows, const OrientedBox& box, BoxApproaches& out)
@@ -70,7 +77,8 @@ HWY_ATTR inline void approaches(const BoxRows& rows, const OrientedBox& box, Box
     const Real zero = Real(0);
     for (std::uint32_t k = 0; k < BoxRows::size; k += Real::size) {
         const RealBoxGap gap = box_gap(rows, box, k);
-        const Real distance = distance_of(gap);
+        const Real square = greater_of(gap.square_box, gap.square);
+        const Real distance = choose(zero < square, sqrt(square), overlap_of(gap));
         distance.storeu(out.distance + k);
         const Vec3* const own[3] = {&box.axes.x, &box.axes.y, &box.axes.z};
         Real3 by_box{zero, zero, zero}, by_rows{zero, zero, zero};

@@ -2,6 +2,7 @@
 #include "narrow/parts/nearest.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "narrow/parts/each_part.hpp"
 #include "narrow/small_vector.hpp"
@@ -112,17 +113,22 @@ struct Opening
         box.axes = there.r * box.axes;
         return box;
     }
-    void bounds(const Kernels& kernels, BoxBounds& out) const
+    /// As the kernel `bounds`.
+    std::uint32_t bounds(const Kernels& kernels, double limit, double (&key)[BoxRows::size]) const
     {
-        if (other.is_half_space())
-            half_space_bounds(out);
-        else
-            kernels.bounds(rows(), other_box(), out);
+        if (!other.is_half_space()) return kernels.bounds(rows(), other_box(), limit, key);
+        half_space_bounds(key);
+        std::uint32_t within = 0;
+        for (std::uint32_t i = 0; i < BoxRows::size; ++i) {
+            key[i] = key_of(key[i]);
+            within |= key[i] > limit ? 0u : 1u << i;
+        }
+        return within;
     }
     void approaches(const Kernels& kernels, BoxApproaches& out) const
     {
         if (!other.is_half_space()) return kernels.approaches(rows(), other_box(), out);
-        half_space_bounds(out);
+        half_space_bounds(out.distance);
         const Vec3 normal = open.frame.r.back(other.half_space().normal);
         for (std::uint32_t i = 0; i < BoxRows::size; ++i)
             for (int d = 0; d < 3; ++d)
@@ -130,7 +136,7 @@ struct Opening
     }
 
   private:
-    void half_space_bounds(BoxBounds& out) const
+    void half_space_bounds(double (&bound)[BoxRows::size]) const
     {
         const Part<3>& part = other.half_space();
         const Vec3 normal = open.frame.r.back(part.normal);
@@ -140,14 +146,15 @@ struct Opening
             const double reach = box.half.x * std::abs(dot(normal, box.axes.x)) +
                                  box.half.y * std::abs(dot(normal, box.axes.y)) +
                                  box.half.z * std::abs(dot(normal, box.axes.z));
-            out.distance[i] = dot(normal, box.centre) - offset - reach;
+            bound[i] = dot(normal, box.centre) - offset - reach;
         }
     }
 };
 
 /// Looks at pairs of leaves, the most promising ones of a neighbourhood first. `judge` says what is
 /// promising:
-///   keys(opening, key): of the other box and each of those within the opened one;
+///   keys(opening, key): of the other box and each of those within the opened one; returns the bits of those
+///     that aren't excluded;
 ///   excludes(key): nothing with this key, or a greater one, is wanted any more;
 ///   visit(at_a, at_b): two leaves.
 template <class Judge>
@@ -174,12 +181,13 @@ void search(const Side& a, const Side& b, Judge& judge)
         const Opening opening = open_b ? Opening{b, a, true, item.at_b, item.at_a, a_from_b}
                                        : Opening{a, b, false, item.at_a, item.at_b, b_from_a};
         double keys[BoxRows::size];
-        judge.keys(opening, keys);
+        std::uint32_t wanted = judge.keys(opening, keys);
+        wanted &= (1u << opening.open.node_below(opening.at_open).count) - 1;
         const std::uint32_t first = opening.open.first_below(opening.at_open);
         Item found[BoxRows::size];
         std::uint32_t count = 0;
-        for (std::uint32_t i = 0; i < opening.open.node_below(opening.at_open).count; ++i) {
-            if (judge.excludes(keys[i])) continue;
+        for (; wanted != 0; wanted &= wanted - 1) {
+            const auto i = static_cast<std::uint32_t>(std::countr_zero(wanted));
             std::uint32_t at = count++; // the least key last
             for (; at > 0 && found[at - 1].key < keys[i]; --at)
                 found[at] = found[at - 1];
@@ -241,16 +249,11 @@ struct Judge
             });
         });
     }
-    /// No parts in the boxes are nearer to each other.
-    void distances(const Opening& opening, double (&least)[BoxRows::size]) const
+    /// Parts in boxes with a greater key are further from each other than `limit`.
+    [[nodiscard]] double key_within(double limit) const
     {
-        BoxBounds bounds;
-        opening.bounds(kernels, bounds);
-        const double less = a.radius + b.radius;
-        for (std::uint32_t i = 0; i < BoxRows::size; ++i) {
-            const double bound = bounds.distance[i] - less;
-            least[i] = (bound < 0 ? deeper * bound : bound) - rounding;
-        }
+        const double more = limit + rounding;
+        return key_of((more < 0 ? more / deeper : more) + a.radius + b.radius);
     }
 };
 
@@ -261,11 +264,18 @@ struct Leaves
 };
 struct Near : Judge
 {
-    double margin;
+    double limit;
     SmallVector<Leaves, most_near>& found;
 
-    [[nodiscard]] bool excludes(double key) const { return key > margin; }
-    void keys(const Opening& opening, double (&key)[BoxRows::size]) const { distances(opening, key); }
+    Near(const Judge& judge, double margin, SmallVector<Leaves, most_near>& found_ones)
+        : Judge(judge), limit(key_within(margin)), found(found_ones)
+    {
+    }
+    [[nodiscard]] bool excludes(double key) const { return key > limit; }
+    std::uint32_t keys(const Opening& opening, double (&key)[BoxRows::size]) const
+    {
+        return opening.bounds(kernels, limit, key);
+    }
     void visit(std::uint32_t at_a, std::uint32_t at_b)
     {
         found.push_back({a.number(at_a), b.number(at_b), at_a, at_b});
@@ -283,9 +293,16 @@ struct Least
 struct Nearest : Judge
 {
     Least& least;
+    double limit;
 
-    [[nodiscard]] bool excludes(double key) const { return key > least.limit; }
-    void keys(const Opening& opening, double (&key)[BoxRows::size]) const { distances(opening, key); }
+    Nearest(const Judge& judge, Least& so_far) : Judge(judge), least(so_far), limit(key_within(so_far.limit))
+    {
+    }
+    [[nodiscard]] bool excludes(double key) const { return key > limit; }
+    std::uint32_t keys(const Opening& opening, double (&key)[BoxRows::size]) const
+    {
+        return opening.bounds(kernels, limit, key);
+    }
     void visit(std::uint32_t at_a, std::uint32_t at_b)
     {
         with_parts(at_a, at_b,
@@ -297,6 +314,7 @@ struct Nearest : Judge
                        const bool later = number_a != least.a ? number_a > least.a : number_b > least.b;
                        if (gap.distance == least.gap.distance && later) return;
                        least.limit = gap.distance;
+                       limit = key_within(gap.distance);
                        least.gap = gap;
                        least.a = number_a;
                        least.b = number_b;
@@ -307,9 +325,14 @@ struct Nearest : Judge
 struct Touch : Judge
 {
     bool& touch;
+    double limit;
 
-    [[nodiscard]] bool excludes(double key) const { return touch || key > 0; }
-    void keys(const Opening& opening, double (&key)[BoxRows::size]) const { distances(opening, key); }
+    Touch(const Judge& judge, bool& found) : Judge(judge), touch(found), limit(key_within(0)) {}
+    [[nodiscard]] bool excludes(double key) const { return touch || key > limit; }
+    std::uint32_t keys(const Opening& opening, double (&key)[BoxRows::size]) const
+    {
+        return opening.bounds(kernels, limit, key);
+    }
     void visit(std::uint32_t at_a, std::uint32_t at_b)
     {
         with_parts(at_a, at_b,
@@ -348,7 +371,7 @@ struct Approaching : Judge
     FunctionRef<VisitPartPair> visit_parts;
 
     [[nodiscard]] bool excludes(double key) const { return key >= range.time; }
-    void keys(const Opening& opening, double (&key)[BoxRows::size]) const
+    std::uint32_t keys(const Opening& opening, double (&key)[BoxRows::size]) const
     {
         BoxApproaches bounds;
         opening.approaches(kernels, bounds);
@@ -367,6 +390,10 @@ struct Approaching : Judge
                 opening.open.frame.r * Vec3{bounds.normal[0][i], bounds.normal[1][i], bounds.normal[2][i]};
             key[i] = safe_time(opening, i, distance, opening.open_b ? n : -n);
         }
+        std::uint32_t wanted = 0;
+        for (std::uint32_t i = 0; i < BoxRows::size; ++i)
+            wanted |= excludes(key[i]) ? 0u : 1u << i;
+        return wanted;
     }
     void visit(std::uint32_t at_a, std::uint32_t at_b) { with_parts(at_a, at_b, visit_parts); }
 

@@ -38,18 +38,19 @@ struct BoxRows
     void set(std::uint32_t i, const OrientedBox& box);
 };
 
-/// How far a box surely is from each of BoxRows.
-struct BoxBounds
+/// How far a box surely is from each of BoxRows, and in which direction.
+struct BoxApproaches
 {
     /// Below 0: they may overlap, and what is in them by no more than this. Rounded to some 1e-14 of all
     /// lengths.
     double distance[BoxRows::size];
-};
-/// The same, and in which direction.
-struct BoxApproaches : BoxBounds
-{
     double normal[3][BoxRows::size]; ///< unit, from the box to that of the rows; of those that are apart
 };
+/// Keys are in the order of distances, and need no root: the square; of what overlaps, by how much, negated.
+inline double key_of(double distance)
+{
+    return distance > 0 ? distance * distance : distance;
+}
 
 struct MeshTree
 {
