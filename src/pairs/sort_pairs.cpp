@@ -56,9 +56,9 @@ void sort_few(const std::uint32_t* from, std::uint32_t count, std::uint32_t a, P
 
 /// By a with a counting sort, then each object's partners by b: mostly a handful. `partners` and `spare` have
 /// room for eight more than the group.
-void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t objects,
+void sort_group(std::span<Pair> group, std::uint32_t first, std::uint32_t objects,
                 const engine::Kernels& kernels, std::uint32_t* place, std::uint32_t* partners,
-                std::uint32_t* spare, Pair* to)
+                std::uint32_t* spare)
 {
     std::fill_n(place, objects, 0u);
     for (const Pair& pair : group)
@@ -67,6 +67,7 @@ void sort_group(std::span<const Pair> group, std::uint32_t first, std::uint32_t 
     for (const Pair& pair : group)
         partners[place[pair.a - first]++] = pair.b;
     std::fill_n(partners + group.size(), 8, 0u);
+    Pair* const to = group.data(); // whose pairs are all read
     std::uint32_t begin = 0;
     for (std::uint32_t a = 0; a < objects; ++a) { // now place[a] is where the partners of a end
         const std::uint32_t end = place[a], count = end - begin;
@@ -116,7 +117,6 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
         pairs / pairs_per_task, 1, std::min<std::uint64_t>(executor.concurrency(), blocks.size())));
     std::uint64_t* counts = counts_.reserve(tasks * groups);
     std::uint32_t* places = places_.reserve(tasks * group_objects);
-    Pair* grouped = grouped_.reserve(pairs);
     PairBufferAccess access(to);
     // In steps, so that a scene that breathes doesn't allocate at every new pair.
     const std::uint64_t step = std::max<std::uint64_t>(1024, std::bit_floor(pairs) / 8);
@@ -142,7 +142,7 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
     exclusive_sum_of_parts(counts, tasks, groups);
     run([&](std::uint32_t task) {
         std::uint64_t* next = counts + task * groups;
-        each_pair(task, [&](const Pair& pair) { grouped[next[group_of(pair)]++] = pair; });
+        each_pair(task, [&](const Pair& pair) { sorted[next[group_of(pair)]++] = pair; });
     });
     // Now the last task's count is where a group ends.
     const std::uint64_t* end = counts + (tasks - 1) * groups;
@@ -156,17 +156,16 @@ void PairSorter::sort(const PairBuffer& from, std::size_t objects, Executor& exe
     run([&](std::uint32_t task) {
         for (std::size_t g; (g = cursor.fetch_add(1, std::memory_order_relaxed)) < groups;) {
             const std::uint64_t begin = g == 0 ? 0 : end[g - 1];
-            const std::span<const Pair> group(grouped + begin, end[g] - begin);
+            const std::span<Pair> group = sorted.subspan(begin, end[g] - begin);
             if (group.size() > std::numeric_limits<std::uint32_t>::max()) {
-                std::copy(group.begin(), group.end(), sorted.begin() + static_cast<std::ptrdiff_t>(begin));
-                std::sort(sorted.data() + begin, sorted.data() + end[g]);
+                std::sort(group.begin(), group.end());
                 continue;
             }
             const std::size_t first = g * group_objects;
             std::uint32_t* const mine = partners + 2 * task * room;
             sort_group(group, static_cast<std::uint32_t>(first),
                        static_cast<std::uint32_t>(std::min(group_objects, objects - first)), kernels,
-                       places + task * group_objects, mine, mine + room, sorted.data() + begin);
+                       places + task * group_objects, mine, mine + room);
         }
     });
     access.append(sorted);

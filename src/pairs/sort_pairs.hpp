@@ -17,7 +17,7 @@ class PairSorter
 {
   public:
     explicit PairSorter(std::pmr::memory_resource* memory)
-        : counts_(memory), grouped_(memory), places_(memory), partners_(memory)
+        : counts_(memory), places_(memory), partners_(memory)
     {
     }
 
@@ -29,19 +29,17 @@ class PairSorter
 
     [[nodiscard]] std::uint64_t bytes() const noexcept
     {
-        return counts_.bytes() + grouped_.bytes() + places_.bytes() + partners_.bytes();
+        return counts_.bytes() + places_.bytes() + partners_.bytes();
     }
     void release() noexcept
     {
         counts_.release();
-        grouped_.release();
         places_.release();
         partners_.release();
     }
 
   private:
-    Buffer<std::uint64_t> counts_; // per task and group; then where the task writes next
-    Buffer<Pair> grouped_;
+    Buffer<std::uint64_t> counts_;   // per task and group; then where the task writes next
     Buffer<std::uint32_t> places_;   // per task and object of a group
     Buffer<std::uint32_t> partners_; // per task and pair of a group, twice
 };
