@@ -48,7 +48,7 @@ void Distances<T>::run(const Kernels& kernels) const
     bool checked = false;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         const Pair& pair = pairs[i];
-        if (!checked && ((pair.a >= a.shapes.size()) | (pair.b >= b.shapes.size()) | (pair.a == pair.b))) {
+        if ((pair.a >= a.shapes.size() || pair.b >= b.shapes.size() || pair.a == pair.b) && !checked) {
             check();
             checked = true;
         }

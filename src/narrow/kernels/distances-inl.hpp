@@ -29,7 +29,6 @@ HWY_ATTR HWY_INLINE RealMask is_plain(const Real3& place, const Real (&turn)[4])
 HWY_ATTR HWY_INLINE RealPairs load_pairs(const DistanceBatch& pairs, std::uint32_t k)
 {
     const Real zero = Real(0), one = Real(1);
-    RealPairs result;
     const Real3 place_a = load3(pairs.place_a, k), place_b = load3(pairs.place_b, k);
     Real turn_a[4], turn_b[4];
     for (int i = 0; i < 4; ++i) {
@@ -40,17 +39,20 @@ HWY_ATTR HWY_INLINE RealPairs load_pairs(const DistanceBatch& pairs, std::uint32
     const Real3 way = subtract3(place_b, place_a);
     const Real order = Real::loadu(pairs.order + k);
     const Real decides = choose(zero < abs(way.x), way.x, choose(zero < abs(way.y), way.y, way.z));
-    result.exchange = (abs(order) <= zero) & (decides < zero);
-    result.swapped = (order < zero) | result.exchange;
-    result.d = scale3(way, choose(result.swapped, Real(-1), one));
-    result.clear = is_plain(place_a, turn_a) & is_plain(place_b, turn_b) & (zero < abs(order) + abs(decides));
+    const RealMask exchange = (abs(order) <= zero) & (decides < zero);
+    const RealMask swapped = (order < zero) | exchange;
+    const RealMask clear =
+        is_plain(place_a, turn_a) & is_plain(place_b, turn_b) & (zero < abs(order) + abs(decides));
     for (int i = 0; i < 4; ++i) { // what can't be answered here makes no exceptions
-        turn_a[i] = choose(result.clear, turn_a[i], i == 3 ? one : zero);
-        turn_b[i] = choose(result.clear, turn_b[i], i == 3 ? one : zero);
+        turn_a[i] = choose(clear, turn_a[i], i == 3 ? one : zero);
+        turn_b[i] = choose(clear, turn_b[i], i == 3 ? one : zero);
     }
-    result.turn_a = matrix(turn_a[0], turn_a[1], turn_a[2], turn_a[3]);
-    result.turn_b = matrix(turn_b[0], turn_b[1], turn_b[2], turn_b[3]);
-    return result;
+    return {clear,
+            matrix(turn_a[0], turn_a[1], turn_a[2], turn_a[3]),
+            matrix(turn_b[0], turn_b[1], turn_b[2], turn_b[3]),
+            scale3(way, choose(swapped, Real(-1), one)),
+            swapped,
+            exchange};
 }
 
 HWY_ATTR HWY_INLINE Real extent(const Real3& d)
