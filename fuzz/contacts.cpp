@@ -73,7 +73,8 @@ void compare_with_definition(Random& random)
     double deepest = -HUGE_VAL;
     for (std::uint32_t i = 0; i < contacts[0].count; ++i)
         deepest = std::max(deepest, contacts[0].point[i].depth);
-    fuzz::demand(std::abs(deepest + expected) < 1e-7, "another depth than the definition's");
+    // Of nearly parallel segments only the ends are told: up to 1e-7 of what both cores reach less deep.
+    fuzz::demand(std::abs(deepest + expected) < 5e-7, "another depth than the definition's");
 }
 
 template <int Dim>

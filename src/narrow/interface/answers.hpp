@@ -13,17 +13,16 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// From the gap of an arranged pair to the user's; b is at d from a as they were arranged.
+/// From the gap of an arranged pair to the user's; b is at d from a as they were arranged. Written in place:
+/// numbers that are copied right after they are written wait for the memory.
 template <int Dim, class T>
-Distance<Dim, T> finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped)
+void finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped, Distance<Dim, T>& answer)
 {
-    Distance<Dim, T> answer{};
     answer.distance = static_cast<T>(gap.distance);
-    if (gap.distance == HUGE_VAL) return answer;
+    if (gap.distance == HUGE_VAL) return;
     store(gap.normal * (swapped ? -1.0 : 1.0), answer.normal); // which is hard to predict: no branch
     store(gap.on_a, swapped ? answer.point_b : answer.point_a);
     store(gap.on_b - d, swapped ? answer.point_a : answer.point_b);
-    return answer;
 }
 
 /// Both orders of the pair give the same bits, so it needn't be put in order.
@@ -62,25 +61,33 @@ Verdict simple_distance(const Shape<3>& given_a, const Pose<3, T>& given_pose_a,
     const Verdict verdict =
         simple_gap(a, b, d, [&] { return rotation(pose_a); }, [&] { return rotation(pose_b); }, enough, gap);
     if (verdict == Verdict::apart) answer.distance = std::numeric_limits<T>::infinity();
-    if (verdict == Verdict::touch) answer = finish<3, T>(gap, d, swapped);
+    if (verdict == Verdict::touch) finish(gap, d, swapped, answer);
     return verdict;
 }
 
+/// Of an answer that is all zeros.
 template <int Dim, class T>
-Distance<Dim, T> distance_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
-                             const Pose<Dim, T>& pose_b, T max_distance, const Kernels& kernels)
+void find_distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                   const Pose<Dim, T>& pose_b, T max_distance, const Kernels& kernels,
+                   Distance<Dim, T>& answer)
 {
     if constexpr (Dim == 3)
-        if (is_simple(a.type()) && is_simple(b.type())) {
-            Distance<Dim, T> answer{};
-            if (simple_distance(a, pose_a, b, pose_b, double{max_distance}, answer) != Verdict::unclear)
-                return answer;
-        }
+        if (is_simple(a.type()) && is_simple(b.type()) &&
+            simple_distance(a, pose_a, b, pose_b, double{max_distance}, answer) != Verdict::unclear)
+            return;
     Placed<Dim> pair = place(a, pose_a, b, pose_b, kernels);
     const bool swapped = arrange(pair);
     Gap<Dim> gap;
     find_gap(pair, double{max_distance}, gap);
-    return finish<Dim, T>(gap, pair.d, swapped);
+    finish(gap, pair.d, swapped, answer);
+}
+template <int Dim, class T>
+Distance<Dim, T> distance_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
+                             const Pose<Dim, T>& pose_b, T max_distance, const Kernels& kernels)
+{
+    Distance<Dim, T> answer{};
+    find_distance(a, pose_a, b, pose_b, max_distance, kernels, answer);
+    return answer;
 }
 
 template <int Dim, class T>
