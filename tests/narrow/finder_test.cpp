@@ -58,7 +58,7 @@ TEST(ContactFinder, NamesTheFirstBadPoseAmongDistancesOfAllTypes)
         poses[i].position = {4 * float(i), 0, 0};
     }
     for (std::uint32_t i = 0; i + 7 < n; ++i)
-        for (const std::uint32_t further : {1, 2, 3, 5, 7})
+        for (const std::uint32_t further : {1u, 2u, 3u, 5u, 7u})
             pairs.push_back(i % 2 == 0 ? Pair{i, i + further} : Pair{i + further, i});
     ContactFinder3f finder;
     std::vector<Distance<3, float>> out(pairs.size());
