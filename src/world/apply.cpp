@@ -69,7 +69,7 @@ void Writer<Dim, T>::touch(Index index)
     if (noted_ == nullptr) return;
     const Object object = state_.objects[index];
     if (object.has(flag::noted)) return;
-    reserve_more(changes_.list(), 1); // once it is noted, that it changes can't fail to be
+    reserve_more(changes_.list(), 1); // once it is noted, listing it as changed can't fail
     noted_->push_back({index, object.has(flag::alive)});
     object.set(flag::noted);
 }
