@@ -117,7 +117,7 @@ struct State
     [[nodiscard]] const Aabb<Dim, T>& shown_box(Index index) const noexcept
     {
         const auto object = objects[index];
-        return shown == nullptr ? object.last() : object.now();
+        return object.has(flag::written) && shown == nullptr ? object.before() : object.now();
     }
     /// Of what questions see: whether the index of resting objects has it as it is.
     [[nodiscard]] bool is_shown_resting(Index index) const noexcept
