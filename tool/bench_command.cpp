@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // jostle bench: how long a frame of moving boxes takes, ours and other systems'.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -16,11 +15,13 @@
 #include "bench/report.hpp"
 #include "bench_options.hpp"
 #include "bench_systems.hpp"
+#include "clock.hpp"
 #include "commands.hpp"
 #include "engines.hpp"
 #include "jostle/chapter.hpp"
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 #include "progress.hpp"
 #include "scenes/scenes.hpp"
 #include "system/system.hpp"
@@ -53,7 +54,7 @@ struct Options
 /// Frames that aren't counted: memory grows, caches and the scheduler settle.
 constexpr std::uint32_t warm_up = 3;
 /// A system that takes longer than this for a scene stops early, with at least `fewest` frames.
-constexpr double patience_seconds = 60;
+constexpr double patience_ms = 60'000;
 constexpr std::uint32_t fewest = 5;
 
 /// Those that give a vector of pairs.
@@ -97,7 +98,6 @@ struct Measurement
 template <int Dim, class T>
 Measurement measure(System<Dim, T>& system, Scene<Dim, T> scene, std::uint32_t frames, Progress* progress)
 {
-    using Clock = std::chrono::steady_clock;
     Measurement result;
     std::vector<Sample> clean, preempted;
     system.start(scene.boxes());
@@ -115,11 +115,10 @@ Measurement measure(System<Dim, T>& system, Scene<Dim, T> scene, std::uint32_t f
         result.answers.push_back(system.answer());
         if (frame < warm_up) continue;
         (was_preempted ? preempted : clean)
-            .push_back({std::chrono::duration<double, std::milli>(after - before).count(),
-                        cpu_after - cpu_before, was_preempted, system.stages()});
+            .push_back({ms_between(before, after), cpu_after - cpu_before, was_preempted, system.stages()});
         if (progress != nullptr && clean.size() + preempted.size() <= frames) progress->step();
         if (clean.size() + preempted.size() >= std::min(fewest, frames) &&
-            std::chrono::duration<double>(after - begin).count() > patience_seconds)
+            ms_between(begin, after) > patience_ms)
             break;
     }
     system.stop();
@@ -376,15 +375,10 @@ void run(Options options)
     if (options.scenes.empty())
         for (const auto& info : jostle_scenes::scene_list())
             if (!info.hostile) options.scenes.emplace_back(info.name);
-    for (const std::string& name : options.scenes) {
-        try {
-            (void)jostle_scenes::scene_info(name);
-        } catch (const std::invalid_argument& error) {
-            throw UsageError(error.what());
-        }
+    check_scenes(options.scenes);
+    for (const std::string& name : options.scenes)
         for (const std::uint64_t n : options.sizes)
             check_pairs(name, n);
-    }
     check_for_peers(!options.peers.empty());
 #ifdef JOSTLE_WITH_PEERS
     if (options.dim == 2) // before any work
@@ -409,14 +403,7 @@ void run(Options options)
                 measure_scene<3, float>(options, name, n, results);
         }
     file.write(results.json());
-    if (!options.report.empty()) {
-        try {
-            jostle_bench::write_report(results.rows(), about(options),
-                                       jostle_system::path_of(options.report));
-        } catch (const std::runtime_error& error) {
-            throw UsageError(std::string("--report: ") + error.what());
-        }
-    }
+    if (!options.report.empty()) write_page(results.rows(), about(options), options.report);
     if (!results.difference().empty()) throw std::runtime_error(results.difference());
 }
 
@@ -465,9 +452,7 @@ void add_bench_command(CLI::App& app)
     add_engine_option(*command, options->engine);
     add_number_option(*command, "--dim", options->dim, 2, 3, "2 or 3 dimensions (3)")->type_name("D");
     command->add_flag("--double", options->with_double, "Coordinates in double rather than float");
-    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
-                      "Other boxes of the same kind (1)")
-        ->type_name("S");
+    add_seed_option(*command, options->seed, "Other boxes of the same kind (1)");
     command
         ->add_option_function<std::string>(
             "--isa",

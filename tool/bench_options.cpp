@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "bench/report.hpp"
+#include "scenes/scenes.hpp"
 #include "system/system.hpp"
 #include "threads.hpp"
 
@@ -36,6 +36,16 @@ void add_rows_file_option(CLI::App& command, std::string& file)
         ->type_name("FILE");
 }
 
+void check_scenes(const std::vector<std::string>& names)
+{
+    for (const std::string& name : names)
+        try {
+            (void)jostle_scenes::scene_info(name);
+        } catch (const std::invalid_argument& error) {
+            throw UsageError(error.what());
+        }
+}
+
 void check_report(const std::string& report, const std::string& json)
 {
     if (report.empty()) return;
@@ -47,6 +57,16 @@ void check_report(const std::string& report, const std::string& json)
     if (report == json) throw UsageError("--report and --json name one file; give two");
     try {
         jostle_bench::check_gnuplot();
+    } catch (const std::runtime_error& error) {
+        throw UsageError(std::string("--report: ") + error.what());
+    }
+}
+
+void write_page(std::span<const jostle_bench::ReportRow> rows, const std::string& about,
+                const std::string& report)
+{
+    try {
+        jostle_bench::write_report(rows, about, jostle_system::path_of(report));
     } catch (const std::runtime_error& error) {
         throw UsageError(std::string("--report: ") + error.what());
     }

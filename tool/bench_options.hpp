@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "bench/report.hpp"
 #include "commands.hpp"
 #include "io/output_file.hpp"
 
@@ -25,9 +27,16 @@ void add_thread_counts_option(CLI::App& command, std::vector<std::uint32_t>& thr
 /// --json: where a RowsFile goes.
 void add_rows_file_option(CLI::App& command, std::string& file);
 
+/// Throws a UsageError for the name of a scene that there isn't.
+void check_scenes(const std::vector<std::string>& names);
+
 /// Before minutes of work: throws a UsageError where the page of --report can't be written after it, or is
 /// the file of --json. Empty: not wanted.
 void check_report(const std::string& report, const std::string& json);
+
+/// Writes the page of --report.
+void write_page(std::span<const jostle_bench::ReportRow> rows, const std::string& about,
+                const std::string& report);
 
 /// Throws a UsageError if --peers was given to a build that has none.
 void check_for_peers(bool wanted);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // jostle chapter: the thesis chapter's figures on this machine, beside its own.
 #include <algorithm>
-#include <chrono>
 #include <cinttypes>
 #include <cmath>
 #include <cstdarg>
@@ -17,6 +16,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "clock.hpp"
 #include "commands.hpp"
 #include "io/output_file.hpp"
 #include "jostle/chapter.hpp"
@@ -237,11 +237,11 @@ Measured measure_pipeline(Boxes boxes, std::uint32_t threads, bool today, std::u
     Pipeline pipeline(boxes, threads, today);
     std::vector<double> times;
     for (int frame = 0; frame < 12; ++frame) {
-        const auto before = std::chrono::steady_clock::now();
+        const auto before = Clock::now();
         if (pipeline.frame() != collisions)
             throw std::logic_error("the pipeline and the all-pairs loop differ");
-        const auto after = std::chrono::steady_clock::now();
-        times.push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        const auto after = Clock::now();
+        times.push_back(ms_between(before, after));
         if (frame == 4 && times.back() > 500) break;
     }
     times.erase(times.begin(), times.begin() + 3);

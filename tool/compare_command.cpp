@@ -2,7 +2,6 @@
 // jostle compare: what every system here takes on the user's own boxes.
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
@@ -17,6 +16,7 @@
 #include "bench/report.hpp"
 #include "bench_options.hpp"
 #include "bench_systems.hpp"
+#include "clock.hpp"
 #include "commands.hpp"
 #include "io/boxes.hpp"
 #include "jostle/find_pairs.hpp"
@@ -181,7 +181,6 @@ template <int Dim, class T>
 Measured measure(const std::string& name, std::uint32_t threads, const Motion<Dim, T>& motion,
                  bool has_answer, const std::function<std::unique_ptr<System<Dim, T>>()>& make)
 {
-    using Clock = std::chrono::steady_clock;
     Measured result{name, threads, {}, {}, {}, 0, has_answer};
     std::vector<std::uint32_t> changed;
     Progress progress(name + ", " + std::to_string(threads) + (threads == 1 ? " thread" : " threads"),
@@ -197,7 +196,7 @@ Measured measure(const std::string& name, std::uint32_t threads, const Motion<Di
         const Clock::time_point after = Clock::now();
         result.answers.push_back(system->answer());
         if (frame < uncounted && frame + 1 < motion.size()) continue;
-        result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        result.ms.push_back(ms_between(before, after));
         result.stages.push_back(system->stages());
     }
     // What it gives back: the answers and times that are kept here aren't its own.
@@ -457,8 +456,8 @@ void write_rows(RowsFile& file, const std::string& name, const std::vector<Measu
     file.write(rows);
 }
 
-void write_page(const std::string& path, const std::string& name, const std::vector<Measured>& all,
-                std::uint64_t n, const std::vector<std::string>& hints)
+void write_report_of(const std::string& name, const std::vector<Measured>& all, std::uint64_t n,
+                     const std::vector<std::string>& hints, const std::string& report)
 {
     const std::string scene = printable(jostle_system::text_of(jostle_system::path_of(name).filename()));
     std::vector<jostle_bench::ReportRow> rows;
@@ -467,11 +466,7 @@ void write_page(const std::string& path, const std::string& name, const std::vec
     std::string about = name + ", " + std::to_string(all.front().answers.size()) + " frames";
     for (const std::string& hint : hints)
         about += ". " + hint;
-    try {
-        jostle_bench::write_report(rows, about, jostle_system::path_of(path));
-    } catch (const std::runtime_error& error) {
-        throw UsageError(std::string("--report: ") + error.what());
-    }
+    write_page(rows, about, report);
 }
 
 template <int Dim, class T>
@@ -507,7 +502,7 @@ void compare(const Options& options, const std::string& name, const Motion<Dim, 
         std::printf("  %s\n", hint.c_str());
 
     write_rows(file, name, all, motion.most);
-    if (!options.report.empty()) write_page(options.report, name, all, motion.most, hints);
+    if (!options.report.empty()) write_report_of(name, all, motion.most, hints, options.report);
     if (!difference.empty()) throw std::runtime_error(difference);
 }
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // jostle bench contacts: how long the detailed test of a pair takes, ours and other systems'.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -13,9 +12,11 @@
 
 #include "bench/contact_peers.hpp"
 #include "bench_options.hpp"
+#include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/contact.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 #include "scenes/random.hpp"
 #include "threads.hpp"
 
@@ -278,15 +279,13 @@ struct Measured
 template <class Move, class Frame>
 Measured measure(const PairScene& scene, std::uint32_t frames, const Move& move, const Frame& frame)
 {
-    using Clock = std::chrono::steady_clock;
     Measured result;
     for (std::uint32_t f = 0; f < frames + warm_up; ++f) {
         move(scene.poses[f % pose_sets]);
         const Clock::time_point before = Clock::now();
         frame();
         const Clock::time_point after = Clock::now();
-        if (f >= warm_up)
-            result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        if (f >= warm_up) result.ms.push_back(ms_between(before, after));
     }
     std::sort(result.ms.begin(), result.ms.end());
     return result;
@@ -429,9 +428,7 @@ Examples:
     add_thread_counts_option(*command, options->threads);
     add_number_option(*command, "--frames", options->frames, 1u, 100'000u, "How many frames are counted (15)")
         ->type_name("F");
-    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
-                      "Other bodies of the same kind (1)")
-        ->type_name("S");
+    add_seed_option(*command, options->seed, "Other bodies of the same kind (1)");
     command->add_flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
     add_rows_file_option(*command, options->json);
     command->callback([options] { run(*options); });

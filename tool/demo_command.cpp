@@ -2,7 +2,6 @@
 // jostle demo: the touching pairs of recorded bodies, frame by frame, then of a million boxes; timed and
 // checked.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -14,6 +13,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "clock.hpp"
 #include "commands.hpp"
 #include "installed.hpp"
 #include "jostle/find_pairs.hpp"
@@ -75,10 +75,9 @@ template <int Dim, class T>
 const jostle::PairBuffer& timed_find(jostle::PairFinder& finder, std::span<const Aabb<Dim, T>> boxes,
                                      Times& frame, Times& all, bool count)
 {
-    using Clock = std::chrono::steady_clock;
     const Clock::time_point before = Clock::now();
     const jostle::PairBuffer& pairs = finder.find(BoxView(boxes));
-    const double ms = std::chrono::duration<double, std::milli>(Clock::now() - before).count();
+    const double ms = ms_since(before);
     frame.add(ms, finder.stats());
     if (count) all.add(ms, finder.stats());
     return pairs;

@@ -18,6 +18,7 @@
 #include "commands.hpp"
 #include "jostle/contact.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 #include "scenes/random.hpp"
 #include "threads.hpp"
 
@@ -432,9 +433,7 @@ Examples:
     add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
                       "How often each is asked (7)")
         ->type_name("R");
-    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
-                      "Other bodies of the same kind (1)")
-        ->type_name("S");
+    add_seed_option(*command, options->seed, "Other bodies of the same kind (1)");
     command->add_flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
     add_rows_file_option(*command, options->json);
     command->callback([options] { run(*options); });

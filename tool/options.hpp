@@ -26,4 +26,10 @@ CLI::Option* add_number_option(CLI::App& command, const std::string& name, Value
     return command.add_option_function<std::string>(name, set, help);
 }
 
+/// --seed.
+inline void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& help)
+{
+    add_number_option(command, "--seed", seed, std::uint64_t{0}, ~std::uint64_t{0}, help)->type_name("S");
+}
+
 } // namespace jostle_tool

@@ -2,7 +2,6 @@
 // jostle pairs: boxes from a file, touching pairs to a file.
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -10,6 +9,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "clock.hpp"
 #include "commands.hpp"
 #include "engines.hpp"
 #include "io/boxes.hpp"
@@ -44,14 +44,14 @@ class Stopwatch
     /// Milliseconds since construction or the last lap.
     double lap()
     {
-        const auto now = std::chrono::steady_clock::now();
-        const double ms = std::chrono::duration<double, std::milli>(now - start_).count();
+        const auto now = Clock::now();
+        const double ms = ms_between(start_, now);
         start_ = now;
         return rounded(ms);
     }
 
   private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    Clock::time_point start_ = Clock::now();
 };
 
 /// What a search found: count and checksum always, the pairs themselves if they were to be kept.

@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <fstream>
 #include <limits>
 #include <map>
 #include <string>
 #include <thread>
+
+#include "clock.hpp"
 
 #ifdef __linux__
 #include <pthread.h>
@@ -106,7 +107,6 @@ PinnedThreads::PinnedThreads(std::uint32_t threads)
 void PinnedThreads::run(std::uint32_t count, jostle::FunctionRef<void(std::uint32_t)> task)
 {
     if (count == 0) return;
-    using Clock = std::chrono::steady_clock;
     enum State
     {
         waiting,
@@ -153,7 +153,7 @@ void PinnedThreads::run(std::uint32_t count, jostle::FunctionRef<void(std::uint3
         end = std::max(end, t.end);
         preemptions_ += t.preemptions;
     }
-    ms_ += std::chrono::duration<double, std::milli>(end - start).count();
+    ms_ += ms_between(start, end);
 }
 
 } // namespace jostle_tool

@@ -2,7 +2,6 @@
 // jostle bench programs: what three whole programs take, part by part: the game server, the grains and the
 // planner that examples/ has, and what their users would write instead.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -19,6 +18,7 @@
 #include "bench/distance_peers.hpp"
 #include "bench/program_peers.hpp"
 #include "bench_options.hpp"
+#include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/contact.hpp"
@@ -37,7 +37,6 @@ namespace {
 using jostle::Aabb3f;
 using jostle::Pair;
 using jostle::Vec3f;
-using Clock = std::chrono::steady_clock;
 
 struct Options
 {
@@ -67,7 +66,7 @@ void timed(Part& part, const Work& work)
 {
     const Clock::time_point before = Clock::now();
     work();
-    part.ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - before).count());
+    part.ms.push_back(ms_since(before));
 }
 
 class Numbers
@@ -863,9 +862,7 @@ Examples:
     add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
                       "How often each part is done (7)")
         ->type_name("R");
-    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
-                      "Other objects of the same kind (1)")
-        ->type_name("S");
+    add_seed_option(*command, options->seed, "Other objects of the same kind (1)");
     command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
     add_rows_file_option(*command, options->json);
     command->callback([options] { run(*options); });

@@ -2,7 +2,6 @@
 // jostle bench questions: rays, sweeps, regions and nearest objects among boxes that lie still, ours and
 // other systems'.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <numeric>
@@ -15,6 +14,7 @@
 #include "asker.hpp"
 #include "bench/question_peers.hpp"
 #include "bench_options.hpp"
+#include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/box_index.hpp"
 #include "numbers.hpp"
@@ -32,7 +32,6 @@ using jostle::BoxIndex3f;
 using jostle_bench::Answers;
 using jostle_bench::QuestionKind;
 using jostle_bench::Questions;
-using Clock = std::chrono::steady_clock;
 
 struct Row
 {
@@ -70,13 +69,8 @@ struct Options
     std::string json;
 };
 
-double microseconds_since(Clock::time_point start)
-{
-    return std::chrono::duration<double, std::micro>(Clock::now() - start).count();
-}
-
 /// Some systems take milliseconds for one question: a batch that has taken this long isn't asked again.
-constexpr double patience_us = 1e6;
+constexpr double patience_ms = 1'000;
 
 /// The median of some runs after one that isn't counted, in microseconds.
 template <class Run>
@@ -88,8 +82,8 @@ double median_of(std::uint32_t repetitions, const Run& run)
     do {
         const auto start = Clock::now();
         run();
-        times.push_back(microseconds_since(start));
-    } while (times.size() < repetitions && microseconds_since(begin) < patience_us);
+        times.push_back(1e3 * ms_since(start));
+    } while (times.size() < repetitions && ms_since(begin) < patience_ms);
     return median(std::move(times));
 }
 
@@ -266,13 +260,7 @@ void measure(const Options& options, const std::string& scene_name, std::uint64_
 void run(const Options& options)
 {
     check_for_peers(options.peers);
-    for (const std::string& scene : options.scenes) {
-        try {
-            (void)jostle_scenes::scene_info(scene);
-        } catch (const std::invalid_argument& error) {
-            throw UsageError(error.what());
-        }
-    }
+    check_scenes(options.scenes);
     RowsFile file(options.json);
     Table table(options.json != "-");
     for (const std::string& scene : options.scenes)
@@ -309,9 +297,7 @@ Examples:
     add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
                       "How often each batch is asked; the median counts (5). None again after a second")
         ->type_name("R");
-    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
-                      "Other boxes and questions of the same kind (1)")
-        ->type_name("S");
+    add_seed_option(*command, options->seed, "Other boxes and questions of the same kind (1)");
     add_rows_file_option(*command, options->json);
     command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
     command->callback([options] { run(*options); });

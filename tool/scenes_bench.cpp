@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // jostle bench scenes: many small scenes in one call, beside a call for each and the work alone.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <limits>
@@ -14,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_options.hpp"
+#include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
@@ -66,10 +66,10 @@ Row measure(const Options& options, std::uint64_t n, jostle::Executor& executor,
     for (const std::vector<Aabb3f>& scene : different) {
         double best = std::numeric_limits<double>::infinity();
         for (std::uint32_t turn = 0; turn < 5 + 2'000 / n; ++turn) {
-            const auto before = std::chrono::steady_clock::now();
+            const auto before = Clock::now();
             (void)alone.find(scene);
-            const auto after = std::chrono::steady_clock::now();
-            best = std::min(best, std::chrono::duration<double, std::milli>(after - before).count());
+            const auto after = Clock::now();
+            best = std::min(best, ms_between(before, after));
         }
         least += best;
     }

@@ -282,9 +282,7 @@ void add_simulate_command(CLI::App& app)
     add_number_option(*command, "--frames", options->frames, 1u, most_frames, "How many frames (300)")
         ->each([options](const std::string&) { options->frames_given = true; })
         ->type_name("F");
-    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
-                      "Other bodies of the same kind (1)")
-        ->type_name("S");
+    add_seed_option(*command, options->seed, "Other bodies of the same kind (1)");
     add_threads_option(*command, options->threads);
     command
         ->add_option_function<std::string>(

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <utility>
 #include <vector>
 
+#include "clock.hpp"
 #include "numbers.hpp"
 
 namespace jostle_tool {
@@ -18,10 +18,10 @@ inline std::vector<double> medians(std::uint32_t frames, const std::vector<std::
     std::vector<std::vector<double>> ms(systems.size());
     for (std::uint32_t frame = 0; frame <= frames; ++frame)
         for (std::size_t k = 0; k < systems.size(); ++k) {
-            const auto before = std::chrono::steady_clock::now();
+            const auto before = Clock::now();
             systems[k]();
-            const auto after = std::chrono::steady_clock::now();
-            if (frame > 0) ms[k].push_back(std::chrono::duration<double, std::milli>(after - before).count());
+            const auto after = Clock::now();
+            if (frame > 0) ms[k].push_back(ms_between(before, after));
         }
     std::vector<double> result;
     for (std::vector<double>& of_one : ms)

@@ -2,11 +2,11 @@
 // jostle bench world: what an update of a world costs in which some objects move, and questions right after
 // one; ours and other systems'.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +15,7 @@
 #include "asker.hpp"
 #include "bench_options.hpp"
 #include "bench_systems.hpp"
+#include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
@@ -32,10 +33,11 @@ namespace {
 using jostle::Aabb3f;
 using jostle::ObjectId;
 using jostle_bench::QuestionKind;
-using Clock = std::chrono::steady_clock;
 
 struct SceneInfo
 {
+    [[nodiscard]] bool is(std::string_view scene) const { return scene == name; }
+
     const char* name;
     const char* summary;
     std::uint64_t objects;                   // 0: those given with -n
@@ -81,7 +83,7 @@ struct Options
 
 constexpr std::uint32_t warm_up = 8;
 /// A system that takes longer than this for a scene stops early, with at least `fewest` frames.
-constexpr double patience_seconds = 20;
+constexpr double patience_ms = 20'000;
 constexpr std::uint32_t fewest = 5;
 
 constexpr std::uint32_t kinds_of_masked = 11; // one box in so many is what is asked for
@@ -112,11 +114,11 @@ class Motion
   public:
     Motion(const SceneInfo& info, std::uint64_t n, std::uint64_t seed)
         : info_(info),
-          scene_(std::string(info.name) == "resting" || info.asked ? "resting" : "uniform", n, seed),
+          scene_(info.is("resting") || info.asked ? "resting" : "uniform", n, seed),
           boxes_(scene_.boxes().begin(), scene_.boxes().end()),
           random_(seed, 77, 1)
     {
-        if (std::string(info.name) == "breathe") base_ = boxes_ = pile(n);
+        if (info.is("breathe")) base_ = boxes_ = pile(n);
         for (const Aabb3f& box : boxes_)
             for (int d = 0; d < 3; ++d)
                 extent_ = std::max(extent_, box.hi[d]);
@@ -140,7 +142,7 @@ class Motion
                     box.lo[d] += v;
                     box.hi[d] += v;
                 }
-        } else if (std::string(info_.name) == "churn") {
+        } else if (info_.is("churn")) {
             moved_.clear();
             leapt_.clear();
             for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
@@ -168,7 +170,7 @@ class Motion
                     boxes_[i].hi[d] = base_[i].hi[d] + by;
                 }
             }
-        } else if (std::string(info_.name) == "few") {
+        } else if (info_.is("few")) {
             moved_.clear();
             if (frame_ % frames_at_rest != 0) return;
             scene_.step();
@@ -176,8 +178,8 @@ class Motion
                 moved_.push_back(i);
                 boxes_[i] = scene_.boxes()[i];
             }
-        } else if (std::string(info_.name) == "others" || std::string(info_.name) == "same") {
-            const bool others = std::string(info_.name) == "others";
+        } else if (info_.is("others") || info_.is("same")) {
+            const bool others = info_.is("others");
             moved_.clear();
             for (std::uint32_t i = 0; i < boxes_.size(); ++i) {
                 if (others ? random_.below(20) != 0 : i % 20 != 0) continue;
@@ -346,12 +348,10 @@ class OursRollback final : public WorldSystem
         const Clock::time_point t2 = Clock::now();
         restore(before_);
         restore(saved_);
-        const auto ms = [](Clock::duration time) {
-            return std::chrono::duration<double, std::milli>(time).count();
-        };
-        update_ms_ = ms(t1 - t0);
-        save_ms_ = ms(t2 - t1);
-        restore_ms_ = ms(Clock::now() - t2) / 2;
+        const Clock::time_point t3 = Clock::now();
+        update_ms_ = ms_between(t0, t1);
+        save_ms_ = ms_between(t1, t2);
+        restore_ms_ = ms_between(t2, t3) / 2;
     }
     Answer answer() override { return pairs_of(world_, ids_); }
     Stages stages() const override
@@ -433,7 +433,7 @@ class OursAsked final : public WorldSystem
         const jostle::World3f& world = world_.world();
         const Clock::time_point begin = Clock::now();
         if (!is_masked_) (void)world.any(jostle::Aabb3f{}); // the first one brings the index up to date
-        index_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        index_ms_ = ms_since(begin);
         switch (batch_.kind) {
         case QuestionKind::first:
             world.first(std::span<const jostle::Ray3f>(questions_.rays), firsts_);
@@ -513,7 +513,7 @@ class OwnIndex final : public WorldSystem
                 moved_boxes_.push_back(boxes[i]);
             }
         index_.move(moved_ids_, jostle::box_view(moved_boxes_));
-        index_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+        index_ms_ = ms_since(begin);
         if (batch_.only_count)
             index_.count(std::span<const Aabb3f>(questions_.boxes), std::span(counts_));
         else
@@ -604,13 +604,11 @@ Measurement measure(WorldSystem& system, Motion motion, std::uint32_t frames, Pr
         if (frame + 1 == warm_up) result.answer = system.answer();
         if (frame < warm_up) continue;
         progress.step();
-        result.ms.push_back(std::chrono::duration<double, std::milli>(after - before).count());
+        result.ms.push_back(ms_between(before, after));
         stages.resize(system.stages().size());
         for (std::size_t k = 0; k < stages.size(); ++k)
             stages[k].push_back(system.stages()[k].second);
-        if (result.ms.size() >= std::min(fewest, frames) &&
-            std::chrono::duration<double>(after - begin).count() > patience_seconds)
-            break;
+        if (result.ms.size() >= std::min(fewest, frames) && ms_between(begin, after) > patience_ms) break;
     }
     const auto names = system.stages();
     result.bytes = system.bytes();
@@ -699,7 +697,7 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
     Motion ahead = motion;
     ahead.step();
     const std::uint64_t moved = ahead.moved().size();
-    const bool all_move = std::string(info.name) == "moving";
+    const bool all_move = info.is("moving");
     for (const std::uint32_t count : options.threads) {
         const Threads threads(count);
         const auto one = [&](WorldSystem& system, const std::string& name, std::uint32_t used) {
@@ -712,7 +710,7 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
             table.add(name, info, n, moved, used, measurement);
         };
         if (info.asked) {
-            const bool masked = std::string(info.name) == "masked" || std::string(info.name) == "counted";
+            const bool masked = info.is("masked") || info.is("counted");
             const jostle_bench::Questions questions = Asker(motion.boxes(), options.seed).make(*info.asked);
             {
                 OursAsked ours(threads.executor(), *info.asked, questions, masked);
@@ -733,19 +731,19 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
 #endif
             continue;
         }
-        if (std::string(info.name) == "small") {
+        if (info.is("small")) {
             OursSmall ours(threads.executor());
             one(ours, "jostle", threads.count());
             continue;
         }
-        if (std::string(info.name) == "rollback") {
+        if (info.is("rollback")) {
             for (const bool whole : {true, false}) {
                 OursRollback ours(threads.executor(), whole);
                 one(ours, whole ? "whole" : "changes", threads.count());
             }
             continue;
         }
-        if (std::string(info.name) == "few") {
+        if (info.is("few")) {
             OursFew ours(threads.executor());
             one(ours, "jostle", threads.count());
             continue;
@@ -754,7 +752,7 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
             Ours ours(threads.executor());
             one(ours, "jostle", threads.count());
         }
-        if (std::string(info.name) == "breathe") {
+        if (info.is("breathe")) {
             Ours with_slack(threads.executor(), 0, slack_of_pile);
             one(with_slack, "slack", threads.count());
         }
@@ -824,9 +822,7 @@ Examples:
     add_number_option(*command, "--frames", options->frames, 1u, 100'000u,
                       "How many updates are counted (200)")
         ->type_name("F");
-    add_number_option(*command, "--seed", options->seed, std::uint64_t{0}, ~std::uint64_t{0},
-                      "Other boxes of the same kind (1)")
-        ->type_name("S");
+    add_seed_option(*command, options->seed, "Other boxes of the same kind (1)");
     add_rows_file_option(*command, options->json);
     command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
     command->callback([options] { run(*options); });

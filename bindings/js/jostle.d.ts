@@ -13,6 +13,7 @@
  * Memory An array that lies in the module's memory (see `array`) is read in place, others are copied into it.
  *        What a call returns belongs to the caller, unless its comment says that it is a view. Objects with
  *        `dispose()` hold memory of the module: dispose of them, or leave it to the garbage collector.
+ * Null   counts as left out in place of options, and of any one of them.
  * Errors Every mistake is a `JostleError` that names the object, and leaves everything as it was.
  */
 

@@ -10,8 +10,6 @@
 namespace jostle::c_api {
 namespace {
 
-static_assert(sizeof(jostle_pair) == sizeof(Pair));
-
 class CallbackMemory final : public std::pmr::memory_resource
 {
   public:
@@ -394,15 +392,10 @@ jostle_status jostle_pair_checksum(const jostle_blocks* pairs, uint64_t* checksu
 {
     return guarded(error, [&] {
         wanted(checksum, "checksum");
-        const jostle_blocks& given = wanted_blocks(pairs, "pairs");
-        if (given.item_size != sizeof(Pair))
-            refuse("pairs::item_size is " + std::to_string(given.item_size) +
-                   ": pairs have sizeof(jostle_pair)");
+        const jostle_blocks& given = wanted_pairs(pairs);
         std::uint64_t sum = 0;
         for (std::uint64_t i = 0; i < given.block_count; ++i)
-            sum += pair_checksum(
-                std::span(wanted_array_of<Pair>(given.blocks[i].items, given.blocks[i].count, "pairs"),
-                          static_cast<std::size_t>(given.blocks[i].count)));
+            sum += pair_checksum(pairs_of(given.blocks[i]));
         *checksum = sum;
     });
 }

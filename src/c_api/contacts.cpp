@@ -85,11 +85,7 @@ class ContactFinderContent final : public Content
     template <class F>
     void on(F&& inside)
     {
-        std::visit(
-            [&](auto& typed) {
-                if constexpr (!std::same_as<decltype(typed), std::monostate&>) inside(typed);
-            },
-            finder);
+        on_held(finder, inside);
     }
 
     Kept kept;

@@ -179,21 +179,28 @@ const jostle_blocks& wanted_blocks(const jostle_blocks* blocks, const char* name
     return given;
 }
 
-std::span<const Pair> read_pairs(const jostle_blocks* pairs, std::vector<Pair>& scratch)
+const jostle_blocks& wanted_pairs(const jostle_blocks* pairs)
 {
     static_assert(sizeof(Pair) == sizeof(jostle_pair));
     const jostle_blocks& given = wanted_blocks(pairs, "pairs");
     if (given.item_size != sizeof(Pair))
         refuse("pairs::item_size is " + std::to_string(given.item_size) + ": pairs have sizeof(jostle_pair)");
-    const auto span_of = [](const jostle_block& block) {
-        return std::span(wanted_array_of<Pair>(block.items, block.count, "pairs"),
-                         static_cast<std::size_t>(block.count));
-    };
-    if (given.block_count == 1) return span_of(given.blocks[0]);
+    return given;
+}
+
+std::span<const Pair> pairs_of(const jostle_block& block)
+{
+    return {wanted_array_of<Pair>(block.items, block.count, "pairs"), static_cast<std::size_t>(block.count)};
+}
+
+std::span<const Pair> read_pairs(const jostle_blocks* pairs, std::vector<Pair>& scratch)
+{
+    const jostle_blocks& given = wanted_pairs(pairs);
+    if (given.block_count == 1) return pairs_of(given.blocks[0]);
     scratch.clear();
     scratch.reserve(static_cast<std::size_t>(given.count));
     for (std::uint64_t i = 0; i < given.block_count; ++i) {
-        const std::span<const Pair> block = span_of(given.blocks[i]);
+        const std::span<const Pair> block = pairs_of(given.blocks[i]);
         scratch.insert(scratch.end(), block.begin(), block.end());
     }
     return scratch;

@@ -322,6 +322,17 @@ template <class In2f, class In3f, class In2d, class In3d>
 using InSomeSpace = std::variant<std::monostate, In2f, In3f, In2d, In3d>;
 #endif
 
+/// Calls inside(held) with what a handle holds in its space.
+template <class Variant, class F>
+void on_held(Variant& variant, F&& inside)
+{
+    std::visit(
+        [&]<class Held>(Held& held) {
+            if constexpr (!std::same_as<const Held, const std::monostate>) inside(held);
+        },
+        variant);
+}
+
 template <class F>
 void in_space(jostle_space space, F&& inside)
 {
@@ -382,9 +393,12 @@ jostle_blocks list_blocks(std::span<const std::span<const Item>> blocks, std::ui
         table.push_back({block.data(), block.size()});
     return {table.data(), table.size(), count, sizeof(Item)};
 }
-/// Pairs of the caller's: where they lie if that is one block, else copied to `scratch`.
-std::span<const Pair> read_pairs(const jostle_blocks* pairs, std::vector<Pair>& scratch);
 /// Checks blocks that a caller gave.
 const jostle_blocks& wanted_blocks(const jostle_blocks* blocks, const char* name);
+/// The same of pairs, and one block of them.
+const jostle_blocks& wanted_pairs(const jostle_blocks* pairs);
+std::span<const Pair> pairs_of(const jostle_block& block);
+/// Pairs of the caller's: where they lie if that is one block, else copied to `scratch`.
+std::span<const Pair> read_pairs(const jostle_blocks* pairs, std::vector<Pair>& scratch);
 
 } // namespace jostle::c_api

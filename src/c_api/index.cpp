@@ -21,20 +21,12 @@ class IndexContent final : public Content
     template <class F>
     void on(F&& inside)
     {
-        std::visit(
-            [&](auto& typed) {
-                if constexpr (!std::same_as<decltype(typed), std::monostate&>) inside(typed);
-            },
-            index);
+        on_held(index, inside);
     }
     template <class F>
     void on(F&& inside) const
     {
-        std::visit(
-            [&](const auto& typed) {
-                if constexpr (!std::same_as<decltype(typed), const std::monostate&>) inside(typed);
-            },
-            index);
+        on_held(index, inside);
     }
 
     Kept kept;

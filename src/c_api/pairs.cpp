@@ -85,11 +85,7 @@ class ImagesContent final : public Content
     template <class F>
     void visit(F&& inside)
     {
-        std::visit(
-            [&](auto& each) {
-                if constexpr (!std::is_same_v<std::decay_t<decltype(each)>, std::monostate>) inside(each);
-            },
-            images);
+        on_held(images, inside);
     }
     static std::int32_t accept(void* context, std::uint32_t a, std::uint32_t b) noexcept
     {

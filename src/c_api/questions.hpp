@@ -272,6 +272,16 @@ T bound_from(double given) noexcept
                                               : bound;
 }
 
+/// call(shown) calls the caller's function, which may make the bound that it is shown less.
+template <class T, class Call>
+bool with_bound(T& bound, const Call& call)
+{
+    double shown = bound;
+    const bool goes_on = agreed(call(&shown));
+    if (!(shown >= bound)) bound = bound_from<T>(shown);
+    return goes_on;
+}
+
 /// Hands the answers to one question to the caller's function. Whether it never said stop.
 template <Coordinate T, class Asked, class Question, class Filter, class IdOf>
 bool ask_visit(const Asked& asked, const Question& question, const Filter& filter,
@@ -281,10 +291,8 @@ bool ask_visit(const Asked& asked, const Question& question, const Filter& filte
         return asked.visit(
             question,
             [&](const auto& hit, T& bound) {
-                double shown = bound;
-                const bool goes_on = agreed(visit(context, id_of(hit.id), hit.at, &shown));
-                if (!(shown >= bound)) bound = bound_from<T>(shown);
-                return goes_on;
+                return with_bound(
+                    bound, [&](double* shown) { return visit(context, id_of(hit.id), hit.at, shown); });
             },
             only(filter));
     } else {
@@ -302,10 +310,9 @@ bool ask_closest(const Asked& asked, const Asked& other, double max_distance,
     return asked.closest_pairs(
         other,
         [&](const auto& hit, T& bound) {
-            double shown = bound;
-            const bool goes_on = agreed(visit(context, id_of(hit.a), id_of(hit.b), hit.at, &shown));
-            if (!(shown >= bound)) bound = bound_from<T>(shown);
-            return goes_on;
+            return with_bound(bound, [&](double* shown) {
+                return visit(context, id_of(hit.a), id_of(hit.b), hit.at, shown);
+            });
         },
         static_cast<T>(max_distance));
 }

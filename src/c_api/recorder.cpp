@@ -27,11 +27,7 @@ struct RecorderContent final : Content
     template <class F>
     void on(F&& inside)
     {
-        std::visit(
-            [&](auto& typed) {
-                if constexpr (!std::same_as<decltype(typed), std::monostate&>) inside(typed);
-            },
-            recorder);
+        on_held(recorder, inside);
     }
 
     InSomeSpace<Recorder<2, float>, Recorder<3, float>, Recorder<2, double>, Recorder<3, double>> recorder;

@@ -66,6 +66,12 @@ class ResultsContent final : public Content
         blocks = list_blocks<Item>(std::span(all, items.empty() ? 0 : 1), items.size(), table);
         holds = Holds::blocks;
     }
+    /// All bytes that are here.
+    void show_bytes() noexcept
+    {
+        byte_count = bytes.size();
+        holds = Holds::bytes;
+    }
 };
 
 template <>

@@ -109,10 +109,7 @@ void ask_all_hits(const Asked& asked, const Kept& kept, const jostle_objects* ob
         all_hits(asked, {of.shapes, of.placed}, questions, found, as_question_filters(wishes.all()),
                  max_results, executor_of(kept));
         const auto hits = found.hits();
-        into.lists.has_at = true;
-        into.lists.first.assign(1, 0);
-        into.lists.more.clear();
-        into.lists.at.clear();
+        start(into.lists, true);
         for (std::size_t i = 0; i < found.size(); ++i) {
             into.lists.first.push_back(into.lists.first.back() + found[i].size());
             into.lists.more.push_back(found.more(i) ? 1 : 0);

@@ -52,11 +52,6 @@ void hand_out_hull(jostle_space space, const void* points, std::uint64_t count, 
     });
 }
 
-ShapesContent& open_shapes(jostle_shapes* shapes)
-{
-    return open(shapes);
-}
-
 /// Makes room for `count` more shapes, of which `owning`, counted from the first, may point to something.
 template <int Dim>
 void make_room(ManyShapes<Dim>& many, std::uint64_t count, std::uint64_t owning)
@@ -80,13 +75,13 @@ void append(ManyShapes<Dim>& many, std::uint64_t count, F&& make)
 {
     make_room(many, count, 0);
     const std::size_t before = many.shapes.size();
-    for (std::uint64_t i = 0; i < count; ++i)
-        try {
-            many.shapes.push_back(make(i));
-        } catch (const Error& error) {
-            many.shapes.resize(before);
-            throw Failure{static_cast<jostle_status>(error.code()), error.what(), i};
-        }
+    try {
+        for_each_object(static_cast<std::size_t>(count),
+                        [&](std::size_t i) { many.shapes.push_back(make(i)); });
+    } catch (const Failure&) {
+        many.shapes.resize(before);
+        throw;
+    }
 }
 
 } // namespace
@@ -363,7 +358,7 @@ jostle_status jostle_shapes_clear(jostle_shapes* shapes, jostle_error* error)
                 many.shapes.clear();
                 many.owned.clear();
             },
-            open_shapes(shapes).shapes);
+            open(shapes).shapes);
     });
 }
 jostle_status jostle_shapes_size(const jostle_shapes* shapes, uint64_t* size, jostle_error* error)
@@ -386,7 +381,7 @@ jostle_status jostle_shapes_add(jostle_shapes* shapes, const jostle_shape* shape
                 if (one.owned != nullptr)
                     many.owned.insert(many.owned.end(), static_cast<std::size_t>(count), one.owned);
             },
-            open_shapes(shapes).shapes);
+            open(shapes).shapes);
     });
 }
 jostle_status jostle_shapes_add_spheres(jostle_shapes* shapes, const double* radii, uint64_t count,
@@ -398,7 +393,7 @@ jostle_status jostle_shapes_add_spheres(jostle_shapes* shapes, const double* rad
                 wanted_array(radii, count, "radii");
                 append(many, count, [&](std::uint64_t i) { return Shape<Dim>::sphere(radii[i]); });
             },
-            open_shapes(shapes).shapes);
+            open(shapes).shapes);
     });
 }
 jostle_status jostle_shapes_add_capsules(jostle_shapes* shapes, const double* half_lengths,
@@ -412,7 +407,7 @@ jostle_status jostle_shapes_add_capsules(jostle_shapes* shapes, const double* ha
                 append(many, count,
                        [&](std::uint64_t i) { return Shape<Dim>::capsule(half_lengths[i], radii[i]); });
             },
-            open_shapes(shapes).shapes);
+            open(shapes).shapes);
     });
 }
 jostle_status jostle_shapes_add_boxes(jostle_shapes* shapes, const double* halves, uint64_t count,
@@ -425,7 +420,7 @@ jostle_status jostle_shapes_add_boxes(jostle_shapes* shapes, const double* halve
                     wanted_array_of<Vec<Dim, double>>(static_cast<const void*>(halves), count, "halves");
                 append(many, count, [&](std::uint64_t i) { return Shape<Dim>::box(all[i]); });
             },
-            open_shapes(shapes).shapes);
+            open(shapes).shapes);
     });
 }
 jostle_status jostle_shapes_add_from(jostle_shapes* shapes, const jostle_shapes* from, uint64_t first,
@@ -448,7 +443,7 @@ jostle_status jostle_shapes_add_from(jostle_shapes* shapes, const jostle_shapes*
                 for (auto i = static_cast<std::size_t>(first); i < owning_end; ++i)
                     many.owned.push_back(given->owned[i]);
             },
-            open_shapes(shapes).shapes);
+            open(shapes).shapes);
     });
 }
 jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object, const jostle_shape* shape,
@@ -467,12 +462,12 @@ jostle_status jostle_shapes_set(jostle_shapes* shapes, uint64_t object, const jo
                 if (place < many.owned.size()) many.owned[place] = one.owned;
                 many.shapes[place] = one.shape;
             },
-            open_shapes(shapes).shapes);
+            open(shapes).shapes);
     });
 }
 jostle_status jostle_shapes_set_repeats(jostle_shapes* shapes, int32_t repeats, jostle_error* error)
 {
-    return guarded(error, [&] { open_shapes(shapes).repeats = repeats != 0; });
+    return guarded(error, [&] { open(shapes).repeats = repeats != 0; });
 }
 
 jostle_status jostle_bounds(jostle_space space, const jostle_objects* objects, double margin,

@@ -90,8 +90,7 @@ jostle_status jostle_world_save(const jostle_world* world, jostle_results* resul
         ResultsContent& into = open(results);
         into.begin();
         content.on([&](const auto& typed) { into.bytes = typed.save(); });
-        into.byte_count = into.bytes.size();
-        into.holds = ResultsContent::Holds::bytes;
+        into.show_bytes();
     });
 }
 jostle_status jostle_world_restore(jostle_world* world, const void* snapshot, uint64_t size,
@@ -111,8 +110,7 @@ jostle_status jostle_world_save_base(jostle_world* world, jostle_results* result
         ResultsContent& into = open(results);
         into.begin();
         content.on([&](auto& typed) { into.bytes = typed.save_base(); });
-        into.byte_count = into.bytes.size();
-        into.holds = ResultsContent::Holds::bytes;
+        into.show_bytes();
     });
 }
 jostle_status jostle_world_save_changes(jostle_world* world, jostle_results* results, jostle_error* error)
@@ -122,8 +120,7 @@ jostle_status jostle_world_save_changes(jostle_world* world, jostle_results* res
         ResultsContent& into = open(results);
         into.begin();
         content.on([&](auto& typed) { typed.save_changes(into.bytes); });
-        into.byte_count = into.bytes.size();
-        into.holds = ResultsContent::Holds::bytes;
+        into.show_bytes();
     });
 }
 jostle_status jostle_world_restore_changes(jostle_world* world, const void* changes, uint64_t size,

@@ -113,20 +113,12 @@ class WorldContent final : public Content
     template <class F>
     void on(F&& inside)
     {
-        std::visit(
-            [&](auto& typed) {
-                if constexpr (!std::same_as<decltype(typed), std::monostate&>) inside(typed);
-            },
-            world);
+        on_held(world, inside);
     }
     template <class F>
     void on(F&& inside) const
     {
-        std::visit(
-            [&](const auto& typed) {
-                if constexpr (!std::same_as<decltype(typed), const std::monostate&>) inside(typed);
-            },
-            world);
+        on_held(world, inside);
     }
     /// What was handed out as of the update before is no more.
     void changed() noexcept { lists.forget(); }

@@ -245,7 +245,7 @@ class Answers
     template <class Region>
     bool visit(const Region& region, Wanted wanted, IdVisitor visit) const
     {
-        // Somebody who wants nothing, asked about everything, until a search for anything is over.
+        // A search for any one object goes on as long as each is refused, here after it was handed over.
         bool goes_on = true;
         const auto refuse_all = [&](std::uint32_t id) {
             if (goes_on && (!wanted || wanted(id))) goes_on = visit(id);

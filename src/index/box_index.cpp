@@ -442,7 +442,7 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
 }
 
 template <int Dim, Coordinate T>
-void BoxIndexAccess::look_around(BoxIndex<Dim, T>& index, const BoxView<Dim, T>& boxes)
+void BoxIndexAccess::look_around(BoxIndex<Dim, T>& index, const Boxes<Dim, T>& boxes)
 {
     auto& inside = *index.implementation_;
     inside.joins.look_around(inside.tree, *inside.executor, boxes);
@@ -457,14 +457,14 @@ std::span<const index::Seen<Dim, T>> BoxIndexAccess::around(const BoxIndex<Dim, 
 
 template <int Dim, Coordinate T>
 void BoxIndexAccess::insert(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
-                            const BoxView<Dim, T>& boxes)
+                            const Boxes<Dim, T>& boxes)
 {
     index.implementation_->tree.insert(ids, boxes);
 }
 
 template <int Dim, Coordinate T>
 void BoxIndexAccess::move(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
-                          const BoxView<Dim, T>& boxes)
+                          const Boxes<Dim, T>& boxes)
 {
     index.implementation_->tree.move(ids, boxes);
 }
@@ -483,15 +483,14 @@ void BoxIndexAccess::expect_to_come_back(BoxIndex<Dim, T>& index) noexcept
 
 template <int Dim, Coordinate T>
 void BoxIndexAccess::rebuild(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
-                             const BoxView<Dim, T>& boxes)
+                             const Boxes<Dim, T>& boxes)
 {
     index.clear();
     index.implementation_->tree.insert(ids, boxes);
 }
 
 template <int Dim, Coordinate T>
-bool BoxIndexAccess::follow(BoxIndex<Dim, T>& index,
-                            FunctionRef<void(std::span<const std::uint32_t>, Aabb<Dim, T>*)> where)
+bool BoxIndexAccess::follow(BoxIndex<Dim, T>& index, typename index::Tree<Dim, T>::Where where)
 {
     return index.implementation_->tree.follow(where);
 }
@@ -811,8 +810,7 @@ JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
     template void BoxIndexAccess::expect_to_come_back(BoxIndex<Dim, T>&) noexcept;                           \
     template void BoxIndexAccess::rebuild(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                 \
                                           const BoxView<Dim, T>&);                                           \
-    template bool BoxIndexAccess::follow(BoxIndex<Dim, T>&,                                                  \
-                                         FunctionRef<void(std::span<const std::uint32_t>, Aabb<Dim, T>*)>);  \
+    template bool BoxIndexAccess::follow(BoxIndex<Dim, T>&, index::Tree<Dim, T>::Where);                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, std::uint32_t)                                                 \

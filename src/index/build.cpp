@@ -42,9 +42,7 @@ Ref divide(Parts<Dim, T>& parts, Building<Dim, T>& building, std::size_t begin, 
     const std::size_t count = end - begin;
     if (count <= page_capacity) {
         parts.leaves.reserve((count + lanes - 1) / lanes);
-        parts.pages.reserve(1);
-        if (parts.listed.capacity() < parts.pages.in_use() + 1)
-            parts.listed.reserve(2 * parts.pages.in_use() + 64);
+        reserve_page(parts);
         const std::uint32_t number = new_page(parts, order.key(entries[begin]));
         Page<Dim, T>& page = parts.pages[number];
         page.parent = parent;

@@ -59,26 +59,14 @@ class OddBoxes
     void build(Tree<Dim, T>& tree, Ids ids, const View& boxes)
     {
         ValidBoxes<Dim, T> good(memory());
-        Map odd(boxes_.get_allocator());
-        for (std::size_t i = 0; i < boxes.size(); ++i) {
-            const std::uint32_t id = ids.empty() ? static_cast<std::uint32_t>(i) : ids[i];
-            if (const Box box = boxes[i]; valid(box))
-                good.add(id, box);
-            else
-                odd.emplace(id, box);
-        }
+        Map odd = sort_out(ids, boxes, good);
         tree.build(good.ids, View(good.boxes));
         boxes_.swap(odd);
     }
     void insert(Tree<Dim, T>& tree, Ids ids, const View& boxes)
     {
         ValidBoxes<Dim, T> good(memory());
-        Map odd(boxes_.get_allocator());
-        for (std::size_t i = 0; i < boxes.size(); ++i)
-            if (const Box box = boxes[i]; valid(box))
-                good.add(ids[i], box);
-            else
-                odd.emplace(ids[i], box);
+        Map odd = sort_out(ids, boxes, good);
         tree.insert(good.ids, View(good.boxes));
         boxes_.merge(odd);
     }
@@ -124,6 +112,19 @@ class OddBoxes
     using Map = std::map<std::uint32_t, Box, std::less<>,
                          std::pmr::polymorphic_allocator<std::pair<const std::uint32_t, Box>>>;
     [[nodiscard]] std::pmr::memory_resource* memory() const { return boxes_.get_allocator().resource(); }
+    /// Adds the valid ones to `good` and returns the others. Without ids, positions stand for them.
+    [[nodiscard]] Map sort_out(Ids ids, const View& boxes, ValidBoxes<Dim, T>& good) const
+    {
+        Map odd(boxes_.get_allocator());
+        for (std::size_t i = 0; i < boxes.size(); ++i) {
+            const std::uint32_t id = ids.empty() ? static_cast<std::uint32_t>(i) : ids[i];
+            if (const Box box = boxes[i]; valid(box))
+                good.add(id, box);
+            else
+                odd.emplace(id, box);
+        }
+        return odd;
+    }
 
     Map boxes_; // by id
 };

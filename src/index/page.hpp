@@ -16,6 +16,15 @@ struct Place
     std::uint32_t leaf, lane;
 };
 
+/// Room for one more page, in the pool and among those that are listed.
+template <int Dim, class T>
+void reserve_page(Parts<Dim, T>& parts)
+{
+    parts.pages.reserve(1);
+    if (parts.listed.capacity() < parts.pages.in_use() + 1)
+        parts.listed.reserve(2 * parts.pages.in_use() + 64);
+}
+
 /// An empty page, from the pool, which has one.
 template <int Dim, class T>
 std::uint32_t new_page(Parts<Dim, T>& parts, const Key<Dim>& key) noexcept;

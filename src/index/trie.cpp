@@ -104,11 +104,9 @@ std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key)
         // Everything below can't fail.
         const std::size_t undo = parts.splits - parts.splits_before;
         parts.leaves.reserve(2 * lanes + 2 + undo);
-        parts.pages.reserve(1);
         parts.forks.reserve(1);
         parts.wides.reserve(2 * way + 4);
-        if (parts.listed.capacity() < parts.pages.in_use() + 1)
-            parts.listed.reserve(2 * parts.pages.in_use() + 64);
+        reserve_page(parts);
 
         if (number == none) {
             const std::uint32_t fresh = new_page(parts, key);

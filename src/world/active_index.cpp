@@ -14,13 +14,7 @@ template <int Dim, class T>
 BoxIndex<Dim, T>* ActiveIndex<Dim, T>::of(const State<Dim, T>& state)
 {
     if (state.active_count() == 0 && state.shown == nullptr) return nullptr;
-    if (!is_fresh_.load(std::memory_order_acquire)) {
-        const std::lock_guard lock(mutex_);
-        if (!is_fresh_.load(std::memory_order_relaxed)) {
-            follow(state);
-            is_fresh_.store(true, std::memory_order_release);
-        }
-    }
+    up_to_date_.ensure([&] { follow(state); });
     return &index_;
 }
 
@@ -29,7 +23,7 @@ void ActiveIndex<Dim, T>::note(std::span<const Index> changed,
                                std::span<const std::uint32_t> settling) noexcept
 {
     constexpr std::size_t worth = 8; // one that is put elsewhere costs what so many cost that are looked at
-    is_fresh_.store(false, std::memory_order_relaxed);
+    up_to_date_.forget();
     if (!knows_moved_) return;
     knows_moved_ = worth * (moved_.size() + changed.size() + settling.size()) <= index_.size();
     try {
@@ -44,7 +38,7 @@ void ActiveIndex<Dim, T>::note(std::span<const Index> changed,
 template <int Dim, class T>
 void ActiveIndex<Dim, T>::forget() noexcept
 {
-    is_fresh_.store(false, std::memory_order_relaxed);
+    up_to_date_.forget();
     knows_moved_ = false;
 }
 
@@ -83,10 +77,8 @@ void ActiveIndex<Dim, T>::follow_moved(const State<Dim, T>& state)
         come_.push_back(i);
         boxes_.push_back(state.shown_box(Index{i}));
     }
-    BoxIndexAccess::erase(index_, std::span<const std::uint32_t>(gone_));
-    if (!come_.empty())
-        BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(come_),
-                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
+    BoxIndexAccess::erase(index_, gone_);
+    if (!come_.empty()) BoxIndexAccess::insert(index_, come_, boxes_);
 }
 
 template <int Dim, class T>
@@ -105,7 +97,7 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
         for (std::size_t k = 0; k < indices.size(); ++k)
             boxes[k] = *now[k];
     };
-    const bool followed = BoxIndexAccess::follow<Dim, T>(index_, where);
+    const bool followed = BoxIndexAccess::follow(index_, where);
     const std::size_t count = state.active_count();
     if (followed && state.shown == nullptr && index_.size() == count) return;
     come_.clear();
@@ -123,14 +115,12 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
     };
     if (followed && count <= index_.size() + index_.size() / 3) {
         collect(false);
-        BoxIndexAccess::insert(index_, std::span<const std::uint32_t>(come_),
-                               BoxView<Dim, T>(std::span<const Box>(boxes_)));
+        BoxIndexAccess::insert(index_, come_, boxes_);
     } else {
         come_.reserve(count);
         boxes_.reserve(count);
         collect(true);
-        BoxIndexAccess::rebuild(index_, std::span<const std::uint32_t>(come_),
-                                BoxView<Dim, T>(std::span<const Box>(boxes_)));
+        BoxIndexAccess::rebuild(index_, come_, boxes_);
     }
 }
 

@@ -69,7 +69,7 @@ void Writer<Dim, T>::touch(Index index)
     if (noted_ == nullptr) return;
     const Object object = state_.objects[index];
     if (object.has(flag::noted)) return;
-    reserve_more(changes_.list(), 1); // once it is noted, that it changes can't fail to be
+    reserve_more(changes_.list(), 1); // once it is noted, listing it as changed can't fail
     noted_->push_back({index, object.has(flag::alive)});
     object.set(flag::noted);
 }
@@ -250,8 +250,8 @@ namespace {
 struct QueueCounts
 {
     std::uint32_t own = 0;
-    std::uint32_t that_command = 0; // how many have commands
-    std::uint32_t one = 0;          // of these
+    std::uint32_t speaking = 0; // how many have commands
+    std::uint32_t speaker = 0;  // the last of these
     std::uint64_t commands = 0;
 };
 
@@ -261,8 +261,8 @@ QueueCounts count_queues(const Queues<Dim, T>& queues, std::size_t moves)
     const std::thread::id me = std::this_thread::get_id();
     QueueCounts counts;
     const auto note = [&](std::uint32_t number) {
-        ++counts.that_command;
-        counts.one = number;
+        ++counts.speaking;
+        counts.speaker = number;
     };
     for (const Queue<Dim, T>* queue = queues.first(); queue != nullptr; queue = queue->next) {
         const bool own = queue->owner.load(std::memory_order_relaxed) == me;
@@ -386,7 +386,7 @@ void apply(State<Dim, T>& state, Queues<Dim, T>& queues, const Moves<Dim, T>& mo
     const QueueCounts counts = count_queues(queues, moves.ids.size());
     auto& [changes, writer, added, removed] = applied;
     changes.commands += counts.commands;
-    writer.begin(counts.that_command, counts.one, nullptr);
+    writer.begin(counts.speaking, counts.speaker, nullptr);
     reserve_more(changes.list(), counts.commands);
     apply_queued(state, queues, writer);
     if (changes.objects().empty()) { // no command was about an object that is there
@@ -410,7 +410,7 @@ void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& 
     const QueueCounts counts = count_queues(queues, 0);
     auto& [changes, writer, added, removed] = applied;
     changes.commands += counts.commands;
-    writer.begin(counts.that_command, counts.one, &noted);
+    writer.begin(counts.speaking, counts.speaker, &noted);
     apply_queued(state, queues, writer);
     if (writer.any_contested()) settle_contests(state, changes, writer, queues, {}, counts.own, arena);
     changes.sort_again();

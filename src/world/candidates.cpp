@@ -116,13 +116,15 @@ class Search
     void among_active();
     void among_parked();
     void among_resting();
-    /// All that was found, in the memory of `to`.
-    std::span<Pair> sorted(PairBuffer& to);
-
-    [[nodiscard]] std::uint64_t looked_at() const noexcept { return looked_at_; }
-    [[nodiscard]] std::uint64_t rejected() const noexcept { return rejected_; }
-    [[nodiscard]] std::uint64_t listed() const noexcept { return listed_; }
-    [[nodiscard]] std::uint64_t padded() const noexcept { return padded_; }
+    /// All that was found, in the memory of `to`, and what was done for it.
+    void tell(Candidates& candidates, PairBuffer& to)
+    {
+        candidates.touching = sorted(to);
+        candidates.looked_at = looked_at_;
+        candidates.rejected = rejected_;
+        candidates.listed = listed_;
+        candidates.padded = padded_;
+    }
 
   private:
     using Division = typename NeighbourLists<Dim, T>::Division;
@@ -150,6 +152,7 @@ class Search
     void try_each(std::span<const Box> moved, std::span<const Box> idle);
     void among_near();
     Pair* select_near(std::uint32_t slot, Pair* to, std::uint64_t& looked_at) const noexcept;
+    std::span<Pair> sorted(PairBuffer& to);
     std::span<Pair> sorted_found(PairBuffer& to);
     void find_listed(const Division& division);
     void find_unlisted(const Division& division);
@@ -407,7 +410,7 @@ void Search<Dim, T>::find_unlisted(const Division& division)
     unlisted.resize(asked);
     boxes.resize(asked);
     auto& pairs = arena_.list<Pair>("pairs found in the index");
-    state_.resting.join(Boxes(std::span<const Box>(boxes)), pairs);
+    state_.resting.join(boxes, pairs);
     auto& kept_of_run = arena_.list<std::uint32_t>("pairs that runs find in the index");
     kept_of_run.resize((pairs.size() + run_length - 1) / run_length);
     const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
@@ -488,11 +491,7 @@ Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder
             candidates.us_resting = microseconds(t1, Clock::now());
         }
     }
-    candidates.touching = search.sorted(to);
-    candidates.looked_at = search.looked_at();
-    candidates.rejected = search.rejected();
-    candidates.listed = search.listed();
-    candidates.padded = search.padded();
+    search.tell(candidates, to);
     return candidates;
 }
 
@@ -510,7 +509,7 @@ std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>
         if (all_pass || passes(changes.old_filter(a), changes.old_filter(b))) pairs.push_back(pair_of(a, b));
     };
     auto& joined = arena.list<Pair>("stirring objects and what rested around them");
-    if (state.resting.size() != 0) state.resting.join(BoxView<Dim, T>(boxes), joined);
+    if (state.resting.size() != 0) state.resting.join(boxes, joined);
     for (std::size_t k = 0; k < joined.size(); ++k) {
         if (k + fetch_ahead < joined.size()) state.objects[Index{joined[k + fetch_ahead].b}].prefetch_state();
         take(entries.stirring[joined[k].a], Index{joined[k].b});

@@ -37,8 +37,7 @@ class ShownResting
                 boxes.push_back(state.shown_box(Index{i}));
             }
         made_.emplace(IndexOptions{&serial_executor(), state.options.memory, state.options.instruction_set});
-        BoxIndexAccess::rebuild(*made_, std::span<const std::uint32_t>(ids),
-                                BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes)));
+        BoxIndexAccess::rebuild(*made_, ids, boxes);
         index_ = &*made_;
     }
     ShownResting(const ShownResting&) = delete;

@@ -30,9 +30,8 @@ void set(Entries<Dim, T>& entries, Entry entry, const State<Dim, T>& state, Inde
     entries.moves_on[entry] = object.place() == Place::active;
 }
 
-// Moving objects within the index is worth it where so few of them change. Those that are parked count as
-// well: whoever has waited longest comes to rest first, and where objects move in turns, moves next.
-constexpr std::size_t resting_per_changed = 16;
+/// Whether few enough change for moving them within the index. Those that are parked count as well: whoever
+/// has waited longest comes to rest first, and where objects move in turns, moves next.
 template <int Dim, class T>
 bool any_may_shift(const State<Dim, T>& state, std::span<const Index> changed) noexcept
 {

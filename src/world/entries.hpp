@@ -12,6 +12,9 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
+// Moving objects within the index is worth it where so few of them change: one in this many.
+constexpr std::size_t resting_per_changed = 16;
+
 /// What an update searches for: changed objects that are there, then idle ones, which are active but haven't
 /// changed this time. Boxes lie side by side, so that searching doesn't visit objects.
 template <int Dim, class T>

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <mutex>
 #include <optional>
 #include <span>
 
@@ -16,6 +15,7 @@
 #include "world/masked_indexes.hpp"
 #include "world/near_pairs.hpp"
 #include "world/neighbour_lists.hpp"
+#include "world/on_demand.hpp"
 #include "world/pair_lists.hpp"
 #include "world/pair_slots.hpp"
 #include "world/state.hpp"
@@ -76,11 +76,10 @@ class ListedPairs
   public:
     explicit ListedPairs(std::pmr::memory_resource* memory) : list_(memory) {}
     const PairBuffer& of(const std::pmr::vector<ObjectPair>& began, const PairBuffer* persisted);
-    void forget() noexcept { is_fresh_.store(false, std::memory_order_relaxed); }
+    void forget() noexcept { made_.forget(); }
 
   private:
-    std::mutex mutex_; // held while the list is made
-    std::atomic<bool> is_fresh_{false};
+    OnDemand made_;
     PairBuffer list_;
 };
 
@@ -90,11 +89,10 @@ class ChangedSlots
   public:
     explicit ChangedSlots(std::pmr::memory_resource* memory) : list_(memory) {}
     std::span<const std::uint32_t> of(const PairBuffer& pairs, const PairSlots& slots, Executor& executor);
-    void forget() noexcept { is_fresh_.store(false, std::memory_order_relaxed); }
+    void forget() noexcept { made_.forget(); }
 
   private:
-    std::mutex mutex_; // held while the list is made
-    std::atomic<bool> is_fresh_{false};
+    OnDemand made_;
     std::pmr::vector<std::uint32_t> list_;
 };
 
@@ -132,8 +130,7 @@ class ActiveIndex
     void follow_moved(const State<Dim, T>& state);
     void follow_all(const State<Dim, T>& state);
 
-    std::mutex mutex_; // held while it is brought up to date
-    std::atomic<bool> is_fresh_{false};
+    OnDemand up_to_date_;
     BoxIndex<Dim, T> index_;
     bool knows_moved_ = false;                    // else it has to look at all
     std::pmr::vector<std::uint32_t> moved_;       // objects that changed or came to rest since it was fresh

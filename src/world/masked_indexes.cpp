@@ -111,8 +111,7 @@ void MaskedIndexes<Dim, T>::index_active(Masked& masked, const State<Dim, T>& st
     for (const std::uint32_t i : masked.ids_active_)
         boxes_.push_back(state.shown_box(Index{i}));
     if (!masked.index_of_active_) masked.index_of_active_.emplace(options_);
-    BoxIndexAccess::rebuild(*masked.index_of_active_, std::span<const std::uint32_t>(masked.ids_active_),
-                            BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
+    BoxIndexAccess::rebuild(*masked.index_of_active_, masked.ids_active_, boxes_);
     masked.has_active_.store(true, std::memory_order_release);
 }
 
@@ -135,8 +134,7 @@ void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
     if (masked.is_worth_it_) {
         masked.index_.emplace(options_);
         BoxIndexAccess::expect_to_come_back(*masked.index_);
-        BoxIndexAccess::rebuild(*masked.index_, std::span<const std::uint32_t>(ids_),
-                                BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
+        BoxIndexAccess::rebuild(*masked.index_, ids_, boxes_);
     } else {
         masked.index_.reset();
     }
@@ -161,10 +159,8 @@ void MaskedIndexes<Dim, T>::follow(Masked& masked, const State<Dim, T>& state)
         boxes_.push_back(state.objects[Index{i}].last());
     }
     masked.is_made_ = false; // unless all succeeds
-    BoxIndexAccess::erase(*masked.index_, std::span<const std::uint32_t>(gone));
-    if (!ids_.empty())
-        BoxIndexAccess::insert(*masked.index_, std::span<const std::uint32_t>(ids_),
-                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes_)));
+    BoxIndexAccess::erase(*masked.index_, gone);
+    if (!ids_.empty()) BoxIndexAccess::insert(*masked.index_, ids_, boxes_);
     masked.is_made_ = true;
 }
 

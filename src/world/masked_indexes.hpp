@@ -79,8 +79,8 @@ class MaskedIndexes
     {
     }
 
-    /// Null unless it is worth it for so many questions more; for none, unless it is there as it should be.
-    /// Valid until the next update.
+    /// Null where so many questions more don't make it pay. For 0 questions none is made: null unless it is
+    /// there and up to date. Valid until the next update.
     const Masked* of(const State<Dim, T>& state, std::uint32_t category, std::uint32_t mask,
                      std::uint64_t questions);
 

@@ -141,7 +141,7 @@ auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>&
         return any_rested && state.classes[other] == FilterClass::look &&
                state.objects[other].has(flag::written);
     };
-    BoxIndexAccess::look_around(state.resting, BoxView<Dim, T>(std::span<const Box>(ways)));
+    BoxIndexAccess::look_around(state.resting, ways);
     for (std::size_t k = 0; k < newcomers.size(); ++k) {
         if (k + 2 < newcomers.size()) prefetch_listings(entries.index[newcomers[k + 2]]);
         if (k + 4 < newcomers.size()) prefetch(entries.index[newcomers[k + 4]]);

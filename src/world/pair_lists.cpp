@@ -16,13 +16,11 @@ namespace world {
 
 const PairBuffer& ListedPairs::of(const std::pmr::vector<ObjectPair>& began, const PairBuffer* persisted)
 {
-    if (is_fresh_.load(std::memory_order_acquire)) return list_;
-    const std::lock_guard lock(mutex_);
-    if (is_fresh_.load(std::memory_order_relaxed)) return list_;
-    const std::size_t count = began.size() + (persisted == nullptr ? 0 : persisted->size());
-    const bool fits = count * sizeof(Pair) <= list_.bytes_reserved();
-    list_.clear();
-    if (count != 0) {
+    made_.ensure([&] {
+        const std::size_t count = began.size() + (persisted == nullptr ? 0 : persisted->size());
+        const bool fits = count * sizeof(Pair) <= list_.bytes_reserved();
+        list_.clear();
+        if (count == 0) return;
         PairBufferAccess access(list_);
         Pair* const first = access.chunk(0, fits ? count : count + count / 4).data();
         Pair* to = first;
@@ -40,29 +38,26 @@ const PairBuffer& ListedPairs::of(const std::pmr::vector<ObjectPair>& began, con
         while (next != began.end())
             take_began();
         access.append({first, count});
-    }
-    is_fresh_.store(true, std::memory_order_release);
+    });
     return list_;
 }
 
 std::span<const std::uint32_t> ChangedSlots::of(const PairBuffer& pairs, const PairSlots& slots,
                                                 Executor& executor)
 {
-    if (is_fresh_.load(std::memory_order_acquire)) return list_;
-    const std::lock_guard lock(mutex_);
-    if (is_fresh_.load(std::memory_order_relaxed)) return list_;
-    list_.resize(static_cast<std::size_t>(pairs.size()));
-    std::uint32_t* to = list_.data();
-    for (const std::span<const Pair> block : pairs.blocks()) {
-        process_items(block.size(),
-                      [&](std::uint64_t begin, std::uint64_t end, Work) {
-                          for (std::uint64_t k = begin; k < end; ++k)
-                              to[k] = slots.of(key_of(block[k]));
-                      },
-                      {block.size() < 4 * run_length ? &serial_executor() : &executor, run_length});
-        to += block.size();
-    }
-    is_fresh_.store(true, std::memory_order_release);
+    made_.ensure([&] {
+        list_.resize(static_cast<std::size_t>(pairs.size()));
+        std::uint32_t* to = list_.data();
+        for (const std::span<const Pair> block : pairs.blocks()) {
+            process_items(block.size(),
+                          [&](std::uint64_t begin, std::uint64_t end, Work) {
+                              for (std::uint64_t k = begin; k < end; ++k)
+                                  to[k] = slots.of(key_of(block[k]));
+                          },
+                          {block.size() < 4 * run_length ? &serial_executor() : &executor, run_length});
+            to += block.size();
+        }
+    });
     return list_;
 }
 
@@ -73,10 +68,7 @@ template <int Dim, class T>
 struct Searched
 {
     explicit Searched(std::pmr::memory_resource* memory) : boxes(memory), indices(memory) {}
-    [[nodiscard]] BoxView<Dim, T> view() const
-    {
-        return BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(boxes));
-    }
+    [[nodiscard]] BoxView<Dim, T> view() const { return boxes; }
     std::pmr::vector<Aabb<Dim, T>> boxes;
     std::pmr::vector<Index> indices;
 };

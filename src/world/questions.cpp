@@ -14,8 +14,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Whether a question hands its answers to a visitor. One in the indexes' own order goes by those that there
-/// always are: which of the others there are depends on what other threads ask.
+/// Whether a question hands its answers to a visitor. In the indexes' own order it uses no index for a mask:
+/// whether there is one depends on what other threads have asked, and the order must not.
 enum class Visits
 {
     none,
@@ -50,7 +50,7 @@ class Asking
   public:
     using Implementation = typename World<Dim, T>::Implementation;
 
-    /// `questions`: how many will be asked. None: nothing is made for it, as an index of some objects may be.
+    /// `questions`: how many will be asked; so many may make an index for a mask pay. 0: none is made.
     Asking(const Implementation& world, const ObjectQueryFilter& filter, std::uint64_t questions = 1,
            Visits visits = Visits::none)
         : state_(world.state),

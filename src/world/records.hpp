@@ -56,11 +56,7 @@ class Past
         std::sort(filters_.begin(), filters_.end(), by_index);
         std::sort(reaches_.begin(), reaches_.end(), by_index);
     }
-    [[nodiscard]] const Aabb<Dim, T>& box(Index index) const noexcept
-    {
-        const auto object = state_.objects[index];
-        return object.has(flag::written) ? object.before() : object.now();
-    }
+    [[nodiscard]] const Aabb<Dim, T>& box(Index index) const noexcept { return state_.objects[index].last(); }
     [[nodiscard]] ObjectFilter filter(Index index) noexcept
     {
         if (!state_.objects[index].has(flag::refiltered)) return state_.objects[index].filter();

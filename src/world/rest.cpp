@@ -24,11 +24,8 @@ std::size_t most_settling(std::size_t changed, std::size_t parked) noexcept
     return std::max({least_settling, changed, parked * counted / compared_per_settling});
 }
 
-// As entries.cpp has it: where no more change, who rests and moves goes on resting.
-constexpr std::size_t resting_per_stirring = 16;
-
-/// Whether other objects change in each update, many of them. Whoever came to rest would soon wake up again
-/// there, which takes longer than to stay active.
+/// Whether other objects change in each update, so many of them that they couldn't move within the index.
+/// Whoever came to rest would soon wake up again there, which takes longer than to stay active.
 template <int Dim, class T>
 bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
 {
@@ -38,7 +35,7 @@ bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
         ++waiting;
         stirring += state.objects[each.index].has(flag::written) ? 1 : 0;
     }
-    return stirring > least_settling && stirring * resting_per_stirring > state.resting.size() + waiting;
+    return stirring > least_settling && stirring * resting_per_changed > state.resting.size() + waiting;
 }
 
 /// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. Who comes
@@ -121,11 +118,10 @@ void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
 {
     const std::span<const Aabb<Dim, T>> boxes(rest.boxes);
     const std::span<const std::uint32_t> settling(rest.settling);
-    if (!settling.empty())
-        BoxIndexAccess::insert(state.resting, settling, BoxView<Dim, T>(boxes.first(settling.size())));
+    if (!settling.empty()) BoxIndexAccess::insert(state.resting, settling, boxes.first(settling.size()));
     if (rest.shifting.empty()) return;
     try {
-        BoxIndexAccess::move(state.resting, rest.shifting, BoxView<Dim, T>(boxes.subspan(settling.size())));
+        BoxIndexAccess::move(state.resting, rest.shifting, boxes.subspan(settling.size()));
     } catch (...) {
         BoxIndexAccess::erase(state.resting, settling);
         throw;

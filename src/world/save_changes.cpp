@@ -389,12 +389,10 @@ void Return<Dim, T>::make_room()
     for (const auto& [key, is_refused] : work_.refused)
         if (is_refused && state_.refused.insert(key)) work_.keys.push_back(key);
     if (!work_.come.empty()) {
-        BoxIndexAccess::insert(state_.resting, std::span<const std::uint32_t>(work_.come),
-                               BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(work_.come_boxes)));
+        BoxIndexAccess::insert(state_.resting, work_.come, work_.come_boxes);
         added.come = work_.come;
     }
-    if (!work_.moved.empty())
-        state_.resting.move(work_.moved, BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(work_.moved_boxes)));
+    if (!work_.moved.empty()) state_.resting.move(work_.moved, work_.moved_boxes);
     work_.keys.clear();
     added.come = {};
 }
@@ -403,8 +401,7 @@ template <int Dim, class T>
 void Return<Dim, T>::commit() noexcept
 {
     me_.queues.discard();
-    if (!work_.gone.empty())
-        BoxIndexAccess::erase(state_.resting, std::span<const std::uint32_t>(work_.gone));
+    if (!work_.gone.empty()) BoxIndexAccess::erase(state_.resting, work_.gone);
     state_.parked.each([&](Index index) {
         state_.objects[index].set(flag::parked, false);
         return true;

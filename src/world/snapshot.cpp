@@ -38,8 +38,7 @@ std::vector<std::uint32_t> read_objects(SnapshotReader& in, State<Dim, T>& state
     state.alive = census.alive;
     state.disabled = census.disabled;
     state.odd = census.odd;
-    BoxIndexAccess::rebuild(state.resting, std::span<const std::uint32_t>(resting),
-                            BoxView<Dim, T>(std::span<const Aabb<Dim, T>>(resting_boxes)));
+    BoxIndexAccess::rebuild(state.resting, resting, resting_boxes);
     return generations;
 }
 
@@ -97,9 +96,6 @@ std::vector<Key> read_slots(SnapshotReader& in, std::span<const std::uint32_t> g
 }
 
 } // namespace
-} // namespace world
-
-namespace world {
 
 template <int Dim, class T>
 std::vector<std::byte> save(const typename World<Dim, T>::Implementation& me, const IdTable::Picture& ids)

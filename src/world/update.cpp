@@ -192,7 +192,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     stats.bytes_reserved = bytes();
 }
 
-/// Of an update: those that apply() has shown, as the first ones, or none yet.
+/// Begins an update's changes: with those that apply() has made, or with none.
 template <int Dim, Coordinate T>
 void World<Dim, T>::Implementation::begin_changes()
 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-import { Owned, space_of } from "./core.js";
+import { Owned, options_of, space_of } from "./core.js";
 import { refuse } from "./error.js";
 import { Asked } from "./questions.js";
 import * as C from "./structs.js";
@@ -24,7 +24,8 @@ function narrow(ids) {
 export class BoxIndex extends Owned {
   #asked;
 
-  constructor(core, { dim, type = "float32", ignoreOddBoxes = false } = {}) {
+  constructor(core, options) {
+    const { dim, type = "float32", ignoreOddBoxes = false } = options_of(options);
     const space = space_of(dim, type);
     super(
       core,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-import { Owned, new_floats, number, size_of, space_of } from "./core.js";
+import { Owned, new_floats, number, options_of, size_of, space_of } from "./core.js";
 import { refuse } from "./error.js";
 import { place_objects } from "./shapes.js";
 import * as C from "./structs.js";
@@ -36,7 +36,8 @@ export function split_contacts(core, dim, type, blocks) {
 
 /** From pairs to contacts: see jostle.d.ts. */
 export class ContactFinder extends Owned {
-  constructor(core, { dim, type = "float32" } = {}) {
+  constructor(core, options) {
+    const { dim, type = "float32" } = options_of(options);
     const space = space_of(dim, type);
     super(
       core,
@@ -53,7 +54,8 @@ export class ContactFinder extends Owned {
     return placed.pointer;
   }
 
-  find(a, pairs, { b, margin = 0 } = {}) {
+  find(a, pairs, options) {
+    const { b, margin = 0 } = options_of(options);
     const core = this.core;
     return core.within(() => {
       const out = core.struct(C.jostle_blocks);
@@ -70,7 +72,8 @@ export class ContactFinder extends Owned {
     });
   }
 
-  touching(a, pairs, { b } = {}) {
+  touching(a, pairs, options) {
+    const { b } = options_of(options);
     const core = this.core;
     return core.within(() => {
       const { blocks, count } = core.pairs(pairs);
@@ -118,7 +121,8 @@ export class ContactFinder extends Owned {
       };
     });
   }
-  distances(a, pairs, { b, maxDistance = Infinity } = {}) {
+  distances(a, pairs, options) {
+    const { b, maxDistance = Infinity } = options_of(options);
     return this.#rows(
       "jostle_contact_finder_distances",
       a,
@@ -129,7 +133,8 @@ export class ContactFinder extends Owned {
       ["distances", "normals", "pointsA", "pointsB"],
     );
   }
-  impacts(a, pairs, { b, tolerance = 1e-3 } = {}) {
+  impacts(a, pairs, options) {
+    const { b, tolerance = 1e-3 } = options_of(options);
     return this.#rows("jostle_contact_finder_impacts", a, pairs, b, number(tolerance, "tolerance"), true,
       ["times", "normals", "fromA", "fromB"]);
   }

@@ -590,11 +590,18 @@ export function describe(given) {
   return `a ${given.constructor?.name ?? typeof given}`;
 }
 
-/** What is no object has no options: they would all be taken for left out. */
+const none_chosen = Object.freeze({});
+
+/**
+ * What a caller chose, undefined where that is null: many programs have null for what they leave out. What is
+ * no object, or an array, is refused: all options would be taken for left out.
+ */
 export function options_of(given, what = "options") {
-  if (given === null || typeof given !== "object")
+  if (given === undefined || given === null) return none_chosen;
+  if (typeof given !== "object" || typeof given.length === "number")
     refuse(`${what} are ${describe(given)}: they must be an object`);
-  return given;
+  // A target of its own: a proxy of frozen options would have to say null.
+  return new Proxy(none_chosen, { get: (_, name) => given[name] ?? undefined });
 }
 
 export function number(given, what) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Finds the module that this browser, or node, can run, and starts it.
 
-import { Core, describe, whole } from "./core.js";
+import { Core, describe, options_of, whole } from "./core.js";
 import { JostleError, refuse } from "./error.js";
 import { Module } from "./module.js";
 
@@ -168,7 +168,8 @@ async function understood_module(name, wasm) {
 }
 
 /** Loads the module: see jostle.d.ts. */
-export async function load({ only, wasm, simd, threads = 1, maxMemory = MOST_MEMORY } = {}) {
+export async function load(options) {
+  const { only, wasm, simd, threads = 1, maxMemory = MOST_MEMORY } = options_of(options);
   if (only !== undefined && !["pairs", "2d", "3d"].includes(only))
     refuse(`only is ${describe(only)}: it must be "pairs", "2d" or "3d", or left out for everything`);
   if (simd !== undefined && typeof simd !== "boolean")

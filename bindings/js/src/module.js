@@ -66,23 +66,21 @@ export class Module {
     return this.#with_finder((finder) => finder.find(...given).slice());
   }
   findPeriodicPairs(boxes, period, options) {
-    const serial = options?.accept !== undefined && this.threads > 1;
-    if (serial) refuse("findPeriodicPairs with accept needs a module of one thread");
     return this.#with_finder((finder) =>
-      find_periodic_pairs(this.#core, finder.pointer, boxes, period, options ?? {}),
+      find_periodic_pairs(this.#core, finder.pointer, boxes, period, options),
     );
   }
   findScenes(boxes, offsets, options) {
-    return this.#with_finder((finder) => finder.scenes(boxes, offsets, options ?? {}));
+    return this.#with_finder((finder) => finder.scenes(boxes, offsets, options));
   }
   validate(boxes, options) {
-    validate(this.#core, boxes, options ?? {});
+    validate(this.#core, boxes, options);
   }
   checksum(pairs) {
     return checksum(this.#core, pairs);
   }
   bricks(boxes, options) {
-    return bricks(this.#core, boxes, options ?? {});
+    return bricks(this.#core, boxes, options);
   }
 
   scene(name, length, seed, options) {

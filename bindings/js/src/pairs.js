@@ -2,7 +2,8 @@
 // The broad phase: PairFinder, findPairs and their like.
 
 import {
-  MemoryArray, Owned, array_like, describe, new_floats, numbers, size_of, space_of, type_of, whole,
+  MemoryArray, Owned, array_like, describe, new_floats, numbers, options_of, size_of, space_of, type_of,
+  whole,
 } from "./core.js";
 import { refuse } from "./error.js";
 import * as C from "./structs.js";
@@ -21,7 +22,12 @@ export function search_arguments(given, more = 0) {
   )
     refuse(`options are ${describe(options)}: they must say dim, as { dim: 3 }`);
   if (two && given[1] === undefined) refuse("other is undefined: it must be Float32Array or Float64Array");
-  return { boxes: given[0], other: two ? given[1] : undefined, options, rest: given.slice(two ? 3 : 2) };
+  return {
+    boxes: given[0],
+    other: two ? given[1] : undefined,
+    options: options_of(options),
+    rest: given.slice(two ? 3 : 2),
+  };
 }
 
 /** Refuses what a call has no use for: ignored, it would look as if it had been done. */
@@ -253,8 +259,8 @@ export class PairFinder extends Owned {
     }
   }
 
-  scenes(boxes, offsets, options) {
-    const core = this.core;
+  scenes(boxes, offsets, given) {
+    const core = this.core, options = options_of(given);
     refuse_unused(options, "findScenes()");
     return core.within(() => {
       const [a] = place_sets(core, boxes, undefined, options.dim);
@@ -346,7 +352,8 @@ export function checksum(core, pairs) {
   });
 }
 
-export function validate(core, boxes, { dim }) {
+export function validate(core, boxes, options) {
+  const { dim } = options_of(options);
   core.within(() => {
     const [a] = place_sets(core, boxes, undefined, dim);
     core.with_values([a], dim, () =>
@@ -355,7 +362,10 @@ export function validate(core, boxes, { dim }) {
   });
 }
 
-export function find_periodic_pairs(core, finder, boxes, period, options) {
+export function find_periodic_pairs(core, finder, boxes, period, given) {
+  const options = options_of(given);
+  if (options.accept !== undefined && core.threads > 1)
+    refuse("findPeriodicPairs with accept needs a module of one thread");
   if (options.ignoreOddBoxes) refuse("findPeriodicPairs ignores no odd boxes: leave them out");
   refuse_unused(options, "findPeriodicPairs()", true);
   return core.within(() => {
@@ -427,7 +437,8 @@ export function find_periodic_pairs(core, finder, boxes, period, options) {
 }
 
 /** The engine's outermost grid, and the records in it: see jostle.d.ts. */
-export function bricks(core, boxes, { dim }) {
+export function bricks(core, boxes, options) {
+  const { dim } = options_of(options);
   return core.within(() => {
     const [a] = place_sets(core, boxes, undefined, dim);
     const view = core.with_values([a], dim, () =>

@@ -85,11 +85,11 @@ export function query_filter(core, options, accept) {
     if (options[name] !== undefined)
       core.set_values(filter + C.jostle_query_filter[name], core.integers(options[name], name));
   if (asker !== undefined) {
-    options_of(asker, "the options of asker");
+    const { category = 1, mask = 0xffffffff, owner = 0xffffffff } = options_of(asker, "the options of asker");
     const at = core.scratch.take(C.jostle_asker.sizeof);
-    core.data.setUint32(at + C.jostle_asker.category, whole(asker.category ?? 1, "asker.category"), true);
-    core.data.setUint32(at + C.jostle_asker.mask, whole(asker.mask ?? 0xffffffff, "asker.mask"), true);
-    core.data.setUint32(at + C.jostle_asker.owner, whole(asker.owner ?? 0xffffffff, "asker.owner"), true);
+    core.data.setUint32(at + C.jostle_asker.category, whole(category, "asker.category"), true);
+    core.data.setUint32(at + C.jostle_asker.mask, whole(mask, "asker.mask"), true);
+    core.data.setUint32(at + C.jostle_asker.owner, whole(owner, "asker.owner"), true);
     core.data.setUint32(filter + C.jostle_query_filter.asker, at, true);
   }
   if (exclude !== undefined) {
@@ -128,14 +128,14 @@ export class Asked {
    * threads that it must not be called on, with one after the other. `done(question)` tells the number of the
    * first.
    */
-  ask(call, given, options, inside) {
-    const core = this.owner.core;
+  ask(call, given, chosen, inside) {
+    const core = this.owner.core, options = options_of(chosen);
     return core.within(() => {
       const questions = place_questions(core, given, this.dim, this.type, call);
       if (call === "visit" && questions.count !== 1)
         refuse(`there are ${questions.count} questions: visit() takes one`, "size_mismatch");
       let first = 0;
-      const { accept } = options_of(options);
+      const { accept } = options;
       if (accept !== undefined && typeof accept !== "function")
         refuse(`accept is ${describe(accept)}: it must be a function`);
       const number = accept && core.remember((question, id) => accept(first + question, this.id(id)));
@@ -155,7 +155,7 @@ export class Asked {
     });
   }
 
-  first(given, options = {}) {
+  first(given, options) {
     const core = this.owner.core;
     const parts = this.ask("first", given, options, ({ kind, pointer, count }, filter) => {
       const hits = core.scratch.take(count * C.jostle_hit.sizeof);
@@ -177,7 +177,7 @@ export class Asked {
     };
   }
 
-  all(given, options = {}) {
+  all(given, options) {
     const core = this.owner.core;
     const { maxResults } = options_of(options);
     const most =
@@ -203,7 +203,7 @@ export class Asked {
     );
   }
 
-  visit(given, visit, options = {}) {
+  visit(given, visit, options) {
     const core = this.owner.core;
     if (typeof visit !== "function") refuse(`visit is ${describe(visit)}: it must be a function`);
     const [finished] = this.ask("visit", given, options, ({ kind, pointer }, filter) => {
@@ -220,7 +220,7 @@ export class Asked {
     return finished;
   }
 
-  any(given, options = {}) {
+  any(given, options) {
     const core = this.owner.core;
     return joined(Uint8Array, this.ask("any", given, options, ({ kind, pointer, count }, filter) => {
       const any = core.scratch.take(count);
@@ -229,7 +229,7 @@ export class Asked {
     }));
   }
 
-  count(given, options = {}) {
+  count(given, options) {
     const core = this.owner.core;
     return joined(Float64Array, this.ask("count", given, options, ({ kind, pointer, count }, filter) => {
       const counts = core.scratch.take(8 * count);
@@ -274,7 +274,8 @@ export class Answers {
 }
 
 /** Packs rays: see jostle.d.ts. */
-export function rays(origins, directions, { dim, maxFraction = Infinity } = {}) {
+export function rays(origins, directions, options) {
+  const { dim, maxFraction = Infinity } = options_of(options);
   space_of(dim, "float64");
   const Array = origins?.constructor;
   if ((Array !== Float32Array && Array !== Float64Array) || directions?.constructor !== Array)

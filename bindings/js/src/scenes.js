@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Seeded scenes, and the simulation of falling bodies.
 
-import { MemoryArray, Owned, describe, space_of, whole } from "./core.js";
+import { MemoryArray, Owned, describe, options_of, space_of, whole } from "./core.js";
 import { split_contacts } from "./contacts.js";
 import { refuse } from "./error.js";
 import * as C from "./structs.js";
@@ -40,7 +40,8 @@ function seed_of(seed) {
 
 /** Seeded boxes that move: see jostle.d.ts. */
 export class Scene extends Owned {
-  constructor(core, name, length, seed = 1, { dim = 3, type = "float32" } = {}) {
+  constructor(core, name, length, seed = 1, options) {
+    const { dim = 3, type = "float32" } = options_of(options);
     const space = space_of(dim, type);
     super(core, "_jostle_js_scene_free", core.within(() => {
       const text = core.utf8(name);
@@ -76,7 +77,8 @@ const SHAPE_OF = { 0: 0, 2: 1, 3: 2 }; // by jostle_shape_type
 
 /** Falling bodies: see jostle.d.ts. */
 export class Simulation extends Owned {
-  constructor(core, { scene = "spheres", bodies = 1000, seed = 1 } = {}) {
+  constructor(core, options) {
+    const { scene = "spheres", bodies = 1000, seed = 1 } = options_of(options);
     super(core, "_jostle_js_simulation_free", core.within(() => {
       const text = core.utf8(scene);
       return core.make(

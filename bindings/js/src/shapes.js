@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 import {
-  Owned, array_like, describe, new_floats, number, refuse_detached, size_of, space_of, type_of, whole,
+  Owned, array_like, describe, new_floats, number, options_of, refuse_detached, size_of, space_of, type_of,
+  whole,
 } from "./core.js";
 import { refuse } from "./error.js";
 import * as C from "./structs.js";
@@ -74,8 +75,9 @@ export function shape_makers(core) {
           BigInt(corners.count),
         );
       }),
-    heightField: (heights, columns, { spacingX = 1, spacingZ = 1, thickness = 0 } = {}) =>
+    heightField: (heights, columns, options) =>
       core.within(() => {
+        const { spacingX = 1, spacingZ = 1, thickness = 0 } = options_of(options);
         const rows = core.rows(heights, "heights", whole(columns, "columns", 1));
         return made(
           "jostle_shape_height_field",
@@ -105,10 +107,10 @@ export function shape_makers(core) {
 
 /** One shape for each object: see jostle.d.ts. */
 export class Shapes extends Owned {
-  constructor(core, options = {}) {
-    const { dim, shapes = [] } = options;
-    if (Array.isArray(options) || !Array.isArray(shapes))
-      refuse(`options are ${describe(options)}: they must be as { shapes: [jostle.sphere(1)] }`);
+  constructor(core, options) {
+    const { dim, shapes = [] } = options_of(options);
+    if (!Array.isArray(shapes))
+      refuse(`shapes are ${describe(shapes)}: they must be a list, such as [jostle.sphere(1)]`);
     const of = checked_dim(dim ?? shapes[0]?.dim ?? 3);
     super(core, "_jostle_shapes_free", core.make("jostle_shapes_new", of));
     this.dim = of;
@@ -184,7 +186,8 @@ export function place_objects(core, objects, type, moving = false) {
 }
 
 /** The tightest box around each object: see jostle.d.ts. */
-export function bounds(core, objects, { margin = 0 } = {}) {
+export function bounds(core, objects, options) {
+  const { margin = 0 } = options_of(options);
   return core.within(() => {
     const placed = place_objects(core, objects);
     const { rows, dim } = placed;
@@ -206,7 +209,8 @@ export function bounds(core, objects, { margin = 0 } = {}) {
 }
 
 /** Packs poses: see jostle.d.ts. */
-export function poses(positions, { dim, rotations } = {}) {
+export function poses(positions, options) {
+  const { dim, rotations } = options_of(options);
   checked_dim(dim);
   if (!(positions instanceof Float32Array || positions instanceof Float64Array))
     refuse(`positions are ${describe(positions)}: they must be a Float32Array or a Float64Array`);

@@ -21,8 +21,8 @@ export class World extends Owned {
   #accept; // { number, worlds }: shared with the worlds that were forked from this one
   #function; // which these ask, and each of them holds
 
-  constructor(core, options = {}, forked = undefined) {
-    options_of(options);
+  constructor(core, given, forked = undefined) {
+    const options = options_of(given);
     const { dim, type = "float32" } = options;
     const space = space_of(dim, type);
     let { pointer, accept, asked } = forked ?? {};
@@ -68,9 +68,8 @@ export class World extends Owned {
     return [of, rows];
   }
 
-  add(boxes, options = {}) {
-    const core = this.core;
-    options_of(options);
+  add(boxes, given) {
+    const core = this.core, options = options_of(given);
     return core.within(() => {
       const rows = this.#rows(boxes, "boxes", 2 * this.dim);
       const enabled = flag(options.enabled ?? true, "enabled");
@@ -97,7 +96,8 @@ export class World extends Owned {
       this.core.call("jostle_world_remove", this.pointer, of.pointer, BigInt(of.count));
     });
   }
-  move(ids, boxes, { displacements, sequence } = {}) {
+  move(ids, boxes, options) {
+    const { displacements, sequence } = options_of(options);
     const core = this.core;
     core.within(() => {
       const [of, rows] = this.#with(ids, boxes, "boxes", 2 * this.dim);
@@ -119,7 +119,8 @@ export class World extends Owned {
       );
     });
   }
-  teleport(ids, boxes, { sequence } = {}) {
+  teleport(ids, boxes, options) {
+    const { sequence } = options_of(options);
     const core = this.core;
     core.within(() => {
       const [of, rows] = this.#with(ids, boxes, "boxes", 2 * this.dim);
@@ -134,7 +135,8 @@ export class World extends Owned {
       );
     });
   }
-  resize(ids, sizes, { sequence } = {}) {
+  resize(ids, sizes, options) {
+    const { sequence } = options_of(options);
     this.core.within(() => {
       const [of, rows] = this.#with(ids, sizes, "sizes", this.dim);
       this.core.call(
@@ -147,7 +149,8 @@ export class World extends Owned {
       );
     });
   }
-  setFilter(ids, filter, { sequence } = {}) {
+  setFilter(ids, filter, options) {
+    const { sequence } = options_of(options);
     const core = this.core;
     core.within(() => {
       const of = core.ids(ids),
@@ -155,7 +158,8 @@ export class World extends Owned {
         filters = core.scratch.take(size * of.count);
       if (filter === null || typeof filter !== "object" || typeof filter.length === "number")
         refuse(`filter is ${describe(filter)}: it must be an object, the same for all ids`);
-      for (let i = 0; i < of.count; ++i) write_filter(core, filters + i * size, filter);
+      const chosen = options_of(filter);
+      for (let i = 0; i < of.count; ++i) write_filter(core, filters + i * size, chosen);
       core.call(
         "jostle_world_set_filter",
         this.pointer,
@@ -176,7 +180,8 @@ export class World extends Owned {
     this.core.bytes.set(new Uint8Array(values.buffer, values.byteOffset, values.byteLength), pointer);
     return [of, pointer];
   }
-  setMargin(ids, margin, { sequence } = {}) {
+  setMargin(ids, margin, options) {
+    const { sequence } = options_of(options);
     this.core.within(() => {
       if (!(margin instanceof Float64Array)) number(margin, "margin");
       const [of, margins] = this.#each(ids, margin, Float64Array, "margins");
@@ -190,7 +195,8 @@ export class World extends Owned {
       );
     });
   }
-  setEnabled(ids, enabled, { sequence } = {}) {
+  setEnabled(ids, enabled, options) {
+    const { sequence } = options_of(options);
     this.core.within(() => {
       const given = enabled instanceof Uint8Array ? enabled : flag(enabled, "enabled") ? 1 : 0;
       const [of, each] = this.#each(ids, given, Uint8Array, "values");
@@ -323,9 +329,8 @@ export class World extends Owned {
       return this.#asked.answers([core.lists_of_results(results, false)]);
     });
   }
-  join(boxes, options = {}) {
-    const core = this.core;
-    options_of(options);
+  join(boxes, given) {
+    const core = this.core, options = options_of(given);
     const accept = options.accept === undefined ? undefined : core.remember(options.accept);
     try {
       return core.with_results((results) => {

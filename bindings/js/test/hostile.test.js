@@ -203,7 +203,7 @@ test("worlds, indexes and contacts", async () => {
   refuses(() => jostle.box(1), /half is 1: it must be an array of numbers/);
   refuses(() => jostle.box("123"), /half is "123": it must be an array of numbers/);
   refuses(() => jostle.box([1, "2", 3]), /half\[1\] is "2": it must be a number/);
-  refuses(() => new jostle.Shapes([jostle.sphere(1)]), /options are a Array: they must be as \{ shapes/);
+  refuses(() => new jostle.Shapes([jostle.sphere(1)]), /options are a Array: they must be an object/);
   refuses(() => jostle.hull(new Float32Array(0), 3), /point/);
   refuses(
     () => jostle.compound([], new Float64Array(0)),
@@ -221,6 +221,83 @@ test("worlds, indexes and contacts", async () => {
   refuses(() => finder.find(one, Uint32Array.of(0, 0), { margin: "no" }), /margin is "no"/);
   refuses(() => jostle.bounds({}), /objects are a Object: they must be/);
   for (const each of [world, index, shapes, finder]) each.dispose();
+});
+
+test("null counts as left out, in place of options and of each of them", async () => {
+  const jostle = await load(null);
+  const boxes = Float32Array.from(good);
+  const world = new jostle.World({ dim: 3, type: null, margin: null, slack: null, accept: null });
+  const ids = world.add(boxes, null);
+  const index = new jostle.BoxIndex({ dim: 3, type: null, ignoreOddBoxes: null });
+  index.build(boxes);
+  const shapes = new jostle.Shapes({ dim: null, shapes: [jostle.sphere(1), jostle.sphere(2)] });
+  const two = { shapes, poses: poses(new Float32Array(6), { dim: 3, rotations: null }) };
+  const moving = { shapes, poses: new Float32Array(26).fill(0.5) };
+  const pair = Uint32Array.of(0, 1);
+  const finder = new jostle.PairFinder(), contacts = new jostle.ContactFinder({ dim: 3, type: null });
+  const line = [new Float32Array(3), new Float32Array(3).fill(1)];
+  const near = { nearest: new Float32Array(3), count: null, maxDistance: null };
+  const filter = { category: null, mask: null, owner: null };
+  const sorted = { dim: 3, sort: null, ignoreOddBoxes: null, accept: null, ...filter };
+  const queried = { asker: null, exclude: null, accept: null };
+  const in_order = { sequence: null };
+  const calls = [ // of options, and the options there are
+    [
+      (options) => world.add(boxes, options).length,
+      { margin: null, enabled: null, isStatic: null, ...filter },
+    ],
+    [(options) => world.move(ids, boxes, options), { displacements: null, ...in_order }],
+    [(options) => world.teleport(ids, boxes, options), in_order],
+    [(options) => world.resize(ids, new Float32Array(6).fill(2), options), in_order],
+    [(options) => world.setFilter(ids, { isStatic: null, ...filter }, options), in_order],
+    [(options) => world.setMargin(ids, 1, options), in_order],
+    [(options) => world.setEnabled(ids, true, options), in_order],
+    [(options) => (world.update(), world.join(boxes, options)), queried],
+    [(options) => world.all({ boxes }, options).ids, { maxResults: null, ...queried }],
+    [(options) => index.all(near, options).ids, { maxResults: null, ...filter, ...queried }],
+    [(options) => index.visit({ boxes: boxes.subarray(6) }, () => {}, options), queried],
+    [(options) => index.first(rays(...line, { dim: 3, maxFraction: null }), options), queried],
+    [(options) => index.any({ boxes }, options), queried],
+    [(options) => index.count({ boxes }, options), queried],
+    [(options) => index.count({ boxes }, { asker: options }), filter],
+    [(options) => contacts.find(two, pair, options), { b: null, margin: null }],
+    [(options) => contacts.touching(two, pair, options), { b: null }],
+    [(options) => contacts.distances(two, pair, options), { b: null, maxDistance: null }],
+    [(options) => contacts.impacts(moving, pair, options), { b: null, tolerance: null }],
+    [(options) => jostle.bounds(two, options), { margin: null }],
+    [(options) => new jostle.Shapes(options).length, { dim: null, shapes: null }],
+    [
+      (options) => jostle.heightField(new Float64Array(9), 3, options).type,
+      { spacingX: null, spacingZ: null, thickness: null },
+    ],
+    [(options) => jostle.scene("uniform", 9, 1, options).dim, { dim: null, type: null }],
+    [(options) => jostle.simulation(options).bodies, { scene: null, bodies: null, seed: null }],
+  ];
+  for (const [call, options] of calls) {
+    const expected = call(undefined);
+    assert.deepEqual(call(null), expected, `${call}`);
+    assert.deepEqual(call(Object.freeze(options)), expected, `${call}`);
+  }
+  const found = [0, 1];
+  assert.deepEqual([...finder.find(boxes, { engine: null, ...sorted })], found);
+  assert.deepEqual([...finder.find(boxes, { dim: 3, engine: "uniform", cellSize: null })], found);
+  assert.equal(finder.stream(boxes, { engine: null, ...sorted }, () => {}), true);
+  assert.deepEqual([...jostle.findScenes(boxes, [0, 2], sorted).pairs], found);
+  assert.deepEqual([...jostle.findPeriodicPairs(boxes, [0, 0, 0], sorted).pairs], found);
+  for (const call of [
+    () => jostle.validate(boxes, null),
+    () => jostle.bricks(boxes, null),
+    () => jostle.findScenes(boxes, [0, 2], null),
+    () => new jostle.World(null),
+    () => new jostle.BoxIndex(null),
+    () => new jostle.ContactFinder(null),
+    () => poses(new Float32Array(3), null),
+    () => rays(...line, null),
+  ])
+    refuses(call, /^dim is undefined/);
+  refuses(() => world.setFilter(ids, null), /^filter is null/);
+  const loaded = await load({ only: null, wasm: null, simd: null, threads: null, maxMemory: null });
+  assert.equal(loaded.threads, 1);
 });
 
 test("what was disposed of, what is another module's, what memory has left behind", async () => {
@@ -431,8 +508,8 @@ for (const [kind, loaded] of Object.entries(modules)) {
       refuses(() => asked.visit(near, later), promise);
       refuses(() => asked.visit(near, () => NaN), /^visit returned NaN/);
     }
-    refuses(() => world.join(good, { accept: null }), /^null is no function/);
-    for (const options of [null, 5]) {
+    refuses(() => world.join(good, { accept: 0 }), /^0 is no function/);
+    for (const options of [5, [], false]) {
       refuses(() => world.add(good, options), /^options are .*: they must be an object/);
       refuses(() => new jostle.World(options), /^options are /);
       for (const asked of [index, world]) {
