@@ -134,4 +134,45 @@ TEST(NearlyTouchingShapes, TouchWhereTheirDistanceSays)
     }
 }
 
+// What touching() says by a search of its own has a contact, also where rounding could say so or not.
+TEST(NearlyTouchingShapes, HaveAContactWhereTheyTouch)
+{
+    Random random(80);
+    int touch = 0, apart = 0;
+    for (int round = 0; round < 20000; ++round) {
+        const auto size = [&] { return random.uniform(0.2, 0.8); };
+        std::vector<Vec3d> corners(4 + random.below(12)), others(4 + random.below(30));
+        for (auto* const points : {&corners, &others})
+            for (Vec3d& corner : *points)
+                corner = {random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6)};
+        const ConvexHull<3> hull(corners), other(others);
+        const Shape3 bodies[] = {other,
+                                 Shape3::box({size(), size(), size()}),
+                                 Shape3::rounded_hull(other, size()),
+                                 Shape3::sphere(0),
+                                 Shape3::cylinder(size(), size()),
+                                 Shape3::cone(size(), size()),
+                                 Shape3::ellipsoid({size(), size(), size()})};
+        const Shape3 b = bodies[random.below(7)];
+        const Shape3 a = random.chance(0.6) ? Shape3(hull) : bodies[3 + random.below(4)];
+        const Pose3d pose_a = random.pose<double>(1);
+        Pose3d pose_b = random.pose<double>(1.5);
+        for (const double gap : {0.0, 0.0, 1e-14, 1e-12, 1e-10}) {
+            const auto before = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(before);
+            for (std::size_t d = 0; d < 3; ++d)
+                pose_b.position[d] += before->normal[d] * (gap - before->distance);
+            if (!touching(a, pose_a, b, pose_b)) {
+                ++apart;
+                continue;
+            }
+            ++touch;
+            ASSERT_FALSE(contacts(a, pose_a, b, pose_b).empty())
+                << "round " << round << " types " << a.type() << " and " << b.type() << " gap " << gap;
+        }
+    }
+    EXPECT_GT(touch, 10000);
+    EXPECT_GT(apart, 10000);
+}
+
 } // namespace
