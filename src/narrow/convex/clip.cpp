@@ -7,18 +7,21 @@ namespace {
 
 /// The number of the face whose normal is nearest to direction d, in local axes; `alignment` is the cosine of
 /// the angle between the two. A cylinder has two faces, the upper disc (0) and the lower one (1); a cone has
-/// the lower one. What has no faces gets an alignment of minus infinity.
+/// the lower one, and without height the upper one as well. What has no faces, or discs without extent, gets
+/// an alignment of minus infinity.
 std::uint32_t best_face(const Core3& core, const Vec3& d, double& alignment)
 {
     const Polytope& hull = core.polytope;
     alignment = -HUGE_VAL;
     switch (core.smooth) {
     case Smooth::cylinder:
-        alignment = std::abs(d.y);
+        if (core.lengths.x > 0) alignment = std::abs(d.y);
         return d.y > 0 ? 0 : 1;
-    case Smooth::cone:
-        alignment = -d.y;
-        return 1;
+    case Smooth::cone: {
+        const bool up = core.lengths.y == 0 && d.y > 0;
+        if (core.lengths.x > 0) alignment = up ? d.y : -d.y;
+        return up ? 0 : 1;
+    }
     case Smooth::ellipsoid:
     case Smooth::custom:
         return 0;
