@@ -356,6 +356,9 @@ void clip_edge(Clip& clip, const Feature& edge, const Feature& face, bool swappe
     if (end > begin) add(end, edge_end, face_end);
 }
 
+/// Of the size: edges that pass each other by more share no point.
+constexpr double elsewhere = 1e-6;
+
 void clip_edges(Clip& clip, const Feature& a, const Feature& b)
 {
     const Vec2 a0 = clip.lateral.flat(a.point[0]), a1 = clip.lateral.flat(a.point[1]);
@@ -394,7 +397,10 @@ void clip_edges(Clip& clip, const Feature& a, const Feature& b)
     if (turn == 0) return;
     const double t = std::clamp(cross(b0 - a0, db) / turn, 0.0, 1.0);
     const double s = std::clamp(cross(b0 - a0, da) / turn, 0.0, 1.0);
-    clip.add((a0 + da * t + b0 + db * s) * 0.5, height(a, t), height(b, s), edge_a, edge_b);
+    const Vec2 on_a = a0 + da * t, on_b = b0 + db * s;
+    // Of many edges in a line the two that were taken may lie elsewhere than where it is crossed.
+    if (length2(on_b - on_a) > elsewhere * elsewhere * clip.size * clip.size) return;
+    clip.add((on_a + on_b) * 0.5, height(a, t), height(b, s), edge_a, edge_b);
 }
 
 } // namespace
