@@ -136,6 +136,52 @@ TEST(Manifold, HasItsPointsWhereItsFeaturesAre)
     EXPECT_GT(seen.edges, 1000);
 }
 
+/// Points of a line that were floats once: among doubles they have edges all along it, and a contact with one
+/// of those elsewhere is none.
+TEST(Manifold, OfANeedleIsWhereItIsCrossed)
+{
+    Random random(22);
+    int touched = 0;
+    for (int round = 0; round < 4000; ++round) {
+        SCOPED_TRACE(round);
+        std::vector<Vec<3, double>> needle_points(3 + random.below(12)), points(4 + random.below(8));
+        const Vec<3, double> along{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+        for (auto& p : needle_points) {
+            const double at = random.uniform(-1, 1);
+            for (std::size_t d = 0; d < 3; ++d)
+                p[d] = static_cast<double>(static_cast<float>(at * along[d]));
+        }
+        for (auto& p : points)
+            for (double& x : p)
+                x = random.uniform(-1, 1);
+        const ConvexHull3 needle_hull(needle_points), hull(points);
+        const Shape3 needle = needle_hull, body = hull;
+        const Pose3d pose{{}, random.rotation<double>()};
+        Pose3d pose_body{{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)},
+                         random.rotation<double>()};
+        const auto before = distance(needle, pose, body, pose_body, INFINITY);
+        ASSERT_TRUE(before);
+        const double gap = random.uniform(-1, 1) * std::pow(10, random.uniform(-10, -3));
+        for (std::size_t d = 0; d < 3; ++d)
+            pose_body.position[d] += before->normal[d] * (gap - before->distance);
+        for (const auto& contact : contacts(needle, pose, body, pose_body, 2e-3)) {
+            ++touched;
+            for (const double way : {0.5, -0.5}) { // to its end on the needle, and on the body
+                Pose3d end{way > 0 ? contact.point[0].from_a : contact.point[0].from_b};
+                for (std::size_t d = 0; d < 3; ++d) {
+                    end.position[d] += contact.normal[d] * way * contact.point[0].depth;
+                    end.position[d] += way > 0 ? 0 : pose_body.position[d];
+                }
+                const auto to = way > 0 ? distance(Shape3::sphere(0), end, needle, pose, INFINITY)
+                                        : distance(Shape3::sphere(0), end, body, pose_body, INFINITY);
+                ASSERT_TRUE(to);
+                ASSERT_LE(to->distance, 1e-5);
+            }
+        }
+    }
+    EXPECT_GT(touched, 3600);
+}
+
 /// Above the half-space or in it: there is a contact within the margin, as deep as they are apart.
 TEST(Manifold, OfAHalfSpaceReachesAsFarAsTheMargin)
 {

@@ -134,4 +134,97 @@ TEST(NearlyTouchingShapes, TouchWhereTheirDistanceSays)
     }
 }
 
+// What touching() says by a search of its own has a contact, also where rounding could say so or not.
+TEST(NearlyTouchingShapes, HaveAContactWhereTheyTouch)
+{
+    Random random(80);
+    int touch = 0, apart = 0;
+    for (int round = 0; round < 20000; ++round) {
+        const auto size = [&] { return random.uniform(0.2, 0.8); };
+        std::vector<Vec3d> corners(4 + random.below(12)), others(4 + random.below(30));
+        for (auto* const points : {&corners, &others})
+            for (Vec3d& corner : *points)
+                corner = {random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6), random.uniform(-0.6, 0.6)};
+        const ConvexHull<3> hull(corners), other(others);
+        const Shape3 bodies[] = {other,
+                                 Shape3::box({size(), size(), size()}),
+                                 Shape3::rounded_hull(other, size()),
+                                 Shape3::sphere(0),
+                                 Shape3::cylinder(size(), size()),
+                                 Shape3::cone(size(), size()),
+                                 Shape3::ellipsoid({size(), size(), size()})};
+        const Shape3 b = bodies[random.below(7)];
+        const Shape3 a = random.chance(0.6) ? Shape3(hull) : bodies[3 + random.below(4)];
+        const Pose3d pose_a = random.pose<double>(1);
+        Pose3d pose_b = random.pose<double>(1.5);
+        for (const double gap : {0.0, 0.0, 1e-14, 1e-12, 1e-10}) {
+            const auto before = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_TRUE(before);
+            for (std::size_t d = 0; d < 3; ++d)
+                pose_b.position[d] += before->normal[d] * (gap - before->distance);
+            if (!touching(a, pose_a, b, pose_b)) {
+                ++apart;
+                continue;
+            }
+            ++touch;
+            ASSERT_FALSE(contacts(a, pose_a, b, pose_b).empty())
+                << "round " << round << " types " << a.type() << " and " << b.type() << " gap " << gap;
+        }
+    }
+    EXPECT_GT(touch, 10000);
+    EXPECT_GT(apart, 10000);
+}
+
+// A box that lies on a part of another one, or above it by as little as counts as nothing.
+TEST(NearlyTouchingShapes, InThePlaneMeetWhereTheirSidesDo)
+{
+    Random random(81);
+    for (int round = 0; round < 5000; ++round) {
+        const auto size = [&] { return random.uniform(0.2, 1); };
+        const Vec2d half{size(), size()}, half_b{size(), size()};
+        const Pose2d pose = random.pose2<double>(2);
+        const auto turn = narrow::rotation(pose);
+        const double shift = random.uniform(-0.9, 0.9) * (half[0] + half_b[0]);
+        const double gap = random.chance(0.5) ? 0 : random.uniform(-2e-10, 2e-10);
+        const narrow::Vec2 at = turn * narrow::Vec2{shift, half[1] + half_b[1] + gap};
+        const Pose2d pose_b{{pose.position[0] + at.x, pose.position[1] + at.y}, pose.rotation};
+        const auto found = contacts(Shape2::box(half), pose, Shape2::box(half_b), pose_b);
+        if (found.empty()) {
+            ASSERT_GE(gap, 0) << round;
+            continue;
+        }
+        ASSERT_EQ(found[0].count, 2u) << round << " gap " << gap;
+        for (std::uint32_t k = 0; k < 2; ++k) {
+            const auto& point = found[0].point[k];
+            const double on_a = turn.back(narrow::load(point.from_a)).x,
+                         on_b = turn.back(narrow::load(point.from_b)).x;
+            ASSERT_LE(std::abs(on_a), half[0] + 1e-6) << round << " gap " << gap;
+            ASSERT_LE(std::abs(on_b), half_b[0] + 1e-6) << round << " gap " << gap;
+        }
+    }
+}
+
+// Polygons that are nearly segments: their sides part nothing from what lies beyond their tips.
+TEST(NearlyTouchingShapes, InThePlaneNeedlesEndAtTheirTips)
+{
+    Random random(82);
+    for (int round = 0; round < 5000; ++round) {
+        const double turn = random.uniform(0, 7), width = std::pow(10, random.uniform(-16, -5));
+        const narrow::Vec2 along{std::cos(turn), std::sin(turn)}, across = right(along);
+        std::vector<Vec2d> points;
+        for (const double at : {-1.0, random.uniform(-1, 1), random.uniform(-1, 1), 1.0}) {
+            const narrow::Vec2 p =
+                along * at + across * (std::abs(at) < 1 ? width * random.uniform(-1, 1) : 0);
+            points.push_back({p.x, p.y});
+        }
+        const ConvexHull2 needle(points);
+        const double radius = random.chance(0.5) ? 0 : random.uniform(0.1, 1), gap = random.uniform(1e-3, 1);
+        const narrow::Vec2 at = along * (1 + radius + gap);
+        const auto found =
+            distance(Shape2(needle), Pose2d{}, Shape2::sphere(radius), Pose2d{{at.x, at.y}}, INFINITY);
+        ASSERT_TRUE(found);
+        ASSERT_NEAR(found->distance, gap, 1e-6) << round << " width " << width;
+    }
+}
+
 } // namespace

@@ -445,6 +445,46 @@ TEST(SmoothShapes, WithoutBreadthHaveNoPointDeeperThanTheyAre)
     EXPECT_GT(deep, 300);
 }
 
+// Cylinders and cones that are lines or discs: what is left of their faces.
+TEST(SmoothShapes, WithoutBreadthOrHeightAreTouchedWhereTheyAre)
+{
+    Random random(63);
+    int touched = 0;
+    for (int round = 0; round < 6000; ++round) {
+        const auto size = [&] { return random.uniform(0.2, 1); };
+        const std::uint32_t kind = random.below(4);
+        const Shape3 thin = kind == 0   ? Shape3::cylinder(size(), 0)
+                            : kind == 1 ? Shape3::cone(size(), 0)
+                            : kind == 2 ? Shape3::cylinder(0, size())
+                                        : Shape3::cone(0, size());
+        const std::uint32_t other = random.below(3);
+        const Shape3 body = other == 0   ? Shape3::cylinder(size(), size())
+                            : other == 1 ? Shape3::cone(size(), size())
+                                         : Shape3::box({size(), size(), size()});
+        Pose3d pose = random.pose<double>(0.8), pose_body = random.pose<double>(0.8);
+        if (random.chance(0.4)) // upright, or upside down
+            for (Pose3d* const each : {&pose, &pose_body})
+                each->rotation =
+                    random.chance(0.5) ? std::array{1.0, 0.0, 0.0, 0.0} : std::array{0.0, 0.0, 0.0, 1.0};
+        SCOPED_TRACE(testing::Message()
+                     << "round " << round << " types " << thin.type() << " and " << body.type());
+        for (const auto& contact : contacts(thin, pose, body, pose_body)) {
+            const Vec3 n = narrow::load(contact.normal), half = n * (0.5 * contact.point[0].depth);
+            // Its ends lie on the two.
+            const Vec3 end = narrow::load(contact.point[0].from_a) + half,
+                       end_body = narrow::load(contact.point[0].from_b) - half;
+            for (int k = 0; k < 60; ++k) {
+                const Vec3 aside{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+                const Vec3 d = aside * (1 / length(aside));
+                ASSERT_LE(dot(d, end), reach_of(thin, narrow::rotation(pose).back(d)) + 1e-5);
+                ASSERT_LE(dot(d, end_body), reach_of(body, narrow::rotation(pose_body).back(d)) + 1e-5);
+            }
+            ++touched;
+        }
+    }
+    EXPECT_GT(touched, 1000);
+}
+
 TEST(SmoothShapes, HaveBoxesAsTightAsTheirReach)
 {
     Random random(62);

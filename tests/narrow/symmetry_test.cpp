@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 
+#include "narrow/shapes/shape_data.hpp"
 #include "tests/narrow/random_pairs.hpp"
 
 using namespace jostle;
@@ -180,6 +181,52 @@ TYPED_TEST(EveryCombination, MirrorsShapesOfOneSizeInOnePose)
             }
     }
     EXPECT_GT(found, 500);
+}
+
+// Further points on faces and edges, and whether all are floats, decide which triangles a face is made of.
+TEST(HullsOfTheSameCorners, MirrorIfTheirFacesDiffer)
+{
+    Random random(6);
+    int other_loops = 0, other_normals = 0;
+    for (int round = 0; round < 4000; ++round) {
+        std::vector<Vec3d> points(4 + random.below(16));
+        for (Vec3d& point : points)
+            for (double& x : point)
+                x = random.chance(0.5) ? random.below(5) / 2.0
+                                       : double{static_cast<float>(random.uniform(0, 2))};
+        const ConvexHull3 hull(points);
+        const auto corners = hull.vertices();
+        std::vector<Vec3d> more(corners.begin(), corners.end());
+        for (std::uint32_t k = random.below(6); k > 0; --k) {
+            const auto any = [&] {
+                return narrow::load(corners[random.below(static_cast<std::uint32_t>(corners.size()))]);
+            };
+            const narrow::Vec3 p = any() * 0.5 + any() * 0.25 + any() * 0.25;
+            more.insert(more.begin() + random.below(static_cast<std::uint32_t>(more.size())),
+                        {p.x, p.y, p.z});
+        }
+        std::vector<Vec3f> floats;
+        for (const Vec3d& p : more)
+            floats.push_back({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+        const ConvexHull3 other = random.chance(0.5) ? ConvexHull3(floats) : ConvexHull3(more);
+        if (!std::equal(corners.begin(), corners.end(), other.vertices().begin(), other.vertices().end()))
+            continue;
+        const Shape3 a = hull, b = other;
+        const auto &data_a = narrow::ShapeAccess::data<narrow::HullData<3>>(a),
+                   &data_b = narrow::ShapeAccess::data<narrow::HullData<3>>(b);
+        if (data_a.loop == data_b.loop && data_a.normals == data_b.normals)
+            continue; // each is the other's mirror
+        other_loops += data_a.normals == data_b.normals ? 1 : 0;
+        other_normals += data_a.loop == data_b.loop ? 1 : 0;
+        const Pose3d pose = random.pose<double>(1);
+        const auto forth = contacts(a, pose, b, pose), back = contacts(b, pose, a, pose);
+        ASSERT_EQ(forth.size(), 1u);
+        ASSERT_EQ(back.size(), 1u);
+        expect_mirrored(forth[0], back[0]);
+        if (testing::Test::HasFatalFailure()) return;
+    }
+    EXPECT_GT(other_loops, 10);
+    EXPECT_GT(other_normals, 10);
 }
 
 TYPED_TEST(EveryCombination, TouchingDistanceAndContactsAgree)

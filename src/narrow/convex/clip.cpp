@@ -7,18 +7,21 @@ namespace {
 
 /// The number of the face whose normal is nearest to direction d, in local axes; `alignment` is the cosine of
 /// the angle between the two. A cylinder has two faces, the upper disc (0) and the lower one (1); a cone has
-/// the lower one. What has no faces gets an alignment of minus infinity.
+/// the lower one, and without height the upper one as well. What has no faces, or discs without extent, gets
+/// an alignment of minus infinity.
 std::uint32_t best_face(const Core3& core, const Vec3& d, double& alignment)
 {
     const Polytope& hull = core.polytope;
     alignment = -HUGE_VAL;
     switch (core.smooth) {
     case Smooth::cylinder:
-        alignment = std::abs(d.y);
+        if (core.lengths.x > 0) alignment = std::abs(d.y);
         return d.y > 0 ? 0 : 1;
-    case Smooth::cone:
-        alignment = -d.y;
-        return 1;
+    case Smooth::cone: {
+        const bool up = core.lengths.y == 0 && d.y > 0;
+        if (core.lengths.x > 0) alignment = up ? d.y : -d.y;
+        return up ? 0 : 1;
+    }
     case Smooth::ellipsoid:
     case Smooth::custom:
         return 0;
@@ -353,6 +356,9 @@ void clip_edge(Clip& clip, const Feature& edge, const Feature& face, bool swappe
     if (end > begin) add(end, edge_end, face_end);
 }
 
+/// Of the size: edges that pass each other by more share no point.
+constexpr double elsewhere = 1e-6;
+
 void clip_edges(Clip& clip, const Feature& a, const Feature& b)
 {
     const Vec2 a0 = clip.lateral.flat(a.point[0]), a1 = clip.lateral.flat(a.point[1]);
@@ -391,7 +397,10 @@ void clip_edges(Clip& clip, const Feature& a, const Feature& b)
     if (turn == 0) return;
     const double t = std::clamp(cross(b0 - a0, db) / turn, 0.0, 1.0);
     const double s = std::clamp(cross(b0 - a0, da) / turn, 0.0, 1.0);
-    clip.add((a0 + da * t + b0 + db * s) * 0.5, height(a, t), height(b, s), edge_a, edge_b);
+    const Vec2 on_a = a0 + da * t, on_b = b0 + db * s;
+    // Of many edges in a line the two that were taken may lie elsewhere than where it is crossed.
+    if (length2(on_b - on_a) > elsewhere * elsewhere * clip.size * clip.size) return;
+    clip.add((on_a + on_b) * 0.5, height(a, t), height(b, s), edge_a, edge_b);
 }
 
 } // namespace

@@ -126,6 +126,9 @@ void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& le
     }
 }
 
+/// Of the size: cores that are apart by less count as touching.
+constexpr double no_gap = 1e-9;
+
 } // namespace
 
 void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
@@ -143,7 +146,9 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
         gap = {distance, distance > 0 ? d * (1 / distance) : Vec2{0, 1}, a.corner[0], b.corner[0]};
         return;
     }
-    if (axis.separation > 1e-9 * (a.reach + b.reach)) {
+    // Beyond the tip of a polygon that is nearly a segment its sides part nothing by more than rounding.
+    const double clear = no_gap * (a.reach + b.reach);
+    if (axis.separation > -clear) {
         double least = HUGE_VAL;
         for (std::size_t i = 0; i < b.corner.size(); ++i)
             for (std::size_t k = 0; k < a.corner.size(); ++k) {
@@ -160,7 +165,7 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
         gap.distance = std::sqrt(least);
         if (gap.distance > 0) { // else a gap that rounding has closed
             gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
-            return;
+            if (axis.separation > clear || parted_by(a, b, gap.normal) > clear) return;
         }
     }
     gap.normal = axis.normal;
@@ -274,19 +279,26 @@ struct Clip2
 {
     /// Along `normal`, unit, from a to b.
     Clip2(const Core2& a, const Core2& b, const Vec2& normal, double contact_margin)
-        : n(normal), t(right(normal)), radius_a(a.radius), radius_b(b.radius), margin(contact_margin)
+        : n(normal),
+          t(right(normal)),
+          radius_a(a.radius),
+          radius_b(b.radius),
+          margin(contact_margin),
+          rounding(1e-14 * (a.reach + b.reach + a.radius + b.radius))
     {
     }
     Vec2 n, t;
     double radius_a, radius_b, margin;
+    double rounding; ///< what is apart by less than that beyond the margin counts, as in keeps()
     ManifoldPoint<2> found[3];
     std::uint32_t count = 0;
 
     void add(double along, double height_a, double height_b, std::uint16_t feature_a, std::uint16_t feature_b)
     {
         const double top = height_a + radius_a, bottom = height_b - radius_b;
-        if (!(top - bottom >= -margin)) return;
-        found[count++] = {t * along + n * (0.5 * (top + bottom)), top - bottom, feature_a, feature_b};
+        if (!(top - bottom >= -margin - rounding)) return;
+        const double depth = std::max(top - bottom, -margin);
+        found[count++] = {t * along + n * (0.5 * (top + bottom)), depth, feature_a, feature_b};
     }
 };
 
@@ -347,6 +359,7 @@ void keep_two(Clip2& clip, Manifold<2>& manifold)
 void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double margin, Manifold<2>& manifold)
 {
     Clip2 clip(a, b, cores.normal, margin);
+    if (cores.distance == 0) clip.rounding = no_gap * (a.reach + b.reach); // which may have been a gap
     const double depth = a.radius + b.radius - cores.distance;
     const Side2 side_a = best_side(a, clip.n), side_b = best_side(b, -clip.n);
     // As in 3D: against a side hit squarely the other shape shows a side at up to 60 degrees.

@@ -4,6 +4,7 @@
 #include "narrow/convex/axes.hpp"
 #include "narrow/convex/descent.hpp"
 #include "narrow/convex/epa.hpp"
+#include "narrow/convex/gaps3.hpp"
 #include "narrow/convex/manifold3.hpp"
 #include "narrow/convex/simple3.hpp"
 
@@ -41,6 +42,10 @@ void polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
 
 /// Of the size: what overlaps by less nearly touches.
 constexpr double nearly = 1e-6;
+
+/// Of the size: gjk() counts less than that as touching. Where two cores are as close to what is asked for,
+/// convex_touch() and core_gap() must decide by the same search.
+constexpr double uncertain = 2 * core_touch;
 
 /// Whether what gjk() says of two cores needs another look. Among the points of smooth ones, some of which
 /// lie very close, it gets lost where they nearly touch.
@@ -135,7 +140,7 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
         if (verdict == Verdict::apart) return;
         if (polyhedra_gap(a, b, enough, gap)) {
             if (verdict == Verdict::touch) gap.distance = std::min(0.0, gap.distance);
-            if (gap.distance > enough) gap.distance = HUGE_VAL;
+            if (gap.distance > enough + uncertain * (a.reach + b.reach)) gap.distance = HUGE_VAL;
             if (gap.distance <= 0 || gap.distance == HUGE_VAL) return;
         }
     }
@@ -201,9 +206,15 @@ bool convex_touch(const Core3& a, const Core3& b)
     Simplex simplex;
     Gap<3> gap;
     const double enough = a.radius + b.radius;
-    Verdict verdict = gjk(a, b, {}, enough, {}, simplex, gap);
-    if (is_doubtful(a, b, verdict, simplex, gap)) verdict = look_closer(a, b, gap);
-    return verdict == Verdict::touch || gap.distance <= enough;
+    if (!is_point_on_round(a, b)) {
+        const Verdict verdict = gjk(a, b, {}, enough, {}, simplex, gap);
+        const bool is_close = (a.is_smooth() || b.is_smooth()) && verdict == Verdict::apart &&
+                              std::abs(gap.distance - enough) <= uncertain * (a.reach + b.reach);
+        if (!is_close && !is_doubtful(a, b, verdict, simplex, gap))
+            return verdict == Verdict::touch || gap.distance <= enough;
+    }
+    core_gap(a, b, enough, gap); // so that there is a contact where this says that they touch
+    return gap.distance <= enough;
 }
 
 void half_space_gap(const Core3& a, const Vec3& normal, double offset, Gap<3>& gap)

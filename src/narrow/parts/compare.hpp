@@ -73,10 +73,17 @@ int compare_lists(const std::vector<Item>& a, const std::vector<Item>& b, const 
 }
 constexpr auto compare_items = [](const auto& a, const auto& b) { return compare(a, b); };
 
-template <int Dim>
-int compare(const HullData<Dim>& a, const HullData<Dim>& b)
+inline int compare(const HullData<2>& a, const HullData<2>& b)
 {
     return compare_lists(a.corners, b.corners, compare_items);
+}
+/// The same corners may have other faces: which they are depends on all points that were given, and on their
+/// type.
+inline int compare(const HullData<3>& a, const HullData<3>& b)
+{
+    if (const int c = compare_lists(a.corners, b.corners, compare_items); c != 0) return c;
+    if (const int c = compare_lists(a.loop, b.loop, compare_items); c != 0) return c;
+    return compare_lists(a.normals, b.normals, compare_items);
 }
 template <int Dim>
 int compare(const MeshData<Dim>& a, const MeshData<Dim>& b)
