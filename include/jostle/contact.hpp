@@ -364,8 +364,9 @@ distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 ///           distance() leave out.
 /// Numbers   the time is rounded down to T; the shapes are then up to speed * time * epsilon further apart.
 /// Limit     1000 steps, each of which tests what is near. Gentle motions take 3 to 15. A shape that turns
-///           hundreds of times while something is within its reach may need more: then the answer is the time
-///           reached so far, an early impact at which the shapes are further apart than the tolerance.
+///           hundreds of times while something is within its reach, or turns and passes something for long at
+///           little more than the tolerance, may need more: then the answer is the time reached so far, an
+///           early impact at which the shapes are further apart than the tolerance.
 /// Cost      that of a distance() for each step; 3D meshes take a few steps more. Two meshes of 50,000
 ///           triangles that turn by 1 radian take about 1 ms, and 0.3 ms if they only slide.
 /// Errors    `Error` also for a motion with numbers that are not finite, beyond 1e60, or 1e9 radians; for a

@@ -126,9 +126,6 @@ void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& le
     }
 }
 
-/// Of the size: cores that are apart by less count as touching.
-constexpr double no_gap = 1e-9;
-
 } // namespace
 
 void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
@@ -147,7 +144,7 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
         return;
     }
     // Beyond the tip of a polygon that is nearly a segment its sides part nothing by more than rounding.
-    const double clear = no_gap * (a.reach + b.reach);
+    const double clear = core_touch * (a.reach + b.reach);
     if (axis.separation > -clear) {
         double least = HUGE_VAL;
         for (std::size_t i = 0; i < b.corner.size(); ++i)
@@ -359,7 +356,7 @@ void keep_two(Clip2& clip, Manifold<2>& manifold)
 void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double margin, Manifold<2>& manifold)
 {
     Clip2 clip(a, b, cores.normal, margin);
-    if (cores.distance == 0) clip.rounding = no_gap * (a.reach + b.reach); // which may have been a gap
+    if (cores.distance == 0) clip.rounding = core_touch * (a.reach + b.reach); // which may have been a gap
     const double depth = a.radius + b.radius - cores.distance;
     const Side2 side_a = best_side(a, clip.n), side_b = best_side(b, -clip.n);
     // As in 3D: against a side hit squarely the other shape shows a side at up to 60 degrees.

@@ -4,7 +4,6 @@
 #include "narrow/convex/axes.hpp"
 #include "narrow/convex/descent.hpp"
 #include "narrow/convex/epa.hpp"
-#include "narrow/convex/gaps3.hpp"
 #include "narrow/convex/manifold3.hpp"
 #include "narrow/convex/simple3.hpp"
 
@@ -185,8 +184,13 @@ bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& 
 {
     Gap<3> cores;
     const double enough = a.radius + b.radius + margin;
-    core_gap(a, b, enough, cores);
-    if (!(cores.distance <= enough)) return false;
+    // Of smooth ones GJK may call a touch what Newton's method knows to be a gap.
+    const double doubt = a.is_smooth() || b.is_smooth() ? uncertain * (a.reach + b.reach) : 0;
+    core_gap(a, b, enough + doubt, cores);
+    if (!(cores.distance <= enough)) {
+        if (!(cores.distance <= enough + doubt && convex_touch(a, b))) return false;
+        cores.distance = enough;
+    }
     make_manifold(a, b, cores, margin, manifold);
     return true;
 }

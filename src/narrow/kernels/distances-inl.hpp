@@ -10,7 +10,7 @@ struct RealPairs
     RealMat turn_a, turn_b;
     Real3 d;           ///< from a to b
     RealMask swapped;  ///< b was given first
-    RealMask exchange; ///< what the batch has of a is b's, but for rotations
+    RealMask exchange; ///< a and b of the batch have to change places, in all but d
 };
 
 /// Certainly valid, with a quaternion that `rotation` in math.hpp reads without scaling.
