@@ -70,8 +70,8 @@ class Follow
         }
         state_.ids.set_end(end);
         list_active();
-        BoxIndexAccess::erase(state_.resting, work_.gone);
-        if (!work_.come.empty()) BoxIndexAccess::insert(state_.resting, work_.come, work_.come_boxes);
+        BoxIndexAccess::tree(state_.resting).erase(work_.gone);
+        if (!work_.come.empty()) BoxIndexAccess::tree(state_.resting).insert(work_.come, work_.come_boxes);
         if (!state_.refused.empty() || !of_.refused.empty()) state_.refused = of_.refused;
         if (of_.shown != nullptr)
             state_.refused.erase_if([&](Key key) { return !is_shown_refused(of_, pair_of(key)); });

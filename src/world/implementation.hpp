@@ -70,7 +70,7 @@ class Change
     InUse call_;
 };
 
-/// The pairs that began by index, or with those that persist as one list, put together when somebody asks.
+/// The pairs that began, by index, alone or in one list with those that persist: made when somebody asks.
 class ListedPairs
 {
   public:
@@ -177,6 +177,8 @@ struct World<Dim, T>::Implementation
     void apply_ahead();
     /// What was applied is queued again, and everything as the last update has left it.
     void take_back() noexcept;
+    /// In snapshot.cpp: the whole world with these ids, which are State::picture_ids().
+    [[nodiscard]] std::vector<std::byte> save(const world::IdTable::Picture& ids) const;
     /// After a restore: the pairs that the last update would have left.
     void recall_pairs();
     /// The same, once, if it is still to be done.

@@ -133,7 +133,7 @@ void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
     }
     if (masked.is_worth_it_) {
         masked.index_.emplace(options_);
-        BoxIndexAccess::expect_to_come_back(*masked.index_);
+        BoxIndexAccess::tree(*masked.index_).expect_to_come_back();
         BoxIndexAccess::rebuild(*masked.index_, ids_, boxes_);
     } else {
         masked.index_.reset();
@@ -159,8 +159,8 @@ void MaskedIndexes<Dim, T>::follow(Masked& masked, const State<Dim, T>& state)
         boxes_.push_back(state.objects[Index{i}].last());
     }
     masked.is_made_ = false; // unless all succeeds
-    BoxIndexAccess::erase(*masked.index_, gone);
-    if (!ids_.empty()) BoxIndexAccess::insert(*masked.index_, ids_, boxes_);
+    BoxIndexAccess::tree(*masked.index_).erase(gone);
+    if (!ids_.empty()) BoxIndexAccess::tree(*masked.index_).insert(ids_, boxes_);
     masked.is_made_ = true;
 }
 

@@ -35,13 +35,6 @@ void check_all(const State<Dim, T>& state, std::span<const Question> questions)
     index::check_all(questions, state.options.ignore_odd_boxes);
 }
 
-template <int Dim, class T>
-void check_joined(const State<Dim, T>& state, const BoxView<Dim, T>& boxes)
-{
-    constexpr const char* set = "to be joined ";
-    state.options.ignore_odd_boxes ? check_pointers(boxes, set) : validate_boxes_of(boxes, set);
-}
-
 /// Puts questions to the resting and the active objects as if they were one index's, and says which of the
 /// objects count.
 template <int Dim, class T>
@@ -524,7 +517,7 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out,
     template <int Dim, Coordinate T>                                                                         \
     bool World<Dim, T>::join(const Boxes& boxes, ObjectJoinVisitor visitor, Filters filters) const           \
     {                                                                                                        \
-        world::check_joined(implementation_->state, boxes);                                                  \
+        index::check_joined(boxes, implementation_->state.options.ignore_odd_boxes);                         \
         const world::AskingMany<Dim, T> asking(*implementation_, filters, boxes.size(),                      \
                                                world::Visits::in_own_order);                                 \
         for (std::size_t i = 0; i < boxes.size(); ++i) {                                                     \

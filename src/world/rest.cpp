@@ -118,12 +118,13 @@ void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
 {
     const std::span<const Aabb<Dim, T>> boxes(rest.boxes);
     const std::span<const std::uint32_t> settling(rest.settling);
-    if (!settling.empty()) BoxIndexAccess::insert(state.resting, settling, boxes.first(settling.size()));
+    index::Tree<Dim, T>& resting = BoxIndexAccess::tree(state.resting);
+    if (!settling.empty()) resting.insert(settling, boxes.first(settling.size()));
     if (rest.shifting.empty()) return;
     try {
-        BoxIndexAccess::move(state.resting, rest.shifting, boxes.subspan(settling.size()));
+        resting.move(rest.shifting, boxes.subspan(settling.size()));
     } catch (...) {
-        BoxIndexAccess::erase(state.resting, settling);
+        resting.erase(settling);
         throw;
     }
 }

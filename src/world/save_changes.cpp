@@ -16,13 +16,6 @@
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
-
-// In snapshot.cpp:
-template <int Dim, class T>
-std::vector<std::byte> save(const typename World<Dim, T>::Implementation& me, const IdTable::Picture& ids);
-template <int Dim, class T>
-IdTable::Picture picture_ids(const State<Dim, T>& state);
-
 namespace {
 
 template <int Dim, class T>
@@ -381,7 +374,7 @@ void Return<Dim, T>::make_room()
         {
             for (const Key key : keys)
                 state.refused.erase(key);
-            if (!come.empty()) BoxIndexAccess::erase(state.resting, come);
+            if (!come.empty()) BoxIndexAccess::tree(state.resting).erase(come);
         }
     } added{state_, work_.keys, {}};
     work_.keys.clear();
@@ -389,7 +382,7 @@ void Return<Dim, T>::make_room()
     for (const auto& [key, is_refused] : work_.refused)
         if (is_refused && state_.refused.insert(key)) work_.keys.push_back(key);
     if (!work_.come.empty()) {
-        BoxIndexAccess::insert(state_.resting, work_.come, work_.come_boxes);
+        BoxIndexAccess::tree(state_.resting).insert(work_.come, work_.come_boxes);
         added.come = work_.come;
     }
     if (!work_.moved.empty()) state_.resting.move(work_.moved, work_.moved_boxes);
@@ -401,7 +394,7 @@ template <int Dim, class T>
 void Return<Dim, T>::commit() noexcept
 {
     me_.queues.discard();
-    if (!work_.gone.empty()) BoxIndexAccess::erase(state_.resting, work_.gone);
+    if (!work_.gone.empty()) BoxIndexAccess::tree(state_.resting).erase(work_.gone);
     state_.parked.each([&](Index index) {
         state_.objects[index].set(flag::parked, false);
         return true;
@@ -461,8 +454,8 @@ std::vector<std::byte> World<Dim, T>::save_base()
     Implementation& me = *implementation_;
     const InUse call(me.in_use, "World");
     me.check_own();
-    const world::IdTable::Picture ids = world::picture_ids(me.state);
-    std::vector<std::byte> bytes = world::save<Dim, T>(me, ids);
+    const world::IdTable::Picture ids = me.state.picture_ids();
+    std::vector<std::byte> bytes = me.save(ids);
     if (me.pair_slots) me.pair_slots->make_room_for_notes(0);
     const bool is_first = !me.journal;
     if (is_first) me.journal.emplace(&me.memory);

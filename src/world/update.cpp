@@ -89,7 +89,7 @@ template <int Dim, class T>
 void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
                  const Entries<Dim, T>& entries, const Rest<Dim, T>& rest) noexcept
 {
-    BoxIndexAccess::erase(state.resting, entries.waking);
+    BoxIndexAccess::tree(state.resting).erase(entries.waking);
     for (const Index index : state.parked.staged().first(rest.parking))
         state.objects[index].set(flag::parked);
     state.parked.keep_staged(rest.parking);

@@ -36,7 +36,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       active_index({options.executor, &memory, options.instruction_set, options.ignore_odd_boxes}),
       masked_indexes({options.executor, &memory, options.instruction_set})
 {
-    BoxIndexAccess::expect_to_come_back(state.resting);
+    BoxIndexAccess::tree(state.resting).expect_to_come_back();
     if (options.pair_slots) pair_slots.emplace(&memory);
 }
 
