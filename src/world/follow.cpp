@@ -76,7 +76,7 @@ class Follow
         if (of_.shown != nullptr)
             state_.refused.erase_if([&](Key key) { return !is_shown_refused(of_, pair_of(key)); });
 
-        view_.stats = describe(state_, view_.lists[view_.shown]);
+        view_.stats = describe(state_, view_.last_lists());
         view_.stats.bytes_reserved = view_.bytes();
         work_.position = here;
         view_.change_log.count_update();
@@ -148,7 +148,7 @@ void empty_view(typename World<Dim, T>::Implementation& view) noexcept
     view.active_index.forget();
     view.change_log.drop();
     view.follows->position = {};
-    view.stats = describe(state, view.lists[view.shown]);
+    view.stats = describe(state, view.last_lists());
 }
 
 } // namespace
@@ -158,7 +158,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::follow(const World& other)
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const world::Change call = implementation_->begin_change();
+    const world::ChangingCall call = implementation_->begin_change();
     const Implementation& of = *other.implementation_;
     if (&of == implementation_.get())
         throw Error(ErrorCode::invalid_argument,

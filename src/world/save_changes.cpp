@@ -430,7 +430,7 @@ void Return<Dim, T>::commit() noexcept
     me_.neighbour_lists.count_update();
     me_.note(work_.changed, {});
     me_.masked_indexes.note(work_.indices, {});
-    Lists& lists = me_.lists[me_.shown];
+    Lists& lists = me_.last_lists();
     lists.persisted.clear();
     lists.others.clear();
     lists.began.clear();
@@ -491,7 +491,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
 {
     Implementation& me = *implementation_;
-    const world::Change call = me.begin_change();
+    const world::ChangingCall call = me.begin_change();
     const auto& journal = world::base_of<Dim, T>(me);
     world::SnapshotReader in(world::changes_since, changes);
     const auto header = in.read_header<Dim, T>();
@@ -505,7 +505,7 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
     me.take_back(); // what apply() has shown
     back.make_room();
     back.commit();
-    me.stats = world::describe(me.state, me.lists[me.shown]);
+    me.stats = world::describe(me.state, me.last_lists());
     me.stats.bytes_reserved = me.bytes();
 }
 

@@ -165,7 +165,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::restore(std::span<const std::byte> snapshot)
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const world::Change call = implementation_->begin_change();
+    const world::ChangingCall call = implementation_->begin_change();
     world::SnapshotReader in(world::whole_snapshot, snapshot);
     const auto [version, base] = in.read_header<Dim, T>();
     if (base != 0) in.refuse("the checksum says that there was an alteration");
