@@ -185,8 +185,8 @@ struct WorldStats
     double us_total = 0, us_apply = 0, us_active = 0, us_resting = 0, us_events = 0, us_index = 0;
 };
 
-/// What a world draws, see World::draw: the boxes of objects, but for odd ones, and lines between the centres
-/// of pairs.
+/// What a world draws, see World::draw: boxes of objects, but for odd ones, and lines for pairs, from centre
+/// to centre.
 enum class DrawKind : std::uint8_t
 {
     active,    ///< a box
