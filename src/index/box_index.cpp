@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "base/per_thread.hpp"
 #include "index/answers.hpp"
 #include "index/box_index_access.hpp"
@@ -727,10 +728,7 @@ JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, std::uint32_t)                                                 \
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, std::uint32_t)                                               \
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, std::uint32_t)
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE_BATCHES
 #undef JOSTLE_INSTANTIATE_QUESTION
 #undef JOSTLE_INSTANTIATE_LINE

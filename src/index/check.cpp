@@ -10,6 +10,7 @@
 
 #include "base/box.hpp"
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "jostle/error.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -275,10 +276,7 @@ void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number)
     template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t, bool);                                \
     template void check<Dim, T>(const NearestToBox<Dim, T>&, std::uint64_t, bool);                           \
     template void check_joined(const BoxView<Dim, T>&, bool);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 void check_room(std::size_t questions, std::size_t results)

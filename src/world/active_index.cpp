@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -127,7 +127,7 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
 } // namespace world
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class world::ActiveIndex<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

@@ -3,9 +3,9 @@
 // the other one is updated. A view that follows again looks at what has changed since, if that was noted.
 #include <algorithm>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/records.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -184,7 +184,7 @@ void World<Dim, T>::follow(const World& other)
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template JOSTLE_API void World<Dim, T>::follow(const World&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -191,7 +191,7 @@ void MaskedIndexes<Dim, T>::note(std::span<const std::uint32_t> rested,
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class MaskedIndexes<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

@@ -5,11 +5,11 @@
 #include <utility>
 
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "index/answers.hpp"
 #include "index/box_index_access.hpp"
 #include "index/check.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -721,7 +721,7 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
                                                  const ObjectQueryFilter&) const;                            \
     template JOSTLE_API bool World<Dim, T>::join(const BoxView<Dim, T>&, ObjectJoinVisitor,                  \
                                                  FilterOfEach<ObjectQueryFilter>) const;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE_BATCHES
 #undef JOSTLE_INSTANTIATE_QUESTION
 #undef JOSTLE_INSTANTIATE_LINE

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -133,7 +133,7 @@ void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
     template void settle(State<Dim, T>&, const Rest<Dim, T>&);                                               \
     template Rest<Dim, T> plan_rest(State<Dim, T>&, const Changes<Dim, T>&, const Entries<Dim, T>&,          \
                                     NeighbourLists<Dim, T>&, PairFinder&, Arena&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/snapshot_bytes.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -513,7 +513,7 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
     template JOSTLE_API std::vector<std::byte> World<Dim, T>::save_base();                                   \
     template JOSTLE_API void World<Dim, T>::save_changes(std::vector<std::byte>&);                           \
     template JOSTLE_API void World<Dim, T>::restore_changes(std::span<const std::byte>);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

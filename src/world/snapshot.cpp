@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/snapshot_bytes.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -214,7 +214,7 @@ World<Dim, T> World<Dim, T>::fork() const
     template JOSTLE_API std::vector<std::byte> World<Dim, T>::save() const;                                  \
     template JOSTLE_API void World<Dim, T>::restore(std::span<const std::byte>);                             \
     template JOSTLE_API World<Dim, T> World<Dim, T>::fork() const;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

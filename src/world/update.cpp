@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // An update, stage by stage. Each works out something and says it; the world stays what it was but for what
 // Changes and Refusals take back when they go. Then all is taken over by steps that can't fail.
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/candidates.hpp"
 #include "world/events.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/rest.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -353,7 +353,7 @@ void World<Dim, T>::Implementation::recall_if_due()
     template void World<Dim, T>::Implementation::take_back() noexcept;                                       \
     template void World<Dim, T>::Implementation::recall_pairs();                                             \
     template void World<Dim, T>::Implementation::recall_if_due();
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

@@ -11,9 +11,9 @@
 #include <tuple>
 
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/writer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -587,7 +587,7 @@ void World<Dim, T>::draw(
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class World<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END
