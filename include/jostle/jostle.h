@@ -555,7 +555,7 @@ JOSTLE_C_API jostle_status jostle_spatial_order(jostle_space space, const jostle
 typedef struct jostle_images_view
 {
     jostle_boxes boxes;     ///< the originals, then the images
-    const uint32_t* origin; ///< whose each one is
+    const uint32_t* origin; ///< of which box each one is an image; an original is its own
     const void* shift;      ///< how far each one is from its origin: dim numbers
     uint64_t originals;     ///< how many of the boxes are
 } jostle_images_view;
@@ -1031,7 +1031,7 @@ JOSTLE_C_API jostle_status jostle_shape_cylinder(double half_length, double radi
 /// From a disc of `radius` at y = -half_length to its tip at y = +half_length, in 3D.
 JOSTLE_C_API jostle_status jostle_shape_cone(double half_length, double radius, jostle_shape** out,
                                              jostle_error* error);
-/// Half as wide along each axis as `half` says: dim numbers.
+/// An ellipsoid, in 2D an ellipse, with the semi-axes `half`: dim numbers.
 JOSTLE_C_API jostle_status jostle_shape_ellipsoid(int32_t dim, const double* half, jostle_shape** out,
                                                   jostle_error* error);
 /// Everything below a plane: the points p with normal . p <= offset * |normal|. The normal has dim numbers.
