@@ -11,13 +11,13 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/contact_peers.hpp"
+#include "bench_bodies.hpp"
 #include "bench_options.hpp"
 #include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/contact.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
-#include "scenes/random.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -88,40 +88,9 @@ struct PairScene
     std::unique_ptr<jostle::Mesh<3>> mesh;
 };
 
-class Numbers
-{
-  public:
-    explicit Numbers(std::uint64_t seed) : random_(seed) {}
-    double uniform(double lo, double hi) { return lo + (hi - lo) * random_.uniform(); }
-    jostle::Vec<3, double> in_ball()
-    {
-        for (;;) {
-            const jostle::Vec<3, double> p{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
-            const double size = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
-            if (size <= 1 && size > 1e-4) return p;
-        }
-    }
-    std::array<float, 4> rotation()
-    {
-        std::array<float, 4> q{};
-        double size = 0;
-        while (size < 0.01 || size > 1) {
-            size = 0;
-            for (float& x : q)
-                x = static_cast<float>(uniform(-1, 1)), size += double{x} * x;
-        }
-        for (float& x : q)
-            x = static_cast<float>(x / std::sqrt(size));
-        return q;
-    }
-
-  private:
-    jostle_scenes::Random random_;
-};
-
 constexpr std::size_t hull_models = 64;
 
-void add_hull_models(PairScene& scene, Numbers& numbers)
+void add_hull_models(PairScene& scene, RandomBodies& numbers)
 {
     for (std::size_t k = 0; k < hull_models; ++k) {
         std::vector<jostle::Vec<3, double>> points(32);
@@ -134,12 +103,7 @@ void add_hull_models(PairScene& scene, Numbers& numbers)
         scene.hulls.push_back(std::make_unique<jostle::ConvexHull<3>>(points));
         const auto corners = scene.hulls.back()->vertices();
         scene.points.emplace_back(corners.begin(), corners.end());
-        auto& triangles = scene.triangles.emplace_back();
-        for (std::size_t f = 0; f < scene.hulls.back()->face_count(); ++f) {
-            const auto face = scene.hulls.back()->face(f);
-            for (std::size_t i = 2; i < face.size(); ++i)
-                triangles.push_back({face[0], face[i - 1], face[i]});
-        }
+        scene.triangles.push_back(triangles_of(*scene.hulls.back()));
     }
 }
 
@@ -161,7 +125,7 @@ void add_terrain(PairScene& scene)
     scene.mesh = std::make_unique<jostle::Mesh<3>>(points, triangles);
 }
 
-void add_body(PairScene& scene, BodyKind kind, Numbers& numbers)
+void add_body(PairScene& scene, BodyKind kind, RandomBodies& numbers)
 {
     BodyShape body{kind};
     Shape3 shape;
@@ -216,7 +180,7 @@ std::unique_ptr<PairScene> make_scene(const Combination& combination, std::uint6
 {
     auto made = std::make_unique<PairScene>();
     PairScene& scene = *made;
-    Numbers numbers(seed);
+    RandomBodies numbers(seed);
     if (combination.a == BodyKind::hull || combination.b == BodyKind::hull) add_hull_models(scene, numbers);
     const bool with_mesh = combination.b == BodyKind::mesh;
     std::vector<Pose3f> base;
@@ -231,7 +195,7 @@ std::unique_ptr<PairScene> make_scene(const Combination& combination, std::uint6
         if (with_mesh) {
             Pose3f pose{
                 {static_cast<float>(numbers.uniform(2, 48)), 3, static_cast<float>(numbers.uniform(2, 48))},
-                numbers.rotation()};
+                numbers.rotation<float>()};
             const double gap = numbers.uniform(-0.1, 0.1);
             for (int step = 0; step < 3; ++step)
                 if (const auto d = jostle::distance(scene.shapes[a], pose, scene.shapes[0], Pose3f{}, 1e9f))
@@ -241,7 +205,7 @@ std::unique_ptr<PairScene> make_scene(const Combination& combination, std::uint6
             continue;
         }
         add_body(scene, combination.b, numbers);
-        Pose3f pose_a{{}, numbers.rotation()}, pose_b{{}, numbers.rotation()};
+        Pose3f pose_a{{}, numbers.rotation<float>()}, pose_b{{}, numbers.rotation<float>()};
         const auto away = numbers.in_ball();
         const double size = std::sqrt(away[0] * away[0] + away[1] * away[1] + away[2] * away[2]);
         for (std::size_t d = 0; d < 3; ++d) {

@@ -14,12 +14,12 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/distance_peers.hpp"
+#include "bench_bodies.hpp"
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/contact.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
-#include "scenes/random.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -87,36 +87,8 @@ struct Scene
     std::vector<Pair> pairs;
 };
 
-class Numbers
-{
-  public:
-    explicit Numbers(std::uint64_t seed) : random_(seed) {}
-    double uniform(double lo, double hi) { return lo + (hi - lo) * random_.uniform(); }
-    jostle::Vec<3, double> direction()
-    {
-        const double y = uniform(-1, 1), angle = uniform(0, 2 * std::numbers::pi), r = std::sqrt(1 - y * y);
-        return {r * std::cos(angle), y, r * std::sin(angle)};
-    }
-    std::array<double, 4> rotation()
-    {
-        std::array<double, 4> q{};
-        double size = 0;
-        while (size < 0.01 || size > 1) {
-            size = 0;
-            for (double& x : q)
-                x = uniform(-1, 1), size += x * x;
-        }
-        for (double& x : q)
-            x /= std::sqrt(size);
-        return q;
-    }
-
-  private:
-    jostle_scenes::Random random_;
-};
-
 /// A closed surface with bumps.
-void add_mesh(Scene& scene, std::uint32_t rings, Numbers& numbers)
+void add_mesh(Scene& scene, std::uint32_t rings, RandomBodies& numbers)
 {
     auto& points = scene.points.emplace_back();
     auto& triangles = scene.triangles.emplace_back();
@@ -138,7 +110,7 @@ void add_mesh(Scene& scene, std::uint32_t rings, Numbers& numbers)
 }
 
 /// 24 points on a ball: all are corners.
-void add_hull(Scene& scene, Numbers& numbers)
+void add_hull(Scene& scene, RandomBodies& numbers)
 {
     std::vector<jostle::Vec<3, double>> points(24);
     for (auto& p : points) {
@@ -149,15 +121,10 @@ void add_hull(Scene& scene, Numbers& numbers)
     scene.hulls.push_back(std::make_unique<jostle::ConvexHull<3>>(points));
     const auto corners = scene.hulls.back()->vertices();
     scene.points.emplace_back(corners.begin(), corners.end());
-    auto& triangles = scene.triangles.emplace_back();
-    for (std::size_t f = 0; f < scene.hulls.back()->face_count(); ++f) {
-        const auto face = scene.hulls.back()->face(f);
-        for (std::size_t i = 2; i < face.size(); ++i)
-            triangles.push_back({face[0], face[i - 1], face[i]});
-    }
+    scene.triangles.push_back(triangles_of(*scene.hulls.back()));
 }
 
-void make_body(Scene& scene, std::size_t which, BodyKind kind, std::uint32_t rings, Numbers& numbers)
+void make_body(Scene& scene, std::size_t which, BodyKind kind, std::uint32_t rings, RandomBodies& numbers)
 {
     BodyShape body{kind};
     Shape3& shape = scene.shape[which];
@@ -207,7 +174,7 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
     Scene& scene = *made;
     scene.points.reserve(2); // bodies have views of them
     scene.triangles.reserve(2);
-    Numbers numbers(seed);
+    RandomBodies numbers(seed);
     make_body(scene, 0, combination.a, combination.rings, numbers);
     make_body(scene, 1, combination.b, combination.rings, numbers);
     std::size_t next = 0;
@@ -220,7 +187,7 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
         for (std::uint64_t i = 0; i < count; ++i) {
             scene.shapes.push_back(scene.shape[which]);
             scene.bodies.push_back(scene.body[which]);
-            scene.poses.push_back({{}, numbers.rotation()});
+            scene.poses.push_back({{}, numbers.rotation<double>()});
         }
     for (std::uint32_t i = 0; i < count; ++i) {
         const Pair pair{i, static_cast<std::uint32_t>(count) + i};
@@ -237,7 +204,7 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
                     b.position[k] -= d->normal[k] * (d->distance - gap);
         scene.pairs.push_back(pair);
     }
-    Numbers depths(seed + 1);
+    RandomBodies depths(seed + 1);
     scene.overlapping = scene.poses;
     for (const Pair& pair : scene.pairs) {
         const Pose3d& a = scene.poses[pair.a];

@@ -33,7 +33,7 @@ struct IndexStats
     std::uint64_t nodes = 0;  ///< groups of at most 16 pages or nodes
     std::uint64_t depth = 0;  ///< nodes on the longest way to a page
     std::uint64_t bytes = 0;  ///< memory held
-    std::uint64_t sorts = 0;  ///< pages put in order since the index was made
+    std::uint64_t sorts = 0;  ///< pages put in order since the last build()
     std::uint64_t splits = 0; ///< pages split since then
 };
 

@@ -88,7 +88,7 @@ using PointContactBuffer = BlockBuffer<PointContact<Dim, T>>;
 template <int Dim, Coordinate T>
 struct Distance
 {
-    T distance;          ///< below 0: the least motion that separates them
+    T distance;          ///< below 0 where they overlap: by the least motion that separates them
     Vec<Dim, T> normal;  ///< unit, from a to b
     Vec<Dim, T> point_a; ///< on a's surface, from the position of a's pose, in world axes
     Vec<Dim, T> point_b; ///< on b's surface, from the position of b's pose
@@ -191,9 +191,10 @@ struct ContactOptions
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
 ///
 /// Shapes and poses have one element per object: arrays, vectors, spans, or members of structs. Shapes may
-/// repeat, of a whole set, StridedView<Shape3>(shapes).repeated(poses.size()), or one for all,
-/// StridedView<Shape3>(&shape, poses.size(), 0). Pairs name objects by position and may come in any order,
-/// also with b < a; no object may be paired with itself. With two sets, a is of the first, b of the second.
+/// repeat: StridedView<Shape3>(shapes).repeated(poses.size()) has those of a set over and over, and
+/// StridedView<Shape3>(&shape, poses.size(), 0) one for all. Pairs name objects by position and may come in
+/// any order, also with b < a; no object may be paired with itself. With two sets, a is of the first, b of
+/// the second.
 ///
 /// Touching  shapes are closed: those that share a point touch, with depth >= 0 up to rounding. Everything is
 ///           computed in double, relative to one of the two objects.

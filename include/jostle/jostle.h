@@ -555,7 +555,7 @@ JOSTLE_C_API jostle_status jostle_spatial_order(jostle_space space, const jostle
 typedef struct jostle_images_view
 {
     jostle_boxes boxes;     ///< the originals, then the images
-    const uint32_t* origin; ///< whose each one is
+    const uint32_t* origin; ///< of which box each one is an image; an original is its own
     const void* shift;      ///< how far each one is from its origin: dim numbers
     uint64_t originals;     ///< how many of the boxes are
 } jostle_images_view;
@@ -684,9 +684,9 @@ JOSTLE_C_API jostle_status jostle_index_visit(const jostle_index* index, jostle_
 /// thread. Nothing further than *bound comes from then on: it may be made less.
 typedef int32_t (*jostle_visit_close_pair_function)(void* context, uint64_t a, uint64_t b, double at,
                                                     double* bound);
-/// Hands over pairs of objects of this index, or of one of this and one of another, that may be NULL: those
-/// whose boxes touch, in an order of the indexes' own. `at` is 0, and `bound` NULL. `finished` becomes 0 if
-/// `visit` stopped that, else 1.
+/// Hands over the pairs of objects whose boxes touch: of two of this index if `other` is NULL, else of one of
+/// this and one of the other, in an order of the indexes' own. `at` is 0, and `bound` NULL. `finished`
+/// becomes 0 if `visit` stopped that, else 1.
 JOSTLE_C_API jostle_status jostle_index_pairs(const jostle_index* index, const jostle_index* other,
                                               jostle_visit_close_pair_function visit, void* context,
                                               int32_t* finished, jostle_error* error);
@@ -913,9 +913,9 @@ JOSTLE_C_API jostle_status jostle_world_count(const jostle_world* world, jostle_
                                               const void* questions, uint64_t count,
                                               const jostle_query_filter* filter, uint64_t* counts,
                                               jostle_error* error);
-/// As jostle_index_closest_pairs: of objects of this world whose filters let them pair, or of one of this and
-/// one of another world. Pairs of this world that touch and that `accept` refused are left out; about pairs
-/// apart it hasn't been asked.
+/// As jostle_index_closest_pairs: of two objects of this world whose filters let them pair if `other` is
+/// NULL, else of one of this and one of the other world. Pairs of this world that touch and that `accept`
+/// refused are left out; about pairs apart it hasn't been asked.
 JOSTLE_C_API jostle_status jostle_world_closest_pairs(const jostle_world* world, const jostle_world* other,
                                                       double max_distance,
                                                       jostle_visit_close_pair_function visit, void* context,
@@ -1031,7 +1031,7 @@ JOSTLE_C_API jostle_status jostle_shape_cylinder(double half_length, double radi
 /// From a disc of `radius` at y = -half_length to its tip at y = +half_length, in 3D.
 JOSTLE_C_API jostle_status jostle_shape_cone(double half_length, double radius, jostle_shape** out,
                                              jostle_error* error);
-/// Half as wide along each axis as `half` says: dim numbers.
+/// An ellipsoid, in 2D an ellipse, with the semi-axes `half`: dim numbers.
 JOSTLE_C_API jostle_status jostle_shape_ellipsoid(int32_t dim, const double* half, jostle_shape** out,
                                                   jostle_error* error);
 /// Everything below a plane: the points p with normal . p <= offset * |normal|. The normal has dim numbers.

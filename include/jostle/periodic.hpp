@@ -30,9 +30,9 @@ struct PeriodicOptions
 ///     for (jostle::Pair pair : finder.find(images.boxes(), images.filter()))
 ///         meet(images.origin()[pair.a], images.origin()[pair.b], images.shift()[pair.b]);
 ///
-/// Pairs     each pair of objects is found once for each shift by which it touches: once, since no box
-///           reaches half a period. Of two that meet across a border the one with the greater coordinate has
-///           the image, shifted down by a period: the first component of a shift that isn't 0 is negative.
+/// Pairs     each pair of objects is found once: as no box reaches half a period, two touch by one shift at
+///           the most. Of two that meet across a border the one with the greater coordinate has the image,
+///           shifted down by a period: the first component of a shift that isn't 0 is negative.
 /// Order     boxes() has the originals in their order, then the images by ascending origin, for any number of
 ///           threads. In a pair of this search a < b: `a` is an original, and `b` an original or an image.
 /// Places    the boxes may lie anywhere, as long as they lie within less than two periods: with all centres

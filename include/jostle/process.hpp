@@ -56,7 +56,7 @@ struct ProcessOptions
 struct WorkPlan
 {
     std::uint64_t items = 0;
-    std::uint64_t block_items = 1; ///< the last block may have fewer; 0 where each block has its own number
+    std::uint64_t block_items = 1; ///< the last block may have fewer; 0 where blocks differ in how many
     std::uint32_t blocks = 0;
     std::uint32_t slots = 1; ///< min(executor's concurrency, blocks), at least 1
 };

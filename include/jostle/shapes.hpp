@@ -136,12 +136,12 @@ class JOSTLE_API Mesh
 /// Shape    columns x rows heights, row by row; height [row * columns + column] stands at
 ///          x = column * spacing_x, z = row * spacing_z. Each cell is two triangles that share the diagonal
 ///          from its corner of lowest x and z to its opposite.
-/// Valid    at least 2 x 2 finite heights, fewer than 2^32 triangles, spacings above 0. The ground reaches
-///          from the surface down to `thickness`, at least a cell's width, below the lowest height: what is
-///          in it is pushed up. There is no ground beside the rim and further down. Only time_of_impact knows
-///          the sides and the underside: for contacts() and distance() a body beside the rim, or across it
-///          with its centre beside, has only the surface, and of that what it meets or is above as seen from
-///          there. If it is level with the rim or lower and doesn't meet the surface, there is no distance.
+/// Valid    at least 2 x 2 finite heights, fewer than 2^32 triangles, spacings above 0.
+/// Ground   reaches from the surface down to `thickness`, at least a cell's width, below the lowest height:
+///          what is in it is pushed up. There is none beside the rim and further down. time_of_impact() and
+///          shape_cast() know its sides and its underside. For contacts() and distance(), a body whose centre
+///          is beside the rim meets the surface alone, and is near to what of it lies below the body. If such
+///          a body is level with the rim or lower and doesn't meet the surface, there is no distance.
 /// Contacts one for each triangle. A body that rolls over the edge between two triangles isn't caught by it;
 ///          on a ridge the contact is that of the nearest triangle.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one

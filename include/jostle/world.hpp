@@ -158,7 +158,7 @@ struct WorldStats
 {
     std::uint64_t objects = 0;  ///< in the world
     std::uint64_t resting = 0;  ///< of these: kept in the index, cost nothing
-    std::uint64_t active = 0;   ///< of these: changed in several of the last updates
+    std::uint64_t active = 0;   ///< of these: changed of late, and aren't at rest yet
     std::uint64_t disabled = 0; ///< of these
     std::uint64_t odd = 0;      ///< of these: enabled, with an odd box; see ignore_odd_boxes
     std::uint64_t refused = 0;  ///< pairs that `accept` has refused and that still touch
@@ -185,15 +185,16 @@ struct WorldStats
     double us_total = 0, us_apply = 0, us_active = 0, us_resting = 0, us_events = 0, us_index = 0;
 };
 
-/// Which kind of box or line a world draws: see World::draw.
+/// What a world draws, see World::draw: boxes of objects, but for odd ones, and lines for pairs, from centre
+/// to centre.
 enum class DrawKind : std::uint8_t
 {
-    active,
-    resting,
-    disabled, ///< boxes; odd ones aren't drawn
-    began,
-    persisted,
-    ended, ///< lines from centre to centre
+    active,    ///< a box
+    resting,   ///< a box
+    disabled,  ///< a box
+    began,     ///< a line
+    persisted, ///< a line
+    ended,     ///< a line
 };
 
 /// Objects that live, move and rest, and the pairs between them: which began, persist and ended.
@@ -207,11 +208,12 @@ enum class DrawKind : std::uint8_t
 ///           waste. There is nothing to configure: no capacity, bounds, cell size or order of insertion.
 /// Exact     closed boxes, compared in the user's own numbers; nothing is dropped or capped.
 /// Threads   commands: from any number of threads, at any time, also during update() and inside callbacks.
-///           Everything that reads: from any number of threads, but not during update(), apply(), restore(),
-///           restore_changes(), clear() or follow(), nor while the World is moved from or assigned to. Of
-///           update(), apply(), restore(), clear() and join() into a vector, a second one at the same time is
-///           an `Error`, and so is any of them inside WorldOptions::accept. Inside functions given to
-///           questions and to draw(), update(), apply(), restore() and clear() are an `Error`; join() isn't.
+///           Changes, which are update(), apply(), restore(), restore_changes(), clear() and follow(): one at
+///           a time; inside functions given to questions and to draw() they are an `Error`. Calls that work
+///           in the World's memory, which are join() into a vector, save_base() and save_changes(): one at a
+///           time as well. A second one of either kind at the same time is an `Error`, and so is any of them
+///           inside WorldOptions::accept. Everything that reads: from any number of threads, but not during
+///           a change, nor while the World is moved from or assigned to.
 /// Order     the result depends on what was queued, not on which thread was first. Commands of one thread (as
 ///           std::this_thread::get_id() tells them apart) take effect in its order. If several threads set
 ///           the same property (box, filter, margin, enabled) of the same object for the same update, the
@@ -515,8 +517,9 @@ class JOSTLE_API World
     // --- Snapshots, of the world as of the last update ---
 
     /// What the world is: objects, ids, filters, who rests, what `accept` refused, user data and the slots of
-    /// pairs. Not what is queued, nor the lists of the last update. Version, checksum and layout: the
-    /// source's src/world/snapshot.cpp; the same bytes on every machine. About 44 bytes and 60 ns an object.
+    /// pairs. Not what is queued, nor the lists of the last update. The same bytes on every machine; their
+    /// layout: the source's src/world/snapshot.cpp, and snapshot_bytes.hpp for what it has in common with
+    /// that of changes. About 44 bytes and 60 ns an object.
     [[nodiscard]] std::vector<std::byte> save() const;
     /// Becomes the world that was saved, with its margin; executor, memory, `accept` and whether pairs have
     /// slots stay as they are here. If pairs have slots in this world and had none in the saved one, they

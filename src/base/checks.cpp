@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 
 #include <limits>
 #include <sstream>
@@ -104,10 +105,7 @@ void check_offsets(std::span<const std::uint64_t> offsets, const char* part, con
     template void validate_boxes_of<Dim, T>(const BoxView<Dim, T>&, const char*,                             \
                                             std::span<const std::uint32_t>);                                 \
     template void validate_boxes<Dim, T>(const BoxView<Dim, T>&);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "base/instantiate.hpp"
 #include "jostle/chapter.hpp"
 #include "jostle/find_pairs.hpp"
 
@@ -98,10 +99,7 @@ std::vector<Pair> find_pairs(const BoxView<Dim, T>& boxes, Executor& executor)
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template JOSTLE_API std::vector<T> choose_cell_sizes(const BoxView<Dim, T>&);                            \
     template JOSTLE_API std::vector<Pair> find_pairs(const BoxView<Dim, T>&, Executor&);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace chapter

@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "base/instantiate.hpp"
 #include "base/prefetch.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -85,10 +86,7 @@ void sample_records(const Boxes<Dim, T>& boxes, const Record* records, std::uint
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template void sample_boxes(const Boxes<Dim, T>&, Sample&);                                               \
     template void sample_records(const Boxes<Dim, T>&, const Record*, std::uint32_t, Sample&);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace engine

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/box.hpp"
+#include "base/radix.hpp"
 #include "index/kernels/kernels.hpp"
 #include "index/tree.hpp"
 #include "jostle/error.hpp"
@@ -23,7 +24,17 @@ JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
 /// Sorts ids below 2^digits ascending. `spare` has room for as many.
-void sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, std::uint32_t* spare) noexcept;
+inline void sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, std::uint32_t* spare) noexcept
+{
+    constexpr int most_passes = 4, most_at_once = 11;
+    constexpr std::size_t many = 512; // for fewer, that many counters don't pay
+    const int at_once = count < many ? 8 : most_at_once;
+    const int passes = (digits + at_once - 1) / at_once, step = (digits + passes - 1) / passes;
+    const std::uint32_t* const sorted = radix_sort<most_at_once, most_passes>(
+        ids, spare, static_cast<std::uint32_t>(count), [](std::uint32_t id) { return id; },
+        ~std::uint32_t{0} >> (32 - digits), step);
+    if (sorted != ids) std::copy_n(sorted, count, ids);
+}
 
 /// Sorts ids below `id_end`, no two the same. `spare` has room for as many.
 template <int Dim, class T>
@@ -119,8 +130,8 @@ template <int Dim, class T>
 class Answers
 {
   public:
-    /// Says of an object that isn't where the first tree has it where it is: in the other tree, if its box is
-    /// one. Null of the others.
+    /// The box of an object that is no longer where the first tree has it, and is found in the other tree
+    /// instead, or in none if the box is NaN. Null for an object that is where it was.
     using Elsewhere = FunctionRef<const Aabb<Dim, T>*(std::uint32_t id)>;
 
     /// `other` and `elsewhere` may be null. `of_other` says which objects of the other tree count at all; it

@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "base/per_thread.hpp"
-#include "base/radix.hpp"
 #include "index/answers.hpp"
 #include "index/box_index_access.hpp"
 #include "index/check.hpp"
@@ -23,18 +23,6 @@
 JOSTLE_NAMESPACE_BEGIN
 
 using index::Wanted;
-
-void index::sort_by_digits(std::uint32_t* ids, std::size_t count, int digits, std::uint32_t* spare) noexcept
-{
-    constexpr int most_passes = 4, most_at_once = 11;
-    constexpr std::size_t many = 512; // for fewer, that many counters don't pay
-    const int at_once = count < many ? 8 : most_at_once;
-    const int passes = (digits + at_once - 1) / at_once, step = (digits + passes - 1) / passes;
-    const std::uint32_t* const sorted = radix_sort<most_at_once, most_passes>(
-        ids, spare, static_cast<std::uint32_t>(count), [](std::uint32_t id) { return id; },
-        ~std::uint32_t{0} >> (32 - digits), step);
-    if (sorted != ids) std::copy_n(sorted, count, ids);
-}
 
 namespace {
 
@@ -142,17 +130,6 @@ struct BoxIndex<Dim, T>::Implementation
             odd.build(tree, ids, boxes);
     }
 
-    /// Everything that one question is about, in order.
-    template <class Question, class Item>
-    bool all(const Question& question, std::vector<Item>& out, const QueryFilter& filter,
-             std::uint64_t max_results) const
-    {
-        out.clear();
-        check(question, filter);
-        return filtered(filter, 0,
-                        [&](Wanted wanted) { return answers().all(question, wanted, max_results, out); });
-    }
-
     [[nodiscard]] bool contains(std::uint32_t id) const noexcept
     {
         return tree.contains(id) || odd.contains(id);
@@ -217,14 +194,8 @@ struct BoxIndex<Dim, T>::Implementation
         index::check(question, Error::no_index, options.ignore_odd_boxes);
         index::check(filter, tree.id_end());
     }
-    template <class Question>
-    void check(std::span<const Question> questions, const QueryFilter& filter) const
-    {
-        index::check_all(questions, options.ignore_odd_boxes);
-        check_each(filter, questions.size());
-    }
-    template <class Question>
-    void check(std::span<const Question> questions, const FilterOfEach<QueryFilter>& filters) const
+    template <class Question, class Filters>
+    void check_all(std::span<const Question> questions, const Filters& filters) const
     {
         index::check_all(questions, options.ignore_odd_boxes);
         check_each(filters, questions.size());
@@ -235,6 +206,32 @@ struct BoxIndex<Dim, T>::Implementation
         index::check_filters(questions, filters.size());
         for (std::size_t i = 0; i < filters.size(); ++i)
             index::check(filters[i], tree.id_end(), i);
+    }
+
+    // Single questions.
+
+    template <class Line>
+    std::optional<Hit<T>> first(const Line& line, const QueryFilter& filter) const
+    {
+        check(line, filter);
+        const Hit<T> hit = filtered(filter, 0, [&](Wanted wanted) { return answers().first(line, wanted); });
+        return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
+    }
+    template <class Question, class Item>
+    bool all(const Question& question, std::vector<Item>& out, const QueryFilter& filter,
+             std::uint64_t max_results) const
+    {
+        out.clear();
+        check(question, filter);
+        return filtered(filter, 0,
+                        [&](Wanted wanted) { return answers().all(question, wanted, max_results, out); });
+    }
+    template <class Question>
+    void nearest(const Question& question, std::vector<Hit<T>>& out, const QueryFilter& filter) const
+    {
+        out.clear();
+        check(question, filter);
+        filtered(filter, 0, [&](Wanted wanted) { answers().nearest(question, wanted, out); });
     }
 
     // Batches. Filters is a QueryFilter for all questions, or a FilterOfEach.
@@ -262,7 +259,7 @@ struct BoxIndex<Dim, T>::Implementation
     void first(std::span<const Line> lines, std::span<Hit<T>> out, const Filters& filters) const
     {
         index::check_room(lines.size(), out.size());
-        check(lines, filters);
+        check_all(lines, filters);
         const index::Answers<Dim, T> given = answers();
         each(lines.size(), filters,
              [&](std::size_t i, Wanted wanted) { out[i] = given.first(lines[i], wanted); });
@@ -271,7 +268,7 @@ struct BoxIndex<Dim, T>::Implementation
     void all(std::span<const Question> questions, ResultLists<Item>& out, const Filters& filters,
              std::uint64_t max_results) const
     {
-        check(questions, filters);
+        check_all(questions, filters);
         const index::Answers<Dim, T> given = answers();
         lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
             return given.all(questions[i], wanted, max_results, items);
@@ -280,7 +277,7 @@ struct BoxIndex<Dim, T>::Implementation
     template <class Question, class Filters>
     void nearest(std::span<const Question> questions, ResultLists<Hit<T>>& out, const Filters& filters) const
     {
-        check(questions, filters);
+        check_all(questions, filters);
         const index::Answers<Dim, T> given = answers();
         lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
             given.nearest(questions[i], wanted, items);
@@ -291,7 +288,7 @@ struct BoxIndex<Dim, T>::Implementation
     void any(std::span<const Question> questions, BoolSpan out, const Filters& filters) const
     {
         index::check_room(questions.size(), out.size());
-        check(questions, filters);
+        check_all(questions, filters);
         const index::Answers<Dim, T> given = answers();
         each(questions.size(), filters,
              [&](std::size_t i, Wanted wanted) { out[i] = given.any(questions[i], wanted); });
@@ -301,7 +298,7 @@ struct BoxIndex<Dim, T>::Implementation
                const Filters& filters) const
     {
         index::check_room(questions.size(), out.size());
-        check(questions, filters);
+        check_all(questions, filters);
         const index::Answers<Dim, T> given = answers();
         each(questions.size(), filters,
              [&](std::size_t i, Wanted wanted) { out[i] = given.count(questions[i], wanted); });
@@ -312,7 +309,8 @@ struct BoxIndex<Dim, T>::Implementation
     {
         std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
         out.clear();
-        check_batch(boxes, filters);
+        index::check_joined(boxes, options.ignore_odd_boxes);
+        check_each(filters, boxes.size());
         if (options.ignore_odd_boxes && count_odd(boxes) != 0) {
             index::ValidBoxes<Dim, T> valid(options.memory, boxes);
             joins.run(tree, *executor, BoxView<Dim, T>(valid.boxes), pairs);
@@ -331,7 +329,8 @@ struct BoxIndex<Dim, T>::Implementation
     template <class Filters>
     bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const Filters& filters) const
     {
-        check_batch(boxes, filters);
+        index::check_joined(boxes, options.ignore_odd_boxes);
+        check_each(filters, boxes.size());
         const Answering answering(this);
         const index::Answers<Dim, T> given = answers();
         for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -343,17 +342,6 @@ struct BoxIndex<Dim, T>::Implementation
         }
         return true;
     }
-    template <class Filters>
-    void check_batch(const BoxView<Dim, T>& boxes, const Filters& filters) const
-    {
-        if (boxes.size() >= Hit<T>::none)
-            throw Error(ErrorCode::too_many_objects,
-                        std::to_string(boxes.size()) + " boxes in one call; give at most 4294967294");
-        constexpr const char* set = "to be joined ";
-        options.ignore_odd_boxes ? check_pointers(boxes, set) : validate_boxes_of(boxes, set);
-        check_each(filters, boxes.size());
-    }
-
     [[nodiscard]] index::Roots<Dim, T> roots_with(const Implementation& other) const noexcept
     {
         return {tree.root(), other.tree.root(), this == &other, {}};
@@ -456,43 +444,9 @@ std::span<const index::Seen<Dim, T>> BoxIndexAccess::around(const BoxIndex<Dim, 
 }
 
 template <int Dim, Coordinate T>
-void BoxIndexAccess::insert(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
-                            const Boxes<Dim, T>& boxes)
+index::Tree<Dim, T>& BoxIndexAccess::tree(BoxIndex<Dim, T>& index) noexcept
 {
-    index.implementation_->tree.insert(ids, boxes);
-}
-
-template <int Dim, Coordinate T>
-void BoxIndexAccess::move(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
-                          const Boxes<Dim, T>& boxes)
-{
-    index.implementation_->tree.move(ids, boxes);
-}
-
-template <int Dim, Coordinate T>
-void BoxIndexAccess::erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids) noexcept
-{
-    index.implementation_->tree.erase(ids);
-}
-
-template <int Dim, Coordinate T>
-void BoxIndexAccess::expect_to_come_back(BoxIndex<Dim, T>& index) noexcept
-{
-    index.implementation_->tree.expect_to_come_back();
-}
-
-template <int Dim, Coordinate T>
-void BoxIndexAccess::rebuild(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
-                             const Boxes<Dim, T>& boxes)
-{
-    index.clear();
-    index.implementation_->tree.insert(ids, boxes);
-}
-
-template <int Dim, Coordinate T>
-bool BoxIndexAccess::follow(BoxIndex<Dim, T>& index, typename index::Tree<Dim, T>::Where where)
-{
-    return index.implementation_->tree.follow(where);
+    return index.implementation_->tree;
 }
 
 template <int Dim, Coordinate T>
@@ -581,74 +535,40 @@ bool BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, PairVisitor visitor,
 
 // --- Single questions ---
 
-template <int Dim, Coordinate T>
-std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Ray<Dim, T>& ray, const QueryFilter& filter) const
-{
-    implementation_->check(ray, filter);
-    const Hit<T> hit = implementation_->filtered(
-        filter, 0, [&](Wanted wanted) { return implementation_->answers().first(ray, wanted); });
-    return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
-}
+#define JOSTLE_FIRST(Line)                                                                                   \
+    template <int Dim, Coordinate T>                                                                         \
+    std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Line<Dim, T>& line, const QueryFilter& filter) const \
+    {                                                                                                        \
+        return implementation_->first(line, filter);                                                         \
+    }
+JOSTLE_FIRST(Ray)
+JOSTLE_FIRST(Sweep)
+#undef JOSTLE_FIRST
 
-template <int Dim, Coordinate T>
-std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Sweep<Dim, T>& sweep, const QueryFilter& filter) const
-{
-    implementation_->check(sweep, filter);
-    const Hit<T> hit = implementation_->filtered(
-        filter, 0, [&](Wanted wanted) { return implementation_->answers().first(sweep, wanted); });
-    return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
-}
+#define JOSTLE_ALL(Question, Item)                                                                           \
+    template <int Dim, Coordinate T>                                                                         \
+    bool BoxIndex<Dim, T>::all(const Question<Dim, T>& question, std::vector<Item>& out,                     \
+                               const QueryFilter& filter, std::uint64_t max_results) const                   \
+    {                                                                                                        \
+        return implementation_->all(question, out, filter, max_results);                                     \
+    }
+JOSTLE_ALL(Ray, Hit<T>)
+JOSTLE_ALL(Sweep, Hit<T>)
+JOSTLE_ALL(Aabb, std::uint32_t)
+JOSTLE_ALL(Sphere, std::uint32_t)
+JOSTLE_ALL(Frustum, std::uint32_t)
+#undef JOSTLE_ALL
 
-template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::all(const Ray<Dim, T>& ray, std::vector<Hit<T>>& out, const QueryFilter& filter,
-                           std::uint64_t max_results) const
-{
-    return implementation_->all(ray, out, filter, max_results);
-}
-template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::all(const Sweep<Dim, T>& sweep, std::vector<Hit<T>>& out, const QueryFilter& filter,
-                           std::uint64_t max_results) const
-{
-    return implementation_->all(sweep, out, filter, max_results);
-}
-template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::all(const Aabb<Dim, T>& region, std::vector<std::uint32_t>& out,
-                           const QueryFilter& filter, std::uint64_t max_results) const
-{
-    return implementation_->all(region, out, filter, max_results);
-}
-template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::all(const Sphere<Dim, T>& region, std::vector<std::uint32_t>& out,
-                           const QueryFilter& filter, std::uint64_t max_results) const
-{
-    return implementation_->all(region, out, filter, max_results);
-}
-template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::all(const Frustum<Dim, T>& region, std::vector<std::uint32_t>& out,
-                           const QueryFilter& filter, std::uint64_t max_results) const
-{
-    return implementation_->all(region, out, filter, max_results);
-}
-
-template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::nearest(const Nearest<Dim, T>& question, std::vector<Hit<T>>& out,
-                               const QueryFilter& filter) const
-{
-    out.clear();
-    implementation_->check(question, filter);
-    implementation_->filtered(
-        filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
-}
-
-template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::nearest(const NearestToBox<Dim, T>& question, std::vector<Hit<T>>& out,
-                               const QueryFilter& filter) const
-{
-    out.clear();
-    implementation_->check(question, filter);
-    implementation_->filtered(
-        filter, 0, [&](Wanted wanted) { implementation_->answers().nearest(question, wanted, out); });
-}
+#define JOSTLE_NEAREST(Question)                                                                             \
+    template <int Dim, Coordinate T>                                                                         \
+    void BoxIndex<Dim, T>::nearest(const Question<Dim, T>& question, std::vector<Hit<T>>& out,               \
+                                   const QueryFilter& filter) const                                          \
+    {                                                                                                        \
+        implementation_->nearest(question, out, filter);                                                     \
+    }
+JOSTLE_NEAREST(Nearest)
+JOSTLE_NEAREST(NearestToBox)
+#undef JOSTLE_NEAREST
 
 #define JOSTLE_VISIT(Question, Visitor, in_which_order)                                                      \
     template <int Dim, Coordinate T>                                                                         \
@@ -798,28 +718,17 @@ JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
                                                      FilterOfEach<QueryFilter>) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
+    template index::Tree<Dim, T>& BoxIndexAccess::tree(BoxIndex<Dim, T>&) noexcept;                          \
     template const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>&) noexcept;              \
     template void BoxIndexAccess::look_around(BoxIndex<Dim, T>&, const BoxView<Dim, T>&);                    \
     template std::span<const index::Seen<Dim, T>> BoxIndexAccess::around(const BoxIndex<Dim, T>&,            \
                                                                          std::size_t) noexcept;              \
-    template void BoxIndexAccess::insert(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                  \
-                                         const BoxView<Dim, T>&);                                            \
-    template void BoxIndexAccess::move(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                    \
-                                       const BoxView<Dim, T>&);                                              \
-    template void BoxIndexAccess::erase(BoxIndex<Dim, T>&, std::span<const std::uint32_t>) noexcept;         \
-    template void BoxIndexAccess::expect_to_come_back(BoxIndex<Dim, T>&) noexcept;                           \
-    template void BoxIndexAccess::rebuild(BoxIndex<Dim, T>&, std::span<const std::uint32_t>,                 \
-                                          const BoxView<Dim, T>&);                                           \
-    template bool BoxIndexAccess::follow(BoxIndex<Dim, T>&, index::Tree<Dim, T>::Where);                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, std::uint32_t)                                                 \
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, std::uint32_t)                                               \
     JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, std::uint32_t)
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE_BATCHES
 #undef JOSTLE_INSTANTIATE_QUESTION
 #undef JOSTLE_INSTANTIATE_LINE

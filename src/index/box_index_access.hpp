@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <span>
 #include <type_traits>
 
 #include "index/kernels/kernels.hpp"
 #include "index/tree.hpp"
 #include "jostle/box_index.hpp"
-#include "jostle/function_ref.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -18,6 +20,9 @@ class BoxIndexAccess
     template <int Dim, class T>
     using Boxes = std::type_identity_t<BoxView<Dim, T>>;
 
+    /// Ids and boxes that a tree is given are known to be good, and so is the moment to change it.
+    template <int Dim, Coordinate T>
+    [[nodiscard]] static index::Tree<Dim, T>& tree(BoxIndex<Dim, T>& index) noexcept;
     template <int Dim, Coordinate T>
     [[nodiscard]] static const index::Tree<Dim, T>& tree(const BoxIndex<Dim, T>& index) noexcept;
     /// Finds what valid boxes touch, for `around`, which returns it for box k, in any order and until the
@@ -27,24 +32,14 @@ class BoxIndexAccess
     template <int Dim, Coordinate T>
     [[nodiscard]] static std::span<const index::Seen<Dim, T>> around(const BoxIndex<Dim, T>& index,
                                                                      std::size_t k) noexcept;
-    /// BoxIndex::insert, move and erase of ids and boxes that are known to be good.
-    template <int Dim, Coordinate T>
-    static void insert(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
-                       const Boxes<Dim, T>& boxes);
-    template <int Dim, Coordinate T>
-    static void move(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids, const Boxes<Dim, T>& boxes);
-    template <int Dim, Coordinate T>
-    static void erase(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids) noexcept;
-    /// See Tree::expect_to_come_back.
-    template <int Dim, Coordinate T>
-    static void expect_to_come_back(BoxIndex<Dim, T>& index) noexcept;
     /// BoxIndex::build in the memory that there is. If it throws, the index is empty.
     template <int Dim, Coordinate T>
     static void rebuild(BoxIndex<Dim, T>& index, std::span<const std::uint32_t> ids,
-                        const Boxes<Dim, T>& boxes);
-    /// See Tree::follow.
-    template <int Dim, Coordinate T>
-    static bool follow(BoxIndex<Dim, T>& index, typename index::Tree<Dim, T>::Where where);
+                        const Boxes<Dim, T>& boxes)
+    {
+        index.clear();
+        tree(index).insert(ids, boxes);
+    }
 };
 
 JOSTLE_NAMESPACE_END

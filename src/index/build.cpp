@@ -5,6 +5,7 @@
 #include <bit>
 #include <vector>
 
+#include "base/instantiate.hpp"
 #include "base/prefetch.hpp"
 #include "index/key_order.hpp"
 #include "index/page.hpp"
@@ -138,10 +139,7 @@ void build(Parts<Dim, T>& parts, std::span<const std::uint32_t> ids, const BoxVi
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template void build(Parts<Dim, T>&, std::span<const std::uint32_t>, const BoxView<Dim, T>&, BuildMemory&);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace index

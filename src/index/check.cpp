@@ -9,6 +9,8 @@
 #include <string>
 
 #include "base/box.hpp"
+#include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "jostle/error.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -243,6 +245,16 @@ void check_max_distance(T max_distance)
 template void check_max_distance(float);
 template void check_max_distance(double);
 
+template <int Dim, class T>
+void check_joined(const BoxView<Dim, T>& boxes, bool ignore_odd)
+{
+    if (boxes.size() >= Hit<T>::none)
+        throw Error(ErrorCode::too_many_objects,
+                    std::to_string(boxes.size()) + " boxes in one call; give at most 4294967294");
+    constexpr const char* set = "to be joined ";
+    ignore_odd ? check_pointers(boxes, set) : validate_boxes_of(boxes, set);
+}
+
 void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number)
 {
     check_ids(filter.category, ids, "category", number);
@@ -262,11 +274,9 @@ void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number)
     template void check<Dim, T>(const Sphere<Dim, T>&, std::uint64_t, bool);                                 \
     template void check<Dim, T>(const Frustum<Dim, T>&, std::uint64_t, bool);                                \
     template void check<Dim, T>(const Nearest<Dim, T>&, std::uint64_t, bool);                                \
-    template void check<Dim, T>(const NearestToBox<Dim, T>&, std::uint64_t, bool);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+    template void check<Dim, T>(const NearestToBox<Dim, T>&, std::uint64_t, bool);                           \
+    template void check_joined(const BoxView<Dim, T>&, bool);
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 void check_room(std::size_t questions, std::size_t results)

@@ -41,6 +41,10 @@ void check_all(std::span<const Question> questions, bool ignore_odd)
         check(questions[i], i, ignore_odd);
 }
 
+/// Throws for boxes that can't be joined: too many to be numbered, or odd ones unless those are ignored.
+template <int Dim, class T>
+void check_joined(const BoxView<Dim, T>& boxes, bool ignore_odd);
+
 /// Throws unless there is room for a result of each question.
 void check_room(std::size_t questions, std::size_t results);
 

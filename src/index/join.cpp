@@ -250,9 +250,7 @@ std::uint64_t Join<Dim, T>::bytes() const noexcept
 {
     std::uint64_t sum = keys_.bytes() + keys_to_.bytes() + lists_.bytes() + first_.bytes();
     for (const auto& slot : slots_)
-        sum += slot->ids.bytes() + slot->seen.bytes() + slot->work.ids.bytes() + slot->work.seen.bytes() +
-               slot->work.touches.bytes() + slot->work.touches_at.bytes() + slot->work.nodes.bytes() +
-               slot->work.next.bytes() + slot->work.leaves.bytes();
+        sum += slot->work.bytes() + slot->ids.bytes() + slot->seen.bytes();
     return sum;
 }
 

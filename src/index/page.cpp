@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "index/page.hpp"
+#include "base/instantiate.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -184,10 +185,7 @@ void arrange(Parts<Dim, T>& parts, std::uint32_t number, const Gathered<Dim, T>&
     template T spread_of(const Page<Dim, T>& page) noexcept;                                                 \
     template void arrange(Parts<Dim, T>& parts, std::uint32_t number,                                        \
                           const Gathered<Dim, T>& objects) noexcept;
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace index

@@ -8,6 +8,7 @@
 
 #include "base/checks.hpp"
 #include "base/exact_floats.hpp"
+#include "base/instantiate.hpp"
 #include "index/key_order.hpp"
 #include "index/odd_boxes.hpp"
 #include "jostle/error.hpp"
@@ -123,10 +124,7 @@ void detail::check_order(std::span<const std::uint32_t> order)
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template JOSTLE_API void spatial_order(const BoxView<Dim, T>&, std::span<std::uint32_t>,                 \
                                            const FinderOptions&);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

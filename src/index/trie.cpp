@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "base/instantiate.hpp"
 #include "index/page.hpp"
 #include "index/wide.hpp"
 
@@ -181,10 +182,7 @@ bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept
     template std::uint32_t make_room(Parts<Dim, T>& parts, const Key<Dim>& key);                             \
     template void remove_page(Parts<Dim, T>& parts, std::uint32_t number) noexcept;                          \
     template bool merge(Parts<Dim, T>& parts, std::uint32_t number) noexcept;
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace index

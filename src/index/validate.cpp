@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/box.hpp"
+#include "base/instantiate.hpp"
 #include "index/trie.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -86,10 +87,7 @@ const char* validate(const Parts<Dim, T>& parts)
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template const char* validate(const Parts<Dim, T>& parts);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace index

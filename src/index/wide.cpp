@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/box.hpp"
+#include "base/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {
@@ -154,10 +155,7 @@ void show_root(Parts<Dim, T>& parts) noexcept
     template void refit(Parts<Dim, T>&, std::uint32_t, std::uint32_t, Child<Dim, T>,                         \
                         const Aabb<Dim, T>&) noexcept;                                                       \
     template void show_root(Parts<Dim, T>&) noexcept;
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace index

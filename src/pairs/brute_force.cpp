@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "jostle/find_pairs.hpp"
 #include "pairs/filters.hpp"
 
@@ -40,10 +41,7 @@ std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const V
     template JOSTLE_API std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>&, const Filter&);     \
     template JOSTLE_API std::vector<Pair> find_pairs_brute_force(                                            \
         const BoxView<Dim, T>&, const BoxView<Dim, T>&, const CrossFilter&);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

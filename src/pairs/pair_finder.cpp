@@ -8,6 +8,7 @@
 
 #include "base/checks.hpp"
 #include "base/in_use.hpp"
+#include "base/instantiate.hpp"
 #include "engine/engine.hpp"
 #include "engine/kernels/few.hpp"
 #include "pairs/filters.hpp"
@@ -338,10 +339,7 @@ PairBuffer PairFinder::take(const BoxView<Dim, T>& a, const View& b, const Cross
     template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, Selection, PairBuffer&);       \
     template void PairFinderAccess::find(PairFinder&, const BoxView<Dim, T>&, const BoxView<Dim, T>&,        \
                                          Selection, PairBuffer&);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

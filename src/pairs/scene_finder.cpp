@@ -13,6 +13,7 @@
 #include "base/buffer.hpp"
 #include "base/checks.hpp"
 #include "base/exact_floats.hpp"
+#include "base/instantiate.hpp"
 #include "base/run_tasks.hpp"
 #include "engine/kernels/few.hpp"
 #include "pairs/filters.hpp"
@@ -322,10 +323,7 @@ void SceneFinder::find(const BoxView<Dim, T>& boxes, std::span<const std::uint64
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template void SceneFinder::find(const BoxView<Dim, T>&, std::span<const std::uint64_t>,                  \
                                     const SceneFilter&, engine::Engine&, Stats&);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

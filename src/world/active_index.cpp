@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -77,8 +77,8 @@ void ActiveIndex<Dim, T>::follow_moved(const State<Dim, T>& state)
         come_.push_back(i);
         boxes_.push_back(state.shown_box(Index{i}));
     }
-    BoxIndexAccess::erase(index_, gone_);
-    if (!come_.empty()) BoxIndexAccess::insert(index_, come_, boxes_);
+    BoxIndexAccess::tree(index_).erase(gone_);
+    if (!come_.empty()) BoxIndexAccess::tree(index_).insert(come_, boxes_);
 }
 
 template <int Dim, class T>
@@ -97,7 +97,7 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
         for (std::size_t k = 0; k < indices.size(); ++k)
             boxes[k] = *now[k];
     };
-    const bool followed = BoxIndexAccess::follow(index_, where);
+    const bool followed = BoxIndexAccess::tree(index_).follow(where);
     const std::size_t count = state.active_count();
     if (followed && state.shown == nullptr && index_.size() == count) return;
     come_.clear();
@@ -115,7 +115,7 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
     };
     if (followed && count <= index_.size() + index_.size() / 3) {
         collect(false);
-        BoxIndexAccess::insert(index_, come_, boxes_);
+        BoxIndexAccess::tree(index_).insert(come_, boxes_);
     } else {
         come_.reserve(count);
         boxes_.reserve(count);
@@ -127,7 +127,7 @@ void ActiveIndex<Dim, T>::follow_all(const State<Dim, T>& state)
 } // namespace world
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class world::ActiveIndex<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/instantiate.hpp"
 #include "jostle/process.hpp"
-#include "world/instantiate.hpp"
 #include "world/writer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -427,7 +427,7 @@ void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& 
     template void apply(State<Dim, T>&, Queues<Dim, T>&, const Moves<Dim, T>&, Applied<Dim, T>&, Arena&);    \
     template void apply_ahead(State<Dim, T>&, Queues<Dim, T>&, Applied<Dim, T>&, std::pmr::vector<Noted>&,   \
                               Arena&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

@@ -10,12 +10,12 @@
 
 #include "base/block_buffer_access.hpp"
 #include "base/buffer.hpp"
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "index/kernels/kernels.hpp"
 #include "jostle/process.hpp"
 #include "pairs/pair_finder_access.hpp"
 #include "pairs/sort_pairs.hpp"
-#include "world/instantiate.hpp"
 #include "world/sort_keys.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -529,7 +529,7 @@ std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>
                              NearPairs<Dim, T>*, PairBuffer&, Arena&);                                       \
     template std::span<const Pair> find_old_pairs(State<Dim, T>&, const Changes<Dim, T>&,                    \
                                                   const Entries<Dim, T>&, PairFinder&, Arena&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "world/instantiate.hpp"
+#include "base/instantiate.hpp"
 #include "world/sort_keys.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -156,7 +156,7 @@ void Changes<Dim, T>::undo() noexcept
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class Changes<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

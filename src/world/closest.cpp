@@ -7,11 +7,11 @@
 #include <span>
 #include <vector>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "index/check.hpp"
 #include "index/pair_answers.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -138,7 +138,7 @@ std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(const World& other, 
     template JOSTLE_API bool World<Dim, T>::closest_pairs(const World&, ObjectPairHitVisitor<T>, T) const;   \
     template JOSTLE_API std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(T) const;                \
     template JOSTLE_API std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(const World&, T) const;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

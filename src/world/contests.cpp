@@ -6,7 +6,7 @@
 #include <array>
 #include <cstring>
 
-#include "world/instantiate.hpp"
+#include "base/instantiate.hpp"
 #include "world/writer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -236,7 +236,7 @@ void settle_contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim,
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template void settle_contests(State<Dim, T>&, Changes<Dim, T>&, Writer<Dim, T>&, const Queues<Dim, T>&,  \
                                   const Moves<Dim, T>&, std::uint32_t, Arena&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

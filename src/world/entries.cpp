@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <atomic>
 
+#include "base/instantiate.hpp"
 #include "jostle/process.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -165,7 +165,7 @@ Entries<Dim, T> enter(State<Dim, T>& state, std::span<const Index> changed, Aren
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template Entries<Dim, T> enter(State<Dim, T>&, std::span<const Index>, Arena&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

@@ -10,9 +10,9 @@
 #include <cstring>
 
 #include "base/block_buffer_access.hpp"
+#include "base/instantiate.hpp"
 #include "jostle/process.hpp"
 #include "world/in_runs.hpp"
-#include "world/instantiate.hpp"
 #include "world/sort_keys.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -456,7 +456,7 @@ Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes, const Entri
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template Refusals judge(State<Dim, T>&, const Changes<Dim, T>&, const Entries<Dim, T>&, std::span<Pair>, \
                             std::span<const Pair>, const Lists&, Lists&, Arena&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

@@ -3,9 +3,9 @@
 // the other one is updated. A view that follows again looks at what has changed since, if that was noted.
 #include <algorithm>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/records.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -70,13 +70,13 @@ class Follow
         }
         state_.ids.set_end(end);
         list_active();
-        BoxIndexAccess::erase(state_.resting, work_.gone);
-        if (!work_.come.empty()) BoxIndexAccess::insert(state_.resting, work_.come, work_.come_boxes);
+        BoxIndexAccess::tree(state_.resting).erase(work_.gone);
+        if (!work_.come.empty()) BoxIndexAccess::tree(state_.resting).insert(work_.come, work_.come_boxes);
         if (!state_.refused.empty() || !of_.refused.empty()) state_.refused = of_.refused;
         if (of_.shown != nullptr)
             state_.refused.erase_if([&](Key key) { return !is_shown_refused(of_, pair_of(key)); });
 
-        view_.stats = describe(state_, view_.lists[view_.shown]);
+        view_.stats = describe(state_, view_.last_lists());
         view_.stats.bytes_reserved = view_.bytes();
         work_.position = here;
         view_.change_log.count_update();
@@ -148,7 +148,7 @@ void empty_view(typename World<Dim, T>::Implementation& view) noexcept
     view.active_index.forget();
     view.change_log.drop();
     view.follows->position = {};
-    view.stats = describe(state, view.lists[view.shown]);
+    view.stats = describe(state, view.last_lists());
 }
 
 } // namespace
@@ -158,7 +158,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::follow(const World& other)
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const world::Change call = implementation_->begin_change();
+    const world::ChangingCall call = implementation_->begin_change();
     const Implementation& of = *other.implementation_;
     if (&of == implementation_.get())
         throw Error(ErrorCode::invalid_argument,
@@ -184,7 +184,7 @@ void World<Dim, T>::follow(const World& other)
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template JOSTLE_API void World<Dim, T>::follow(const World&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

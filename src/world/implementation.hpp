@@ -58,10 +58,11 @@ class Reader
 };
 
 /// A call that changes the world: refused while another one goes on, or a reader calls the user's code.
-class Change
+class ChangingCall
 {
   public:
-    Change(std::atomic<bool>& in_use, const std::atomic<std::uint32_t>& readers) : call_(in_use, "World")
+    ChangingCall(std::atomic<bool>& in_use, const std::atomic<std::uint32_t>& readers)
+        : call_(in_use, "World")
     {
         Reader::check_none(readers);
     }
@@ -70,7 +71,7 @@ class Change
     InUse call_;
 };
 
-/// The pairs that began by index, or with those that persist as one list, put together when somebody asks.
+/// The pairs that began, by index, alone or in one list with those that persist: made when somebody asks.
 class ListedPairs
 {
   public:
@@ -161,7 +162,7 @@ struct World<Dim, T>::Implementation
 {
     explicit Implementation(const WorldOptions& options);
 
-    [[nodiscard]] world::Change begin_change() { return {in_use, readers}; }
+    [[nodiscard]] world::ChangingCall begin_change() { return {in_use, readers}; }
     void queue(const world::Command<Dim, T>& command);
     /// Throws if this is a view of another world.
     void check_own() const;
@@ -177,11 +178,15 @@ struct World<Dim, T>::Implementation
     void apply_ahead();
     /// What was applied is queued again, and everything as the last update has left it.
     void take_back() noexcept;
+    /// In snapshot.cpp: the whole world with these ids, which are State::picture_ids().
+    [[nodiscard]] std::vector<std::byte> save(const world::IdTable::Picture& ids) const;
     /// After a restore: the pairs that the last update would have left.
     void recall_pairs();
     /// The same, once, if it is still to be done.
     void recall_if_due();
     [[nodiscard]] typename world::Objects<Dim, T>::ConstObject checked(ObjectId id) const;
+    [[nodiscard]] const world::Lists& last_lists() const noexcept { return lists[last]; }
+    [[nodiscard]] world::Lists& last_lists() noexcept { return lists[last]; }
     [[nodiscard]] std::uint64_t bytes() const noexcept { return sizeof *this + memory.bytes(); }
 
     std::atomic<bool> in_use{false};               // by update, restore or join
@@ -197,8 +202,8 @@ struct World<Dim, T>::Implementation
     PairFinder finder;
     world::Arena arena;
     std::optional<world::Applied<Dim, T>> applied; // since the last update; in its midst, by it
-    world::Lists lists[2];                         // those of the last update; the others are being written
-    std::uint32_t shown = 0;
+    world::Lists lists[2];                         // of the last update and, while it is made, of the next
+    std::uint32_t last = 0;                        // which are of the last one
     const world::Lists no_lists{&memory};
     WorldStats stats;
     std::optional<world::Journal<Dim, T>> journal; // in a world that has a base

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -133,7 +133,7 @@ void MaskedIndexes<Dim, T>::make(Masked& masked, const State<Dim, T>& state)
     }
     if (masked.is_worth_it_) {
         masked.index_.emplace(options_);
-        BoxIndexAccess::expect_to_come_back(*masked.index_);
+        BoxIndexAccess::tree(*masked.index_).expect_to_come_back();
         BoxIndexAccess::rebuild(*masked.index_, ids_, boxes_);
     } else {
         masked.index_.reset();
@@ -159,8 +159,8 @@ void MaskedIndexes<Dim, T>::follow(Masked& masked, const State<Dim, T>& state)
         boxes_.push_back(state.objects[Index{i}].last());
     }
     masked.is_made_ = false; // unless all succeeds
-    BoxIndexAccess::erase(*masked.index_, gone);
-    if (!ids_.empty()) BoxIndexAccess::insert(*masked.index_, ids_, boxes_);
+    BoxIndexAccess::tree(*masked.index_).erase(gone);
+    if (!ids_.empty()) BoxIndexAccess::tree(*masked.index_).insert(ids_, boxes_);
     masked.is_made_ = true;
 }
 
@@ -191,7 +191,7 @@ void MaskedIndexes<Dim, T>::note(std::span<const std::uint32_t> rested,
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class MaskedIndexes<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

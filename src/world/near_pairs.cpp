@@ -4,10 +4,10 @@
 #include <algorithm>
 
 #include "base/box.hpp"
+#include "base/instantiate.hpp"
 #include "jostle/process.hpp"
 #include "pairs/pair_finder_access.hpp"
 #include "pairs/sort_pairs.hpp"
-#include "world/instantiate.hpp"
 #include "world/sort_keys.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -293,7 +293,7 @@ void NearPairs<Dim, T>::merge(const Renewed& renewed, std::span<const Pair> pair
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class NearPairs<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

@@ -5,9 +5,9 @@
 #include <mutex>
 #include <utility>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "pairs/pair_finder_access.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -291,7 +291,7 @@ void NeighbourLists<Dim, T>::count_update() noexcept
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class NeighbourLists<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "base/block_buffer_access.hpp"
+#include "base/instantiate.hpp"
 #include "jostle/process.hpp"
 #include "pairs/pair_finder_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/sort_keys.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -123,7 +123,7 @@ PairBuffer all_pairs(const State<Dim, T>& state)
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template PairBuffer all_pairs(const State<Dim, T>&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

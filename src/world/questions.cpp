@@ -5,11 +5,11 @@
 #include <utility>
 
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "index/answers.hpp"
 #include "index/box_index_access.hpp"
 #include "index/check.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -33,13 +33,6 @@ template <int Dim, class T, class Question>
 void check_all(const State<Dim, T>& state, std::span<const Question> questions)
 {
     index::check_all(questions, state.options.ignore_odd_boxes);
-}
-
-template <int Dim, class T>
-void check_joined(const State<Dim, T>& state, const BoxView<Dim, T>& boxes)
-{
-    constexpr const char* set = "to be joined ";
-    state.options.ignore_odd_boxes ? check_pointers(boxes, set) : validate_boxes_of(boxes, set);
 }
 
 /// Puts questions to the resting and the active objects as if they were one index's, and says which of the
@@ -491,6 +484,24 @@ void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& box
     out.swap(all);
 }
 
+/// Hands the same pairs to the visitor, box by box. `filters` is one for all boxes, or one for each.
+template <int Dim, class T, class Filters>
+bool visit_joined(const typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
+                  ObjectJoinVisitor visitor, const Filters& filters)
+{
+    index::check_joined(boxes, me.state.options.ignore_odd_boxes);
+    const AskingMany<Dim, T> asking(me, filters, boxes.size(), Visits::in_own_order);
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const auto visit_all = [&](const Asking<Dim, T>& one, std::size_t, index::Wanted wanted) {
+            return one.answers().visit(boxes[i], wanted, [&](std::uint32_t index) {
+                return visitor(static_cast<std::uint32_t>(i), one.given(index));
+            });
+        };
+        if (!asking.with(i, visit_all)) return false;
+    }
+    return true;
+}
+
 } // namespace
 } // namespace world
 
@@ -520,26 +531,18 @@ void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out,
     });
 }
 
-#define JOSTLE_JOIN(Filters)                                                                                 \
-    template <int Dim, Coordinate T>                                                                         \
-    bool World<Dim, T>::join(const Boxes& boxes, ObjectJoinVisitor visitor, Filters filters) const           \
-    {                                                                                                        \
-        world::check_joined(implementation_->state, boxes);                                                  \
-        const world::AskingMany<Dim, T> asking(*implementation_, filters, boxes.size(),                      \
-                                               world::Visits::in_own_order);                                 \
-        for (std::size_t i = 0; i < boxes.size(); ++i) {                                                     \
-            const auto visit_all = [&](const auto& one, std::size_t, index::Wanted wanted) {                 \
-                return one.answers().visit(boxes[i], wanted, [&](std::uint32_t index) {                      \
-                    return visitor(static_cast<std::uint32_t>(i), one.given(index));                         \
-                });                                                                                          \
-            };                                                                                               \
-            if (!asking.with(i, visit_all)) return false;                                                    \
-        }                                                                                                    \
-        return true;                                                                                         \
-    }
-JOSTLE_JOIN(const ObjectQueryFilter&)
-JOSTLE_JOIN(FilterOfEach<ObjectQueryFilter>)
-#undef JOSTLE_JOIN
+template <int Dim, Coordinate T>
+bool World<Dim, T>::join(const Boxes& boxes, ObjectJoinVisitor visitor, const ObjectQueryFilter& filter) const
+{
+    return world::visit_joined<Dim, T>(*implementation_, boxes, visitor, filter);
+}
+
+template <int Dim, Coordinate T>
+bool World<Dim, T>::join(const Boxes& boxes, ObjectJoinVisitor visitor,
+                         FilterOfEach<ObjectQueryFilter> filters) const
+{
+    return world::visit_joined<Dim, T>(*implementation_, boxes, visitor, filters);
+}
 
 // --- Who touches whom, and where all is -------------------------------------------------------------------
 
@@ -718,7 +721,7 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
                                                  const ObjectQueryFilter&) const;                            \
     template JOSTLE_API bool World<Dim, T>::join(const BoxView<Dim, T>&, ObjectJoinVisitor,                  \
                                                  FilterOfEach<ObjectQueryFilter>) const;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE_BATCHES
 #undef JOSTLE_INSTANTIATE_QUESTION
 #undef JOSTLE_INSTANTIATE_LINE

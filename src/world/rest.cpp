@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
-#include "world/instantiate.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
@@ -118,12 +118,13 @@ void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
 {
     const std::span<const Aabb<Dim, T>> boxes(rest.boxes);
     const std::span<const std::uint32_t> settling(rest.settling);
-    if (!settling.empty()) BoxIndexAccess::insert(state.resting, settling, boxes.first(settling.size()));
+    index::Tree<Dim, T>& resting = BoxIndexAccess::tree(state.resting);
+    if (!settling.empty()) resting.insert(settling, boxes.first(settling.size()));
     if (rest.shifting.empty()) return;
     try {
-        BoxIndexAccess::move(state.resting, rest.shifting, boxes.subspan(settling.size()));
+        resting.move(rest.shifting, boxes.subspan(settling.size()));
     } catch (...) {
-        BoxIndexAccess::erase(state.resting, settling);
+        resting.erase(settling);
         throw;
     }
 }
@@ -132,7 +133,7 @@ void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
     template void settle(State<Dim, T>&, const Rest<Dim, T>&);                                               \
     template Rest<Dim, T> plan_rest(State<Dim, T>&, const Changes<Dim, T>&, const Entries<Dim, T>&,          \
                                     NeighbourLists<Dim, T>&, PairFinder&, Arena&);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 } // namespace world

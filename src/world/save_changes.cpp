@@ -9,20 +9,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/snapshot_bytes.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
-
-// In snapshot.cpp:
-template <int Dim, class T>
-std::vector<std::byte> save(const typename World<Dim, T>::Implementation& me, const IdTable::Picture& ids);
-template <int Dim, class T>
-IdTable::Picture picture_ids(const State<Dim, T>& state);
-
 namespace {
 
 template <int Dim, class T>
@@ -381,7 +374,7 @@ void Return<Dim, T>::make_room()
         {
             for (const Key key : keys)
                 state.refused.erase(key);
-            if (!come.empty()) BoxIndexAccess::erase(state.resting, come);
+            if (!come.empty()) BoxIndexAccess::tree(state.resting).erase(come);
         }
     } added{state_, work_.keys, {}};
     work_.keys.clear();
@@ -389,7 +382,7 @@ void Return<Dim, T>::make_room()
     for (const auto& [key, is_refused] : work_.refused)
         if (is_refused && state_.refused.insert(key)) work_.keys.push_back(key);
     if (!work_.come.empty()) {
-        BoxIndexAccess::insert(state_.resting, work_.come, work_.come_boxes);
+        BoxIndexAccess::tree(state_.resting).insert(work_.come, work_.come_boxes);
         added.come = work_.come;
     }
     if (!work_.moved.empty()) state_.resting.move(work_.moved, work_.moved_boxes);
@@ -401,7 +394,7 @@ template <int Dim, class T>
 void Return<Dim, T>::commit() noexcept
 {
     me_.queues.discard();
-    if (!work_.gone.empty()) BoxIndexAccess::erase(state_.resting, work_.gone);
+    if (!work_.gone.empty()) BoxIndexAccess::tree(state_.resting).erase(work_.gone);
     state_.parked.each([&](Index index) {
         state_.objects[index].set(flag::parked, false);
         return true;
@@ -437,7 +430,7 @@ void Return<Dim, T>::commit() noexcept
     me_.neighbour_lists.count_update();
     me_.note(work_.changed, {});
     me_.masked_indexes.note(work_.indices, {});
-    Lists& lists = me_.lists[me_.shown];
+    Lists& lists = me_.last_lists();
     lists.persisted.clear();
     lists.others.clear();
     lists.began.clear();
@@ -461,8 +454,8 @@ std::vector<std::byte> World<Dim, T>::save_base()
     Implementation& me = *implementation_;
     const InUse call(me.in_use, "World");
     me.check_own();
-    const world::IdTable::Picture ids = world::picture_ids(me.state);
-    std::vector<std::byte> bytes = world::save<Dim, T>(me, ids);
+    const world::IdTable::Picture ids = me.state.picture_ids();
+    std::vector<std::byte> bytes = me.save(ids);
     if (me.pair_slots) me.pair_slots->make_room_for_notes(0);
     const bool is_first = !me.journal;
     if (is_first) me.journal.emplace(&me.memory);
@@ -498,7 +491,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
 {
     Implementation& me = *implementation_;
-    const world::Change call = me.begin_change();
+    const world::ChangingCall call = me.begin_change();
     const auto& journal = world::base_of<Dim, T>(me);
     world::SnapshotReader in(world::changes_since, changes);
     const auto header = in.read_header<Dim, T>();
@@ -512,7 +505,7 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
     me.take_back(); // what apply() has shown
     back.make_room();
     back.commit();
-    me.stats = world::describe(me.state, me.lists[me.shown]);
+    me.stats = world::describe(me.state, me.last_lists());
     me.stats.bytes_reserved = me.bytes();
 }
 
@@ -520,7 +513,7 @@ void World<Dim, T>::restore_changes(std::span<const std::byte> changes)
     template JOSTLE_API std::vector<std::byte> World<Dim, T>::save_base();                                   \
     template JOSTLE_API void World<Dim, T>::save_changes(std::vector<std::byte>&);                           \
     template JOSTLE_API void World<Dim, T>::restore_changes(std::span<const std::byte>);
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Snapshots: what a world is, without what it is made of. The index is built anew; answers don't show it.
+//
+// Behind the header: the margin, filled up to 8 bytes; 8 bytes of 0; a record for each index; free indices
+// with the generations that their next objects get; active objects; pairs that are refused; from version 2
+// on, 1 where pairs have slots, else 0, and the pair of each slot. Each list has its length in front.
 #include <algorithm>
 #include <limits>
 
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/snapshot_bytes.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -96,79 +100,72 @@ std::vector<Key> read_slots(SnapshotReader& in, std::span<const std::uint32_t> g
 }
 
 } // namespace
+} // namespace world
 
-template <int Dim, class T>
-std::vector<std::byte> save(const typename World<Dim, T>::Implementation& me, const IdTable::Picture& ids)
+template <int Dim, Coordinate T>
+std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable::Picture& ids) const
 {
-    const State<Dim, T>& state = me.state;
-    SnapshotWriter out;
+    world::SnapshotWriter out;
     const std::size_t per_object = 5 * 4 + sizeof(Aabb<Dim, T>);
-    out.bytes.reserve(snapshot_header + 128 + (per_object + 24) * state.alive);
-    out.begin<Dim, T>(whole_snapshot, 1, 0); // the version, or more in the end
+    out.bytes.reserve(world::snapshot_header + 128 + (per_object + 24) * state.alive);
+    out.begin<Dim, T>(world::whole_snapshot, 1, 0); // the version, or more in the end
     out.put(state.margin);
     if constexpr (sizeof(T) == 4) out.put(std::uint32_t{0});
     out.put(std::uint64_t{0}); // reserved
     out.put(std::uint64_t{ids.generations.size()});
-    bool any_more = me.pair_slots.has_value(), any_odd = false;
-    Past<Dim, T> past(state, me.applied);
+    bool any_more = pair_slots.has_value(), any_odd = false;
+    world::Past<Dim, T> past(state, applied);
     for (std::uint32_t i = 0; i < ids.generations.size(); ++i) {
-        Record<Dim, T> record;
+        world::Record<Dim, T> record;
         if (ids.generations[i] != 0) {
-            record = past.record(Index{i});
+            record = past.record(world::Index{i});
             record.generation = ids.generations[i];
-            record.data = me.user_data.of(i);
+            record.data = user_data.of(i);
             any_more |= record.data != 0;
-            any_odd |= record.has(flag::odd);
+            any_odd |= record.has(world::flag::odd);
         }
-        write_record(out, record);
+        world::write_record(out, record);
     }
     out.put(std::uint64_t{ids.free.size()});
-    for (const IdTable::Free& each : ids.free) {
+    for (const world::IdTable::Free& each : ids.free) {
         out.put(each.index);
         out.put(each.generation);
     }
-    std::vector<typename State<Dim, T>::Active> active;
-    write_active(out, state, active);
-    std::vector<Key> refused;
-    state.refused.each([&](Key key) { refused.push_back(key); });
+    std::vector<typename world::State<Dim, T>::Active> active;
+    world::write_active(out, state, active);
+    std::vector<world::Key> refused;
+    state.refused.each([&](world::Key key) { refused.push_back(key); });
     std::sort(refused.begin(), refused.end());
     out.put(std::uint64_t{refused.size()});
-    for (const Key key : refused)
+    for (const world::Key key : refused)
         out.put(key);
     const bool any_shifted = !state.shifted.empty();
     if (any_more || any_odd || any_shifted) {
-        out.bytes[8] = static_cast<std::byte>(any_shifted ? whole_snapshot.version : any_odd ? 3u : 2u);
-        const auto& slots = me.pair_slots;
-        out.put(std::uint32_t{slots ? 1u : 0u});
-        out.put(std::uint64_t{slots ? slots->end() : 0u});
-        if (slots)
-            for (const Key key : slots->keys())
+        out.bytes[8] = static_cast<std::byte>(any_shifted ? world::whole_snapshot.version
+                                              : any_odd   ? 3u
+                                                          : 2u);
+        out.put(std::uint32_t{pair_slots ? 1u : 0u});
+        out.put(std::uint64_t{pair_slots ? pair_slots->end() : 0u});
+        if (pair_slots)
+            for (const world::Key key : pair_slots->keys())
                 out.put(key);
     }
     out.end();
     return std::move(out.bytes);
 }
 
-template <int Dim, class T>
-IdTable::Picture picture_ids(const State<Dim, T>& state)
-{
-    return state.ids.picture([&](std::uint32_t index) { return state.was_there(index); });
-}
-
-} // namespace world
-
 template <int Dim, Coordinate T>
 std::vector<std::byte> World<Dim, T>::save() const
 {
     implementation_->check_own();
-    return world::save<Dim, T>(*implementation_, world::picture_ids(implementation_->state));
+    return implementation_->save(implementation_->state.picture_ids());
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::restore(std::span<const std::byte> snapshot)
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const world::Change call = implementation_->begin_change();
+    const world::ChangingCall call = implementation_->begin_change();
     world::SnapshotReader in(world::whole_snapshot, snapshot);
     const auto [version, base] = in.read_header<Dim, T>();
     if (base != 0) in.refuse("the checksum says that there was an alteration");
@@ -212,13 +209,12 @@ World<Dim, T> World<Dim, T>::fork() const
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template std::vector<std::byte> world::save<Dim, T>(const World<Dim, T>::Implementation&,                \
-                                                        const IdTable::Picture&);                            \
-    template world::IdTable::Picture world::picture_ids(const State<Dim, T>&);                               \
+    template std::vector<std::byte> World<Dim, T>::Implementation::save(const world::IdTable::Picture&)      \
+        const;                                                                                               \
     template JOSTLE_API std::vector<std::byte> World<Dim, T>::save() const;                                  \
     template JOSTLE_API void World<Dim, T>::restore(std::span<const std::byte>);                             \
     template JOSTLE_API World<Dim, T> World<Dim, T>::fork() const;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

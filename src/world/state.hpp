@@ -95,6 +95,11 @@ struct State
     {
         return index < objects.capacity() && objects[Index{index}].has(flag::alive);
     }
+    /// The ids after the last update, for snapshots.
+    [[nodiscard]] IdTable::Picture picture_ids() const
+    {
+        return ids.picture([this](std::uint32_t index) { return was_there(index); });
+    }
     /// Active objects, parked ones included.
     [[nodiscard]] std::size_t active_count() const noexcept { return active.size() + parked.size(); }
     template <class Body>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // An update, stage by stage. Each works out something and says it; the world stays what it was but for what
 // Changes and Refusals take back when they go. Then all is taken over by steps that can't fail.
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/candidates.hpp"
 #include "world/events.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/rest.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -89,7 +89,7 @@ template <int Dim, class T>
 void commit_rest(State<Dim, T>& state, NeighbourLists<Dim, T>& neighbour_lists,
                  const Entries<Dim, T>& entries, const Rest<Dim, T>& rest) noexcept
 {
-    BoxIndexAccess::erase(state.resting, entries.waking);
+    BoxIndexAccess::tree(state.resting).erase(entries.waking);
     for (const Index index : state.parked.staged().first(rest.parking))
         state.objects[index].set(flag::parked);
     state.parked.keep_staged(rest.parking);
@@ -147,7 +147,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     neighbour_lists.make_room(state.objects.capacity());
 
     const auto t1 = world::Clock::now();
-    world::Lists &next = lists[1 - shown], &last = lists[shown];
+    world::Lists& next = lists[1 - last];
     const world::Entries<Dim, T> entries =
         world::enter(state, std::span<const world::Index>(changes.objects()), arena);
     const world::Candidates candidates =
@@ -156,7 +156,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     // Where the others are being parked, all changed objects stir: old_pairs has theirs, and the last lists
     // aren't needed.
     world::Refusals refusals = world::judge(state, changes, entries, candidates.touching, old_pairs,
-                                            entries.parks ? no_lists : last, next, arena);
+                                            entries.parks ? no_lists : last_lists(), next, arena);
     note_removals();
     make_room_for_slots(next);
 
@@ -246,7 +246,7 @@ void World<Dim, T>::Implementation::commit(const world::Entries<Dim, T>& entries
     world::commit_rest(state, neighbour_lists, entries, rest);
     queues.forget();
     next.all_active = rest.settling.empty() && rest.shifting.empty() && rest.parking == 0;
-    shown = 1 - shown;
+    last = 1 - last;
     change_log.count_update();
     for (const auto& old : changes.old_reaches()) // their boxes may be others, though their bounds aren't
         change_log.note(std::span(&old.index, 1), state.alive);
@@ -318,21 +318,21 @@ void World<Dim, T>::Implementation::recall_pairs()
     for (const auto& each : state.active)
         changed.push_back(each.index);
     const world::Entries<Dim, T> entries = world::enter(state, std::span<const world::Index>(changed), arena);
-    world::Lists& last = lists[shown];
+    world::Lists& recalled = last_lists();
     {
         // The search uses its memory, and nothing stays there, also where something fails.
         struct Cleared
         {
             PairBuffer& pairs;
             ~Cleared() { pairs.clear(); }
-        } const cleared{last.persisted};
+        } const cleared{recalled.persisted};
         const std::span<const Pair> pairs =
             world::find<Dim, T>(state, entries, finder, neighbour_lists, nullptr, cleared.pairs, arena)
                 .touching;
-        last.others.assign(pairs.begin(), pairs.end());
+        recalled.others.assign(pairs.begin(), pairs.end());
     }
     neighbour_lists.count_update(); // lists made here are older than whatever the next update wakes up
-    stats = world::describe(state, last);
+    stats = world::describe(state, recalled);
     stats.bytes_reserved = bytes();
 }
 
@@ -353,7 +353,7 @@ void World<Dim, T>::Implementation::recall_if_due()
     template void World<Dim, T>::Implementation::take_back() noexcept;                                       \
     template void World<Dim, T>::Implementation::recall_pairs();                                             \
     template void World<Dim, T>::Implementation::recall_if_due();
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

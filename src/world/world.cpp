@@ -11,9 +11,9 @@
 #include <tuple>
 
 #include "base/checks.hpp"
+#include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/instantiate.hpp"
 #include "world/writer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -36,7 +36,7 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       active_index({options.executor, &memory, options.instruction_set, options.ignore_odd_boxes}),
       masked_indexes({options.executor, &memory, options.instruction_set})
 {
-    BoxIndexAccess::expect_to_come_back(state.resting);
+    BoxIndexAccess::tree(state.resting).expect_to_come_back();
     if (options.pair_slots) pair_slots.emplace(&memory);
 }
 
@@ -311,7 +311,7 @@ void World<Dim, T>::update()
 template <int Dim, Coordinate T>
 void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
 {
-    const world::Change call = implementation_->begin_change();
+    const world::ChangingCall call = implementation_->begin_change();
     implementation_->check_own();
     world::check_view(ids.size(), boxes);
     if (!implementation_->applied) return implementation_->update({ids, boxes});
@@ -322,7 +322,7 @@ void World<Dim, T>::update(std::span<const ObjectId> ids, const Boxes& boxes)
 template <int Dim, Coordinate T>
 void World<Dim, T>::apply()
 {
-    const world::Change call = implementation_->begin_change();
+    const world::ChangingCall call = implementation_->begin_change();
     implementation_->check_own();
     implementation_->apply_ahead();
 }
@@ -330,31 +330,31 @@ void World<Dim, T>::apply()
 template <int Dim, Coordinate T>
 std::span<const ObjectPair> World<Dim, T>::began() const noexcept
 {
-    return implementation_->lists[implementation_->shown].began;
+    return implementation_->last_lists().began;
 }
 
 template <int Dim, Coordinate T>
 std::span<const EndedPair> World<Dim, T>::ended() const noexcept
 {
-    return implementation_->lists[implementation_->shown].ended;
+    return implementation_->last_lists().ended;
 }
 
 template <int Dim, Coordinate T>
 const PairBuffer& World<Dim, T>::persisted() const noexcept
 {
-    return implementation_->lists[implementation_->shown].persisted;
+    return implementation_->last_lists().persisted;
 }
 
 template <int Dim, Coordinate T>
 const PairBuffer& World<Dim, T>::began_pairs() const
 {
-    return implementation_->began_pairs.of(implementation_->lists[implementation_->shown].began, nullptr);
+    return implementation_->began_pairs.of(implementation_->last_lists().began, nullptr);
 }
 
 template <int Dim, Coordinate T>
 const PairBuffer& World<Dim, T>::changed_pairs() const
 {
-    const world::Lists& lists = implementation_->lists[implementation_->shown];
+    const world::Lists& lists = implementation_->last_lists();
     if (lists.began.empty()) return lists.persisted;
     return implementation_->changed_pairs.of(lists.began, &lists.persisted);
 }
@@ -369,7 +369,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::clear()
 {
     std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
-    const world::Change call = implementation_->begin_change();
+    const world::ChangingCall call = implementation_->begin_change();
     fresh = std::make_unique<Implementation>(implementation_->state.options);
     implementation_.swap(fresh);
 }
@@ -377,13 +377,13 @@ void World<Dim, T>::clear()
 template <int Dim, Coordinate T>
 std::span<const std::uint32_t> World<Dim, T>::began_slots() const noexcept
 {
-    return implementation_->lists[implementation_->shown].began_slots;
+    return implementation_->last_lists().began_slots;
 }
 
 template <int Dim, Coordinate T>
 std::span<const std::uint32_t> World<Dim, T>::ended_slots() const noexcept
 {
-    return implementation_->lists[implementation_->shown].ended_slots;
+    return implementation_->last_lists().ended_slots;
 }
 
 template <int Dim, Coordinate T>
@@ -587,7 +587,7 @@ void World<Dim, T>::draw(
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T) template class World<Dim, T>;
-JOSTLE_FOR_EACH_WORLD(JOSTLE_INSTANTIATE)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

@@ -44,6 +44,20 @@ TEST(World, BoxesBehindNullPointersAreRefusedWhetherOddOnesAreIgnoredOrNot)
     }
 }
 
+TEST(World, AJoinOfMoreBoxesThanNumbersReachIsRefused)
+{
+    World3f world({.ignore_odd_boxes = true}); // so that the boxes needn't be looked at
+    world.add(cube(0));
+    world.update();
+    const jostle::Aabb3f box = cube(0);
+    const auto many = jostle::BoxView<3, float>::strided(box.lo.data(), box.hi.data(), ~std::uint32_t{0}, 0);
+    const std::string expected = "4294967295 boxes in one call; give at most 4294967294";
+    std::pmr::vector<jostle::Pair> pairs;
+    const auto none = [](std::uint32_t, ObjectId) { return false; };
+    EXPECT_EQ(error_of([&] { world.join(many, pairs); }).what(), expected);
+    EXPECT_EQ(error_of([&] { world.join(many, none); }).what(), expected);
+}
+
 TEST(World, BadBoxesAreRefusedByName)
 {
     World3f world;

@@ -57,15 +57,9 @@ struct Line
                 inverse[d] = 0;
         }
     }
-    explicit Line(const Ray<Dim, T>& ray) noexcept : max_fraction(ray.max_fraction)
+    explicit Line(const Ray<Dim, T>& ray) noexcept
+        : Line(Sweep<Dim, T>{{ray.origin, ray.origin}, ray.direction, ray.max_fraction})
     {
-        for (int d = 0; d < Dim; ++d) {
-            lo[d] = hi[d] = ray.origin[d];
-            inverse[d] = T(1) / ray.direction[d];
-            if (!(inverse[d] >= -std::numeric_limits<T>::max() &&
-                  inverse[d] <= std::numeric_limits<T>::max()))
-                inverse[d] = 0;
-        }
     }
 };
 
@@ -118,6 +112,11 @@ struct JoinWork
           seen(memory),
           ids(memory)
     {
+    }
+    [[nodiscard]] std::uint64_t bytes() const noexcept
+    {
+        return nodes.bytes() + next.bytes() + leaves.bytes() + touches.bytes() + touches_at.bytes() +
+               seen.bytes() + ids.bytes();
     }
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/instantiate.hpp"
 #include "narrow/interface/answers.hpp"
 #include "narrow/interface/contact_finder.hpp"
 
@@ -190,10 +191,7 @@ void ContactFinder<Dim, T>::least_distances(const Shapes& shapes_a, const Poses&
     template JOSTLE_API void ContactFinder<Dim, T>::least_distances(                                         \
         const Shapes&, const Poses&, const Shapes&, const Poses&, std::span<const Pair>,                     \
         std::span<const std::uint64_t>, T, std::span<Distance<Dim, T>>, std::span<std::uint64_t>);
-JOSTLE_INSTANTIATE(2, float)
-JOSTLE_INSTANTIATE(2, double)
-JOSTLE_INSTANTIATE(3, float)
-JOSTLE_INSTANTIATE(3, double)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END
