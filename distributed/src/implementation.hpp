@@ -64,7 +64,11 @@ class Communicator
 
 [[noreturn]] inline void throw_not_here(std::uint64_t id)
 {
-    throw Error(ErrorCode::stale_id, "object " + std::to_string(id) + " isn't this rank's", id);
+    throw Error(
+        ErrorCode::stale_id,
+        "object " + std::to_string(id) +
+            " isn't this rank's: give commands about it on the rank that owns it, where contains() is true",
+        id);
 }
 
 template <int Dim, Coordinate T>

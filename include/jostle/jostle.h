@@ -591,7 +591,7 @@ typedef int32_t (*jostle_accept_answer_function)(void* context, uint32_t questio
 typedef struct jostle_asker
 {
     uint32_t category, mask;
-    uint32_t owner; ///< UINT32_MAX belongs to nobody
+    uint32_t owner; ///< objects of this owner aren't found; UINT32_MAX belongs to nobody
 } jostle_asker;
 
 /// Which objects a question is about: jostle::QueryFilter and jostle::ObjectQueryFilter.
@@ -711,12 +711,14 @@ JOSTLE_C_API jostle_status jostle_index_count(const jostle_index* index, jostle_
 // Objects that live, move and rest, and the pairs between them: world.hpp
 // ---------------------------------------------------------------------------------------------------------
 
-/// Whom an object pairs with: jostle::ObjectFilter.
+/// Whom an object pairs with: jostle::ObjectFilter. Objects that are given none have {1, UINT32_MAX,
+/// UINT32_MAX, 0}. Set every member of one that you give: there are no defaults in it, and 0 is a value like
+/// any other. Objects whose owner is 0 belong to one owner, and never pair.
 typedef struct jostle_object_filter
 {
-    uint32_t category; ///< where none is given: 1
-    uint32_t mask;     ///< where none is given: all bits
-    uint32_t owner;    ///< where none is given: UINT32_MAX, nobody
+    uint32_t category;
+    uint32_t mask;
+    uint32_t owner;    ///< objects of one owner never pair; UINT32_MAX belongs to nobody
     int32_t is_static; ///< 1: never pairs with static ones
 } jostle_object_filter;
 

@@ -8,6 +8,7 @@
 #include <deque>
 #include <limits>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -70,6 +71,19 @@ static_assert(laid_out_as_in_c<2, float, jostle_nearest_to_box_2f>() &&
               laid_out_as_in_c<2, double, jostle_nearest_to_box_2d>() &&
               laid_out_as_in_c<3, double, jostle_nearest_to_box_3d>());
 
+/// "JOSTLE_RAY, JOSTLE_SWEEP", for messages.
+inline std::string names_of(unsigned kinds)
+{
+    constexpr const char* names[] = {"JOSTLE_RAY",           "JOSTLE_SWEEP",   "JOSTLE_BOX",
+                                     "JOSTLE_SPHERE",        "JOSTLE_FRUSTUM", "JOSTLE_NEAREST",
+                                     "JOSTLE_NEAREST_TO_BOX"};
+    std::string text;
+    for (jostle_question kind = JOSTLE_RAY; kind <= JOSTLE_NEAREST_TO_BOX; ++kind)
+        if ((kinds >> kind & 1U) != 0)
+            text += (text.empty() ? "" : ", ") + std::string(names[kind - JOSTLE_RAY]);
+    return text;
+}
+
 /// The caller's questions as a span of what they are. `kinds` are those that the call takes. Instantiates
 /// `inside` for all of them: where it can't take one, it must say so with `if constexpr`.
 template <int Dim, Coordinate T, class F>
@@ -77,7 +91,7 @@ void with_questions(jostle_question kind, const void* questions, std::uint64_t c
                     F&& inside)
 {
     if (kind < JOSTLE_RAY || kind > JOSTLE_NEAREST_TO_BOX || (kinds >> kind & 1U) == 0)
-        refuse("kind is " + std::to_string(kind) + ", which this call doesn't take");
+        refuse("kind is " + std::to_string(kind) + "; this call takes " + names_of(kinds));
     if (count > UINT32_MAX) refuse("more than 2^32 - 1 questions", JOSTLE_TOO_MANY_OBJECTS);
     const auto size = static_cast<std::size_t>(count);
     const auto ask = [&](auto* typed) { inside(std::span(wanted_array(typed, count, "questions"), size)); };

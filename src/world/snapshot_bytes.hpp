@@ -162,8 +162,14 @@ class SnapshotReader
         if (bytes_.size() < snapshot_header)
             refuse("there are " + std::to_string(bytes_.size()) + " bytes; even the header takes " +
                    std::to_string(snapshot_header));
-        if (std::memcmp(bytes_.data(), kind_.letters, sizeof kind_.letters) != 0)
+        const auto begins_as = [&](const SnapshotKind& kind) {
+            return std::memcmp(bytes_.data(), kind.letters, sizeof kind.letters) == 0;
+        };
+        if (!begins_as(kind_)) {
+            if (begins_as(changes_since)) refuse("these are changes since a base, and no whole snapshot");
+            if (begins_as(whole_snapshot)) refuse("this is a whole snapshot, and no changes since a base");
             refuse("its first bytes are wrong: it is something else, or damaged");
+        }
         (void)get<std::uint64_t>();
         const auto version = get<std::uint32_t>(), dim = get<std::uint32_t>(),
                    coordinate = get<std::uint32_t>(), reserved = get<std::uint32_t>();

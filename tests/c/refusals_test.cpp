@@ -113,7 +113,11 @@ TEST_F(CRefusals, QuestionsToIndexAndWorld)
     for (const jostle_question kind :
          {jostle_question{-1}, jostle_question{99}, jostle_question{JOSTLE_NEAREST}})
         refused(jostle_index_count(index, kind, boxes.data(), 1, &filter, counts.data(), &error),
-                std::to_string(kind));
+                "kind is " + std::to_string(kind) +
+                    "; this call takes JOSTLE_RAY, JOSTLE_SWEEP, JOSTLE_BOX, JOSTLE_SPHERE, JOSTLE_FRUSTUM");
+    jostle_hit hit;
+    refused(jostle_index_first(index, JOSTLE_BOX, boxes.data(), 1, nullptr, &hit, &error),
+            "kind is 3; this call takes JOSTLE_RAY, JOSTLE_SWEEP");
     jostle_query_filter filters[2] = {options_of<jostle_query_filter>(), options_of<jostle_query_filter>()};
     filters[0].count = filters[1].count = 2;
     filters[0].struct_size = sizeof filter - 4;

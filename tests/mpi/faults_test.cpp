@@ -61,7 +61,8 @@ TEST(Faults, WrongCommands)
     told([&] { world.move(id, Aabb3f{{0, nan, 0}, {1, 1, 1}}); }, name + ": lo.y is NaN");
     told([&] { world.move(id, Aabb3f{{0, 0, 2}, {1, 1, 1}}); }, name + ": lo.z = 2 is greater than hi.z = 1");
     told([&] { world.move(id, good, {nan, 0, 0}); }, "displacement of " + name);
-    told([&] { world.move(nobodys, good); }, "object 3 isn't this rank's");
+    told([&] { world.move(nobodys, good); },
+         "object 3 isn't this rank's: give commands about it on the rank");
     told([&] { world.remove(nobodys); }, "object 3 isn't this rank's");
     told([&] { world.set_filter(nobodys, {}); }, "object 3 isn't this rank's");
     told([&] { world.set_enabled(nobodys, true); }, "object 3 isn't this rank's");

@@ -64,8 +64,9 @@ def dim_of(boxes_array: np.ndarray, name: str = "boxes") -> int:
         return int(boxes_array.shape[2])
     if boxes_array.ndim == 2 and boxes_array.shape[1] in (4, 6):
         return int(boxes_array.shape[1]) // 2
+    points = boxes_array.ndim == 2 and boxes_array.shape[1] in (2, 3)
     raise Error(f"{name} has the shape {boxes_array.shape}: it must be (n, 2, d) or (n, 2 d), with d 2 or 3, lower "
-                "bounds before upper ones")
+                "bounds before upper ones" + ("; points are boxes as numpy.stack([points, points], axis=1)" if points else ""))
 
 
 def rows(given: Any, name: str, dtype: Any = None) -> np.ndarray:

@@ -27,7 +27,7 @@ class Questions:
         if self._kind == 5:
             return np.empty((0, 0), dtype)
         parts = []
-        for column, width in zip(self._columns, self._widths(dim)):
+        for name, column, width in zip(PARTS[self._kind], self._columns, self._widths(dim)):
             given = np.array(column, np.float64) if np.isscalar(column) else column
             part = _arrays.floats(given, "boxes", dtype) if self._kind == 3 else _arrays.floats(given, "a question").astype(dtype)
             if width == 1 and part.ndim < 2:
@@ -37,12 +37,13 @@ class Questions:
             elif part.ndim == 1:
                 part = part.reshape(1, -1)
             if part.ndim != 2 or part.shape[1] != width:
-                raise Error(f"a part of the questions has the shape {part.shape}: it must be (n, {width})")
+                raise Error(f"{KINDS[self._kind]}: {name} has the shape {np.shape(given)}: among boxes in {dim}D it must be (n, {width})")
             parts.append(part)
         n = 0 if any(len(part) == 0 for part in parts) else max(len(part) for part in parts)
         wrong = [len(part) for part in parts if len(part) not in (1, n)]
         if wrong:
-            raise Error(f"the parts of the questions have {wrong[0]} and {n} rows", None, "size_mismatch")
+            raise Error(f"{KINDS[self._kind]}: {', '.join(PARTS[self._kind])} must have as many rows as each other, or one; they have {wrong[0]} "
+                        f"and {n}", None, "size_mismatch")
         full = [np.broadcast_to(part, (n, part.shape[1])) for part in parts]
         return np.ascontiguousarray(np.concatenate(full, axis=1))
 
@@ -114,6 +115,8 @@ def limit(max_results: int | None) -> int:
     return ALL if max_results is None else _arrays.whole(max_results, "max_results", 2**64)
 
 
+PARTS = {1: ("origins", "directions", "max_fraction"), 2: ("boxes", "motions", "max_fraction"), 3: ("boxes",),
+         4: ("centers", "radii"), 6: ("points", "max_distance"), 7: ("boxes", "max_distance")}
 KINDS = {1: "rays", 2: "sweeps", 3: "overlapping", 4: "spheres", 5: "frustums", 6: "nearest", 7: "nearest_to_boxes"}
 LINES = (1, 2)
 NOT_NEAREST = (1, 2, 3, 4, 5)
