@@ -382,18 +382,19 @@ class Batch
                std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Item>>& found,
                const Find& find) const
     {
-        more.clear();
         std::pmr::vector<Item> all(std::move(items)); // if anything below throws, the lists are empty
         items.clear();
+        std::pmr::vector<std::uint8_t> cut(std::move(more));
+        more.clear();
         first.assign(questions_ + 1, 0);
-        std::vector<std::uint8_t> cut(questions_);
+        cut.assign(questions_, 0);
         const WorkPlan plan = plan_work(questions_, asking());
         struct Part
         {
             std::uint32_t slot;
             std::size_t begin;
         };
-        std::vector<Part> parts(plan.blocks);
+        std::pmr::vector<Part> parts(plan.slots == 1 ? 0 : plan.blocks, found.get_allocator());
         if (found.size() < plan.slots) found.resize(plan.slots);
         if (plan.slots == 1) found[0].swap(all); // there is nothing to put together
         for (auto& each : found)
@@ -402,7 +403,7 @@ class Batch
             questions_,
             [&](std::uint64_t begin, std::uint64_t end, Work work) {
                 std::pmr::vector<Item> mine(std::move(found[work.slot])); // others write nearby
-                parts[work.block] = {work.slot, mine.size()};
+                if (!parts.empty()) parts[work.block] = {work.slot, mine.size()};
                 Find own = find;
                 for (std::size_t i = begin; i < end; ++i) {
                     const std::size_t before = mine.size();
@@ -432,7 +433,7 @@ class Batch
                 {&executor_, 4});
         }
         items = std::move(all);
-        more.assign(cut.begin(), cut.end());
+        more = std::move(cut);
     }
 
   private:

@@ -7,12 +7,12 @@
 #include <memory_resource>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
 #include "world/commands.hpp"
 #include "world/ids.hpp"
+#include "world/key_set.hpp"
 #include "world/pair_lists.hpp"
 #include "world/pair_slots.hpp"
 #include "world/records.hpp"
@@ -34,7 +34,12 @@ class Journal
     };
 
     explicit Journal(std::pmr::memory_resource* memory)
-        : free(memory), work(memory), objects_(memory), place_of_(memory), refused_(memory)
+        : free(memory),
+          work(memory),
+          objects_(memory),
+          place_of_(memory),
+          refused_then_(memory),
+          allowed_then_(memory)
     {
     }
 
@@ -92,7 +97,8 @@ class Journal
         for (const Target& each : objects_)
             place_of_[each.index] = 0;
         objects_.clear();
-        refused_.clear();
+        refused_then_.clear();
+        allowed_then_.clear();
     }
 
     /// What an update is about to change: objects, ascending, and those that come to rest.
@@ -136,17 +142,15 @@ class Journal
     void note_refused(std::span<const Key> added, std::span<const Key> removed)
     {
         for (const Key key : added)
-            refused_.try_emplace(key, false);
+            if (!refused_then_.contains(key)) allowed_then_.insert(key);
         for (const Key key : removed)
-            refused_.try_emplace(key, true);
+            if (!allowed_then_.contains(key)) refused_then_.insert(key);
     }
     /// Pairs about which an update has changed its mind are forgotten where they are again as in the base.
     void forget_refused(std::span<const Key> keys, const KeySet& refused) noexcept
     {
         for (const Key key : keys)
-            if (const auto at = refused_.find(key);
-                at != refused_.end() && at->second == refused.contains(key))
-                refused_.erase(at);
+            (refused.contains(key) ? refused_then_ : allowed_then_).erase(key);
     }
 
     [[nodiscard]] std::span<const Target> objects() const noexcept { return objects_; }
@@ -156,13 +160,20 @@ class Journal
         const bool is_noted = raw(index) < place_of_.size() && place_of_[index] != 0;
         return is_noted ? &objects_[place_of_[index] - 1].record : nullptr;
     }
-    /// Pairs that may be refused or not as they weren't in the base, and whether they were.
-    [[nodiscard]] const std::pmr::unordered_map<Key, bool>& refused() const noexcept { return refused_; }
+    /// Calls body(key, whether it was refused in the base) for pairs that may be refused or not as they weren't
+    /// then, in no order that anything may depend on.
+    template <class Body>
+    void each_refused(const Body& body) const
+    {
+        refused_then_.each([&](Key key) { body(key, true); });
+        allowed_then_.each([&](Key key) { body(key, false); });
+    }
 
   private:
     std::pmr::vector<Target> objects_;
     Table<Index, std::uint32_t> place_of_; // one more than where it is among them; 0: nowhere
-    std::pmr::unordered_map<Key, bool> refused_;
+    // Pairs noted, as they were in the base. Each is in one of them at most.
+    KeySet refused_then_, allowed_then_;
 };
 
 } // namespace world

@@ -87,8 +87,9 @@ void write_changes(SnapshotWriter& out, typename World<Dim, T>::Implementation& 
     }
     write_active(out, state, work.active);
     work.keys.clear();
-    for (const auto& [key, was_refused] : journal.refused())
+    journal.each_refused([&](Key key, bool was_refused) {
         if (state.refused.contains(key) != was_refused) work.keys.push_back(key);
+    });
     std::sort(work.keys.begin(), work.keys.end());
     out.put(std::uint64_t{work.keys.size()});
     for (const Key key : work.keys) {
@@ -265,16 +266,18 @@ void Return<Dim, T>::read_refused()
         const auto key = in_.get<Key>();
         const auto is_refused = in_.get<std::uint32_t>();
         in_.demand(refused.empty() || refused.back().first < key, "the refused pairs don't ascend");
-        in_.demand(is_refused <= 1 && (is_refused == 0 || is_pair(key)),
+        in_.demand(is_refused <= 1 && (is_refused == 0 ? key != no_key : is_pair(key)),
                    "a refused pair names an object that isn't there");
         refused.push_back({key, is_refused == 1});
     }
     // And those that go back to what they were in the base.
     const auto by_key = [](const auto& a, const auto& b) { return a.first < b.first; };
     const auto read_end = static_cast<std::ptrdiff_t>(refused.size());
-    for (const std::pair<Key, bool> each : journal_.refused())
+    journal_.each_refused([&](Key key, bool was_refused) {
+        const std::pair each(key, was_refused);
         if (!std::binary_search(refused.begin(), refused.begin() + read_end, each, by_key))
             refused.push_back(each);
+    });
 }
 
 template <int Dim, class T>

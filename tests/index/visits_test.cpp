@@ -7,7 +7,9 @@
 //
 #include <algorithm>
 #include <atomic>
+#include <cstddef>
 #include <limits>
+#include <memory_resource>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -273,6 +275,37 @@ TEST(Visits, AllocateNothing)
         if (failed) continue;
         EXPECT_GT(k, 2u);
         break;
+    }
+}
+
+TEST(Batches, TakeMemoryFromTheirListsResourceAlone)
+{
+    BoxIndex3f index({.executor = &serial_executor()});
+    index.build(row(1000));
+    const std::vector<Ray3f> rays(200, along_x);
+    const auto run_one_by_one = [](void*, std::uint32_t count, void (*task)(void*, std::uint32_t),
+                                   void* context) {
+        for (std::uint32_t i = 0; i < count; ++i)
+            task(context, i);
+    };
+    CallbackExecutor four(4, nullptr, run_one_by_one);
+    BoxIndex3f by_four({.executor = &four});
+    by_four.build(row(1000));
+    std::vector<std::byte> bytes(std::size_t{1} << 25);
+    std::pmr::monotonic_buffer_resource own(bytes.data(), bytes.size(), std::pmr::null_memory_resource());
+    ResultLists<Hitf> lists, lists_of_four(&own);
+    index.all(rays, lists, {}, 9);
+    by_four.all(rays, lists_of_four, {}, 9);
+    const std::uint64_t before = global_new::calls;
+    for (int round = 0; round < 3; ++round) {
+        index.all(rays, lists, {}, 9); // in what the lists had before
+        by_four.all(rays, lists_of_four, {}, 9);
+    }
+    EXPECT_EQ(global_new::calls, before);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_EQ(lists[i].size(), 9u);
+        EXPECT_TRUE(std::ranges::equal(lists[i], lists_of_four[i]));
+        EXPECT_TRUE(lists.more(i) && lists_of_four.more(i));
     }
 }
 #endif

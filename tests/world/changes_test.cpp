@@ -471,6 +471,31 @@ TEST(Changes, OnePairWithTwoSlotsIsRefused)
     EXPECT_EQ(forged.world.save(), before);
 }
 
+// Of pairs that are no longer refused it doesn't matter whether their objects are there.
+TEST(Changes, ANumberThatStandsForNoPairIsRefused)
+{
+    jostle::World3f world({.accept = [](ObjectId, ObjectId) { return false; }});
+    std::vector<ObjectId> ids(3);
+    const std::vector<jostle::Aabb3f> boxes{cube_at(9, 9), cube_at(0, 0), cube_at(0, 0)};
+    world.add(boxes, ids);
+    world.update();
+    (void)world.save_base();
+    world.move(ids[1], cube_at(5, 5));
+    world.update();
+    Bytes changes;
+    world.save_changes(changes);
+    std::array<std::byte, 12> pair{}; // of objects 1 and 2, no longer refused
+    pair[0] = std::byte{2};
+    pair[4] = std::byte{1};
+    const auto at = std::search(changes.begin(), changes.end(), pair.begin(), pair.end());
+    ASSERT_NE(at, changes.end());
+    std::fill_n(at, 8, std::byte{0xff});
+    seal(changes);
+    EXPECT_EQ(
+        code_of("a refused pair names an object that isn't there", [&] { world.restore_changes(changes); }),
+        ErrorCode::bad_snapshot);
+}
+
 // Those that are refused late, when most of them have been read.
 TEST(Changes, ThatAreRefusedLeaveWhatApplyShows)
 {

@@ -485,13 +485,14 @@ TEST(Memory, SteadyUpdatesAllocateNothing)
 }
 
 // Pairs that are refused come and go.
-TEST(Memory, SteadyUpdatesWithRefusedPairsAllocateNothing)
+void allocate_nothing_with_refused_pairs(bool has_base)
 {
     jostle::World3f world({.executor = &jostle::serial_executor(),
                            .accept = [](ObjectId a, ObjectId b) { return (a.index + b.index) % 3 != 0; }});
     jostle_scenes::Scene<3, float> scene("uniform", 3000, 1);
     std::vector<ObjectId> ids(scene.boxes().size());
     world.add(scene.boxes(), ids);
+    if (has_base) (void)world.save_base();
     std::uint64_t calls = 0, least = ~std::uint64_t{0}, most = 0;
     for (std::size_t frame = 0; frame < 72; ++frame) {
         if (frame == 48) calls = global_new::calls;
@@ -503,6 +504,16 @@ TEST(Memory, SteadyUpdatesWithRefusedPairsAllocateNothing)
     }
     EXPECT_EQ(global_new::calls - calls, 0u);
     EXPECT_GT(most, least + 100);
+}
+
+TEST(Memory, SteadyUpdatesWithRefusedPairsAllocateNothing)
+{
+    allocate_nothing_with_refused_pairs(false);
+}
+
+TEST(Memory, SteadyUpdatesWithRefusedPairsAndABaseAllocateNothing)
+{
+    allocate_nothing_with_refused_pairs(true);
 }
 
 } // namespace
