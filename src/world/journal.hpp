@@ -160,8 +160,8 @@ class Journal
         const bool is_noted = raw(index) < place_of_.size() && place_of_[index] != 0;
         return is_noted ? &objects_[place_of_[index] - 1].record : nullptr;
     }
-    /// Calls body(key, whether it was refused in the base) for pairs that may be refused or not as they weren't
-    /// then, in no order that anything may depend on.
+    /// Calls body(key, whether it was refused in the base) for pairs that may be refused or not as they
+    /// weren't then, in no order that anything may depend on.
     template <class Body>
     void each_refused(const Body& body) const
     {
