@@ -364,6 +364,29 @@ TEST(AHeightField, IsTheSameAtItsRimHoweverItIsTurned)
     EXPECT_GT(beside, 200);
 }
 
+// What is below is pushed up by the triangle over its centre, which stays when it turns about its own axis.
+TEST(AHeightField, PushesUpRoundBodiesTheSameHoweverTheySpin)
+{
+    Random random(53);
+    const Terrain terrain(10, 9, 0.8);
+    const HeightField field(HeightGrid<double>{terrain.heights, terrain.columns, terrain.rows, 1, 1, 5});
+    for (const Shape3& shape :
+         {Shape3::cylinder(0.4, 0.9), Shape3::cone(0.4, 0.9), Shape3::ellipsoid({0.5, 0.8, 0.5})})
+        for (int round = 0; round < 200; ++round) {
+            const Vec3d position{random.uniform(2, 7), random.uniform(-4, -3), random.uniform(2, 6)};
+            const auto rotation = random.rotation<double>();
+            const auto still = distance(Shape3(field), Pose3d{}, shape, Pose3d{position, rotation}, 1e300);
+            ASSERT_TRUE(still && still->distance < 0);
+            for (int spin = 0; spin < 10; ++spin) {
+                const double half = random.uniform(0, 3);
+                const Pose3d turned{position, after(rotation, {0, std::sin(half), 0, std::cos(half)})};
+                const auto gap = distance(Shape3(field), Pose3d{}, shape, turned, 1e300);
+                ASSERT_TRUE(gap);
+                ASSERT_NEAR(gap->distance, still->distance, 1e-9) << round << " turned by " << 2 * half;
+            }
+        }
+}
+
 TEST(AHeightField, TouchesAHalfSpaceThatOneOfItsHeightsIsIn)
 {
     const Terrain terrain(9, 7, 0.5);

@@ -37,11 +37,12 @@ bool in_column(const Part<3>& triangle, const Vec3& p)
 Vec3 centre_of(const Core3& core)
 {
     Vec3 sum;
-    if (core.is_smooth()) { // which needn't hold its own origin
+    if (core.smooth == Smooth::custom) { // which needn't hold its own origin
         for (const Vec3& axis : {core.frame.r.x, core.frame.r.y, core.frame.r.z})
             sum += furthest(core, axis) + furthest(core, -axis);
         return sum * (1.0 / 6);
     }
+    if (core.is_smooth()) return core.frame.p; // which point of a disc is furthest along its axis is rounding
     for (std::uint32_t i = 0; i < core.polytope.vertices; ++i)
         sum += core.polytope.vertex(i);
     return core.frame * (sum * (1.0 / core.polytope.vertices));
