@@ -194,6 +194,86 @@ TEST(SmoothShapes, InThePlaneAreAsDeepAsTheBestDirectionSays)
     EXPECT_GT(deep, 4000);
 }
 
+// Also ellipses without width: apart, touching as well as doubles can tell, and overlapping.
+TEST(SmoothShapes, InThePlaneAreAsFarApartAsTheBestDirectionSays)
+{
+    struct Body
+    {
+        int kind; // an ellipse, a box or a segment
+        double x, y;
+        Pose2d pose;
+        [[nodiscard]] Shape2 shape() const
+        {
+            return kind == 0   ? Shape2::ellipsoid({x, y})
+                   : kind == 1 ? Shape2::box({x, y})
+                               : Shape2::capsule(x, 0);
+        }
+        [[nodiscard]] double reach(double u, double v) const // along (u, v)
+        {
+            const double c = pose.rotation[0], s = pose.rotation[1], p = c * u + s * v, q = c * v - s * u;
+            const double own = kind == 0 ? std::hypot(x * p, y * q) : x * std::abs(kind == 1 ? p : q);
+            return pose.position[0] * u + pose.position[1] * v + own + (kind == 1 ? y * std::abs(q) : 0);
+        }
+    };
+    Random random(91);
+    for (int round = 0; round < 3000; ++round) {
+        const auto body = [&](int kind) {
+            const auto size = [&] { return random.chance(0.2) ? 0 : random.uniform(0.05, 1); };
+            const double x = size(), y = size(), turn = random.uniform(0, 6.28);
+            return Body{kind,
+                        x,
+                        y,
+                        {{random.uniform(-1, 1), random.uniform(-1, 1)}, {std::cos(turn), std::sin(turn)}}};
+        };
+        const Body a = body(0);
+        Body b = body(static_cast<int>(random.below(3)));
+        const auto parted = [&](double angle) {
+            const double u = std::cos(angle), v = std::sin(angle);
+            return -a.reach(u, v) - b.reach(-u, -v);
+        };
+        const auto most = [&] {
+            constexpr double degree = 0.017453292519943295;
+            double best = -HUGE_VAL;
+            for (int i = 0; i < 360; ++i) { // from each that is better than its neighbours
+                double at = i * degree, here = parted(at);
+                if (here < parted(at - degree) || here < parted(at + degree)) continue;
+                for (double step = degree; step > 1e-12; step *= 0.6)
+                    for (const double way : {-step, step, -step, step})
+                        if (const double there = parted(at + way); there > here) {
+                            here = there;
+                            at += way;
+                        }
+                best = std::max(best, here);
+            }
+            return best;
+        };
+        for (const double left : {HUGE_VAL, 1e-3, 0.0, -1e-3}) {
+            if (left != HUGE_VAL) { // moved to that distance, along the normal
+                const auto gap = distance(a.shape(), a.pose, b.shape(), b.pose, 1e300);
+                for (int d = 0; d < 2; ++d)
+                    b.pose.position[d] -= (gap->distance - left) * gap->normal[d];
+            }
+            const auto gap = distance(a.shape(), a.pose, b.shape(), b.pose, 1e300);
+            ASSERT_TRUE(gap);
+            ASSERT_NEAR(gap->distance, most(), 1e-8) << round << " kind " << b.kind << " " << left;
+            for (int d = 0; d < 2; ++d) {
+                const double on_a = a.pose.position[d] + gap->point_a[d],
+                             on_b = b.pose.position[d] + gap->point_b[d];
+                ASSERT_NEAR(on_a + gap->distance * gap->normal[d], on_b, 1e-8) << round;
+            }
+            const double slack = 1e-7;
+            const auto inside = [&](const Body& body, const Vec2d& point, const Pose2d& pose) {
+                const auto off = distance(
+                    body.shape(), body.pose, Shape2::sphere(0),
+                    Pose2d{{pose.position[0] + point[0], pose.position[1] + point[1]}, {1, 0}}, 1e300);
+                return off->distance < slack;
+            };
+            ASSERT_TRUE(inside(a, gap->point_a, a.pose) && inside(b, gap->point_b, b.pose))
+                << round << " " << left;
+        }
+    }
+}
+
 // The depth of what is close to each other is found by a few searches, from either side.
 TEST(SmoothShapes, ThatOverlapALittleAreAsDeepAsTheBestDirectionSays)
 {

@@ -28,7 +28,7 @@ struct Core2
     {
     }
     Core2(const Shape<2>& shape, const Frame<2>& where);
-    /// Known by its support points: its corners are some of them.
+    /// Known by its support points: it has no corners until refine() gives it some.
     [[nodiscard]] bool is_smooth() const { return smooth; }
     void add(const Vec2& p, std::uint32_t n)
     {
@@ -62,9 +62,9 @@ inline Vec2 support(const Core2& core, const Vec2& direction)
     return core.frame * smooth_support(core, core.frame.r.back(direction));
 }
 
-/// Turns whichever of the two is smooth into a polygon that is exact where it meets the other: its support
-/// point along the normal becomes a corner, until that changes nothing. Each step quarters the error. Where
-/// two overlap by nearly the same along many directions there is no end to it: then the best one is settled.
+/// Turns whichever of the two is smooth into a polygon that is exact where it meets the other, and settles
+/// along which direction they are parted most, or overlap least. No other is better by more than a millionth
+/// of that, unless very many are nearly as good.
 void refine(Core2& a, Core2& b);
 
 /// The distance between cores (not their radii), or how much they overlap, and the points that have it.
