@@ -222,7 +222,8 @@ class Parting
         for (std::size_t step = 0; step < most_steps && grow(); ++step) {
         }
         Vec2 n = best_;
-        for (double turn = 0.02; turn > 1e-12; turn *= 0.5) { // downhill, by halving
+        // The best, if by a millionth, is some thousandths of a radian away. Downhill, by halving:
+        for (double turn = 0.02; turn > 1e-12; turn *= 0.5) {
             const Vec2 aside = right(n);
             n = n + aside * (dot(aside, look(n)) > 0 ? -turn : turn);
             n = n * (1 / length(n));
@@ -281,7 +282,9 @@ class Parting
         if (!(side_[lowest].offset > 0 && side_[lowest].offset < HUGE_VAL)) {
             bound = std::sqrt(side_[nearest].distance2);
             const Side& side = side_[nearest];
-            if (side.is_between || bound == 0) // of two sides of a flat one, either
+            // Of a point that lies as good as on a side, only the side has a direction. Two sides of a flat
+            // polygon are equally near, and one of the two looks the wrong way.
+            if (side.is_between || bound == 0)
                 n = side.offset > 0 ? -side.normal : side.normal;
             else
                 n = side.nearest * (-1 / bound);
@@ -306,8 +309,7 @@ class Parting
     static void insert(List& list, std::size_t at, const Item& item)
     {
         list.push_back(item);
-        for (std::size_t i = list.size() - 1; i > at; --i)
-            std::swap(list[i], list[i - 1]);
+        std::rotate(list.data() + at, list.data() + list.size() - 1, list.data() + list.size());
     }
 
     const Core2 &a_, &b_;
@@ -390,7 +392,8 @@ void refine(Core2& a, Core2& b)
         const Core2& other = core == &a ? b : a;
         SmallVector<Vec2, 4> normals;
         normals.push_back(core == &a ? n : -n);
-        if (!other.is_smooth() && other.corner.size() == 2) { // of a surface, whose own normal may count
+        if (!other.is_smooth() &&
+            other.corner.size() == 2) { // it may be a surface's, whose normal counts too
             const Vec2 across = right(other.corner[1] - other.corner[0]);
             normals.push_back(across);
             normals.push_back(-across);
