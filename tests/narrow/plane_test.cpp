@@ -2,6 +2,7 @@
 // Every two convex shapes in the plane against the definition.
 #include <gtest/gtest.h>
 
+#include "narrow/convex/convex2.hpp"
 #include "narrow/parts/pair.hpp"
 #include "tests/narrow/oracle.hpp"
 #include "tests/narrow/random_pairs.hpp"
@@ -118,6 +119,119 @@ TEST(InThePlane, EveryTwoConvexShapesAnswerAsDefined)
     }
     EXPECT_GT(touching, 1000);
     EXPECT_GT(apart, 1000);
+}
+
+/// Up to 80 corners on an ellipse of half-axes 1 and `width`. If `crowded`, some lie as close as doubles can
+/// tell.
+ConvexHull2 many_corners(Random& random, double width, bool crowded)
+{
+    const std::size_t count = 3 + random.below(78);
+    const bool regular = random.chance(0.3);
+    std::vector<Vec2d> points;
+    double angle = random.uniform(0, 6.28);
+    for (std::size_t i = 0; i < count; ++i) {
+        const bool close = crowded && random.chance(0.7);
+        angle += regular ? 6.283185307179586 / static_cast<double>(count)
+                 : close ? std::pow(10, random.uniform(-17, -3))
+                         : random.uniform(0, 1);
+        points.push_back({std::cos(angle), width * std::sin(angle)});
+    }
+    return ConvexHull2(points);
+}
+
+// The sides that matter are found by steps towards them; the twin tests each side beside each corner.
+TEST(InThePlane, PolygonsWithManyCornersAnswerAsIfEachSideWasTested)
+{
+    Random random(2);
+    int few = 0, many = 0, apart = 0, touching = 0, other_normals = 0;
+    for (int round = 0; round < 4000; ++round) {
+        SCOPED_TRACE(round);
+        const bool needles = random.chance(0.3), crowded = random.chance(0.3);
+        const auto hull = [&] {
+            const double width = needles              ? std::pow(10, random.uniform(-15, -1))
+                                 : random.chance(0.2) ? 1
+                                                      : random.uniform(0.1, 1);
+            return many_corners(random, width, crowded);
+        };
+        const ConvexHull2 hull_a = hull(), hull_b = hull();
+        const Shape2 a(hull_a), b(random.chance(0.1) ? hull_a : hull_b);
+        const Pose2d pose = random.pose2<double>(random.chance(0.5) ? 3 : 1);
+        narrow::Frame<2> frame{narrow::rotation(random.chance(0.1) ? Pose2d{} : pose),
+                               narrow::load(pose.position)};
+        for (const double left : {HUGE_VAL, 0.1, 1e-3, 1e-11, 0.0, -1e-11, -1e-3, -0.1}) {
+            SCOPED_TRACE(left);
+            const narrow::Core2 all_a(a, {narrow::rotation(Pose2d{}), {}});
+            narrow::Gap<2> expected;
+            if (left != HUGE_VAL) { // moved to that distance, along the normal
+                convex_gap(all_a, narrow::Core2(b, frame), expected);
+                frame.p = frame.p - expected.normal * (expected.distance - left);
+            }
+            const narrow::Core2 all_b(b, frame);
+            convex_gap(all_a, all_b, expected);
+            narrow::Core2 near_a = all_a, near_b = all_b;
+            refine(near_a, near_b);
+            if (!needles && !crowded) (near_a.sides() <= 6 && near_b.sides() <= 6 ? few : many) += 1;
+            narrow::Gap<2> found;
+            convex_gap(near_a, near_b, found);
+            ASSERT_NEAR(found.distance, expected.distance, 1e-13);
+            ASSERT_NEAR(length(found.on_b - found.on_a - found.normal * found.distance), 0, 1e-12);
+            for (const auto& [core, on] : {std::pair(&all_a, found.on_a), std::pair(&all_b, found.on_b)}) {
+                narrow::Core2 point(0, 0, {});
+                point.add(on, 0);
+                narrow::Gap<2> beside;
+                convex_gap(*core, point, beside);
+                ASSERT_LE(beside.distance, std::max(0.0, -found.distance) + 4e-9);
+            }
+            narrow::Manifold<2> points, expected_points;
+            const bool touch = convex_contact(near_a, near_b, 1e-12, points);
+            ASSERT_EQ(touch, convex_contact(all_a, all_b, 1e-12, expected_points));
+            (touch ? touching : apart) += 1;
+            if (!touch) continue;
+            ASSERT_NEAR(points.point[0].depth, expected_points.point[0].depth, needles ? 4e-7 : 1e-12);
+            if (needles || std::abs(found.distance) < 1e-9) continue;    // the rest is rounding
+            if (length(points.normal - expected_points.normal) > 1e-6) { // of equal overlaps any may be taken
+                ++other_normals;
+                continue;
+            }
+            ASSERT_EQ(points.count, expected_points.count);
+            for (std::uint32_t k = 0; k < points.count; ++k) {
+                ASSERT_NEAR(length(points.point[k].p - expected_points.point[k].p), 0, 1e-6);
+                if (crowded) continue; // one of several in one place
+                ASSERT_EQ(points.point[k].feature_a, expected_points.point[k].feature_a);
+                ASSERT_EQ(points.point[k].feature_b, expected_points.point[k].feature_b);
+            }
+        }
+    }
+    EXPECT_GT(few, 100 * many);
+    EXPECT_GT(apart, 5000);
+    EXPECT_GT(touching, 5000);
+    EXPECT_LT(other_normals, touching / 10);
+}
+
+// Both sides of a needle through the middle of a polygon overlap it equally, but for rounding.
+TEST(InThePlane, ANeedleLeavesAPolygonOnEitherSide)
+{
+    Random random(3);
+    for (int round = 0; round < 3000; ++round) {
+        std::vector<Vec2d> points;
+        const double count = 10.0 + 2.0 * random.below(30), height = random.uniform(0.1, 0.8);
+        for (double i = 0; i < count; ++i) {
+            const double angle = i * 6.283185307179586 / count;
+            points.push_back({std::cos(angle), height * std::sin(angle)});
+        }
+        const Vec2d across{0, std::pow(10, random.uniform(-17, -13))};
+        const double end = random.uniform(0.5, 2), part = random.uniform(-1, 1) * end;
+        const std::vector<Vec2d> needle{{-end, 0}, {part, across[1]}, {-part, -across[1]}, {end, 0}};
+        const ConvexHull2 hull_a(needle), hull_b(points);
+        const Shape2 a(hull_a), b(hull_b);
+        const Pose2d pose = random.pose2<double>(0);
+        const auto gap = distance(a, pose, b, pose, INFINITY);
+        ASSERT_TRUE(gap);
+        const Pose2d at_a{{gap->point_a[0], gap->point_a[1]}, pose.rotation},
+            at_b{{gap->point_b[0], gap->point_b[1]}, pose.rotation};
+        ASSERT_LE(distance(a, pose, Shape2(), at_a, INFINITY)->distance, 1e-9) << round;
+        ASSERT_LE(distance(b, pose, Shape2(), at_b, INFINITY)->distance, 1e-9) << round;
+    }
 }
 
 TEST(InThePlane, ABoxLiesOnAChainWithTwoPoints)

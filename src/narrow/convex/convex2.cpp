@@ -32,8 +32,12 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
     case Kind::rounded_hull:
     case Kind::convex: {
         const auto& hull = ShapeAccess::data<HullData<2>>(shape);
-        for (std::size_t i = 0; i < hull.loop.size(); ++i)
-            add(frame * hull.loop[i], hull.corner[i]);
+        corner.resize(hull.loop.size());
+        number.resize(hull.loop.size());
+        for (std::size_t i = 0; i < hull.loop.size(); ++i) {
+            corner[i] = frame * hull.loop[i];
+            number[i] = hull.corner[i];
+        }
         break;
     }
     case Kind::half_space: // a plane and no polygon
@@ -66,13 +70,6 @@ std::size_t furthest_corner(const Core2& core, const Vec2& direction)
 
 namespace {
 
-struct Axis2
-{
-    Vec2 normal;
-    double separation = -HUGE_VAL;
-    bool of_b = false;
-};
-
 void consider(Axis2& best, const Core2& other, const Vec2& outwards, const Vec2& on, bool of_b, double from)
 {
     const double size = length(outwards);
@@ -88,7 +85,7 @@ void consider_sides(Axis2& best, const Core2& owner, const Core2& other, bool of
 {
     for (std::size_t i = 0; i < owner.sides(); ++i)
         consider(best, other, right(owner.next(i) - owner.corner[i]), owner.corner[i], of_b, -HUGE_VAL);
-    if (owner.sides() == 2) { // a segment's ends: they can separate, but never are the shortest way out
+    if (owner.corner.size() == 2) { // a segment's ends: they can separate, but never are the shortest way out
         const Vec2 along = owner.corner[1] - owner.corner[0];
         consider(best, other, along, owner.corner[1], of_b, 0);
         consider(best, other, -along, owner.corner[0], of_b, 0);
@@ -145,12 +142,8 @@ void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& le
 
 void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
 {
-    Axis2 axis;
-    if (a.is_settled) {
-        // Of a side and a corner, the corner is where they meet.
-        const bool of_b = best_side(b, -a.along).alignment > best_side(a, a.along).alignment;
-        axis = {a.along, parted_by(a, b, a.along), of_b};
-    } else {
+    Axis2 axis = a.axis;
+    if (axis.separation == -HUGE_VAL) {
         consider_sides(axis, a, b, false);
         consider_sides(axis, b, a, true);
     }
@@ -162,6 +155,7 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
     }
     // Beyond the tip of a polygon that is nearly a segment its sides part nothing by more than rounding.
     const double clear = core_touch * (a.reach + b.reach);
+    bool meet = false;
     if (axis.separation > -clear) {
         double least = HUGE_VAL;
         for (std::size_t i = 0; i < b.corner.size(); ++i)
@@ -181,10 +175,13 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
             gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
             if (axis.separation > clear || parted_by(a, b, gap.normal) > clear) return;
         }
+        meet = gap.distance <= clear;
     }
     gap.normal = axis.normal;
     gap.distance = std::min(0.0, axis.separation);
-    if (axis.of_b) {
+    if (meet) { // of two parallel sides the corner furthest along the normal may lie beside the other
+        gap.on_b = gap.on_a + axis.normal * gap.distance;
+    } else if (axis.of_b) {
         gap.on_a = furthest(a, axis.normal);
         gap.on_b = gap.on_a + axis.normal * gap.distance;
     } else {
@@ -199,11 +196,14 @@ namespace {
 /// of their difference furthest along some directions make a polygon inside it, and the origin's gap from
 /// that, or its depth in it, is the most that any direction can part them by. So the polygon grows where the
 /// origin is nearest to it, until a direction is as good as that but for a millionth, or after many steps
-/// nearly so. The best direction lies next to it. Sources: those of gjk() and expand().
+/// nearly so. The best direction lies next to it. Of two polygons, it grows until it holds the side or corner
+/// of the difference that decides. Sides as short as rounding may have any direction: the points along it are
+/// the furthest all the same. Sources: those of gjk() and expand().
 class Parting
 {
   public:
-    Parting(const Core2& a, const Core2& b) : a_(a), b_(b), size_(a.reach + b.reach)
+    Parting(const Core2& a, const Core2& b)
+        : a_(a), b_(b), size_(a.reach + b.reach), are_polygons_(!a.is_smooth() && !b.is_smooth())
     {
         const Vec2 way = b.frame.p - a.frame.p;
         const double far = length(way);
@@ -217,10 +217,22 @@ class Parting
             side_.push_back(side_at(i));
     }
 
-    Vec2 find()
+    /// Returns whether the direction is certain up to rounding if the two are polygons.
+    bool find()
     {
-        for (std::size_t step = 0; step < most_steps && grow(); ++step) {
-        }
+        std::size_t step = 0;
+        while (step < most_steps && grow())
+            ++step;
+        if (!are_polygons_) refine_best();
+        return step < most_steps;
+    }
+    [[nodiscard]] const Vec2& best() const { return best_; }
+
+  private:
+    static constexpr std::size_t first_directions = 4, most_steps = 64;
+
+    void refine_best()
+    {
         Vec2 n = best_;
         // The best, if by a millionth, is some thousandths of a radian away. Downhill, by halving:
         for (double turn = 0.02; turn > 1e-12; turn *= 0.5) {
@@ -229,11 +241,7 @@ class Parting
             n = n * (1 / length(n));
         }
         (void)look(n);
-        return best_;
     }
-
-  private:
-    static constexpr std::size_t first_directions = 4, most_steps = 64;
 
     /// From one point of the polygon to the next.
     struct Side
@@ -290,7 +298,8 @@ class Parting
                 n = side.nearest * (-1 / bound);
             if (!(length2(n) > 0)) return false; // a point at the origin
         }
-        if (!(bound - parted_ > 1e-12 * size_ + 1e-6 * std::abs(bound))) return false;
+        const double enough = are_polygons_ ? 0 : 1e-12 * size_ + 1e-6 * std::abs(bound);
+        if (!(bound - parted_ > enough)) return false;
         const Vec2 p = look(n);
         if (!(dot(n, p) + bound > 1e-14 * size_)) return false;
         // The directions ascend by angle, and none is half a turn from the next.
@@ -314,6 +323,7 @@ class Parting
 
     const Core2 &a_, &b_;
     const double size_;
+    const bool are_polygons_;
     SmallVector<Vec2, first_directions + most_steps> direction_,
         point_;                                             ///< of the polygon's corners, counterclockwise
     SmallVector<Side, first_directions + most_steps> side_; ///< from each to the next
@@ -382,16 +392,56 @@ void add_corners(Core2& core, std::span<const Vec2> normals)
     }
 }
 
+/// A polygon's corners that reach as far along a direction as any, but for rounding, and two more on each
+/// side.
+Core2 corners_around(const Core2& core, const Vec2& direction, double rounding)
+{
+    constexpr std::size_t more = 2;
+    const std::size_t count = core.corner.size(), top = furthest_corner(core, direction);
+    const auto reaches = [&](std::size_t i) {
+        return dot(direction, core.corner[top] - core.corner[i % count]) <= rounding;
+    };
+    std::size_t begin = top + count, end = begin + 1; // modulo the number of corners
+    while (end - begin < count && reaches(begin - 1))
+        --begin;
+    while (end - begin < count && reaches(end))
+        ++end;
+    if (end - begin + 2 * more >= count) return core;
+    Core2 chain(core.radius, core.reach, core.frame);
+    chain.is_chain = true;
+    for (std::size_t i = begin - more; i < end + more; ++i)
+        chain.add(core.corner[i % count], core.number[i % count]);
+    return chain;
+}
+
 } // namespace
 
 void refine(Core2& a, Core2& b)
 {
-    const Vec2 n = Parting(a, b).find();
+    Parting parting(a, b);
+    const bool is_certain = parting.find();
+    const Vec2 n = parting.best();
+    const double rounding = 1e-12 * (a.reach + b.reach);
+    if (!a.is_smooth() && !b.is_smooth()) {
+        if (!is_certain) return;
+        Core2 near_a = corners_around(a, n, rounding), near_b = corners_around(b, -n, rounding);
+        consider_sides(near_a.axis, near_a, b, false);
+        consider_sides(near_a.axis, near_b, a, true);
+        // A flat polygon's other sides may overlap as little, elsewhere.
+        if (dot(near_a.axis.normal, n) < 0) return;
+        a = near_a;
+        b = near_b;
+        return;
+    }
     for (Core2* core : {&a, &b}) {
-        if (!core->is_smooth()) continue;
+        const Vec2 towards = core == &a ? n : -n;
+        if (!core->is_smooth()) {
+            *core = corners_around(*core, towards, rounding);
+            continue;
+        }
         const Core2& other = core == &a ? b : a;
         SmallVector<Vec2, 4> normals;
-        normals.push_back(core == &a ? n : -n);
+        normals.push_back(towards);
         if (!other.is_smooth() &&
             other.corner.size() == 2) { // it may be a surface's, whose normal counts too
             const Vec2 across = right(other.corner[1] - other.corner[0]);
@@ -400,8 +450,9 @@ void refine(Core2& a, Core2& b)
         }
         add_corners(*core, {normals.data(), normals.size()});
     }
-    a.is_settled = true;
-    a.along = n;
+    // Of a side and a corner, the corner is where they meet.
+    const bool of_b = best_side(b, -n).alignment > best_side(a, n).alignment;
+    a.axis = {n, parted_by(a, b, n), of_b};
 }
 
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Convex shapes in the plane: rounded polygons. A circle is a point with a radius, a capsule a segment with
-// one. Source: separating axes and clipping as in Ericson sec. 5.2.1; polygons here have few sides, so that
-// each step simply looks at all of them.
+// one. Source: separating axes and clipping as in Ericson sec. 5.2.1. Polygons mostly have few sides, so that
+// each step simply looks at all of them; of others, refine() leaves few.
 #pragma once
 
 #include "narrow/convex/manifold.hpp"
@@ -9,6 +9,14 @@
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
+
+/// How far two cores are parted along a direction, from a to b; below 0: how much they overlap.
+struct Axis2
+{
+    Vec2 normal;
+    double separation = -HUGE_VAL;
+    bool of_b = false; ///< the direction is at right angles to a side of b
+};
 
 /// A counterclockwise loop of corners seen from a's position, or one or two points.
 struct Core2
@@ -20,8 +28,8 @@ struct Core2
     Vec2 ellipse; ///< half its widths, if it is one
     const CustomShape<2>* custom = nullptr;
     Frame<2> frame;
-    bool is_settled = false; ///< it and the other overlap least along `along`, from a to b
-    Vec2 along;
+    bool is_chain = false; ///< a piece of a loop: no side leads from its last corner to its first
+    Axis2 axis;            ///< a's, if it is known what parts it and the other most, or overlaps least
 
     Core2(double core_radius, double core_reach, const Frame<2>& where)
         : radius(core_radius), reach(core_reach), frame(where)
@@ -35,7 +43,10 @@ struct Core2
         corner.push_back(p);
         number.push_back(n);
     }
-    [[nodiscard]] std::size_t sides() const { return corner.size() < 2 ? 0 : corner.size(); }
+    [[nodiscard]] std::size_t sides() const
+    {
+        return corner.size() < 2 ? 0 : corner.size() - (is_chain ? 1 : 0);
+    }
     [[nodiscard]] const Vec2& next(std::size_t i) const { return corner[i + 1 == corner.size() ? 0 : i + 1]; }
 };
 
@@ -62,10 +73,17 @@ inline Vec2 support(const Core2& core, const Vec2& direction)
     return core.frame * smooth_support(core, core.frame.r.back(direction));
 }
 
-/// Turns whichever of the two is smooth into a polygon that is exact where it meets the other, and settles
-/// along which direction they are parted most, or overlap least. No other is better by more than a millionth
-/// of that, unless very many are nearly as good.
+/// Finds along which direction two cores are parted most, or overlap least, and leaves the corners that
+/// matter. Whichever of the two is smooth becomes a polygon that is exact where it meets the other; no other
+/// direction is better by more than a millionth then, unless very many are nearly as good. Of two polygons,
+/// the corners far from where they meet are left out; the result is the same up to rounding. Takes time in
+/// proportion to their corners, where core_gap() tests each side beside each corner.
 void refine(Core2& a, Core2& b);
+/// Two polygons of so many sides that refine() is the faster way.
+inline bool have_many_sides(const Core2& a, const Core2& b)
+{
+    return a.sides() * b.sides() > 100;
+}
 
 /// The distance between cores (not their radii), or how much they overlap, and the points that have it.
 void core_gap(const Core2& a, const Core2& b, Gap<2>& gap);

@@ -14,10 +14,12 @@ bool is_smooth(const Part<2>& part)
 {
     return !part.half_space && part.core.is_smooth();
 }
-/// In the plane a smooth shape is refined to a polygon for each other shape that it meets.
+/// In the plane a smooth shape is refined to a polygon for each other shape that it meets, and of polygons
+/// with many corners those that matter are left.
 bool wants_refining(const Part<2>& a, const Part<2>& b)
 {
-    return !a.half_space && !b.half_space && (is_smooth(a) || is_smooth(b));
+    if (a.half_space || b.half_space) return false;
+    return is_smooth(a) || is_smooth(b) || have_many_sides(a.core, b.core);
 }
 struct Refined
 {
@@ -34,18 +36,11 @@ Answer answer_if(bool contact)
     return contact ? Answer::contact : Answer::none;
 }
 
-} // namespace
-
 template <int Dim>
-Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
-                    double& gap)
+Answer contact_as_given(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
+                        double& gap)
 {
     if (a.half_space && b.half_space) return Answer::none;
-    if constexpr (Dim == 2)
-        if (wants_refining(a, b)) {
-            const Refined refined(a, b);
-            return part_contact(refined.a, refined.b, margin, manifold, gap);
-        }
     if (b.half_space) return answer_if(half_space_contact(a.core, b.normal, b.offset, margin, manifold));
     if (!a.half_space && a.surface == b.surface)
         return answer_if(convex_contact(a.core, b.core, margin, manifold));
@@ -55,6 +50,20 @@ Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manif
                               : surface_contact(b.core, a, margin, manifold, gap);
     if (answer != Answer::none) flip(manifold);
     return answer;
+}
+
+} // namespace
+
+template <int Dim>
+Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
+                    double& gap)
+{
+    if constexpr (Dim == 2)
+        if (wants_refining(a, b)) {
+            const Refined refined(a, b);
+            return contact_as_given(refined.a, refined.b, margin, manifold, gap);
+        }
+    return contact_as_given(a, b, margin, manifold, gap);
 }
 template Answer part_contact(const Part<2>&, const Part<2>&, double, Manifold<2>&, double&);
 template Answer part_contact(const Part<3>&, const Part<3>&, double, Manifold<3>&, double&);
