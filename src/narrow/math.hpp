@@ -116,6 +116,18 @@ inline Vec2 right(const Vec2& a)
 {
     return {a.y, -a.x};
 }
+/// Counterclockwise.
+inline Vec2 left(const Vec2& a)
+{
+    return {-a.y, a.x};
+}
+/// Of any length but 0: squares of the shortest are 0.
+inline Vec2 unit(const Vec2& a)
+{
+    const double scale = std::max(std::abs(a.x), std::abs(a.y));
+    const Vec2 scaled{a.x / scale, a.y / scale};
+    return scaled * (1 / length(scaled));
+}
 
 struct Mat2
 {

@@ -11,33 +11,38 @@ namespace narrow {
 Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
     : Core2(ShapeAccess::radius(shape), ShapeAccess::reach(shape) - ShapeAccess::radius(shape), where)
 {
-    const Vec<2, double>& size = ShapeAccess::size(shape);
+    half = load(ShapeAccess::size(shape));
+    const double x = half.x, y = half.y;
     switch (kind_of(shape)) {
     case Kind::sphere:
         add(frame.p, 0);
         break;
     case Kind::capsule:
-        add(frame * Vec2{0, -size[1]}, 0);
-        if (size[1] > 0) add(frame * Vec2{0, size[1]}, 1);
+        add(frame * Vec2{0, -y}, 0);
+        if (y > 0) add(frame * Vec2{0, y}, 1);
+        add_normals({1, 0});
         break;
     case Kind::rounded_box:
-    case Kind::box: {
-        const double x = size[0], y = size[1];
+    case Kind::box:
+        is_box = x > 0 && y > 0;
         add(frame * Vec2{-x, -y}, 0);
         if (x > 0) add(frame * Vec2{x, -y}, 1);
         if (y > 0) add(frame * Vec2{x, y}, 2);
-        if (x > 0 && y > 0) add(frame * Vec2{-x, y}, 3);
+        if (is_box) add(frame * Vec2{-x, y}, 3);
+        add_normals(x > 0 ? Vec2{0, -1} : Vec2{1, 0});
         break;
-    }
     case Kind::rounded_hull:
     case Kind::convex: {
         const auto& hull = ShapeAccess::data<HullData<2>>(shape);
         corner.resize(hull.loop.size());
         number.resize(hull.loop.size());
+        normal.resize(hull.normal.size());
         for (std::size_t i = 0; i < hull.loop.size(); ++i) {
             corner[i] = frame * hull.loop[i];
             number[i] = hull.corner[i];
         }
+        for (std::size_t i = 0; i < hull.normal.size(); ++i)
+            normal[i] = frame.r * hull.normal[i];
         break;
     }
     case Kind::half_space: // a plane and no polygon
@@ -51,8 +56,22 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
     case Kind::custom:
         smooth = true;
         custom = shape.custom();
-        ellipse = load(size);
         break;
+    }
+}
+
+void Core2::add_normals()
+{
+    for (std::size_t i = 0; i < sides(); ++i)
+        normal.push_back(unit(right(next(i) - corner[i])));
+}
+/// Of a segment or box, from the local normal of the first side.
+void Core2::add_normals(const Vec2& first)
+{
+    Vec2 n = frame.r * first;
+    for (std::size_t i = 0; i < sides(); ++i) {
+        normal.push_back(n);
+        n = corner.size() == 2 ? -n : left(n);
     }
 }
 
@@ -70,27 +89,132 @@ std::size_t furthest_corner(const Core2& core, const Vec2& direction)
 
 namespace {
 
-void consider(Axis2& best, const Core2& other, const Vec2& outwards, const Vec2& on, bool of_b, double from)
+/// Of a box, the side whose normal is an axis, or against it.
+std::size_t side_of_box(int axis, bool against)
 {
-    const double size = length(outwards);
-    if (!(size > 0)) return;
-    const Vec2 n = outwards * (1 / size);
-    double least = HUGE_VAL;
-    for (std::size_t i = 0; i < other.corner.size(); ++i)
-        least = std::min(least, dot(n, other.corner[i] - on));
-    if (least > best.separation && least > from) best = {of_b ? -n : n, least, of_b};
+    return axis == 0 ? (against ? 3 : 1) : (against ? 0 : 2);
+}
+std::size_t corner_of_box(const Vec2& d)
+{
+    return d.x < 0 ? (d.y < 0 ? 0 : 3) : (d.y < 0 ? 1 : 2);
 }
 
-void consider_sides(Axis2& best, const Core2& owner, const Core2& other, bool of_b)
+/// The direction at right angles to a side that parts two polygons most, from a to b. Each side is looked at
+/// together with the corner of the other that reaches furthest against it, and from one side to the next that
+/// corner goes round as well: by steps to a neighbour that reaches further (rotating calipers: Shamos 1978,
+/// "Computational Geometry", sec. 3). What a corner says of a side is never too little, so that the side that
+/// is best by such corners is the best of all if its own corner is the furthest of all, which is looked up at
+/// the end. Only rounding on sides that are nearly in line stops a corner elsewhere; then each side is tested
+/// with each corner.
+class SideSearch
 {
-    for (std::size_t i = 0; i < owner.sides(); ++i)
-        consider(best, other, right(owner.next(i) - owner.corner[i]), owner.corner[i], of_b, -HUGE_VAL);
-    if (owner.corner.size() == 2) { // a segment's ends: they can separate, but never are the shortest way out
-        const Vec2 along = owner.corner[1] - owner.corner[0];
-        consider(best, other, along, owner.corner[1], of_b, 0);
-        consider(best, other, -along, owner.corner[0], of_b, 0);
+  public:
+    SideSearch(const Core2& a, const Core2& b) : a_(a), b_(b) {}
+
+    /// Ends early, with a separation above `enough`, once one is found.
+    Axis2 find(double enough)
+    {
+        if (a_.is_box && b_.is_box) return of_boxes();
+        walk(a_, b_, false, enough);
+        walk(b_, a_, true, enough);
+        if (best_.separation == -HUGE_VAL) return best_; // two points
+        const double walked = best_.separation;
+        confirm();
+        if (walked - best_.separation > 1e-14 * (a_.reach + b_.reach)) {
+            best_ = {};
+            test_all(a_, b_, false);
+            test_all(b_, a_, true);
+        }
+        if (best_.separation > enough) return best_;
+        look_past_ends(a_, b_, false);
+        look_past_ends(b_, a_, true);
+        return best_;
     }
-}
+
+  private:
+    /// From how far their centres are apart along the four axes.
+    Axis2 of_boxes()
+    {
+        const Vec2 d = b_.frame.p - a_.frame.p;
+        const Mat2 &turn_a = a_.frame.r, &turn_b = b_.frame.r;
+        const double c = std::abs(turn_a.c * turn_b.c + turn_a.s * turn_b.s),
+                     s = std::abs(turn_a.c * turn_b.s - turn_a.s * turn_b.c);
+        for (const bool of_b : {false, true}) {
+            const Core2 &owner = of_b ? b_ : a_, &other = of_b ? a_ : b_;
+            const Vec2 away = owner.frame.r.back(of_b ? -d : d);
+            const Vec2 reach{c * other.half.x + s * other.half.y, s * other.half.x + c * other.half.y};
+            for (const int axis : {0, 1}) {
+                const double separation = std::abs(away[axis]) - owner.half[axis] - reach[axis];
+                if (!(separation > best_.separation)) continue;
+                const bool against = away[axis] < 0;
+                best_.separation = separation;
+                best_.of_b = of_b;
+                best_.side = side_of_box(axis, against);
+            }
+        }
+        const Core2 &owner = best_.of_b ? b_ : a_, &other = best_.of_b ? a_ : b_;
+        const Vec2 n = owner.normal[best_.side];
+        best_.normal = best_.of_b ? -n : n;
+        best_.corner = corner_of_box(other.frame.r.back(-n));
+        return best_;
+    }
+    void note(const Vec2& n, double separation, bool of_b, std::size_t side, std::size_t corner)
+    {
+        if (separation > best_.separation) best_ = {of_b ? -n : n, separation, of_b, side, corner};
+    }
+    void walk(const Core2& owner, const Core2& other, bool of_b, double enough)
+    {
+        std::size_t at = 0;
+        for (std::size_t i = 0; i < owner.sides() && !(best_.separation > enough); ++i) {
+            const Vec2 on = owner.corner[i], n = owner.normal[i];
+            double far = dot(n, other.corner[at] - on);
+            while (far > best_.separation) {
+                const std::size_t before = other.before(at), after = other.after(at);
+                const double far_before = dot(n, other.corner[before] - on),
+                             far_after = dot(n, other.corner[after] - on);
+                if (!(std::min(far_before, far_after) < far)) {
+                    note(n, far, of_b, i, at);
+                    break;
+                }
+                at = far_before < far_after ? before : after;
+                far = std::min(far_before, far_after);
+            }
+        }
+    }
+    /// Asks all corners about the best side.
+    void confirm()
+    {
+        const Core2 &owner = best_.of_b ? b_ : a_, &other = best_.of_b ? a_ : b_;
+        const Vec2 n = best_.of_b ? -best_.normal : best_.normal;
+        const std::size_t corner = furthest_corner(other, -n);
+        const double separation = dot(n, other.corner[corner] - owner.corner[best_.side]);
+        if (!(separation < best_.separation)) return;
+        best_.separation = separation;
+        best_.corner = corner;
+    }
+    void test_all(const Core2& owner, const Core2& other, bool of_b)
+    {
+        for (std::size_t i = 0; i < owner.sides(); ++i) {
+            const Vec2 n = owner.normal[i];
+            const std::size_t corner = furthest_corner(other, -n);
+            note(n, dot(n, other.corner[corner] - owner.corner[i]), of_b, i, corner);
+        }
+    }
+    /// A segment's ends can separate, but never are the shortest way out.
+    void look_past_ends(const Core2& owner, const Core2& other, bool of_b)
+    {
+        if (owner.sides() != 2) return;
+        for (const std::size_t end : {0u, 1u}) {
+            const Vec2 along = right(owner.normal[end]);
+            const std::size_t corner = furthest_corner(other, -along);
+            const double separation = dot(along, other.corner[corner] - owner.corner[end]);
+            if (separation > 0) note(along, separation, of_b, 0, corner);
+        }
+    }
+
+    const Core2 &a_, &b_;
+    Axis2 best_;
+};
 
 /// How far unit direction n, from a to b, parts two polygons; below 0: how much they overlap along it.
 double parted_by(const Core2& a, const Core2& b, const Vec2& n)
@@ -108,22 +232,15 @@ struct Side2
 };
 Side2 best_side(const Core2& core, const Vec2& direction)
 {
-    Side2 best;
-    for (std::size_t i = 0; i < core.sides(); ++i) {
-        const Vec2 side = core.next(i) - core.corner[i];
-        const double size = length(side);
-        if (!(size > 0)) continue;
-        const double along = dot(right(side), direction) / size;
-        if (along > best.alignment) {
-            best.alignment = along;
-            best.is_side = true;
-            best.from = core.corner[i];
-            best.to = core.next(i);
-            best.number_from = core.number[i];
-            best.number_to = core.number[i + 1 == core.corner.size() ? 0 : i + 1];
+    if (core.sides() == 0) return {};
+    std::size_t best = 0;
+    double most = -HUGE_VAL;
+    for (std::size_t i = 0; i < core.sides(); ++i)
+        if (const double alignment = dot(core.normal[i], direction); alignment > most) {
+            most = alignment;
+            best = i;
         }
-    }
-    return best;
+    return {true, core.corner[best], core.next(best), core.number[best], core.number[core.after(best)], most};
 }
 
 void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& least, Vec2& on)
@@ -138,56 +255,139 @@ void nearest_on_side(const Vec2& p, const Vec2& from, const Vec2& to, double& le
     }
 }
 
+/// Where along a side a point lies: 0 at its beginning, 1 at its end. No number if the side has no length.
+double part_of_side(const Vec2& p, const Core2& core, std::size_t side)
+{
+    const Vec2 from = core.corner[side], along = core.next(side) - from;
+    return dot(p - from, along) / length2(along);
+}
+
+/// Where a side parts two polygons most, what is nearest is the other's corner and a point of the side, or of
+/// two corners each is the furthest towards the other. Returns false where rounding hides which.
+bool nearest_by_axis(const Core2& a, const Core2& b, const Axis2& axis, Gap<2>& gap)
+{
+    const Core2 &owner = axis.of_b ? b : a, &other = axis.of_b ? a : b;
+    const Vec2 from = owner.corner[axis.side], corner = other.corner[axis.corner];
+    const double part = part_of_side(corner, owner, axis.side);
+    Vec2 on = from + (owner.next(axis.side) - from) * part;
+    const bool is_over = part >= 0 && part <= 1;
+    if (!is_over) {
+        const std::size_t end = part < 0 ? axis.side : owner.after(axis.side);
+        on = owner.corner[end];
+        const Vec2 way = corner - on;
+        if (!(dot(way, owner.corner[owner.before(end)] - on) <= 0 &&
+              dot(way, owner.corner[owner.after(end)] - on) <= 0 &&
+              dot(way, other.corner[other.before(axis.corner)] - corner) >= 0 &&
+              dot(way, other.corner[other.after(axis.corner)] - corner) >= 0))
+            return false;
+    }
+    gap.on_a = axis.of_b ? corner : on;
+    gap.on_b = axis.of_b ? on : corner;
+    gap.distance = length(gap.on_b - gap.on_a);
+    if (!(gap.distance > 0)) return false;
+    // Of a side as short as rounding nobody knows what lies over it.
+    if (is_over && gap.distance > axis.separation + 1e-14 * (a.reach + b.reach)) return false;
+    gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
+    return true;
+}
+/// The same by each corner and side.
+void nearest_of_all(const Core2& a, const Core2& b, Gap<2>& gap)
+{
+    double least = HUGE_VAL;
+    const auto sides = [](const Core2& core) { // a segment's two are one
+        return core.corner.size() == 2 ? 1 : core.corner.size();
+    };
+    for (std::size_t i = 0; i < b.corner.size(); ++i)
+        for (std::size_t k = 0; k < sides(a); ++k) {
+            const double before = least;
+            nearest_on_side(b.corner[i], a.corner[k], a.next(k), least, gap.on_a);
+            if (least < before) gap.on_b = b.corner[i];
+        }
+    for (std::size_t i = 0; i < a.corner.size(); ++i)
+        for (std::size_t k = 0; k < sides(b); ++k) {
+            const double before = least;
+            nearest_on_side(a.corner[i], b.corner[k], b.next(k), least, gap.on_b);
+            if (least < before) gap.on_a = a.corner[i];
+        }
+    gap.distance = std::sqrt(least);
+    if (gap.distance > 0) gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
+}
+
+/// Of two sides that overlap and are parallel, a corner of the one may lie beside the other: moves it to the
+/// end of that. A side goes on in the next one if this is as high but for `rounding`.
+void move_over(const Core2& owner, std::size_t side, const Vec2& out, double rounding, Vec2& corner)
+{
+    const double part = part_of_side(corner, owner, side);
+    if (!(part < 0 || part > 1)) return;
+    const bool onwards = part > 1;
+    const Vec2 way = onwards ? left(out) : right(out);
+    std::size_t end = onwards ? owner.after(side) : side;
+    while (dot(way, corner - owner.corner[end]) > 0) {
+        const std::size_t next = onwards ? owner.after(end) : owner.before(end);
+        const Vec2 along = owner.corner[next] - owner.corner[end];
+        if (!(dot(out, along) >= -rounding && dot(way, along) > 0)) {
+            corner = corner - way * dot(way, corner - owner.corner[end]);
+            return;
+        }
+        end = next;
+    }
+}
+
+/// Whether the lines of two segments, or a segment and a point, cross between their ends.
+bool cross_each_other(const Core2& a, const Core2& b)
+{
+    const auto parts = [](const Core2& line, const Core2& ends) { // whether the line has them on two sides
+        const Vec2 from = line.corner[0], along = line.next(0) - from;
+        return cross(along, ends.corner[0] - from) * cross(along, ends.next(0) - from) < 0;
+    };
+    return parts(a, b) && parts(b, a);
+}
+
 } // namespace
 
-void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
+void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
 {
+    // Beyond the tip of a polygon that is nearly a segment its sides part nothing by more than rounding.
+    const double clear = core_touch * (a.reach + b.reach);
     Axis2 axis = a.axis;
-    if (axis.separation == -HUGE_VAL) {
-        consider_sides(axis, a, b, false);
-        consider_sides(axis, b, a, true);
+    const bool is_settled = axis.separation > -HUGE_VAL;
+    if (!is_settled && a.corner.size() <= 2 && b.corner.size() <= 2 && !cross_each_other(a, b)) {
+        nearest_of_all(a, b, gap);
+        if (gap.distance > clear) return;
     }
+    if (!is_settled) axis = SideSearch(a, b).find(enough + clear);
     if (axis.separation == -HUGE_VAL) { // two points
         const Vec2 d = b.corner[0] - a.corner[0];
         const double distance = length(d);
         gap = {distance, distance > 0 ? d * (1 / distance) : Vec2{0, 1}, a.corner[0], b.corner[0]};
         return;
     }
-    // Beyond the tip of a polygon that is nearly a segment its sides part nothing by more than rounding.
-    const double clear = core_touch * (a.reach + b.reach);
-    bool meet = false;
-    if (axis.separation > -clear) {
-        double least = HUGE_VAL;
-        for (std::size_t i = 0; i < b.corner.size(); ++i)
-            for (std::size_t k = 0; k < a.corner.size(); ++k) {
-                const double before = least;
-                nearest_on_side(b.corner[i], a.corner[k], a.next(k), least, gap.on_a);
-                if (least < before) gap.on_b = b.corner[i];
-            }
-        for (std::size_t i = 0; i < a.corner.size(); ++i)
-            for (std::size_t k = 0; k < b.corner.size(); ++k) {
-                const double before = least;
-                nearest_on_side(a.corner[i], b.corner[k], b.next(k), least, gap.on_b);
-                if (least < before) gap.on_a = a.corner[i];
-            }
-        gap.distance = std::sqrt(least);
-        if (gap.distance > 0) { // else a gap that rounding has closed
-            gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
-            if (axis.separation > clear || parted_by(a, b, gap.normal) > clear) return;
-        }
-        meet = gap.distance <= clear;
+    if (axis.separation > enough + clear) {
+        gap.distance = HUGE_VAL;
+        return;
     }
+    if (axis.separation > clear && !is_settled && nearest_by_axis(a, b, axis, gap)) return;
+    if (axis.separation > -clear) {
+        nearest_of_all(a, b, gap);
+        // Else a gap that rounding has closed.
+        if (gap.distance > 0 && (axis.separation > clear || parted_by(a, b, gap.normal) > clear)) return;
+    } else {
+        gap.distance = HUGE_VAL;
+    }
+    const bool meet = gap.distance <= clear;
     gap.normal = axis.normal;
     gap.distance = std::min(0.0, axis.separation);
-    if (meet) { // of two parallel sides the corner furthest along the normal may lie beside the other
-        gap.on_b = gap.on_a + axis.normal * gap.distance;
-    } else if (axis.of_b) {
-        gap.on_a = furthest(a, axis.normal);
-        gap.on_b = gap.on_a + axis.normal * gap.distance;
-    } else {
-        gap.on_b = furthest(b, -axis.normal);
-        gap.on_a = gap.on_b - axis.normal * gap.distance;
+    if (meet) {
+        gap.on_b = gap.on_a + gap.normal * gap.distance;
+        return;
     }
+    const Core2 &owner = axis.of_b ? b : a, &other = axis.of_b ? a : b;
+    const Vec2 out = axis.of_b ? -axis.normal : axis.normal; // of the side
+    Vec2 corner = other.corner[axis.corner];
+    if (!is_settled) move_over(owner, axis.side, out, 1e-12 * (a.reach + b.reach), corner);
+    const Vec2 on = corner - out * gap.distance;
+    gap.on_a = axis.of_b ? corner : on;
+    gap.on_b = axis.of_b ? on : corner;
 }
 
 namespace {
@@ -196,14 +396,11 @@ namespace {
 /// of their difference furthest along some directions make a polygon inside it, and the origin's gap from
 /// that, or its depth in it, is the most that any direction can part them by. So the polygon grows where the
 /// origin is nearest to it, until a direction is as good as that but for a millionth, or after many steps
-/// nearly so. The best direction lies next to it. Of two polygons, it grows until it holds the side or corner
-/// of the difference that decides. Sides as short as rounding may have any direction: the points along it are
-/// the furthest all the same. Sources: those of gjk() and expand().
+/// nearly so. The best direction lies next to it. Sources: those of gjk() and expand().
 class Parting
 {
   public:
-    Parting(const Core2& a, const Core2& b)
-        : a_(a), b_(b), size_(a.reach + b.reach), are_polygons_(!a.is_smooth() && !b.is_smooth())
+    Parting(const Core2& a, const Core2& b) : a_(a), b_(b), size_(a.reach + b.reach)
     {
         const Vec2 way = b.frame.p - a.frame.p;
         const double far = length(way);
@@ -217,22 +414,10 @@ class Parting
             side_.push_back(side_at(i));
     }
 
-    /// Returns whether the direction is certain up to rounding if the two are polygons.
-    bool find()
+    Vec2 find()
     {
-        std::size_t step = 0;
-        while (step < most_steps && grow())
-            ++step;
-        if (!are_polygons_) refine_best();
-        return step < most_steps;
-    }
-    [[nodiscard]] const Vec2& best() const { return best_; }
-
-  private:
-    static constexpr std::size_t first_directions = 4, most_steps = 64;
-
-    void refine_best()
-    {
+        for (std::size_t step = 0; step < most_steps && grow(); ++step) {
+        }
         Vec2 n = best_;
         // The best, if by a millionth, is some thousandths of a radian away. Downhill, by halving:
         for (double turn = 0.02; turn > 1e-12; turn *= 0.5) {
@@ -241,7 +426,11 @@ class Parting
             n = n * (1 / length(n));
         }
         (void)look(n);
+        return best_;
     }
+
+  private:
+    static constexpr std::size_t first_directions = 4, most_steps = 64;
 
     /// From one point of the polygon to the next.
     struct Side
@@ -298,8 +487,7 @@ class Parting
                 n = side.nearest * (-1 / bound);
             if (!(length2(n) > 0)) return false; // a point at the origin
         }
-        const double enough = are_polygons_ ? 0 : 1e-12 * size_ + 1e-6 * std::abs(bound);
-        if (!(bound - parted_ > enough)) return false;
+        if (!(bound - parted_ > 1e-12 * size_ + 1e-6 * std::abs(bound))) return false;
         const Vec2 p = look(n);
         if (!(dot(n, p) + bound > 1e-14 * size_)) return false;
         // The directions ascend by angle, and none is half a turn from the next.
@@ -323,7 +511,6 @@ class Parting
 
     const Core2 &a_, &b_;
     const double size_;
-    const bool are_polygons_;
     SmallVector<Vec2, first_directions + most_steps> direction_,
         point_;                                             ///< of the polygon's corners, counterclockwise
     SmallVector<Side, first_directions + most_steps> side_; ///< from each to the next
@@ -390,58 +577,19 @@ void add_corners(Core2& core, std::span<const Vec2> normals)
             continue;
         core.add(p, each.number);
     }
-}
-
-/// A polygon's corners that reach as far along a direction as any, but for rounding, and two more on each
-/// side.
-Core2 corners_around(const Core2& core, const Vec2& direction, double rounding)
-{
-    constexpr std::size_t more = 2;
-    const std::size_t count = core.corner.size(), top = furthest_corner(core, direction);
-    const auto reaches = [&](std::size_t i) {
-        return dot(direction, core.corner[top] - core.corner[i % count]) <= rounding;
-    };
-    std::size_t begin = top + count, end = begin + 1; // modulo the number of corners
-    while (end - begin < count && reaches(begin - 1))
-        --begin;
-    while (end - begin < count && reaches(end))
-        ++end;
-    if (end - begin + 2 * more >= count) return core;
-    Core2 chain(core.radius, core.reach, core.frame);
-    chain.is_chain = true;
-    for (std::size_t i = begin - more; i < end + more; ++i)
-        chain.add(core.corner[i % count], core.number[i % count]);
-    return chain;
+    core.add_normals();
 }
 
 } // namespace
 
 void refine(Core2& a, Core2& b)
 {
-    Parting parting(a, b);
-    const bool is_certain = parting.find();
-    const Vec2 n = parting.best();
-    const double rounding = 1e-12 * (a.reach + b.reach);
-    if (!a.is_smooth() && !b.is_smooth()) {
-        if (!is_certain) return;
-        Core2 near_a = corners_around(a, n, rounding), near_b = corners_around(b, -n, rounding);
-        consider_sides(near_a.axis, near_a, b, false);
-        consider_sides(near_a.axis, near_b, a, true);
-        // A flat polygon's other sides may overlap as little, elsewhere.
-        if (dot(near_a.axis.normal, n) < 0) return;
-        a = near_a;
-        b = near_b;
-        return;
-    }
+    const Vec2 n = Parting(a, b).find();
     for (Core2* core : {&a, &b}) {
-        const Vec2 towards = core == &a ? n : -n;
-        if (!core->is_smooth()) {
-            *core = corners_around(*core, towards, rounding);
-            continue;
-        }
+        if (!core->is_smooth()) continue;
         const Core2& other = core == &a ? b : a;
         SmallVector<Vec2, 4> normals;
-        normals.push_back(towards);
+        normals.push_back(core == &a ? n : -n);
         if (!other.is_smooth() &&
             other.corner.size() == 2) { // it may be a surface's, whose normal counts too
             const Vec2 across = right(other.corner[1] - other.corner[0]);
@@ -452,7 +600,7 @@ void refine(Core2& a, Core2& b)
     }
     // Of a side and a corner, the corner is where they meet.
     const bool of_b = best_side(b, -n).alignment > best_side(a, n).alignment;
-    a.axis = {n, parted_by(a, b, n), of_b};
+    a.axis = {n, parted_by(a, b, n), of_b, 0, of_b ? furthest_corner(a, n) : furthest_corner(b, -n)};
 }
 
 namespace {
@@ -484,32 +632,46 @@ struct Clip2
     }
 };
 
-void clip_sides(Clip2& clip, const Side2& a, const Side2& b)
+/// A side seen along the normal: from where to where it lies across it, and how high.
+struct Span2
 {
-    // a's side runs against t as seen along n, b's with it: in order of t they are to-from and from-to.
-    const double a0 = dot(clip.t, a.from), a1 = dot(clip.t, a.to);
-    const double b0 = dot(clip.t, b.from), b1 = dot(clip.t, b.to);
-    const bool back_a = a0 > a1, back_b = b0 > b1;
-    const double low_a = std::min(a0, a1), high_a = std::max(a0, a1);
-    const double low_b = std::min(b0, b1), high_b = std::max(b0, b1);
-    const double begin = std::max(low_a, low_b), end = std::min(high_a, high_b);
+    double low, high, height_low, height_high;
+    std::uint32_t number_low, number_high;
+    std::uint16_t feature;
+    Span2(const Clip2& clip, const Side2& side)
+        : low(dot(clip.t, side.from)),
+          high(dot(clip.t, side.to)),
+          height_low(dot(clip.n, side.from)),
+          height_high(dot(clip.n, side.to)),
+          number_low(side.number_from),
+          number_high(side.number_to),
+          feature(feature_id(edge_feature, side.number_from))
+    {
+        if (!(low > high)) return;
+        std::swap(low, high);
+        std::swap(height_low, height_high);
+        std::swap(number_low, number_high);
+    }
+    [[nodiscard]] double height(double at) const
+    {
+        if (at == low) return height_low;
+        if (at == high) return height_high;
+        return height_low + (height_high - height_low) * ((at - low) / (high - low));
+    }
+};
+
+void clip_sides(Clip2& clip, const Side2& side_a, const Side2& side_b)
+{
+    const Span2 a(clip, side_a), b(clip, side_b);
+    const double begin = std::max(a.low, b.low), end = std::min(a.high, b.high);
     if (begin > end) return;
-    const auto height = [&](const Side2& s, double at) {
-        const double from = dot(clip.t, s.from), to = dot(clip.t, s.to);
-        const double part = from == to ? 0 : std::clamp((at - from) / (to - from), 0.0, 1.0);
-        return dot(clip.n, s.from + (s.to - s.from) * part);
-    };
-    const std::uint16_t side_a = feature_id(edge_feature, a.number_from),
-                        side_b = feature_id(edge_feature, b.number_from);
     const auto add = [&](double at, bool corner_of_a, std::uint32_t number_a, std::uint32_t number_b) {
-        clip.add(at, height(a, at), height(b, at),
-                 corner_of_a ? feature_id(vertex_feature, number_a) : side_a,
-                 corner_of_a ? side_b : feature_id(vertex_feature, number_b));
+        clip.add(at, a.height(at), b.height(at),
+                 corner_of_a ? feature_id(vertex_feature, number_a) : a.feature,
+                 corner_of_a ? b.feature : feature_id(vertex_feature, number_b));
     };
-    add(begin, low_a >= low_b, back_a ? a.number_to : a.number_from, back_b ? b.number_to : b.number_from);
-    if (end > begin)
-        add(end, high_a <= high_b, back_a ? a.number_from : a.number_to,
-            back_b ? b.number_from : b.number_to);
+    add(begin, a.low >= b.low, a.number_low, b.number_low);
+    if (end > begin) add(end, a.high <= b.high, a.number_high, b.number_high);
 }
 
 /// The corner of a that reaches furthest along the normal, against the height at which b's side begins.
@@ -643,9 +805,9 @@ bool half_space_contact(const Core2& a, const Vec2& normal, double offset, doubl
     return true;
 }
 
-void convex_gap(const Core2& a, const Core2& b, Gap<2>& gap)
+void convex_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
 {
-    core_gap(a, b, gap);
+    core_gap(a, b, enough + a.radius + b.radius, gap);
     if (gap.distance <= 0) { // in the middle of what they share, as in 3D
         Manifold<2> manifold;
         make_manifold(a, b, gap, 0, manifold);
@@ -663,8 +825,9 @@ void convex_gap(const Core2& a, const Core2& b, Gap<2>& gap)
 bool convex_contact(const Core2& a, const Core2& b, double margin, Manifold<2>& manifold)
 {
     Gap<2> cores;
-    core_gap(a, b, cores);
-    if (!(cores.distance <= a.radius + b.radius + margin)) return false;
+    const double enough = a.radius + b.radius + margin;
+    core_gap(a, b, enough, cores);
+    if (!(cores.distance <= enough)) return false;
     make_manifold(a, b, cores, margin, manifold);
     return true;
 }

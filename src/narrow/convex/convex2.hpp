@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Convex shapes in the plane: rounded polygons. A circle is a point with a radius, a capsule a segment with
-// one. Source: separating axes and clipping as in Ericson sec. 5.2.1. Polygons mostly have few sides, so that
-// each step simply looks at all of them; of others, refine() leaves few.
+// one. Source: separating axes and clipping as in Ericson sec. 5.2.1.
 #pragma once
 
 #include "narrow/convex/manifold.hpp"
@@ -10,26 +9,28 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// How far two cores are parted along a direction, from a to b; below 0: how much they overlap.
+/// A direction from a to b, and how far it parts them; below 0: how much they overlap along it.
 struct Axis2
 {
     Vec2 normal;
     double separation = -HUGE_VAL;
-    bool of_b = false; ///< the direction is at right angles to a side of b
+    bool of_b = false;      ///< the direction is at right angles to a side of b, and else of a
+    std::size_t side = 0;   ///< that begins at this corner (a segment has one, which its ends belong to)
+    std::size_t corner = 0; ///< of the other core: the furthest against the direction
 };
 
 /// A counterclockwise loop of corners seen from a's position, or one or two points.
 struct Core2
 {
     SmallVector<Vec2, 16> corner;
+    SmallVector<Vec2, 16> normal; ///< of each side, unit, outwards; side i is from corner i to the next
     SmallVector<std::uint32_t, 16> number; ///< of each corner, for features
     double radius, reach;
-    bool smooth = false;
-    Vec2 ellipse; ///< half its widths, if it is one
+    bool smooth = false, is_box = false;
+    Vec2 half; ///< half its widths, if it is a box or an ellipse
     const CustomShape<2>* custom = nullptr;
     Frame<2> frame;
-    bool is_chain = false; ///< a piece of a loop: no side leads from its last corner to its first
-    Axis2 axis;            ///< a's, if it is known what parts it and the other most, or overlaps least
+    Axis2 axis; ///< a's, if refine() has found what parts the two most, or overlaps least; without a side
 
     Core2(double core_radius, double core_reach, const Frame<2>& where)
         : radius(core_radius), reach(core_reach), frame(where)
@@ -43,11 +44,13 @@ struct Core2
         corner.push_back(p);
         number.push_back(n);
     }
-    [[nodiscard]] std::size_t sides() const
-    {
-        return corner.size() < 2 ? 0 : corner.size() - (is_chain ? 1 : 0);
-    }
-    [[nodiscard]] const Vec2& next(std::size_t i) const { return corner[i + 1 == corner.size() ? 0 : i + 1]; }
+    /// Once all corners are added.
+    void add_normals();
+    void add_normals(const Vec2& first);
+    [[nodiscard]] std::size_t sides() const { return corner.size() < 2 ? 0 : corner.size(); }
+    [[nodiscard]] std::size_t after(std::size_t i) const { return i + 1 == corner.size() ? 0 : i + 1; }
+    [[nodiscard]] std::size_t before(std::size_t i) const { return (i == 0 ? corner.size() : i) - 1; }
+    [[nodiscard]] const Vec2& next(std::size_t i) const { return corner[after(i)]; }
 };
 
 /// The corner of a core furthest along a direction, and its number in `corner`.
@@ -61,34 +64,28 @@ inline Vec2 furthest(const Core2& core, const Vec2& direction)
 inline Vec2 smooth_support(const Core2& core, const Vec2& d)
 {
     if (core.custom != nullptr) return load(core.custom->support({d.x, d.y}));
-    Vec2 scaled{d.x * core.ellipse.x, d.y * core.ellipse.y};
+    Vec2 scaled{d.x * core.half.x, d.y * core.half.y};
     const double big = std::max(std::abs(scaled.x), std::abs(scaled.y));
     if (big == 0) return {};
     scaled = scaled * (1 / big);
     scaled = scaled * (1 / length(scaled));
-    return {scaled.x * core.ellipse.x, scaled.y * core.ellipse.y};
+    return {scaled.x * core.half.x, scaled.y * core.half.y};
 }
 inline Vec2 support(const Core2& core, const Vec2& direction)
 {
     return core.frame * smooth_support(core, core.frame.r.back(direction));
 }
 
-/// Finds along which direction two cores are parted most, or overlap least, and leaves the corners that
-/// matter. Whichever of the two is smooth becomes a polygon that is exact where it meets the other; no other
-/// direction is better by more than a millionth then, unless very many are nearly as good. Of two polygons,
-/// the corners far from where they meet are left out; the result is the same up to rounding. Takes time in
-/// proportion to their corners, where core_gap() tests each side beside each corner.
+/// Turns whichever of the two is smooth into a polygon that is exact where it meets the other, and settles
+/// along which direction they are parted most, or overlap least. No other is better by more than a millionth
+/// of that, unless very many are nearly as good.
 void refine(Core2& a, Core2& b);
-/// Two polygons of so many sides that refine() is the faster way.
-inline bool have_many_sides(const Core2& a, const Core2& b)
-{
-    return a.sides() * b.sides() > 100;
-}
 
-/// The distance between cores (not their radii), or how much they overlap, and the points that have it.
-void core_gap(const Core2& a, const Core2& b, Gap<2>& gap);
+/// The distance between cores (not their radii), or how much they overlap, and the points that have it. May
+/// be just infinite if it is more than `enough`.
+void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap);
 /// The same with radii.
-void convex_gap(const Core2& a, const Core2& b, Gap<2>& gap);
+void convex_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap);
 /// Returns whether there is a contact, a gap of up to `margin` included.
 bool convex_contact(const Core2& a, const Core2& b, double margin, Manifold<2>& manifold);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "narrow/parts/pair.hpp"
 
+#include "narrow/convex/convex2.hpp"
 #include "narrow/convex/convex3.hpp"
 #include "narrow/convex/simple3.hpp"
 #include "narrow/parts/compare.hpp"
@@ -101,10 +102,22 @@ bool has_short_way(const Placed<3>& pair)
 {
     return is_simple(pair.b->type()) || is_ball_on_round(pair);
 }
-bool has_short_way(const Placed<2>&)
+/// A polygon, segment or point, perhaps with a radius: a shape of one part, none of it smooth.
+bool is_polygon(const Shape<2>& shape)
 {
-    return false;
+    const Kind kind = kind_of(shape);
+    return !consists_of_parts(kind) && kind != Kind::half_space && kind != Kind::ellipsoid &&
+           kind != Kind::custom;
 }
+bool has_short_way(const Placed<2>& pair)
+{
+    return is_polygon(*pair.a) && is_polygon(*pair.b);
+}
+struct Polygons
+{
+    Core2 a, b;
+    explicit Polygons(const Placed<2>& pair) : a(*pair.a, {pair.ra, {}}), b(*pair.b, {pair.rb, pair.d}) {}
+};
 /// The short ways, for the shapes that have one.
 Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifold)
 {
@@ -131,9 +144,10 @@ Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifo
                        capsule_box_gap(pair.ra.y, half_length, pair.rb, half, pair.d), margin, manifold);
 }
 
-Verdict simple_contact(const Placed<2>&, double, Manifold<2>&)
+Verdict simple_contact(const Placed<2>& pair, double margin, Manifold<2>& manifold)
 {
-    return Verdict::unclear;
+    const Polygons polygons(pair);
+    return convex_contact(polygons.a, polygons.b, margin, manifold) ? Verdict::touch : Verdict::apart;
 }
 /// Whether there would be a contact without a margin; unclear where that has to be found to say so.
 Verdict simple_touch(const Placed<3>& pair)
@@ -149,9 +163,12 @@ Verdict simple_touch(const Placed<3>& pair)
     if (a.type() == ShapeTypes::sphere) return sphere_box_touch(a.radius(), pair.rb, half, pair.d);
     return capsule_box_touch(pair.ra.y, a.size()[1], a.radius(), pair.rb, half, pair.d);
 }
-Verdict simple_touch(const Placed<2>&)
+Verdict simple_touch(const Placed<2>& pair)
 {
-    return Verdict::unclear;
+    const auto [a, b] = Polygons(pair);
+    Gap<2> cores;
+    core_gap(a, b, a.radius + b.radius, cores);
+    return cores.distance <= a.radius + b.radius ? Verdict::touch : Verdict::apart;
 }
 
 } // namespace
@@ -214,7 +231,7 @@ template <int Dim>
 bool find_touch(const Placed<Dim>& pair)
 {
     if (!within_reach(pair, 0)) return false;
-    if (is_simple(pair.b->type())) {
+    if (Dim == 2 ? has_short_way(pair) : is_simple(pair.b->type())) {
         Verdict verdict = simple_touch(pair);
         if (verdict == Verdict::unclear) {
             Manifold<Dim> manifold;
@@ -242,6 +259,13 @@ void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& best)
         if (!(std::abs(pair.d[d]) <= farthest)) return;
     if constexpr (Dim == 3)
         if (has_mesh_tree(pair)) return nearest_parts(pair, enough, best);
+    if constexpr (Dim == 2)
+        if (has_short_way(pair)) {
+            const Polygons polygons(pair);
+            convex_gap(polygons.a, polygons.b, enough, best);
+            if (!(best.distance <= enough)) best.distance = HUGE_VAL;
+            return;
+        }
     Range<Dim> range{enough};
     for_each_part_pair(pair, range,
                        [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {

@@ -14,12 +14,10 @@ bool is_smooth(const Part<2>& part)
 {
     return !part.half_space && part.core.is_smooth();
 }
-/// In the plane a smooth shape is refined to a polygon for each other shape that it meets, and of polygons
-/// with many corners those that matter are left.
+/// In the plane a smooth shape is refined to a polygon for each other shape that it meets.
 bool wants_refining(const Part<2>& a, const Part<2>& b)
 {
-    if (a.half_space || b.half_space) return false;
-    return is_smooth(a) || is_smooth(b) || have_many_sides(a.core, b.core);
+    return !a.half_space && !b.half_space && (is_smooth(a) || is_smooth(b));
 }
 struct Refined
 {
@@ -36,11 +34,18 @@ Answer answer_if(bool contact)
     return contact ? Answer::contact : Answer::none;
 }
 
+} // namespace
+
 template <int Dim>
-Answer contact_as_given(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
-                        double& gap)
+Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
+                    double& gap)
 {
     if (a.half_space && b.half_space) return Answer::none;
+    if constexpr (Dim == 2)
+        if (wants_refining(a, b)) {
+            const Refined refined(a, b);
+            return part_contact(refined.a, refined.b, margin, manifold, gap);
+        }
     if (b.half_space) return answer_if(half_space_contact(a.core, b.normal, b.offset, margin, manifold));
     if (!a.half_space && a.surface == b.surface)
         return answer_if(convex_contact(a.core, b.core, margin, manifold));
@@ -51,34 +56,20 @@ Answer contact_as_given(const Part<Dim>& a, const Part<Dim>& b, double margin, M
     if (answer != Answer::none) flip(manifold);
     return answer;
 }
-
-} // namespace
-
-template <int Dim>
-Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
-                    double& gap)
-{
-    if constexpr (Dim == 2)
-        if (wants_refining(a, b)) {
-            const Refined refined(a, b);
-            return contact_as_given(refined.a, refined.b, margin, manifold, gap);
-        }
-    return contact_as_given(a, b, margin, manifold, gap);
-}
 template Answer part_contact(const Part<2>&, const Part<2>&, double, Manifold<2>&, double&);
 template Answer part_contact(const Part<3>&, const Part<3>&, double, Manifold<3>&, double&);
 
 template <>
-void part_gap(const Part<2>& a, const Part<2>& b, double, Gap<2>& gap)
+void part_gap(const Part<2>& a, const Part<2>& b, double enough, Gap<2>& gap)
 {
     gap.distance = HUGE_VAL;
     if (a.half_space && b.half_space) return;
     if (wants_refining(a, b)) {
         const Refined refined(a, b);
-        return convex_gap(refined.a.core, refined.b.core, gap);
+        return convex_gap(refined.a.core, refined.b.core, enough, gap);
     }
     if (b.half_space) return half_space_gap(a.core, b.normal, b.offset, gap);
-    if (!a.half_space) return convex_gap(a.core, b.core, gap);
+    if (!a.half_space) return convex_gap(a.core, b.core, enough, gap);
     half_space_gap(b.core, a.normal, a.offset, gap);
     flip(gap);
 }

@@ -91,7 +91,9 @@ struct Part<2>
         if (!(size > 0)) return;
         core.add(where * q, 1);
         surface = Surface::sheet;
-        normal = where.r * (right(q - p) * (1 / size));
+        const Vec2 across = right(q - p) * (1 / size);
+        normal = where.r * across;
+        core.add_normals(across);
     }
     /// Of a segment.
     [[nodiscard]] Vec2 first_corner() const { return core.corner[0]; }

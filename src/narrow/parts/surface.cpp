@@ -200,7 +200,7 @@ Answer piece_contact(const Core3& a, const Part<3>& b, const Gap<3>& cores, doub
 Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold<2>& manifold, double& gap)
 {
     Gap<2> cores;
-    core_gap(a, b.core, cores);
+    core_gap(a, b.core, a.radius + margin, cores);
     if (!(cores.distance <= a.radius + margin)) return Answer::none;
     gap = cores.distance - a.radius;
     const double side = side_of(b, cores.normal);

@@ -255,6 +255,8 @@ void build(HullData<2>& data, const std::vector<Vec2>& given, double epsilon)
             data.loop.push_back(given[i]);
             data.corner.push_back(number[i]);
         }
+    for (std::size_t i = 0; i < data.loop.size() && data.loop.size() > 1; ++i)
+        data.normal.push_back(unit(right(data.loop[i + 1 == data.loop.size() ? 0 : i + 1] - data.loop[i])));
 }
 
 } // namespace

@@ -71,6 +71,7 @@ struct HullData<2>
 {
     std::vector<Vec<2, double>> corners; ///< as given in order
     std::vector<Vec2> loop;              ///< counterclockwise
+    std::vector<Vec2> normal;            ///< of the side from loop[i] to the next, unit, outwards
     std::vector<std::uint32_t> corner;   ///< of loop[i], its position in `corners`
     double reach = 0;
 };
