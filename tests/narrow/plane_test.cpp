@@ -178,6 +178,15 @@ double distance_by_each_side(const narrow::Core2& a, const narrow::Core2& b)
     return std::min(0.0, separation);
 }
 
+/// Whether a feature that says it is a corner is over point p of a contact.
+bool is_corner(const narrow::Core2& core, std::uint16_t feature, const Vec2& p, const Vec2& normal)
+{
+    if (feature >= narrow::edge_feature) return true;
+    for (std::size_t i = 0; i < core.corner.size(); ++i)
+        if (core.number[i] == feature) return std::abs(cross(normal, core.corner[i] - p)) < 1e-9;
+    return false;
+}
+
 // Sides and corners are found by going round both polygons.
 TEST(InThePlane, PolygonsWithManyCornersAnswerAsEachSideBesideEachCorner)
 {
@@ -238,6 +247,10 @@ TEST(InThePlane, PolygonsWithManyCornersAnswerAsEachSideBesideEachCorner)
             ASSERT_NEAR(manifold.point[0].depth, -expected, needles ? 4e-7 : 1e-12);
             for (std::uint32_t k = 0; k < manifold.count; ++k) {
                 const Vec2 half = manifold.normal * (0.5 * manifold.point[k].depth);
+                ASSERT_TRUE(
+                    is_corner(core_a, manifold.point[k].feature_a, manifold.point[k].p, manifold.normal));
+                ASSERT_TRUE(
+                    is_corner(core_b, manifold.point[k].feature_b, manifold.point[k].p, manifold.normal));
                 ASSERT_TRUE(is_on(core_a, manifold.point[k].p + half, needles ? 1e-6 : 0));
                 ASSERT_TRUE(is_on(core_b, manifold.point[k].p - half, needles ? 1e-6 : 0));
             }

@@ -371,16 +371,9 @@ void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
         nearest_of_all(a, b, gap);
         // Else a gap that rounding has closed.
         if (gap.distance > 0 && (axis.separation > clear || parted_by(a, b, gap.normal) > clear)) return;
-    } else {
-        gap.distance = HUGE_VAL;
     }
-    const bool meet = gap.distance <= clear;
     gap.normal = axis.normal;
     gap.distance = std::min(0.0, axis.separation);
-    if (meet) {
-        gap.on_b = gap.on_a + gap.normal * gap.distance;
-        return;
-    }
     const Core2 &owner = axis.of_b ? b : a, &other = axis.of_b ? a : b;
     const Vec2 out = axis.of_b ? -axis.normal : axis.normal; // of the side
     Vec2 corner = other.corner[axis.corner];
