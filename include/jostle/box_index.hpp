@@ -174,7 +174,8 @@ class JOSTLE_API BoxIndex
 
     // --- Pairs of objects ---
     // Pairs are of two of this index's objects, each once, with a < b; or of one of this index's, a, and one
-    // of another index's, b. Both indexes are asked: neither may change meanwhile.
+    // of another index's, b. Both indexes are asked: neither may change meanwhile. If `other` is this index,
+    // its own pairs are meant.
 
     /// Hands over the pairs whose boxes touch until `visitor` returns false. Returns false then, else true.
     /// The order is the indexes' own, as with visit() of a region. Allocates nothing. For all pairs of many

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -9,10 +10,12 @@
 #include <optional>
 #include <ranges>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "jostle/box.hpp"
 #include "jostle/function_ref.hpp"
+#include "jostle/process.hpp"
 #include "jostle/version.hpp"
 
 // The questions that can be asked of boxes, and what their answers mean. Each is defined here by one function
@@ -298,16 +301,75 @@ class ResultLists
     /// All lists, one behind the other.
     [[nodiscard]] std::span<const Item> items() const noexcept { return items_; }
 
+    /// Refills the lists: append(i, items) appends the results of question i, in order, and returns whether
+    /// there are more. Each block of questions has a copy of it, which may keep working memory. If anything
+    /// throws, there are no lists.
+    template <class F>
+    void fill(std::size_t questions, const ProcessOptions& options, const F& append);
+
   private:
-    template <int Dim, Coordinate T>
-    friend class BoxIndex;
-    template <int Dim, Coordinate T>
-    friend class World;
     std::pmr::vector<std::size_t> first_;
     std::pmr::vector<Item> items_;
     std::pmr::vector<std::uint8_t> more_;
     std::pmr::vector<std::pmr::vector<Item>> found_; // working memory, by slot
 };
+
+template <class Item>
+template <class F>
+void ResultLists<Item>::fill(std::size_t questions, const ProcessOptions& options, const F& append)
+{
+    std::pmr::vector<Item> all(std::move(items_)); // if anything below throws, the lists are empty
+    items_.clear();
+    std::pmr::vector<std::uint8_t> cut(std::move(more_));
+    more_.clear();
+    first_.assign(questions + 1, 0);
+    cut.assign(questions, 0);
+    const WorkPlan plan = plan_work(questions, options);
+    struct Part
+    {
+        std::uint32_t slot;
+        std::size_t begin;
+    };
+    std::pmr::vector<Part> parts(plan.slots == 1 ? 0 : plan.blocks, found_.get_allocator());
+    if (found_.size() < plan.slots) found_.resize(plan.slots);
+    if (plan.slots == 1) found_[0].swap(all); // there is nothing to put together
+    for (auto& each : found_)
+        each.clear();
+    process_items(
+        questions,
+        [&](std::uint64_t begin, std::uint64_t end, Work work) {
+            std::pmr::vector<Item> mine(std::move(found_[work.slot])); // others write nearby
+            if (!parts.empty()) parts[begin / plan.block_items] = {work.slot, mine.size()};
+            F own = append;
+            for (auto i = static_cast<std::size_t>(begin); i < end; ++i) {
+                const std::size_t before = mine.size();
+                cut[i] = own(i, mine);
+                first_[i + 1] = mine.size() - before;
+            }
+            found_[work.slot] = std::move(mine);
+        },
+        options);
+    for (std::size_t i = 0; i < questions; ++i)
+        first_[i + 1] += first_[i];
+    if (plan.slots == 1) {
+        found_[0].swap(all);
+    } else {
+        all.resize(first_[questions]);
+        process_items(plan.blocks,
+                      [&](std::uint64_t begin, std::uint64_t end, Work) {
+                          for (std::size_t block = begin; block < end; ++block) {
+                              const std::size_t from = first_[block * plan.block_items];
+                              const std::size_t to =
+                                  first_[std::min<std::size_t>(questions, (block + 1) * plan.block_items)];
+                              std::copy_n(found_[parts[block].slot].data() + parts[block].begin, to - from,
+                                          all.data() + from);
+                          }
+                      },
+                      {options.executor, 4});
+    }
+    items_ = std::move(all);
+    more_ = std::move(cut);
+}
 
 // --- What the answers are ---
 

@@ -541,7 +541,7 @@ void first_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, cons
 template <class Asked, class Questions>
     requires detail::CastFor<detail::ElementOf<Questions>, Asked>
 void all_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Questions& questions,
-              HitLists<detail::HitOf<Asked>>& out,
+              ResultLists<detail::HitOf<Asked>>& out,
               const detail::QuestionFilters<detail::FilterOf<Asked>>& filters = {},
               std::uint64_t max_results = ~std::uint64_t{0}, Executor& executor = default_executor())
 {

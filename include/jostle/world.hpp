@@ -356,10 +356,11 @@ class JOSTLE_API World
 
     /// As BoxIndex::closest_pairs and closest_pair, with the objects' bounds: of this world's objects that
     /// aren't disabled and whose filters let them pair, a.index < b.index; or of one of this world's and one
-    /// of another world's, whatever their filters. Of this world's own, pairs that touch and that `accept`
-    /// refused are left out. About pairs apart it hasn't been asked, so they are there, also those that it
-    /// would refuse. The visitor may queue commands and read the worlds, not update or restore them. The
-    /// order of pairs at squared distance 0 may be another one after a restore().
+    /// of another world's, whatever their filters. If `other` is this world, its own are meant. Of these,
+    /// pairs that touch and that `accept` refused are left out. About pairs apart it hasn't been asked, so
+    /// they are there, also those that it would refuse. The visitor may queue commands and read the worlds,
+    /// not update or restore them. The order of pairs at squared distance 0 may be another one after a
+    /// restore().
     bool closest_pairs(ObjectPairHitVisitor<T> visitor,
                        T max_distance = std::numeric_limits<T>::infinity()) const;
     bool closest_pairs(const World& other, ObjectPairHitVisitor<T> visitor,

@@ -169,12 +169,6 @@ struct BoxIndex<Dim, T>::Implementation
                         " comes twice in one call",
                     static_cast<std::uint64_t>(second - ids.begin()));
     }
-    static void check_sizes(std::size_t ids, std::size_t boxes)
-    {
-        if (ids != boxes)
-            throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " + std::to_string(boxes) +
-                                                      " boxes; give one for each");
-    }
 
     [[nodiscard]] index::Answers<Dim, T> answers() const { return {kernels, tree}; }
 
@@ -240,7 +234,7 @@ struct BoxIndex<Dim, T>::Implementation
     template <class Filters, class Body>
     void each(std::size_t count, const Filters& filters, const Body& body) const
     {
-        index::Batch(*executor, count).each([&](std::size_t i) {
+        index::each_question(*executor, count, [&](std::size_t i) {
             filtered(filter_of(filters, i), static_cast<std::uint32_t>(i),
                      [&](Wanted wanted) { body(i, wanted); });
         });
@@ -249,11 +243,10 @@ struct BoxIndex<Dim, T>::Implementation
     template <class Item, class Filters, class Find>
     void lists(std::size_t count, ResultLists<Item>& out, const Filters& filters, const Find& find) const
     {
-        index::Batch(*executor, count)
-            .lists(out.first_, out.items_, out.more_, out.found_, [&](std::size_t i, auto& items) {
-                return filtered(filter_of(filters, i), static_cast<std::uint32_t>(i),
-                                [&](Wanted wanted) { return find(i, wanted, items); });
-            });
+        out.fill(count, index::of_batch(*executor), [&](std::size_t i, auto& items) {
+            return filtered(filter_of(filters, i), static_cast<std::uint32_t>(i),
+                            [&](Wanted wanted) { return find(i, wanted, items); });
+        });
     }
     template <class Line, class Filters>
     void first(std::span<const Line> lines, std::span<Hit<T>> out, const Filters& filters) const
@@ -395,7 +388,7 @@ template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
     implementation_->check_change();
-    Implementation::check_sizes(ids.size(), boxes.size());
+    check_one_id_each(ids.size(), boxes.size());
     implementation_->check_ids(ids, std::nullopt);
     implementation_->build(ids, boxes);
 }
@@ -405,7 +398,7 @@ void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<
 {
     Implementation& all = *implementation_;
     all.check_change();
-    Implementation::check_sizes(ids.size(), boxes.size());
+    check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, false);
     all.all_valid(ids, boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
 }
@@ -424,7 +417,7 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
 {
     Implementation& all = *implementation_;
     all.check_change();
-    Implementation::check_sizes(ids.size(), boxes.size());
+    check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, true);
     all.all_valid(ids, boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
 }

@@ -50,17 +50,10 @@ class Asking
           reader_(filter.accept || visits != Visits::none ? &world.readers : nullptr),
           filter_(filter),
           exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
-          masked_(is_masked(filter) && visits != Visits::in_own_order &&
-                          !world.in_use.load(std::memory_order_relaxed)
-                      ? world.masked_indexes.of(state_, filter.category, filter.mask, questions)
-                      : nullptr),
-          masks_(is_masked(filter) && !knows_who_rests()),
-          active_(masked_ != nullptr && state_.shown == nullptr ? masked_->index_of_active() : nullptr),
-          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), tree_of_resting(),
-                   tree_of_active(world), state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
-                   knows_who_rests() && active_ == nullptr && !masked_->all_active()
-                       ? index::Wanted(of_active_)
-                       : index::Wanted())
+          sources_(sources(world, filter, questions, visits)),
+          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), *sources_.resting,
+                   sources_.active, state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
+                   sources_.masks_of_active ? index::Wanted(of_active_) : index::Wanted())
     {
     }
 
@@ -72,14 +65,15 @@ class Asking
     [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
     [[nodiscard]] bool takes_all() const noexcept
     {
-        return exclude_ == Hit<T>::none && !masks_ && filter_.owner == Filter::no_owner && !filter_.accept;
+        return exclude_ == Hit<T>::none && !sources_.masks && filter_.owner == Filter::no_owner &&
+               !filter_.accept;
     }
     [[nodiscard]] bool takes(std::uint32_t question, std::uint32_t index) const
     {
         if (index == exclude_) return false;
-        if (masks_ || filter_.owner != Filter::no_owner) {
+        if (sources_.masks || filter_.owner != Filter::no_owner) {
             const ObjectFilter object = state_.objects[Index{index}].filter();
-            if (masks_ && !counts(object, filter_.category, filter_.mask)) return false;
+            if (sources_.masks && !counts(object, filter_.category, filter_.mask)) return false;
             if (object.owner == filter_.owner && filter_.owner != Filter::no_owner) return false;
         }
         return !filter_.accept || filter_.accept(question, state_.id_of(Index{index}));
@@ -122,34 +116,43 @@ class Asking
     }
 
   private:
-    [[nodiscard]] static bool is_masked(const ObjectQueryFilter& filter) noexcept
+    /// Where to look, and which of those who are found there the masks still have to be held against.
+    struct Sources
     {
-        return filter.category != ~0u || filter.mask != ~0u;
-    }
-    /// Whether nothing that rests is in its index but what the masks are about.
-    [[nodiscard]] bool knows_who_rests() const noexcept
+        const index::Tree<Dim, T>* resting;
+        const index::Tree<Dim, T>* active; // null: nobody
+        bool masks;                        // all of them
+        bool masks_of_active;              // those who are active
+    };
+    static Sources sources(const Implementation& world, const ObjectQueryFilter& filter,
+                           std::uint64_t questions, Visits visits)
     {
-        return masked_ != nullptr && masked_->index() != nullptr && state_.shown == nullptr;
-    }
-    [[nodiscard]] const index::Tree<Dim, T>& tree_of_resting() const noexcept
-    {
-        return BoxIndexAccess::tree(masked_ != nullptr && masked_->index() != nullptr ? *masked_->index()
-                                                                                      : state_.resting);
-    }
-    [[nodiscard]] const index::Tree<Dim, T>* tree_of_active(const Implementation& world) const
-    {
-        if (masked_ != nullptr && masked_->no_active() && state_.shown == nullptr) return nullptr;
-        const BoxIndex<Dim, T>* active = active_ != nullptr ? active_ : world.active_index.of(world.state);
-        return active != nullptr ? &BoxIndexAccess::tree(*active) : nullptr;
+        const State<Dim, T>& state = world.state;
+        const bool is_masked = filter.category != ~0u || filter.mask != ~0u;
+        Sources sources{&BoxIndexAccess::tree(state.resting), nullptr, is_masked, false};
+        const typename MaskedIndexes<Dim, T>::Masked* masked = nullptr; // it wouldn't be worth it
+        if (is_masked && visits != Visits::in_own_order && !world.in_use.load(std::memory_order_relaxed))
+            masked = world.masked_indexes.of(state, filter.category, filter.mask, questions);
+        const bool rest_apart = masked != nullptr && masked->index() != nullptr;
+        if (rest_apart) sources.resting = &BoxIndexAccess::tree(*masked->index());
+        // Of who is active, and of filters, it knows what the last update left, not what apply() shows.
+        const BoxIndex<Dim, T>* active = nullptr;
+        if (masked != nullptr && state.shown == nullptr) {
+            active = masked->index_of_active();
+            sources.masks = !rest_apart;
+            sources.masks_of_active = rest_apart && active == nullptr && !masked->all_active();
+            if (masked->no_active()) return sources;
+        }
+        if (active == nullptr) active = world.active_index.of(state);
+        if (active != nullptr) sources.active = &BoxIndexAccess::tree(*active);
+        return sources;
     }
 
     const State<Dim, T>& state_;
     Reader reader_;
     const ObjectQueryFilter& filter_;
     std::uint32_t exclude_;
-    const typename MaskedIndexes<Dim, T>::Masked* masked_; // null: it wouldn't be worth it
-    bool masks_;                     // objects are asked for their masks, also those that rest
-    const BoxIndex<Dim, T>* active_; // of the active ones only those that the masks are about, or null
+    const Sources sources_;
     struct OfActive
     {
         const State<Dim, T>& state;
@@ -208,25 +211,21 @@ class AskingMany
     template <class Body>
     void each(const Body& body) const
     {
-        index::Batch(*world_.state.executor, count_).each([&](std::size_t i) { with(i, body); });
+        index::each_question(*world_.state.executor, count_, [&](std::size_t i) { with(i, body); });
     }
-    /// find(asking, i, wanted, items) finds the items of question i, and returns whether there are more. What
-    /// they are filled into are the parts of a ResultLists.
+    /// find(asking, i, wanted, items) finds the items of question i, and returns whether there are more.
     template <class Item, class Out, class Find>
-    void lists(std::pmr::vector<std::size_t>& first, std::pmr::vector<Out>& items,
-               std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Out>>& found,
-               const Find& find) const
+    void lists(ResultLists<Out>& out, const Find& find) const
     {
-        index::Batch(*world_.state.executor, count_)
-            .lists(first, items, more, found,
-                   [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& out) mutable {
-                       some.clear();
-                       return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
-                           const bool cut = find(asking, i, wanted, some);
-                           asking.append_given(some, out);
-                           return cut;
-                       });
-                   });
+        out.fill(count_, index::of_batch(*world_.state.executor),
+                 [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& items) mutable {
+                     some.clear();
+                     return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
+                         const bool more = find(asking, i, wanted, some);
+                         asking.append_given(some, items);
+                         return more;
+                     });
+                 });
     }
 
   private:
@@ -376,8 +375,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
         world::check_all(implementation_->state, questions);                                                 \
         const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
         many.template lists<Hit<T>>(                                                                         \
-            out.first_, out.items_, out.more_, out.found_,                                                   \
-            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
+            out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                 \
                 asking.answers().nearest(questions[i], wanted, items);                                       \
                 return false;                                                                                \
             });                                                                                              \
@@ -403,8 +401,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
         world::check_all(implementation_->state, lines);                                                     \
         const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());                       \
         many.template lists<Hit<T>>(                                                                         \
-            out.first_, out.items_, out.more_, out.found_,                                                   \
-            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
+            out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                 \
                 return asking.answers().all(lines[i], wanted, max_results, items);                           \
             });                                                                                              \
     }                                                                                                        \
@@ -416,8 +413,7 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
         world::check_all(implementation_->state, regions);                                                   \
         const world::AskingMany<Dim, T> many(*implementation_, filters, regions.size());                     \
         many.template lists<std::uint32_t>(                                                                  \
-            out.first_, out.items_, out.more_, out.found_,                                                   \
-            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
+            out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                 \
                 return asking.answers().all(regions[i], wanted, max_results, items);                         \
             });                                                                                              \
     }                                                                                                        \
@@ -667,7 +663,9 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, BoolSpan, Filters) const; \
     template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
                                                   std::span<std::uint64_t>, Filters) const;
-#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \
+#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item, Visitor)                                         \
+    template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
+                                                  const ObjectQueryFilter&) const;                           \
     template JOSTLE_API bool World<Dim, T>::any(const Question<Dim, T>&, const ObjectQueryFilter&) const;    \
     template JOSTLE_API std::uint64_t World<Dim, T>::count(const Question<Dim, T>&,                          \
                                                            const ObjectQueryFilter&) const;                  \
@@ -676,7 +674,7 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, const ObjectQueryFilter&)                             \
     JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, FilterOfEach<ObjectQueryFilter>)
 #define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, ObjectHit<T>)                                                  \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, ObjectHit<T>, ObjectHitVisitor<T>)                             \
     template JOSTLE_API std::optional<ObjectHit<T>> World<Dim, T>::first(const Line<Dim, T>&,                \
                                                                          const ObjectQueryFilter&) const;    \
     template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
@@ -684,6 +682,8 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
                                                   FilterOfEach<ObjectQueryFilter>) const;
 #define JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                          \
+    template JOSTLE_API bool World<Dim, T>::visit(const Nearest<Dim, T>&, ObjectHitVisitor<T>,               \
+                                                  const ObjectQueryFilter&) const;                           \
     template JOSTLE_API void World<Dim, T>::nearest(const Nearest<Dim, T>&, std::vector<ObjectHit<T>>&,      \
                                                     const ObjectQueryFilter&) const;                         \
     template JOSTLE_API void World<Dim, T>::nearest(                                                         \
@@ -691,24 +691,14 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template JOSTLE_API void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>>,                        \
                                                     ResultLists<ObjectHit<T>>&,                              \
                                                     FilterOfEach<ObjectQueryFilter>) const;
-#define JOSTLE_INSTANTIATE_VISIT(Dim, T, Question, Visitor)                                                  \
-    template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
-                                                  const ObjectQueryFilter&) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectId)                                                      \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, ObjectId)                                                    \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, ObjectId)                                                   \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectId, ObjectVisitor)                                       \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, ObjectId, ObjectVisitor)                                     \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, ObjectId, ObjectVisitor)                                    \
     JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                              \
     JOSTLE_INSTANTIATE_NEAREST(Dim, T, NearestToBox)                                                         \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Ray, ObjectHitVisitor<T>)                                               \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Sweep, ObjectHitVisitor<T>)                                             \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Nearest, ObjectHitVisitor<T>)                                           \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, NearestToBox, ObjectHitVisitor<T>)                                      \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Aabb, ObjectVisitor)                                                    \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Sphere, ObjectVisitor)                                                  \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Frustum, ObjectVisitor)                                                 \
     template JOSTLE_API void World<Dim, T>::touching(ObjectId, std::vector<ObjectId>&) const;                \
     template JOSTLE_API bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId, ObjectId)>) const;              \
     template JOSTLE_API std::optional<Aabb<Dim, T>> World<Dim, T>::bounds() const;                           \
@@ -726,7 +716,6 @@ JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE_QUESTION
 #undef JOSTLE_INSTANTIATE_LINE
 #undef JOSTLE_INSTANTIATE_NEAREST
-#undef JOSTLE_INSTANTIATE_VISIT
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END
