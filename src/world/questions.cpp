@@ -177,25 +177,23 @@ class Asking
     index::Answers<Dim, T> answers_;
 };
 
-/// A batch of questions, with one filter for all or one for each.
+/// A batch of questions.
 template <int Dim, class T>
 class AskingMany
 {
   public:
     using Implementation = typename World<Dim, T>::Implementation;
+    using Filters = detail::QuestionFilters<ObjectQueryFilter>;
 
-    AskingMany(const Implementation& world, const ObjectQueryFilter& filter, std::size_t questions,
+    AskingMany(const Implementation& world, const Filters& filters, std::size_t questions,
                Visits visits = Visits::none)
-        : world_(world), count_(questions), visits_(visits)
+        : world_(world), count_(questions), filters_(filters), visits_(visits)
     {
-        for_all_.emplace(world, filter, questions, visits);
-    }
-    AskingMany(const Implementation& world, const FilterOfEach<ObjectQueryFilter>& filters,
-               std::size_t questions, Visits visits = Visits::none)
-        : world_(world), count_(questions), filters_(&filters), visits_(visits)
-    {
-        index::check_filters(questions, filters.size());
-        prepare();
+        filters.check(questions);
+        if (filters.one_each())
+            prepare();
+        else
+            for_all_.emplace(world, filters[0], questions, visits);
     }
 
     /// Calls body(asking, i, wanted) for one question.
@@ -205,7 +203,7 @@ class AskingMany
         const auto ask = [&](const Asking<Dim, T>& asking) {
             return asking.with(i, [&](index::Wanted wanted) { return body(asking, i, wanted); });
         };
-        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i], 0, visits_));
+        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, filters_[i], 0, visits_));
     }
     /// Calls body(asking, i, wanted) for each question.
     template <class Body>
@@ -243,7 +241,7 @@ class AskingMany
         std::array<Kind, 8> kinds;
         std::size_t known = 0;
         for (std::size_t i = 0; i < count_; ++i) {
-            const ObjectQueryFilter& filter = (*filters_)[i];
+            const ObjectQueryFilter& filter = filters_[i];
             std::size_t k = 0;
             while (k < known &&
                    (kinds[k].filter->category != filter.category || kinds[k].filter->mask != filter.mask))
@@ -258,9 +256,9 @@ class AskingMany
 
     const Implementation& world_;
     std::size_t count_;
-    std::optional<Asking<Dim, T>> for_all_;
-    const FilterOfEach<ObjectQueryFilter>* filters_ = nullptr;
+    Filters filters_;
     Visits visits_;
+    std::optional<Asking<Dim, T>> for_all_;
 };
 
 } // namespace world
@@ -366,95 +364,81 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
 
 // --- Many at once ----------------------------------------------------------------------------------------
 
-// With one filter for all questions, and with one for each.
-#define JOSTLE_NEAREST(Question, Filters)                                                                    \
-    template <int Dim, Coordinate T>                                                                         \
-    void World<Dim, T>::nearest(std::span<const Question<Dim, T>> questions, ResultLists<ObjectHit<T>>& out, \
-                                Filters filters) const                                                       \
-    {                                                                                                        \
-        world::check_all(implementation_->state, questions);                                                 \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
-        many.template lists<Hit<T>>(                                                                         \
-            out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                 \
-                asking.answers().nearest(questions[i], wanted, items);                                       \
-                return false;                                                                                \
-            });                                                                                              \
-    }
-#define JOSTLE_BATCHES(Filters)                                                                              \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOf<Dim, T> Line>                                                                           \
-    void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out, Filters filters)     \
-        const                                                                                                \
-    {                                                                                                        \
-        index::check_room(lines.size(), out.size());                                                         \
-        world::check_all(implementation_->state, lines);                                                     \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());                       \
-        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
-            out[i] = asking.given(asking.answers().first(lines[i], wanted));                                 \
-        });                                                                                                  \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOf<Dim, T> Line>                                                                           \
-    void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out, Filters filters,    \
-                            std::uint64_t max_results) const                                                 \
-    {                                                                                                        \
-        world::check_all(implementation_->state, lines);                                                     \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());                       \
-        many.template lists<Hit<T>>(                                                                         \
-            out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                 \
-                return asking.answers().all(lines[i], wanted, max_results, items);                           \
-            });                                                                                              \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <RegionOf<Dim, T> Region>                                                                       \
-    void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out, Filters filters,    \
-                            std::uint64_t max_results) const                                                 \
-    {                                                                                                        \
-        world::check_all(implementation_->state, regions);                                                   \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, regions.size());                     \
-        many.template lists<std::uint32_t>(                                                                  \
-            out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                 \
-                return asking.answers().all(regions[i], wanted, max_results, items);                         \
-            });                                                                                              \
-    }                                                                                                        \
-    JOSTLE_NEAREST(Nearest, Filters)                                                                         \
-    JOSTLE_NEAREST(NearestToBox, Filters)                                                                    \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void World<Dim, T>::any(std::span<const Question> questions, BoolSpan out, Filters filters) const        \
-    {                                                                                                        \
-        index::check_room(questions.size(), out.size());                                                     \
-        world::check_all(implementation_->state, questions);                                                 \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
-        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
-            out[i] = asking.answers().any(questions[i], wanted);                                             \
-        });                                                                                                  \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,             \
-                              Filters filters) const                                                         \
-    {                                                                                                        \
-        index::check_room(questions.size(), out.size());                                                     \
-        world::check_all(implementation_->state, questions);                                                 \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
-        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
-            out[i] = asking.answers().count(questions[i], wanted);                                           \
-        });                                                                                                  \
-    }
-JOSTLE_BATCHES(const ObjectQueryFilter&)
-JOSTLE_BATCHES(FilterOfEach<ObjectQueryFilter>)
-#undef JOSTLE_BATCHES
-#undef JOSTLE_NEAREST
+template <int Dim, Coordinate T>
+template <LineOf<Dim, T> Line>
+void World<Dim, T>::first_of_each(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+                                  const QuestionFilters& filters) const
+{
+    index::check_room(lines.size(), out.size());
+    world::check_all(implementation_->state, lines);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());
+    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
+        out[i] = asking.given(asking.answers().first(lines[i], wanted));
+    });
+}
+
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void World<Dim, T>::all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
+                                const QuestionFilters& filters, std::uint64_t max_results) const
+{
+    world::check_all(implementation_->state, questions);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
+    many.template lists<typename index::ItemOf<Question>::Item>(
+        out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {
+            return asking.answers().all(questions[i], wanted, max_results, items);
+        });
+}
+
+template <int Dim, Coordinate T>
+template <NearestOf<Dim, T> Question>
+void World<Dim, T>::nearest_of_each(std::span<const Question> questions, ResultLists<ObjectHit<T>>& out,
+                                    const QuestionFilters& filters) const
+{
+    world::check_all(implementation_->state, questions);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
+    many.template lists<Hit<T>>(out,
+                                [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {
+                                    asking.answers().nearest(questions[i], wanted, items);
+                                    return false;
+                                });
+}
+
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void World<Dim, T>::any_of_each(std::span<const Question> questions, BoolSpan out,
+                                const QuestionFilters& filters) const
+{
+    index::check_room(questions.size(), out.size());
+    world::check_all(implementation_->state, questions);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
+    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
+        out[i] = asking.answers().any(questions[i], wanted);
+    });
+}
+
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void World<Dim, T>::count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
+                                  const QuestionFilters& filters) const
+{
+    index::check_room(questions.size(), out.size());
+    world::check_all(implementation_->state, questions);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
+    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
+        out[i] = asking.answers().count(questions[i], wanted);
+    });
+}
 
 namespace world {
 namespace {
 
-/// All pairs of one of the boxes and an object, ascending, but for those that `erase_refused` takes out.
-template <int Dim, class T, class Erase>
+/// All pairs of one of the boxes and an object that pass the filters, ascending.
+template <int Dim, class T>
 void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
-          std::pmr::vector<Pair>& out, const Erase& erase_refused)
+          std::pmr::vector<Pair>& out, const detail::QuestionFilters<ObjectQueryFilter>& filters)
 {
+    filters.check(boxes.size());
     const InUse call(me.in_use, "World");
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
@@ -476,14 +460,22 @@ void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& box
             else
                 --a, all[r + a] = more[a];
     }
-    erase_refused(all);
+    // In use as the world is, these don't go by an index for a mask, which the search hasn't either.
+    std::optional<Asking<Dim, T>> asking;
+    std::size_t asker = boxes.size();
+    const auto is_refused = [&](const Pair& pair) {
+        if (filters.one_each() && pair.a != asker) asking.emplace(me, filters[asker = pair.a]);
+        return !asking->takes(pair.a, pair.b);
+    };
+    if (!filters.one_each()) asking.emplace(me, filters[0]);
+    if (filters.one_each() || !asking->takes_all()) std::erase_if(all, is_refused);
     out.swap(all);
 }
 
-/// Hands the same pairs to the visitor, box by box. `filters` is one for all boxes, or one for each.
-template <int Dim, class T, class Filters>
+/// Hands the same pairs to the visitor, box by box.
+template <int Dim, class T>
 bool visit_joined(const typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
-                  ObjectJoinVisitor visitor, const Filters& filters)
+                  ObjectJoinVisitor visitor, const detail::QuestionFilters<ObjectQueryFilter>& filters)
 {
     index::check_joined(boxes, me.state.options.ignore_odd_boxes);
     const AskingMany<Dim, T> asking(me, filters, boxes.size(), Visits::in_own_order);
@@ -504,27 +496,14 @@ bool visit_joined(const typename World<Dim, T>::Implementation& me, const BoxVie
 template <int Dim, Coordinate T>
 void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
 {
-    world::join<Dim, T>(*implementation_, boxes, out, [&](std::pmr::vector<Pair>& all) {
-        // In use as the world is, this doesn't go by an index for a mask, which the search hasn't either.
-        const world::Asking<Dim, T> asking(*implementation_, filter);
-        if (!asking.takes_all())
-            std::erase_if(all, [&](const Pair& pair) { return !asking.takes(pair.a, pair.b); });
-    });
+    world::join<Dim, T>(*implementation_, boxes, out, filter);
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out,
                          FilterOfEach<ObjectQueryFilter> filters)
 {
-    index::check_filters(boxes.size(), filters.size());
-    world::join<Dim, T>(*implementation_, boxes, out, [&](std::pmr::vector<Pair>& all) {
-        std::optional<world::Asking<Dim, T>> asking;
-        std::size_t asker = boxes.size();
-        std::erase_if(all, [&](const Pair& pair) {
-            if (pair.a != asker) asking.emplace(*implementation_, filters[asker = pair.a]);
-            return !asking->takes(pair.a, pair.b);
-        });
-    });
+    world::join<Dim, T>(*implementation_, boxes, out, filters);
 }
 
 template <int Dim, Coordinate T>
@@ -657,46 +636,41 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     return all;
 }
 
-#define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
-    template JOSTLE_API void World<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,       \
-                                                Filters, std::uint64_t) const;                               \
-    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, BoolSpan, Filters) const; \
-    template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
-                                                  std::span<std::uint64_t>, Filters) const;
-#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item, Visitor)                                         \
+#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Visitor)                                               \
+    template JOSTLE_API bool World<Dim, T>::all(const Question<Dim, T>&,                                     \
+                                                std::vector<AnswerTo<Question<Dim, T>>>&,                    \
+                                                const ObjectQueryFilter&, std::uint64_t) const;              \
     template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
                                                   const ObjectQueryFilter&) const;                           \
     template JOSTLE_API bool World<Dim, T>::any(const Question<Dim, T>&, const ObjectQueryFilter&) const;    \
     template JOSTLE_API std::uint64_t World<Dim, T>::count(const Question<Dim, T>&,                          \
                                                            const ObjectQueryFilter&) const;                  \
-    template JOSTLE_API bool World<Dim, T>::all(const Question<Dim, T>&, std::vector<Item>&,                 \
-                                                const ObjectQueryFilter&, std::uint64_t) const;              \
-    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, const ObjectQueryFilter&)                             \
-    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, FilterOfEach<ObjectQueryFilter>)
+    template JOSTLE_API void World<Dim, T>::all_of_each(std::span<const Question<Dim, T>>,                   \
+                                                        ResultLists<AnswerTo<Question<Dim, T>>>&,            \
+                                                        const QuestionFilters&, std::uint64_t) const;        \
+    template JOSTLE_API void World<Dim, T>::any_of_each(std::span<const Question<Dim, T>>, BoolSpan,         \
+                                                        const QuestionFilters&) const;                       \
+    template JOSTLE_API void World<Dim, T>::count_of_each(                                                   \
+        std::span<const Question<Dim, T>>, std::span<std::uint64_t>, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, ObjectHit<T>, ObjectHitVisitor<T>)                             \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, ObjectHitVisitor<T>)                                           \
     template JOSTLE_API std::optional<ObjectHit<T>> World<Dim, T>::first(const Line<Dim, T>&,                \
                                                                          const ObjectQueryFilter&) const;    \
-    template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
-                                                  const ObjectQueryFilter&) const;                           \
-    template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
-                                                  FilterOfEach<ObjectQueryFilter>) const;
+    template JOSTLE_API void World<Dim, T>::first_of_each(                                                   \
+        std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                          \
     template JOSTLE_API bool World<Dim, T>::visit(const Nearest<Dim, T>&, ObjectHitVisitor<T>,               \
                                                   const ObjectQueryFilter&) const;                           \
     template JOSTLE_API void World<Dim, T>::nearest(const Nearest<Dim, T>&, std::vector<ObjectHit<T>>&,      \
                                                     const ObjectQueryFilter&) const;                         \
-    template JOSTLE_API void World<Dim, T>::nearest(                                                         \
-        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const ObjectQueryFilter&) const;       \
-    template JOSTLE_API void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>>,                        \
-                                                    ResultLists<ObjectHit<T>>&,                              \
-                                                    FilterOfEach<ObjectQueryFilter>) const;
+    template JOSTLE_API void World<Dim, T>::nearest_of_each(                                                 \
+        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectId, ObjectVisitor)                                       \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, ObjectId, ObjectVisitor)                                     \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, ObjectId, ObjectVisitor)                                    \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectVisitor)                                                 \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, ObjectVisitor)                                               \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, ObjectVisitor)                                              \
     JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                              \
     JOSTLE_INSTANTIATE_NEAREST(Dim, T, NearestToBox)                                                         \
     template JOSTLE_API void World<Dim, T>::touching(ObjectId, std::vector<ObjectId>&) const;                \
@@ -712,7 +686,6 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template JOSTLE_API bool World<Dim, T>::join(const BoxView<Dim, T>&, ObjectJoinVisitor,                  \
                                                  FilterOfEach<ObjectQueryFilter>) const;
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
-#undef JOSTLE_INSTANTIATE_BATCHES
 #undef JOSTLE_INSTANTIATE_QUESTION
 #undef JOSTLE_INSTANTIATE_LINE
 #undef JOSTLE_INSTANTIATE_NEAREST
