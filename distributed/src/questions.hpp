@@ -23,26 +23,7 @@ enum class Purpose : std::uint8_t
     count,
 };
 
-/// One for all questions, or one for each.
-class Filters
-{
-  public:
-    Filters(const QueryFilter& one) noexcept : one_(&one) {}
-    Filters(const FilterOfEach<QueryFilter>& each) noexcept : each_(&each) {}
-    void check(std::size_t questions) const
-    {
-        if (each_ != nullptr && each_->size() != questions)
-            detail::throw_not_one_each(questions, each_->size(), "filters");
-    }
-    [[nodiscard]] const QueryFilter& operator[](std::size_t question) const noexcept
-    {
-        return one_ != nullptr ? *one_ : (*each_)[question];
-    }
-
-  private:
-    const QueryFilter* one_ = nullptr;
-    const FilterOfEach<QueryFilter>* each_ = nullptr;
-};
+using Filters = detail::QuestionFilters<QueryFilter>;
 
 template <int Dim, class T>
 using Planes = std::pmr::vector<Plane<Dim, T>>; ///< of a frustum that came here, which refers to them

@@ -174,7 +174,8 @@ class JOSTLE_API BoxIndex
 
     // --- Pairs of objects ---
     // Pairs are of two of this index's objects, each once, with a < b; or of one of this index's, a, and one
-    // of another index's, b. Both indexes are asked: neither may change meanwhile.
+    // of another index's, b. Both indexes are asked: neither may change meanwhile. If `other` is this index,
+    // its own pairs are meant.
 
     /// Hands over the pairs whose boxes touch until `visitor` returns false. Returns false then, else true.
     /// The order is the indexes' own, as with visit() of a region. Allocates nothing. For all pairs of many
@@ -204,70 +205,57 @@ class JOSTLE_API BoxIndex
     [[nodiscard]] std::uint64_t count(const Question& question, const QueryFilter& filter = {}) const;
 
     // --- Many questions at once ---
-    // The same answers, found on the executor's threads. One filter serves all, or there is one for each,
-    // or an `Error` (size_mismatch). `accept` is told the question. An array of results wants one element per
-    // question; `first` says "none" by Hit<T>::none.
+    // The same answers, found on the executor's threads. Questions of one kind lie in a vector, array or
+    // span. One QueryFilter serves all, or a vector, array or span has one for each, or it is an `Error`
+    // (size_mismatch). `accept` is told the question. An array of results wants one element per question;
+    // `first` says "none" by Hit<T>::none.
 
-    template <LineOf<Dim, T> Line>
-    void first(std::span<const Line> lines, std::span<Hit<T>> out, const QueryFilter& filter = {}) const;
-    template <LineOf<Dim, T> Line>
-    void first(std::span<const Line> lines, std::span<Hit<T>> out, FilterOfEach<QueryFilter> filters) const;
-    template <LineOf<Dim, T> Line>
-    void all(std::span<const Line> lines, ResultLists<Hit<T>>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    template <LineOf<Dim, T> Line>
-    void all(std::span<const Line> lines, ResultLists<Hit<T>>& out, FilterOfEach<QueryFilter> filters,
-             std::uint64_t max_results = no_limit) const;
-    template <RegionOf<Dim, T> Region>
-    void all(std::span<const Region> regions, ResultLists<std::uint32_t>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    template <RegionOf<Dim, T> Region>
-    void all(std::span<const Region> regions, ResultLists<std::uint32_t>& out,
-             FilterOfEach<QueryFilter> filters, std::uint64_t max_results = no_limit) const;
-    void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
-                 const QueryFilter& filter = {}) const;
-    void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,
-                 FilterOfEach<QueryFilter> filters) const;
-    void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
-                 const QueryFilter& filter = {}) const;
-    void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<Hit<T>>& out,
-                 FilterOfEach<QueryFilter> filters) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, BoolSpan out, const QueryFilter& filter = {}) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, BoolSpan out, FilterOfEach<QueryFilter> filters) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
-               const QueryFilter& filter = {}) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
-               FilterOfEach<QueryFilter> filters) const;
-
-    // The questions may as well be in a vector, an array or another contiguous range.
     template <QuestionRange Many, class Filters = QueryFilter>
     void first(const Many& lines, std::span<Hit<T>> out, const Filters& filters = {}) const
     {
-        first(std::span<const std::ranges::range_value_t<Many>>(lines), out, filters);
+        first_of_each(std::span<const std::ranges::range_value_t<Many>>(lines), out, filters);
     }
     template <QuestionRange Many, class Item, class Filters = QueryFilter>
     void all(const Many& questions, ResultLists<Item>& out, const Filters& filters = {},
              std::uint64_t max_results = no_limit) const
     {
-        all(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
+        all_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
+    }
+    template <QuestionRange Many, class Filters = QueryFilter>
+    void nearest(const Many& questions, ResultLists<Hit<T>>& out, const Filters& filters = {}) const
+    {
+        nearest_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }
     template <QuestionRange Many, class Filters = QueryFilter>
     void any(const Many& questions, BoolSpan out, const Filters& filters = {}) const
     {
-        any(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
+        any_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }
     template <QuestionRange Many, class Filters = QueryFilter>
     void count(const Many& questions, std::span<std::uint64_t> out, const Filters& filters = {}) const
     {
-        count(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
+        count_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }
 
   private:
     friend class BoxIndexAccess; // for World; see src/index/box_index_access.hpp
+    using QuestionFilters = detail::QuestionFilters<QueryFilter>;
+    template <LineOf<Dim, T> Line>
+    void first_of_each(std::span<const Line> lines, std::span<Hit<T>> out,
+                       const QuestionFilters& filters) const;
+    template <class Question>
+    using AnswerTo = std::conditional_t<LineOf<Question, Dim, T>, Hit<T>, std::uint32_t>;
+    template <LineOrRegionOf<Dim, T> Question>
+    void all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
+                     const QuestionFilters& filters, std::uint64_t max_results) const;
+    template <NearestOf<Dim, T> Question>
+    void nearest_of_each(std::span<const Question> questions, ResultLists<Hit<T>>& out,
+                         const QuestionFilters& filters) const;
+    template <LineOrRegionOf<Dim, T> Question>
+    void any_of_each(std::span<const Question> questions, BoolSpan out, const QuestionFilters& filters) const;
+    template <LineOrRegionOf<Dim, T> Question>
+    void count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
+                       const QuestionFilters& filters) const;
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };

@@ -684,9 +684,9 @@ JOSTLE_C_API jostle_status jostle_index_visit(const jostle_index* index, jostle_
 /// thread. Nothing further than *bound comes from then on: it may be made less.
 typedef int32_t (*jostle_visit_close_pair_function)(void* context, uint64_t a, uint64_t b, double at,
                                                     double* bound);
-/// Hands over the pairs of objects whose boxes touch: of two of this index if `other` is NULL, else of one of
-/// this and one of the other, in an order of the indexes' own. `at` is 0, and `bound` NULL. `finished`
-/// becomes 0 if `visit` stopped that, else 1.
+/// Hands over the pairs of objects whose boxes touch: of two of this index if `other` is NULL or this index,
+/// else of one of this and one of the other, in an order of the indexes' own. `at` is 0, and `bound` NULL.
+/// `finished` becomes 0 if `visit` stopped that, else 1.
 JOSTLE_C_API jostle_status jostle_index_pairs(const jostle_index* index, const jostle_index* other,
                                               jostle_visit_close_pair_function visit, void* context,
                                               int32_t* finished, jostle_error* error);
@@ -916,8 +916,8 @@ JOSTLE_C_API jostle_status jostle_world_count(const jostle_world* world, jostle_
                                               const jostle_query_filter* filter, uint64_t* counts,
                                               jostle_error* error);
 /// As jostle_index_closest_pairs: of two objects of this world whose filters let them pair if `other` is
-/// NULL, else of one of this and one of the other world. Pairs of this world that touch and that `accept`
-/// refused are left out; about pairs apart it hasn't been asked.
+/// NULL or this world, else of one of this and one of the other world. Pairs of this world that touch and
+/// that `accept` refused are left out; about pairs apart it hasn't been asked.
 JOSTLE_C_API jostle_status jostle_world_closest_pairs(const jostle_world* world, const jostle_world* other,
                                                       double max_distance,
                                                       jostle_visit_close_pair_function visit, void* context,

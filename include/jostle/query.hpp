@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -9,10 +10,12 @@
 #include <optional>
 #include <ranges>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "jostle/box.hpp"
 #include "jostle/function_ref.hpp"
+#include "jostle/process.hpp"
 #include "jostle/version.hpp"
 
 // The questions that can be asked of boxes, and what their answers mean. Each is defined here by one function
@@ -230,10 +233,46 @@ class FilterOfEach
     }
     [[nodiscard]] std::size_t size() const noexcept { return filters_.size(); }
     [[nodiscard]] const Filter& operator[](std::size_t question) const noexcept { return filters_[question]; }
+    /// All of them.
+    operator std::span<const Filter>() const noexcept { return filters_; }
 
   private:
     std::span<const Filter> filters_;
 };
+
+namespace detail {
+/// The `Error` where there are more or fewer `things` than questions.
+[[noreturn]] JOSTLE_API void throw_not_one_each(std::size_t questions, std::size_t count, const char* things);
+
+/// Those of a batch: none, one for all questions, or one for each. A view, too.
+template <class Filter>
+class QuestionFilters
+{
+  public:
+    QuestionFilters() noexcept : QuestionFilters(none) {}
+    QuestionFilters(const Filter& for_all) noexcept : filters_(&for_all, 1) {}
+    template <class Many>
+        requires std::convertible_to<const Many&, std::span<const Filter>>
+    QuestionFilters(const Many& for_each) noexcept : filters_(for_each), one_each_(true)
+    {
+    }
+    [[nodiscard]] bool one_each() const noexcept { return one_each_; }
+    void check(std::size_t questions) const
+    {
+        if (one_each_ && filters_.size() != questions)
+            throw_not_one_each(questions, filters_.size(), "filters");
+    }
+    [[nodiscard]] const Filter& operator[](std::size_t question) const noexcept
+    {
+        return filters_[one_each_ ? question : 0];
+    }
+
+  private:
+    static inline const Filter none = {};
+    std::span<const Filter> filters_;
+    bool one_each_ = false;
+};
+} // namespace detail
 
 /// What is asked along a line, about a region, or as either, in so many dimensions and these numbers.
 template <class Question, int Dim, class T>
@@ -243,12 +282,12 @@ concept RegionOf = std::same_as<Question, Aabb<Dim, T>> || std::same_as<Question
                    std::same_as<Question, Frustum<Dim, T>>;
 template <class Question, int Dim, class T>
 concept LineOrRegionOf = LineOf<Question, Dim, T> || RegionOf<Question, Dim, T>;
+template <class Question, int Dim, class T>
+concept NearestOf = std::same_as<Question, Nearest<Dim, T>> || std::same_as<Question, NearestToBox<Dim, T>>;
 
-/// Whether questions lie in one piece in it: std::vector, std::array, a span of questions that may change. (A
-/// span of constant ones is what it is read as.)
+/// Whether questions lie in one piece in it: a vector, array or span of them.
 template <class Many>
-concept QuestionRange = std::ranges::contiguous_range<const Many> && std::ranges::sized_range<const Many> &&
-                        !std::same_as<Many, std::span<const std::ranges::range_value_t<Many>>>;
+concept QuestionRange = std::ranges::contiguous_range<const Many> && std::ranges::sized_range<const Many>;
 
 /// Where answers of yes or no go: bools, or bytes that become 0 or 1, in an array, vector or span. (The bits
 /// of a std::vector<bool> are neither; a std::vector<std::uint8_t> takes its place.)
@@ -298,11 +337,67 @@ class ResultLists
     /// All lists, one behind the other.
     [[nodiscard]] std::span<const Item> items() const noexcept { return items_; }
 
+    /// Refills the lists: append(i, items) appends the results of question i, in order, and returns whether
+    /// there are more. Each block of questions has a copy of it, which may keep working memory. If anything
+    /// throws, there are no lists.
+    template <class F>
+    void fill(std::size_t questions, const ProcessOptions& options, const F& append)
+    {
+        std::pmr::vector<Item> all(std::move(items_)); // if anything below throws, the lists are empty
+        items_.clear();
+        std::pmr::vector<std::uint8_t> cut(std::move(more_));
+        more_.clear();
+        first_.assign(questions + 1, 0);
+        cut.assign(questions, 0);
+        const WorkPlan plan = plan_work(questions, options);
+        struct Part
+        {
+            std::uint32_t slot;
+            std::size_t begin;
+        };
+        std::pmr::vector<Part> parts(plan.slots == 1 ? 0 : plan.blocks, found_.get_allocator());
+        if (found_.size() < plan.slots) found_.resize(plan.slots);
+        if (plan.slots == 1) found_[0].swap(all); // there is nothing to put together
+        for (auto& each : found_)
+            each.clear();
+        process_items(
+            questions,
+            [&](std::uint64_t begin, std::uint64_t end, Work work) {
+                std::pmr::vector<Item> mine(std::move(found_[work.slot])); // others write nearby
+                if (!parts.empty()) parts[begin / plan.block_items] = {work.slot, mine.size()};
+                F own = append;
+                for (auto i = static_cast<std::size_t>(begin); i < end; ++i) {
+                    const std::size_t before = mine.size();
+                    cut[i] = own(i, mine);
+                    first_[i + 1] = mine.size() - before;
+                }
+                found_[work.slot] = std::move(mine);
+            },
+            options);
+        for (std::size_t i = 0; i < questions; ++i)
+            first_[i + 1] += first_[i];
+        if (plan.slots == 1) {
+            found_[0].swap(all);
+        } else {
+            all.resize(first_[questions]);
+            process_items(
+                plan.blocks,
+                [&](std::uint64_t begin, std::uint64_t end, Work) {
+                    for (std::size_t block = begin; block < end; ++block) {
+                        const std::size_t from = first_[block * plan.block_items];
+                        const std::size_t to =
+                            first_[std::min<std::size_t>(questions, (block + 1) * plan.block_items)];
+                        std::copy_n(found_[parts[block].slot].data() + parts[block].begin, to - from,
+                                    all.data() + from);
+                    }
+                },
+                {options.executor, 4});
+        }
+        items_ = std::move(all);
+        more_ = std::move(cut);
+    }
+
   private:
-    template <int Dim, Coordinate T>
-    friend class BoxIndex;
-    template <int Dim, Coordinate T>
-    friend class World;
     std::pmr::vector<std::size_t> first_;
     std::pmr::vector<Item> items_;
     std::pmr::vector<std::uint8_t> more_;
@@ -403,8 +498,6 @@ template <int Dim, Coordinate T>
 }
 
 namespace detail {
-/// The `Error` where there are more or fewer `things` than questions.
-[[noreturn]] JOSTLE_API void throw_not_one_each(std::size_t questions, std::size_t count, const char* things);
 /// The `Error` where the visitor of an object has made the bound NaN.
 [[noreturn]] JOSTLE_API void throw_bad_bound(std::uint32_t object);
 } // namespace detail

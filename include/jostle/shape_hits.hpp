@@ -5,16 +5,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <memory_resource>
 #include <span>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include "jostle/cast.hpp"
 #include "jostle/contact.hpp"
 #include "jostle/function_ref.hpp"
-#include "jostle/process.hpp"
+#include "jostle/query.hpp"
 #include "jostle/shapes.hpp"
 #include "jostle/version.hpp"
 #include "jostle/world.hpp"
@@ -123,61 +121,13 @@ struct ShapeDistance : Distance<Dim, T>
     Id id;
 };
 
-/// The answers of a batch: list i belongs to question i. The next call refills it and uses its memory again.
-/// `Hit` is a ShapeHit.
+/// ResultLists by the name that they once had here.
 template <class Hit>
-class HitLists
+class HitLists : public ResultLists<Hit>
 {
   public:
-    explicit HitLists(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
-        : first_(memory), hits_(memory), more_(memory), found_(memory)
-    {
-    }
-
-    [[nodiscard]] std::size_t size() const noexcept { return size_; }
-    [[nodiscard]] std::span<const Hit> operator[](std::size_t i) const noexcept
-    {
-        return std::span<const Hit>(hits_).subspan(first_[i], first_[i + 1] - first_[i]);
-    }
-    /// Whether question i has more hits than `max_results`, which list i was cut to.
-    [[nodiscard]] bool more(std::size_t i) const noexcept { return more_[i] != 0; }
-    /// All lists, one behind the other.
-    [[nodiscard]] std::span<const Hit> hits() const noexcept { return hits_; }
-
-    /// Refills the lists with what append(i, hits) appends for question i; it returns whether there is more.
-    template <class F>
-    void fill(std::size_t questions, const ProcessOptions& options, const F& append)
-    {
-        const std::size_t blocks = plan_work(questions, options).blocks;
-        size_ = 0; // also where something throws
-        hits_.clear();
-        first_.assign(questions + 1, 0);
-        more_.assign(questions, 0);
-        if (found_.size() < blocks) found_.resize(blocks);
-        const auto fill_block = [&](std::uint64_t begin, std::uint64_t end, Work work) {
-            auto& found = found_[work.block];
-            found.clear();
-            for (std::uint64_t i = begin; i < end; ++i) {
-                const std::size_t before = found.size();
-                more_[i] = append(i, found) ? 1 : 0;
-                first_[i + 1] = found.size() - before;
-            }
-        };
-        process_items(questions, fill_block, options);
-        for (std::size_t i = 0; i < questions; ++i)
-            first_[i + 1] += first_[i];
-        hits_.reserve(first_.back());
-        for (std::size_t block = 0; block < blocks; ++block)
-            hits_.insert(hits_.end(), found_[block].begin(), found_[block].end());
-        size_ = questions;
-    }
-
-  private:
-    std::size_t size_ = 0;
-    std::pmr::vector<std::size_t> first_;
-    std::pmr::vector<Hit> hits_;
-    std::pmr::vector<std::uint8_t> more_;
-    std::pmr::vector<std::pmr::vector<Hit>> found_; // by block of questions
+    using ResultLists<Hit>::ResultLists;
+    [[nodiscard]] std::span<const Hit> hits() const noexcept { return this->items(); }
 };
 
 using ShapeHit2f = ShapeHit<2, float>;

@@ -398,40 +398,18 @@ bool visit_nearest_of(const Asked& asked, const ShapesOf<Asked>& objects, const 
     return answers.goes_on();
 }
 
-/// Those of a batch: none, one for all questions, or one for each.
-template <class Filter>
-class QuestionFilters
+/// inside(filter) with that of one question of a batch, whose `accept` is told the question's number.
+template <class Filter, class F>
+auto with_filter(const QuestionFilters<Filter>& filters, std::uint64_t question, F&& inside)
 {
-  public:
-    QuestionFilters() = default;
-    QuestionFilters(const Filter& for_all) : filters_(&for_all, 1) {}
-    template <class Many>
-        requires std::convertible_to<const Many&, std::span<const Filter>>
-    QuestionFilters(const Many& for_each) : filters_(for_each), one_each_(true)
-    {
-    }
-    void check(std::size_t questions) const
-    {
-        if (one_each_ && filters_.size() != questions)
-            throw_not_one_each(questions, filters_.size(), "filters");
-    }
-    /// inside(filter) with that of one question, whose `accept` is told the question's number.
-    template <class F>
-    auto with(std::uint64_t question, F&& inside) const
-    {
-        Filter filter = filters_.empty() ? Filter{} : filters_[one_each_ ? question : 0];
-        const auto accept = filter.accept;
-        const auto numbered = [&accept, question](std::uint32_t, auto id) {
-            return accept(static_cast<std::uint32_t>(question), id);
-        };
-        if (accept) filter.accept = numbered;
-        return inside(std::as_const(filter));
-    }
-
-  private:
-    std::span<const Filter> filters_;
-    bool one_each_ = false;
-};
+    Filter filter = filters[question];
+    const auto accept = filter.accept;
+    const auto numbered = [&accept, question](std::uint32_t, auto id) {
+        return accept(static_cast<std::uint32_t>(question), id);
+    };
+    if (accept) filter.accept = numbered;
+    return inside(std::as_const(filter));
+}
 /// Questions differ much in cost.
 inline constexpr std::uint64_t question_block = 16;
 /// out[i] = answer(i, filter) for each question.
@@ -443,7 +421,7 @@ void answer_each(std::size_t questions, std::span<Answer> out, const QuestionFil
     filters.check(questions);
     const auto answer_block = [&](std::uint64_t begin, std::uint64_t end, Work) {
         for (std::uint64_t i = begin; i < end; ++i)
-            out[i] = filters.with(i, [&](const auto& filter) { return answer(i, filter); });
+            out[i] = with_filter(filters, i, [&](const auto& filter) { return answer(i, filter); });
     };
     process_items(questions, answer_block, {&executor, question_block});
 }
@@ -541,14 +519,14 @@ void first_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, cons
 template <class Asked, class Questions>
     requires detail::CastFor<detail::ElementOf<Questions>, Asked>
 void all_hits(const Asked& asked, const detail::ShapesOf<Asked>& objects, const Questions& questions,
-              HitLists<detail::HitOf<Asked>>& out,
+              ResultLists<detail::HitOf<Asked>>& out,
               const detail::QuestionFilters<detail::FilterOf<Asked>>& filters = {},
               std::uint64_t max_results = ~std::uint64_t{0}, Executor& executor = default_executor())
 {
     filters.check(std::size(questions));
     const auto* const given = std::data(questions);
     const auto append = [&](std::uint64_t i, auto& hits) {
-        return filters.with(i, [&](const auto& filter) {
+        return detail::with_filter(filters, i, [&](const auto& filter) {
             return detail::append_all_of(asked, objects, given[i], i, hits, filter, max_results);
         });
     };

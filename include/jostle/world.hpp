@@ -356,10 +356,11 @@ class JOSTLE_API World
 
     /// As BoxIndex::closest_pairs and closest_pair, with the objects' bounds: of this world's objects that
     /// aren't disabled and whose filters let them pair, a.index < b.index; or of one of this world's and one
-    /// of another world's, whatever their filters. Of this world's own, pairs that touch and that `accept`
-    /// refused are left out. About pairs apart it hasn't been asked, so they are there, also those that it
-    /// would refuse. The visitor may queue commands and read the worlds, not update or restore them. The
-    /// order of pairs at squared distance 0 may be another one after a restore().
+    /// of another world's, whatever their filters. If `other` is this world, its own are meant. Of these,
+    /// pairs that touch and that `accept` refused are left out. About pairs apart it hasn't been asked, so
+    /// they are there, also those that it would refuse. The visitor may queue commands and read the worlds,
+    /// not update or restore them. The order of pairs at squared distance 0 may be another one after a
+    /// restore().
     bool closest_pairs(ObjectPairHitVisitor<T> visitor,
                        T max_distance = std::numeric_limits<T>::infinity()) const;
     bool closest_pairs(const World& other, ObjectPairHitVisitor<T> visitor,
@@ -420,67 +421,33 @@ class JOSTLE_API World
     template <LineOrRegionOf<Dim, T> Question>
     [[nodiscard]] std::uint64_t count(const Question& question, const ObjectQueryFilter& filter = {}) const;
 
-    /// Answers many questions at once, on the executor's threads. One filter serves all, or there is one for
-    /// each, or an `Error` (size_mismatch).
-    template <LineOf<Dim, T> Line>
-    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
-               const ObjectQueryFilter& filter = {}) const;
-    template <LineOf<Dim, T> Line>
-    void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
-               FilterOfEach<ObjectQueryFilter> filters) const;
-    template <LineOf<Dim, T> Line>
-    void all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
-             const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
-    template <LineOf<Dim, T> Line>
-    void all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out,
-             FilterOfEach<ObjectQueryFilter> filters, std::uint64_t max_results = no_limit) const;
-    template <RegionOf<Dim, T> Region>
-    void all(std::span<const Region> regions, ResultLists<ObjectId>& out,
-             const ObjectQueryFilter& filter = {}, std::uint64_t max_results = no_limit) const;
-    template <RegionOf<Dim, T> Region>
-    void all(std::span<const Region> regions, ResultLists<ObjectId>& out,
-             FilterOfEach<ObjectQueryFilter> filters, std::uint64_t max_results = no_limit) const;
-    void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
-                 const ObjectQueryFilter& filter = {}) const;
-    void nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
-                 FilterOfEach<ObjectQueryFilter> filters) const;
-    void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
-                 const ObjectQueryFilter& filter = {}) const;
-    void nearest(std::span<const NearestToBox<Dim, T>> questions, ResultLists<ObjectHit<T>>& out,
-                 FilterOfEach<ObjectQueryFilter> filters) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, BoolSpan out, const ObjectQueryFilter& filter = {}) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void any(std::span<const Question> questions, BoolSpan out,
-             FilterOfEach<ObjectQueryFilter> filters) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
-               const ObjectQueryFilter& filter = {}) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
-               FilterOfEach<ObjectQueryFilter> filters) const;
+    // Many questions at once, as those of a BoxIndex.
 
-    // The questions may as well be in a vector, an array or another contiguous range.
     template <QuestionRange Many, class Filters = ObjectQueryFilter>
     void first(const Many& lines, std::span<ObjectHit<T>> out, const Filters& filters = {}) const
     {
-        first(std::span<const std::ranges::range_value_t<Many>>(lines), out, filters);
+        first_of_each(std::span<const std::ranges::range_value_t<Many>>(lines), out, filters);
     }
     template <QuestionRange Many, class Item, class Filters = ObjectQueryFilter>
     void all(const Many& questions, ResultLists<Item>& out, const Filters& filters = {},
              std::uint64_t max_results = no_limit) const
     {
-        all(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
+        all_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
+    }
+    template <QuestionRange Many, class Filters = ObjectQueryFilter>
+    void nearest(const Many& questions, ResultLists<ObjectHit<T>>& out, const Filters& filters = {}) const
+    {
+        nearest_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }
     template <QuestionRange Many, class Filters = ObjectQueryFilter>
     void any(const Many& questions, BoolSpan out, const Filters& filters = {}) const
     {
-        any(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
+        any_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }
     template <QuestionRange Many, class Filters = ObjectQueryFilter>
     void count(const Many& questions, std::span<std::uint64_t> out, const Filters& filters = {}) const
     {
-        count(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
+        count_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
     }
 
     /// All pairs of one of `boxes` and an object whose bounds it touches, ascending by (a, b): a is the
@@ -584,6 +551,23 @@ class JOSTLE_API World
     struct Implementation;
 
   private:
+    using QuestionFilters = detail::QuestionFilters<ObjectQueryFilter>;
+    template <LineOf<Dim, T> Line>
+    void first_of_each(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+                       const QuestionFilters& filters) const;
+    template <class Question>
+    using AnswerTo = std::conditional_t<LineOf<Question, Dim, T>, ObjectHit<T>, ObjectId>;
+    template <LineOrRegionOf<Dim, T> Question>
+    void all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
+                     const QuestionFilters& filters, std::uint64_t max_results) const;
+    template <NearestOf<Dim, T> Question>
+    void nearest_of_each(std::span<const Question> questions, ResultLists<ObjectHit<T>>& out,
+                         const QuestionFilters& filters) const;
+    template <LineOrRegionOf<Dim, T> Question>
+    void any_of_each(std::span<const Question> questions, BoolSpan out, const QuestionFilters& filters) const;
+    template <LineOrRegionOf<Dim, T> Question>
+    void count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
+                       const QuestionFilters& filters) const;
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -72,6 +72,13 @@ InstructionSet checked(InstructionSet set)
                 std::string("instruction set ") + name(set) + " can't be run here; choose one of " + known);
 }
 
+void check_one_id_each(std::size_t ids, std::size_t boxes)
+{
+    if (ids != boxes)
+        throw Error(ErrorCode::size_mismatch,
+                    std::to_string(ids) + " ids for " + std::to_string(boxes) + " boxes; give one for each");
+}
+
 void check_offsets(std::span<const std::uint64_t> offsets, const char* part, const char* item,
                    std::uint64_t count, const char* items)
 {

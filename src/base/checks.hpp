@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory_resource>
 #include <span>
@@ -35,6 +36,9 @@ void check_pointers(const BoxView<Dim, T>& boxes, const char* set = "");
 template <int Dim, Coordinate T>
 void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set,
                        std::span<const std::uint32_t> ids = {});
+
+/// Throws an `Error` unless there is an id for each box.
+void check_one_id_each(std::size_t ids, std::size_t boxes);
 
 /// Throws an `Error` unless part k of `count` items is [offsets[k], offsets[k + 1]): a "scene" of "box" 0 and
 /// further "boxes".

@@ -105,10 +105,10 @@ void ask_all_hits(const Asked& asked, const Kept& kept, const jostle_objects* ob
     const Filters<Wish, Filter> wishes(filters, filter_count, count_of(casts));
     into.begin();
     with_casts<dim, T>(*casts, [&](const auto& questions) {
-        HitLists<detail::HitOf<Asked>> found(into.kept.resource());
+        ResultLists<detail::HitOf<Asked>> found(into.kept.resource());
         all_hits(asked, {of.shapes, of.placed}, questions, found, as_question_filters(wishes.all()),
                  max_results, executor_of(kept));
-        const auto hits = found.hits();
+        const auto hits = found.items();
         start(into.lists, true);
         for (std::size_t i = 0; i < found.size(); ++i) {
             into.lists.first.push_back(into.lists.first.back() + found[i].size());

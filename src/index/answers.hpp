@@ -5,18 +5,13 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <memory_resource>
 #include <span>
-#include <string>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
 #include "base/box.hpp"
 #include "base/radix.hpp"
 #include "index/kernels/kernels.hpp"
 #include "index/tree.hpp"
-#include "jostle/error.hpp"
 #include "jostle/process.hpp"
 #include "jostle/query.hpp"
 
@@ -355,94 +350,24 @@ class Answers
     std::uint64_t id_end_;
 };
 
-/// Batches: what is done for each question, on the executor's threads.
-class Batch
+/// How the questions of a batch are shared out.
+inline ProcessOptions of_batch(Executor& executor) noexcept
 {
-  public:
-    Batch(Executor& executor, std::size_t questions) : executor_(executor), questions_(questions) {}
+    return {&executor, 32};
+}
 
-    /// Calls body(i) for each question.
-    template <class Body>
-    void each(const Body& body) const
-    {
-        process_items(
-            questions_,
-            [&](std::uint64_t begin, std::uint64_t end, Work) {
-                for (std::size_t i = begin; i < end; ++i)
-                    body(i);
-            },
-            asking());
-    }
-
-    /// find(i, items) appends the results of question i, in order, and returns whether there are more. It is
-    /// copied for every run of questions, and may keep working memory. The arguments are the parts of a
-    /// ResultLists.
-    template <class Item, class Find>
-    void lists(std::pmr::vector<std::size_t>& first, std::pmr::vector<Item>& items,
-               std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Item>>& found,
-               const Find& find) const
-    {
-        std::pmr::vector<Item> all(std::move(items)); // if anything below throws, the lists are empty
-        items.clear();
-        std::pmr::vector<std::uint8_t> cut(std::move(more));
-        more.clear();
-        first.assign(questions_ + 1, 0);
-        cut.assign(questions_, 0);
-        const WorkPlan plan = plan_work(questions_, asking());
-        struct Part
-        {
-            std::uint32_t slot;
-            std::size_t begin;
-        };
-        std::pmr::vector<Part> parts(plan.slots == 1 ? 0 : plan.blocks, found.get_allocator());
-        if (found.size() < plan.slots) found.resize(plan.slots);
-        if (plan.slots == 1) found[0].swap(all); // there is nothing to put together
-        for (auto& each : found)
-            each.clear();
-        process_items(
-            questions_,
-            [&](std::uint64_t begin, std::uint64_t end, Work work) {
-                std::pmr::vector<Item> mine(std::move(found[work.slot])); // others write nearby
-                if (!parts.empty()) parts[work.block] = {work.slot, mine.size()};
-                Find own = find;
-                for (std::size_t i = begin; i < end; ++i) {
-                    const std::size_t before = mine.size();
-                    cut[i] = own(i, mine);
-                    first[i + 1] = mine.size() - before;
-                }
-                found[work.slot] = std::move(mine);
-            },
-            asking());
-        for (std::size_t i = 0; i < questions_; ++i)
-            first[i + 1] += first[i];
-        if (plan.slots == 1) {
-            found[0].swap(all);
-        } else {
-            all.resize(first[questions_]);
-            process_items(
-                plan.blocks,
-                [&](std::uint64_t begin, std::uint64_t end, Work) {
-                    for (std::size_t block = begin; block < end; ++block) {
-                        const std::size_t from = first[block * plan.block_items];
-                        const std::size_t to =
-                            first[std::min<std::size_t>(questions_, (block + 1) * plan.block_items)];
-                        std::copy_n(found[parts[block].slot].data() + parts[block].begin, to - from,
-                                    all.data() + from);
-                    }
-                },
-                {&executor_, 4});
-        }
-        items = std::move(all);
-        more = std::move(cut);
-    }
-
-  private:
-    static constexpr std::size_t per_claim = 32;
-    [[nodiscard]] ProcessOptions asking() const { return {&executor_, per_claim}; }
-
-    Executor& executor_;
-    std::size_t questions_;
-};
+/// Calls body(i) for each question of a batch, on the executor's threads.
+template <class Body>
+void each_question(Executor& executor, std::size_t questions, const Body& body)
+{
+    process_items(
+        questions,
+        [&](std::uint64_t begin, std::uint64_t end, Work) {
+            for (std::size_t i = begin; i < end; ++i)
+                body(i);
+        },
+        of_batch(executor));
+}
 
 } // namespace index
 JOSTLE_NAMESPACE_END

@@ -87,23 +87,6 @@ class Asked
     std::uint32_t question_;
 };
 
-const QueryFilter& filter_of(const QueryFilter& for_all, std::size_t)
-{
-    return for_all;
-}
-const QueryFilter& filter_of(const FilterOfEach<QueryFilter>& filters, std::size_t question)
-{
-    return filters[question];
-}
-bool passes_all(const QueryFilter& for_all)
-{
-    return Asked::trivial(for_all);
-}
-bool passes_all(const FilterOfEach<QueryFilter>&)
-{
-    return false;
-}
-
 } // namespace
 
 template <int Dim, Coordinate T>
@@ -169,12 +152,6 @@ struct BoxIndex<Dim, T>::Implementation
                         " comes twice in one call",
                     static_cast<std::uint64_t>(second - ids.begin()));
     }
-    static void check_sizes(std::size_t ids, std::size_t boxes)
-    {
-        if (ids != boxes)
-            throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " + std::to_string(boxes) +
-                                                      " boxes; give one for each");
-    }
 
     [[nodiscard]] index::Answers<Dim, T> answers() const { return {kernels, tree}; }
 
@@ -194,17 +171,17 @@ struct BoxIndex<Dim, T>::Implementation
         index::check(question, Error::no_index, options.ignore_odd_boxes);
         index::check(filter, tree.id_end());
     }
-    template <class Question, class Filters>
-    void check_all(std::span<const Question> questions, const Filters& filters) const
+    template <class Question>
+    void check_all(std::span<const Question> questions, const QuestionFilters& filters) const
     {
         index::check_all(questions, options.ignore_odd_boxes);
-        check_each(filters, questions.size());
+        check_filters(filters, questions.size());
     }
-    void check_each(const QueryFilter& filter, std::size_t) const { index::check(filter, tree.id_end()); }
-    void check_each(const FilterOfEach<QueryFilter>& filters, std::size_t questions) const
+    void check_filters(const QuestionFilters& filters, std::size_t questions) const
     {
-        index::check_filters(questions, filters.size());
-        for (std::size_t i = 0; i < filters.size(); ++i)
+        if (!filters.one_each()) return index::check(filters[0], tree.id_end());
+        filters.check(questions);
+        for (std::size_t i = 0; i < questions; ++i)
             index::check(filters[i], tree.id_end(), i);
     }
 
@@ -234,83 +211,33 @@ struct BoxIndex<Dim, T>::Implementation
         filtered(filter, 0, [&](Wanted wanted) { answers().nearest(question, wanted, out); });
     }
 
-    // Batches. Filters is a QueryFilter for all questions, or a FilterOfEach.
+    // Batches.
 
     /// Calls body(i, wanted) for each question.
-    template <class Filters, class Body>
-    void each(std::size_t count, const Filters& filters, const Body& body) const
+    template <class Body>
+    void each(std::size_t count, const QuestionFilters& filters, const Body& body) const
     {
-        index::Batch(*executor, count).each([&](std::size_t i) {
-            filtered(filter_of(filters, i), static_cast<std::uint32_t>(i),
-                     [&](Wanted wanted) { body(i, wanted); });
+        index::each_question(*executor, count, [&](std::size_t i) {
+            filtered(filters[i], static_cast<std::uint32_t>(i), [&](Wanted wanted) { body(i, wanted); });
         });
     }
     /// find(i, wanted, items) appends the results of question i and returns whether there are more.
-    template <class Item, class Filters, class Find>
-    void lists(std::size_t count, ResultLists<Item>& out, const Filters& filters, const Find& find) const
+    template <class Item, class Find>
+    void lists(std::size_t count, ResultLists<Item>& out, const QuestionFilters& filters,
+               const Find& find) const
     {
-        index::Batch(*executor, count)
-            .lists(out.first_, out.items_, out.more_, out.found_, [&](std::size_t i, auto& items) {
-                return filtered(filter_of(filters, i), static_cast<std::uint32_t>(i),
-                                [&](Wanted wanted) { return find(i, wanted, items); });
-            });
-    }
-    template <class Line, class Filters>
-    void first(std::span<const Line> lines, std::span<Hit<T>> out, const Filters& filters) const
-    {
-        index::check_room(lines.size(), out.size());
-        check_all(lines, filters);
-        const index::Answers<Dim, T> given = answers();
-        each(lines.size(), filters,
-             [&](std::size_t i, Wanted wanted) { out[i] = given.first(lines[i], wanted); });
-    }
-    template <class Question, class Item, class Filters>
-    void all(std::span<const Question> questions, ResultLists<Item>& out, const Filters& filters,
-             std::uint64_t max_results) const
-    {
-        check_all(questions, filters);
-        const index::Answers<Dim, T> given = answers();
-        lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
-            return given.all(questions[i], wanted, max_results, items);
+        out.fill(count, index::of_batch(*executor), [&](std::size_t i, auto& items) {
+            return filtered(filters[i], static_cast<std::uint32_t>(i),
+                            [&](Wanted wanted) { return find(i, wanted, items); });
         });
-    }
-    template <class Question, class Filters>
-    void nearest(std::span<const Question> questions, ResultLists<Hit<T>>& out, const Filters& filters) const
-    {
-        check_all(questions, filters);
-        const index::Answers<Dim, T> given = answers();
-        lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
-            given.nearest(questions[i], wanted, items);
-            return false;
-        });
-    }
-    template <class Question, class Filters>
-    void any(std::span<const Question> questions, BoolSpan out, const Filters& filters) const
-    {
-        index::check_room(questions.size(), out.size());
-        check_all(questions, filters);
-        const index::Answers<Dim, T> given = answers();
-        each(questions.size(), filters,
-             [&](std::size_t i, Wanted wanted) { out[i] = given.any(questions[i], wanted); });
-    }
-    template <class Question, class Filters>
-    void count(std::span<const Question> questions, std::span<std::uint64_t> out,
-               const Filters& filters) const
-    {
-        index::check_room(questions.size(), out.size());
-        check_all(questions, filters);
-        const index::Answers<Dim, T> given = answers();
-        each(questions.size(), filters,
-             [&](std::size_t i, Wanted wanted) { out[i] = given.count(questions[i], wanted); });
     }
 
-    template <class Filters>
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters)
+    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const QuestionFilters& filters)
     {
         std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
         out.clear();
         index::check_joined(boxes, options.ignore_odd_boxes);
-        check_each(filters, boxes.size());
+        check_filters(filters, boxes.size());
         if (options.ignore_odd_boxes && count_odd(boxes) != 0) {
             index::ValidBoxes<Dim, T> valid(options.memory, boxes);
             joins.run(tree, *executor, BoxView<Dim, T>(valid.boxes), pairs);
@@ -319,23 +246,21 @@ struct BoxIndex<Dim, T>::Implementation
         } else {
             joins.run(tree, *executor, boxes, pairs);
         }
-        if (!passes_all(filters)) {
+        if (filters.one_each() || !Asked::trivial(filters[0])) {
             const Answering answering(this);
-            std::erase_if(
-                pairs, [&](const Pair& pair) { return !Asked(filter_of(filters, pair.a), pair.a)(pair.b); });
+            std::erase_if(pairs, [&](const Pair& pair) { return !Asked(filters[pair.a], pair.a)(pair.b); });
         }
         out = std::move(pairs);
     }
-    template <class Filters>
-    bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const Filters& filters) const
+    bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const QuestionFilters& filters) const
     {
         index::check_joined(boxes, options.ignore_odd_boxes);
-        check_each(filters, boxes.size());
+        check_filters(filters, boxes.size());
         const Answering answering(this);
         const index::Answers<Dim, T> given = answers();
         for (std::size_t i = 0; i < boxes.size(); ++i) {
             const auto a = static_cast<std::uint32_t>(i);
-            const bool goes_on = filtered(filter_of(filters, i), a, [&](Wanted wanted) {
+            const bool goes_on = filtered(filters[i], a, [&](Wanted wanted) {
                 return given.visit(boxes[i], wanted, [&](std::uint32_t b) { return visitor(a, b); });
             });
             if (!goes_on) return false;
@@ -395,7 +320,7 @@ template <int Dim, Coordinate T>
 void BoxIndex<Dim, T>::build(std::span<const std::uint32_t> ids, const BoxView<Dim, T>& boxes)
 {
     implementation_->check_change();
-    Implementation::check_sizes(ids.size(), boxes.size());
+    check_one_id_each(ids.size(), boxes.size());
     implementation_->check_ids(ids, std::nullopt);
     implementation_->build(ids, boxes);
 }
@@ -405,7 +330,7 @@ void BoxIndex<Dim, T>::insert(std::span<const std::uint32_t> ids, const BoxView<
 {
     Implementation& all = *implementation_;
     all.check_change();
-    Implementation::check_sizes(ids.size(), boxes.size());
+    check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, false);
     all.all_valid(ids, boxes) ? all.tree.insert(ids, boxes) : all.odd.insert(all.tree, ids, boxes);
 }
@@ -424,7 +349,7 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
 {
     Implementation& all = *implementation_;
     all.check_change();
-    Implementation::check_sizes(ids.size(), boxes.size());
+    check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, true);
     all.all_valid(ids, boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
 }
@@ -646,76 +571,86 @@ std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilte
 
 // --- Batches ---
 
-// With one filter for all questions, and with one for each.
-#define JOSTLE_BATCHES(Filters)                                                                              \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOf<Dim, T> Line>                                                                           \
-    void BoxIndex<Dim, T>::first(std::span<const Line> lines, std::span<Hit<T>> out, Filters filters) const  \
-    {                                                                                                        \
-        implementation_->first(lines, out, filters);                                                         \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOf<Dim, T> Line>                                                                           \
-    void BoxIndex<Dim, T>::all(std::span<const Line> lines, ResultLists<Hit<T>>& out, Filters filters,       \
-                               std::uint64_t max_results) const                                              \
-    {                                                                                                        \
-        implementation_->all(lines, out, filters, max_results);                                              \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <RegionOf<Dim, T> Region>                                                                       \
-    void BoxIndex<Dim, T>::all(std::span<const Region> regions, ResultLists<std::uint32_t>& out,             \
-                               Filters filters, std::uint64_t max_results) const                             \
-    {                                                                                                        \
-        implementation_->all(regions, out, filters, max_results);                                            \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    void BoxIndex<Dim, T>::nearest(std::span<const Nearest<Dim, T>> questions, ResultLists<Hit<T>>& out,     \
-                                   Filters filters) const                                                    \
-    {                                                                                                        \
-        implementation_->nearest(questions, out, filters);                                                   \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    void BoxIndex<Dim, T>::nearest(std::span<const NearestToBox<Dim, T>> questions,                          \
-                                   ResultLists<Hit<T>>& out, Filters filters) const                          \
-    {                                                                                                        \
-        implementation_->nearest(questions, out, filters);                                                   \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void BoxIndex<Dim, T>::any(std::span<const Question> questions, BoolSpan out, Filters filters) const     \
-    {                                                                                                        \
-        implementation_->any(questions, out, filters);                                                       \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void BoxIndex<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,          \
-                                 Filters filters) const                                                      \
-    {                                                                                                        \
-        implementation_->count(questions, out, filters);                                                     \
-    }
-JOSTLE_BATCHES(const QueryFilter&)
-JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
-#undef JOSTLE_BATCHES
+template <int Dim, Coordinate T>
+template <LineOf<Dim, T> Line>
+void BoxIndex<Dim, T>::first_of_each(std::span<const Line> lines, std::span<Hit<T>> out,
+                                     const QuestionFilters& filters) const
+{
+    index::check_room(lines.size(), out.size());
+    implementation_->check_all(lines, filters);
+    const index::Answers<Dim, T> answers = implementation_->answers();
+    implementation_->each(lines.size(), filters,
+                          [&](std::size_t i, Wanted wanted) { out[i] = answers.first(lines[i], wanted); });
+}
 
-#define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
-    template JOSTLE_API void BoxIndex<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,    \
-                                                   Filters, std::uint64_t) const;                            \
-    template JOSTLE_API void BoxIndex<Dim, T>::any(std::span<const Question<Dim, T>>, BoolSpan, Filters)     \
-        const;                                                                                               \
-    template JOSTLE_API void BoxIndex<Dim, T>::count(std::span<const Question<Dim, T>>,                      \
-                                                     std::span<std::uint64_t>, Filters) const;
-#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void BoxIndex<Dim, T>::all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
+                                   const QuestionFilters& filters, std::uint64_t max_results) const
+{
+    implementation_->check_all(questions, filters);
+    const index::Answers<Dim, T> answers = implementation_->answers();
+    implementation_->lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
+        return answers.all(questions[i], wanted, max_results, items);
+    });
+}
+
+template <int Dim, Coordinate T>
+template <NearestOf<Dim, T> Question>
+void BoxIndex<Dim, T>::nearest_of_each(std::span<const Question> questions, ResultLists<Hit<T>>& out,
+                                       const QuestionFilters& filters) const
+{
+    implementation_->check_all(questions, filters);
+    const index::Answers<Dim, T> answers = implementation_->answers();
+    implementation_->lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
+        answers.nearest(questions[i], wanted, items);
+        return false;
+    });
+}
+
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void BoxIndex<Dim, T>::any_of_each(std::span<const Question> questions, BoolSpan out,
+                                   const QuestionFilters& filters) const
+{
+    index::check_room(questions.size(), out.size());
+    implementation_->check_all(questions, filters);
+    const index::Answers<Dim, T> answers = implementation_->answers();
+    implementation_->each(questions.size(), filters,
+                          [&](std::size_t i, Wanted wanted) { out[i] = answers.any(questions[i], wanted); });
+}
+
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void BoxIndex<Dim, T>::count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
+                                     const QuestionFilters& filters) const
+{
+    index::check_room(questions.size(), out.size());
+    implementation_->check_all(questions, filters);
+    const index::Answers<Dim, T> answers = implementation_->answers();
+    implementation_->each(questions.size(), filters, [&](std::size_t i, Wanted wanted) {
+        out[i] = answers.count(questions[i], wanted);
+    });
+}
+
+#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \
     template JOSTLE_API bool BoxIndex<Dim, T>::any(const Question<Dim, T>&, const QueryFilter&) const;       \
     template JOSTLE_API std::uint64_t BoxIndex<Dim, T>::count(const Question<Dim, T>&, const QueryFilter&)   \
         const;                                                                                               \
-    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, const QueryFilter&)                                   \
-    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, FilterOfEach<QueryFilter>)
+    template JOSTLE_API void BoxIndex<Dim, T>::all_of_each(std::span<const Question<Dim, T>>,                \
+                                                           ResultLists<AnswerTo<Question<Dim, T>>>&,         \
+                                                           const QuestionFilters&, std::uint64_t) const;     \
+    template JOSTLE_API void BoxIndex<Dim, T>::any_of_each(std::span<const Question<Dim, T>>, BoolSpan,      \
+                                                           const QuestionFilters&) const;                    \
+    template JOSTLE_API void BoxIndex<Dim, T>::count_of_each(                                                \
+        std::span<const Question<Dim, T>>, std::span<std::uint64_t>, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, Hit<T>)                                                        \
-    template JOSTLE_API void BoxIndex<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<Hit<T>>,       \
-                                                     const QueryFilter&) const;                              \
-    template JOSTLE_API void BoxIndex<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<Hit<T>>,       \
-                                                     FilterOfEach<QueryFilter>) const;
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line)                                                                \
+    template JOSTLE_API void BoxIndex<Dim, T>::first_of_each(                                                \
+        std::span<const Line<Dim, T>>, std::span<Hit<T>>, const QuestionFilters&) const;
+#define JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                          \
+    template JOSTLE_API void BoxIndex<Dim, T>::nearest_of_each(                                              \
+        std::span<const Nearest<Dim, T>>, ResultLists<Hit<T>>&, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
     template index::Tree<Dim, T>& BoxIndexAccess::tree(BoxIndex<Dim, T>&) noexcept;                          \
@@ -725,13 +660,15 @@ JOSTLE_BATCHES(FilterOfEach<QueryFilter>)
                                                                          std::size_t) noexcept;              \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, std::uint32_t)                                                 \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, std::uint32_t)                                               \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, std::uint32_t)
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb)                                                                \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere)                                                              \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum)                                                             \
+    JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                              \
+    JOSTLE_INSTANTIATE_NEAREST(Dim, T, NearestToBox)
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
-#undef JOSTLE_INSTANTIATE_BATCHES
 #undef JOSTLE_INSTANTIATE_QUESTION
 #undef JOSTLE_INSTANTIATE_LINE
+#undef JOSTLE_INSTANTIATE_NEAREST
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

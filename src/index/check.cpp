@@ -283,11 +283,6 @@ void check_room(std::size_t questions, std::size_t results)
 {
     if (questions != results) detail::throw_not_one_each(questions, results, "places for answers");
 }
-void check_filters(std::size_t questions, std::size_t filters)
-{
-    if (questions != filters) detail::throw_not_one_each(questions, filters, "filters");
-}
-
 } // namespace index
 
 void detail::throw_not_one_each(std::size_t questions, std::size_t count, const char* things)

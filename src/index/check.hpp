@@ -48,9 +48,6 @@ void check_joined(const BoxView<Dim, T>& boxes, bool ignore_odd);
 /// Throws unless there is room for a result of each question.
 void check_room(std::size_t questions, std::size_t results);
 
-/// Throws unless there is a filter for each question.
-void check_filters(std::size_t questions, std::size_t filters);
-
 /// Throws unless the arrays cover all ids below `ids` and belong together. `number` is the question's in a
 /// batch with a filter for each.
 void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number = Error::no_index);

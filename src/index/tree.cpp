@@ -154,6 +154,29 @@ void follow_page(Parts<Dim, T>& parts, Page<Dim, T>& page, const typename Tree<D
     page.drifted = static_cast<double>(spread_of(page)) > tolerated_spread * static_cast<double>(page.spread);
 }
 
+/// Takes those who leave the listed pages out of them. Of these, whoever is anywhere is listed in `leaving`.
+template <int Dim, class T>
+void take_out_leaving(Parts<Dim, T>& parts, std::pmr::vector<Record<Dim, T>>& leaving)
+{
+    leaving.clear();
+    for (const std::uint32_t number : parts.listed) {
+        Page<Dim, T>& page = parts.pages[number];
+        for (std::uint32_t b = 0; b < page.leaves; ++b) {
+            Leaf<Dim, T>& leaf = parts.leaves[page.leaf[b]];
+            for (unsigned left = page.leaving[b]; left != 0; left &= left - 1) {
+                const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+                const Record<Dim, T> record{leaf.bounds.get(lane), leaf.id[lane]};
+                if (record.box.lo[0] == record.box.lo[0]) leaving.push_back(record);
+                leaf.bounds.clear(lane);
+                leaf.id[lane] = no_id;
+                parts.page_of[record.id] = none;
+                --page.count;
+                --parts.size;
+            }
+        }
+    }
+}
+
 /// Appends the objects of a piece of the trie that aren't marked as moved.
 template <int Dim, class T>
 void stay_below(const Parts<Dim, T>& parts, Ref ref, const std::pmr::vector<std::uint32_t>& moved,
@@ -390,24 +413,8 @@ bool Tree<Dim, T>::follow(const Where& where)
         };
         each_page([&](std::uint32_t, Page<Dim, T>& page) { follow_page(parts_, page, where); });
 
-        leaving_.clear();
         const std::size_t size_before = parts_.size;
-        for (const std::uint32_t number : parts_.listed) {
-            Page<Dim, T>& page = parts_.pages[number];
-            for (std::uint32_t b = 0; b < page.leaves; ++b) {
-                Leaf<Dim, T>& leaf = parts_.leaves[page.leaf[b]];
-                for (unsigned left = page.leaving[b]; left != 0; left &= left - 1) {
-                    const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
-                    const Record<Dim, T> record{leaf.bounds.get(lane), leaf.id[lane]};
-                    if (record.box.lo[0] == record.box.lo[0]) leaving_.push_back(record);
-                    leaf.bounds.clear(lane);
-                    leaf.id[lane] = no_id;
-                    parts_.page_of[record.id] = none;
-                    --page.count;
-                    --parts_.size;
-                }
-            }
-        }
+        take_out_leaving(parts_, leaving_);
         // One that is put elsewhere costs three times as much as one that is built.
         if ((size_before - parts_.size) * 3 > size_before) {
             clear();

@@ -148,6 +148,13 @@ class Search
     template <class EntryOf>
     std::uint32_t select_resting(Pair* first, const Pair* last, const Division& division,
                                  const EntryOf& entry_of) noexcept;
+    void among(std::span<const Box> boxes);
+    void between(std::span<const Box> moved, std::span<const Box> idle);
+    void take(const PairBuffer& pairs)
+    {
+        for (const std::span<const Pair> block : pairs.blocks())
+            PairBufferAccess(found_).append(block);
+    }
     void try_all(std::span<const Box> boxes);
     void try_each(std::span<const Box> moved, std::span<const Box> idle);
     void among_near();
@@ -262,38 +269,50 @@ void Search<Dim, T>::among_active()
         return;
     }
     // Idle objects among themselves are known; many of them are better kept apart.
-    const std::size_t idle = entries_.size() - entries_.changed;
-    const bool together = idle <= entries_.changed;
-    const std::span<const Box> all(entries_.box.values()), moved = all.first(entries_.changed);
-    const std::span<const Box> first_search = together ? all : moved;
-    PairBufferAccess found(found_);
-    if (first_search.size() <= few_to_try) {
-        try_all(first_search);
+    const std::span<const Box> all(entries_.box.values());
+    const std::span<const Box> moved = all.first(entries_.changed), idle = all.subspan(entries_.changed);
+    if (idle.size() <= moved.size()) {
+        among(all);
     } else {
-        // Where the entries are all objects, from the first one on, they have the same numbers.
-        const bool same_numbers =
-            all_pass_ && idle == 0 && raw(entries_.index.values().back()) == entries_.size() - 1;
-        const auto select = [&](Pair* first, Pair* last) { return select_entries(first, last, 0); };
-        PairFinderAccess::Selection wanted;
-        if (!same_numbers) wanted = select;
-        auto& pairs = arena_.take<PairBuffer>("pairs among entries");
-        PairFinderAccess::find(finder_, Boxes(first_search), wanted, pairs);
-        if (same_numbers) count(pairs.size(), pairs.size());
-        for (const std::span<const Pair> block : pairs.blocks())
-            found.append(block);
+        among(moved);
+        between(moved, idle);
     }
-    if (together) return;
+}
+
+/// Pairs of the entries from the first on that have these boxes.
+template <int Dim, class T>
+void Search<Dim, T>::among(std::span<const Box> boxes)
+{
+    if (boxes.size() <= few_to_try) {
+        try_all(boxes);
+        return;
+    }
+    // Where the entries are all objects, from the first one on, they have the same numbers.
+    const bool same_numbers = all_pass_ && entries_.changed == entries_.size() &&
+                              raw(entries_.index.values().back()) == entries_.size() - 1;
+    const auto select = [&](Pair* first, Pair* last) { return select_entries(first, last, 0); };
+    PairFinderAccess::Selection wanted;
+    if (!same_numbers) wanted = select;
+    auto& pairs = arena_.take<PairBuffer>("pairs among entries");
+    PairFinderAccess::find(finder_, Boxes(boxes), wanted, pairs);
+    if (same_numbers) count(pairs.size(), pairs.size());
+    take(pairs);
+}
+
+/// Pairs of a changed entry and an idle one.
+template <int Dim, class T>
+void Search<Dim, T>::between(std::span<const Box> moved, std::span<const Box> idle)
+{
     if (moved.size() <= few_movers) {
-        try_each(moved, all.subspan(entries_.changed));
+        try_each(moved, idle);
         return;
     }
     const auto select = [&](Pair* first, Pair* last) {
         return select_entries(first, last, entries_.changed);
     };
     auto& pairs = arena_.take<PairBuffer>("pairs of changed entries and idle ones");
-    PairFinderAccess::find(finder_, Boxes(moved), Boxes(all.subspan(entries_.changed)), select, pairs);
-    for (const std::span<const Pair> block : pairs.blocks())
-        found.append(block);
+    PairFinderAccess::find(finder_, Boxes(moved), Boxes(idle), select, pairs);
+    take(pairs);
 }
 
 /// Pairs of changed objects with parked ones.

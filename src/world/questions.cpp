@@ -50,17 +50,10 @@ class Asking
           reader_(filter.accept || visits != Visits::none ? &world.readers : nullptr),
           filter_(filter),
           exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
-          masked_(is_masked(filter) && visits != Visits::in_own_order &&
-                          !world.in_use.load(std::memory_order_relaxed)
-                      ? world.masked_indexes.of(state_, filter.category, filter.mask, questions)
-                      : nullptr),
-          masks_(is_masked(filter) && !knows_who_rests()),
-          active_(masked_ != nullptr && state_.shown == nullptr ? masked_->index_of_active() : nullptr),
-          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), tree_of_resting(),
-                   tree_of_active(world), state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
-                   knows_who_rests() && active_ == nullptr && !masked_->all_active()
-                       ? index::Wanted(of_active_)
-                       : index::Wanted())
+          sources_(sources(world, filter, questions, visits)),
+          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), *sources_.resting,
+                   sources_.active, state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
+                   sources_.masks_of_active ? index::Wanted(of_active_) : index::Wanted())
     {
     }
 
@@ -72,14 +65,15 @@ class Asking
     [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
     [[nodiscard]] bool takes_all() const noexcept
     {
-        return exclude_ == Hit<T>::none && !masks_ && filter_.owner == Filter::no_owner && !filter_.accept;
+        return exclude_ == Hit<T>::none && !sources_.masks && filter_.owner == Filter::no_owner &&
+               !filter_.accept;
     }
     [[nodiscard]] bool takes(std::uint32_t question, std::uint32_t index) const
     {
         if (index == exclude_) return false;
-        if (masks_ || filter_.owner != Filter::no_owner) {
+        if (sources_.masks || filter_.owner != Filter::no_owner) {
             const ObjectFilter object = state_.objects[Index{index}].filter();
-            if (masks_ && !counts(object, filter_.category, filter_.mask)) return false;
+            if (sources_.masks && !counts(object, filter_.category, filter_.mask)) return false;
             if (object.owner == filter_.owner && filter_.owner != Filter::no_owner) return false;
         }
         return !filter_.accept || filter_.accept(question, state_.id_of(Index{index}));
@@ -122,34 +116,43 @@ class Asking
     }
 
   private:
-    [[nodiscard]] static bool is_masked(const ObjectQueryFilter& filter) noexcept
+    /// Where to look, and which of those who are found there the masks still have to be held against.
+    struct Sources
     {
-        return filter.category != ~0u || filter.mask != ~0u;
-    }
-    /// Whether nothing that rests is in its index but what the masks are about.
-    [[nodiscard]] bool knows_who_rests() const noexcept
+        const index::Tree<Dim, T>* resting;
+        const index::Tree<Dim, T>* active; // null: nobody
+        bool masks;                        // all of them
+        bool masks_of_active;              // those who are active
+    };
+    static Sources sources(const Implementation& world, const ObjectQueryFilter& filter,
+                           std::uint64_t questions, Visits visits)
     {
-        return masked_ != nullptr && masked_->index() != nullptr && state_.shown == nullptr;
-    }
-    [[nodiscard]] const index::Tree<Dim, T>& tree_of_resting() const noexcept
-    {
-        return BoxIndexAccess::tree(masked_ != nullptr && masked_->index() != nullptr ? *masked_->index()
-                                                                                      : state_.resting);
-    }
-    [[nodiscard]] const index::Tree<Dim, T>* tree_of_active(const Implementation& world) const
-    {
-        if (masked_ != nullptr && masked_->no_active() && state_.shown == nullptr) return nullptr;
-        const BoxIndex<Dim, T>* active = active_ != nullptr ? active_ : world.active_index.of(world.state);
-        return active != nullptr ? &BoxIndexAccess::tree(*active) : nullptr;
+        const State<Dim, T>& state = world.state;
+        const bool is_masked = filter.category != ~0u || filter.mask != ~0u;
+        Sources sources{&BoxIndexAccess::tree(state.resting), nullptr, is_masked, false};
+        const typename MaskedIndexes<Dim, T>::Masked* masked = nullptr; // it wouldn't be worth it
+        if (is_masked && visits != Visits::in_own_order && !world.in_use.load(std::memory_order_relaxed))
+            masked = world.masked_indexes.of(state, filter.category, filter.mask, questions);
+        const bool rest_apart = masked != nullptr && masked->index() != nullptr;
+        if (rest_apart) sources.resting = &BoxIndexAccess::tree(*masked->index());
+        // Of who is active, and of filters, it knows what the last update left, not what apply() shows.
+        const BoxIndex<Dim, T>* active = nullptr;
+        if (masked != nullptr && state.shown == nullptr) {
+            active = masked->index_of_active();
+            sources.masks = !rest_apart;
+            sources.masks_of_active = rest_apart && active == nullptr && !masked->all_active();
+            if (masked->no_active()) return sources;
+        }
+        if (active == nullptr) active = world.active_index.of(state);
+        if (active != nullptr) sources.active = &BoxIndexAccess::tree(*active);
+        return sources;
     }
 
     const State<Dim, T>& state_;
     Reader reader_;
     const ObjectQueryFilter& filter_;
     std::uint32_t exclude_;
-    const typename MaskedIndexes<Dim, T>::Masked* masked_; // null: it wouldn't be worth it
-    bool masks_;                     // objects are asked for their masks, also those that rest
-    const BoxIndex<Dim, T>* active_; // of the active ones only those that the masks are about, or null
+    const Sources sources_;
     struct OfActive
     {
         const State<Dim, T>& state;
@@ -174,25 +177,23 @@ class Asking
     index::Answers<Dim, T> answers_;
 };
 
-/// A batch of questions, with one filter for all or one for each.
+/// A batch of questions.
 template <int Dim, class T>
 class AskingMany
 {
   public:
     using Implementation = typename World<Dim, T>::Implementation;
+    using Filters = detail::QuestionFilters<ObjectQueryFilter>;
 
-    AskingMany(const Implementation& world, const ObjectQueryFilter& filter, std::size_t questions,
+    AskingMany(const Implementation& world, const Filters& filters, std::size_t questions,
                Visits visits = Visits::none)
-        : world_(world), count_(questions), visits_(visits)
+        : world_(world), count_(questions), filters_(filters), visits_(visits)
     {
-        for_all_.emplace(world, filter, questions, visits);
-    }
-    AskingMany(const Implementation& world, const FilterOfEach<ObjectQueryFilter>& filters,
-               std::size_t questions, Visits visits = Visits::none)
-        : world_(world), count_(questions), filters_(&filters), visits_(visits)
-    {
-        index::check_filters(questions, filters.size());
-        prepare();
+        filters.check(questions);
+        if (filters.one_each())
+            prepare();
+        else
+            for_all_.emplace(world, filters[0], questions, visits);
     }
 
     /// Calls body(asking, i, wanted) for one question.
@@ -202,31 +203,27 @@ class AskingMany
         const auto ask = [&](const Asking<Dim, T>& asking) {
             return asking.with(i, [&](index::Wanted wanted) { return body(asking, i, wanted); });
         };
-        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, (*filters_)[i], 0, visits_));
+        return for_all_ ? ask(*for_all_) : ask(Asking<Dim, T>(world_, filters_[i], 0, visits_));
     }
     /// Calls body(asking, i, wanted) for each question.
     template <class Body>
     void each(const Body& body) const
     {
-        index::Batch(*world_.state.executor, count_).each([&](std::size_t i) { with(i, body); });
+        index::each_question(*world_.state.executor, count_, [&](std::size_t i) { with(i, body); });
     }
-    /// find(asking, i, wanted, items) finds the items of question i, and returns whether there are more. What
-    /// they are filled into are the parts of a ResultLists.
+    /// find(asking, i, wanted, items) finds the items of question i, and returns whether there are more.
     template <class Item, class Out, class Find>
-    void lists(std::pmr::vector<std::size_t>& first, std::pmr::vector<Out>& items,
-               std::pmr::vector<std::uint8_t>& more, std::pmr::vector<std::pmr::vector<Out>>& found,
-               const Find& find) const
+    void lists(ResultLists<Out>& out, const Find& find) const
     {
-        index::Batch(*world_.state.executor, count_)
-            .lists(first, items, more, found,
-                   [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& out) mutable {
-                       some.clear();
-                       return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
-                           const bool cut = find(asking, i, wanted, some);
-                           asking.append_given(some, out);
-                           return cut;
-                       });
-                   });
+        out.fill(count_, index::of_batch(*world_.state.executor),
+                 [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& items) mutable {
+                     some.clear();
+                     return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
+                         const bool more = find(asking, i, wanted, some);
+                         asking.append_given(some, items);
+                         return more;
+                     });
+                 });
     }
 
   private:
@@ -244,7 +241,7 @@ class AskingMany
         std::array<Kind, 8> kinds;
         std::size_t known = 0;
         for (std::size_t i = 0; i < count_; ++i) {
-            const ObjectQueryFilter& filter = (*filters_)[i];
+            const ObjectQueryFilter& filter = filters_[i];
             std::size_t k = 0;
             while (k < known &&
                    (kinds[k].filter->category != filter.category || kinds[k].filter->mask != filter.mask))
@@ -259,9 +256,9 @@ class AskingMany
 
     const Implementation& world_;
     std::size_t count_;
-    std::optional<Asking<Dim, T>> for_all_;
-    const FilterOfEach<ObjectQueryFilter>* filters_ = nullptr;
+    Filters filters_;
     Visits visits_;
+    std::optional<Asking<Dim, T>> for_all_;
 };
 
 } // namespace world
@@ -367,98 +364,81 @@ std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFi
 
 // --- Many at once ----------------------------------------------------------------------------------------
 
-// With one filter for all questions, and with one for each.
-#define JOSTLE_NEAREST(Question, Filters)                                                                    \
-    template <int Dim, Coordinate T>                                                                         \
-    void World<Dim, T>::nearest(std::span<const Question<Dim, T>> questions, ResultLists<ObjectHit<T>>& out, \
-                                Filters filters) const                                                       \
-    {                                                                                                        \
-        world::check_all(implementation_->state, questions);                                                 \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
-        many.template lists<Hit<T>>(                                                                         \
-            out.first_, out.items_, out.more_, out.found_,                                                   \
-            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
-                asking.answers().nearest(questions[i], wanted, items);                                       \
-                return false;                                                                                \
-            });                                                                                              \
-    }
-#define JOSTLE_BATCHES(Filters)                                                                              \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOf<Dim, T> Line>                                                                           \
-    void World<Dim, T>::first(std::span<const Line> lines, std::span<ObjectHit<T>> out, Filters filters)     \
-        const                                                                                                \
-    {                                                                                                        \
-        index::check_room(lines.size(), out.size());                                                         \
-        world::check_all(implementation_->state, lines);                                                     \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());                       \
-        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
-            out[i] = asking.given(asking.answers().first(lines[i], wanted));                                 \
-        });                                                                                                  \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOf<Dim, T> Line>                                                                           \
-    void World<Dim, T>::all(std::span<const Line> lines, ResultLists<ObjectHit<T>>& out, Filters filters,    \
-                            std::uint64_t max_results) const                                                 \
-    {                                                                                                        \
-        world::check_all(implementation_->state, lines);                                                     \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());                       \
-        many.template lists<Hit<T>>(                                                                         \
-            out.first_, out.items_, out.more_, out.found_,                                                   \
-            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
-                return asking.answers().all(lines[i], wanted, max_results, items);                           \
-            });                                                                                              \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <RegionOf<Dim, T> Region>                                                                       \
-    void World<Dim, T>::all(std::span<const Region> regions, ResultLists<ObjectId>& out, Filters filters,    \
-                            std::uint64_t max_results) const                                                 \
-    {                                                                                                        \
-        world::check_all(implementation_->state, regions);                                                   \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, regions.size());                     \
-        many.template lists<std::uint32_t>(                                                                  \
-            out.first_, out.items_, out.more_, out.found_,                                                   \
-            [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {                      \
-                return asking.answers().all(regions[i], wanted, max_results, items);                         \
-            });                                                                                              \
-    }                                                                                                        \
-    JOSTLE_NEAREST(Nearest, Filters)                                                                         \
-    JOSTLE_NEAREST(NearestToBox, Filters)                                                                    \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void World<Dim, T>::any(std::span<const Question> questions, BoolSpan out, Filters filters) const        \
-    {                                                                                                        \
-        index::check_room(questions.size(), out.size());                                                     \
-        world::check_all(implementation_->state, questions);                                                 \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
-        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
-            out[i] = asking.answers().any(questions[i], wanted);                                             \
-        });                                                                                                  \
-    }                                                                                                        \
-    template <int Dim, Coordinate T>                                                                         \
-    template <LineOrRegionOf<Dim, T> Question>                                                               \
-    void World<Dim, T>::count(std::span<const Question> questions, std::span<std::uint64_t> out,             \
-                              Filters filters) const                                                         \
-    {                                                                                                        \
-        index::check_room(questions.size(), out.size());                                                     \
-        world::check_all(implementation_->state, questions);                                                 \
-        const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());                   \
-        many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {                             \
-            out[i] = asking.answers().count(questions[i], wanted);                                           \
-        });                                                                                                  \
-    }
-JOSTLE_BATCHES(const ObjectQueryFilter&)
-JOSTLE_BATCHES(FilterOfEach<ObjectQueryFilter>)
-#undef JOSTLE_BATCHES
-#undef JOSTLE_NEAREST
+template <int Dim, Coordinate T>
+template <LineOf<Dim, T> Line>
+void World<Dim, T>::first_of_each(std::span<const Line> lines, std::span<ObjectHit<T>> out,
+                                  const QuestionFilters& filters) const
+{
+    index::check_room(lines.size(), out.size());
+    world::check_all(implementation_->state, lines);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());
+    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
+        out[i] = asking.given(asking.answers().first(lines[i], wanted));
+    });
+}
+
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void World<Dim, T>::all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
+                                const QuestionFilters& filters, std::uint64_t max_results) const
+{
+    world::check_all(implementation_->state, questions);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
+    many.template lists<typename index::ItemOf<Question>::Item>(
+        out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {
+            return asking.answers().all(questions[i], wanted, max_results, items);
+        });
+}
+
+template <int Dim, Coordinate T>
+template <NearestOf<Dim, T> Question>
+void World<Dim, T>::nearest_of_each(std::span<const Question> questions, ResultLists<ObjectHit<T>>& out,
+                                    const QuestionFilters& filters) const
+{
+    world::check_all(implementation_->state, questions);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
+    many.template lists<Hit<T>>(out,
+                                [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {
+                                    asking.answers().nearest(questions[i], wanted, items);
+                                    return false;
+                                });
+}
+
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void World<Dim, T>::any_of_each(std::span<const Question> questions, BoolSpan out,
+                                const QuestionFilters& filters) const
+{
+    index::check_room(questions.size(), out.size());
+    world::check_all(implementation_->state, questions);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
+    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
+        out[i] = asking.answers().any(questions[i], wanted);
+    });
+}
+
+template <int Dim, Coordinate T>
+template <LineOrRegionOf<Dim, T> Question>
+void World<Dim, T>::count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
+                                  const QuestionFilters& filters) const
+{
+    index::check_room(questions.size(), out.size());
+    world::check_all(implementation_->state, questions);
+    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
+    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
+        out[i] = asking.answers().count(questions[i], wanted);
+    });
+}
 
 namespace world {
 namespace {
 
-/// All pairs of one of the boxes and an object, ascending, but for those that `erase_refused` takes out.
-template <int Dim, class T, class Erase>
+/// All pairs of one of the boxes and an object that pass the filters, ascending.
+template <int Dim, class T>
 void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
-          std::pmr::vector<Pair>& out, const Erase& erase_refused)
+          std::pmr::vector<Pair>& out, const detail::QuestionFilters<ObjectQueryFilter>& filters)
 {
+    filters.check(boxes.size());
     const InUse call(me.in_use, "World");
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
@@ -480,14 +460,22 @@ void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& box
             else
                 --a, all[r + a] = more[a];
     }
-    erase_refused(all);
+    // In use as the world is, these don't go by an index for a mask, which the search hasn't either.
+    std::optional<Asking<Dim, T>> asking;
+    std::size_t asker = boxes.size();
+    const auto is_refused = [&](const Pair& pair) {
+        if (filters.one_each() && pair.a != asker) asking.emplace(me, filters[asker = pair.a]);
+        return !asking->takes(pair.a, pair.b);
+    };
+    if (!filters.one_each()) asking.emplace(me, filters[0]);
+    if (filters.one_each() || !asking->takes_all()) std::erase_if(all, is_refused);
     out.swap(all);
 }
 
-/// Hands the same pairs to the visitor, box by box. `filters` is one for all boxes, or one for each.
-template <int Dim, class T, class Filters>
+/// Hands the same pairs to the visitor, box by box.
+template <int Dim, class T>
 bool visit_joined(const typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
-                  ObjectJoinVisitor visitor, const Filters& filters)
+                  ObjectJoinVisitor visitor, const detail::QuestionFilters<ObjectQueryFilter>& filters)
 {
     index::check_joined(boxes, me.state.options.ignore_odd_boxes);
     const AskingMany<Dim, T> asking(me, filters, boxes.size(), Visits::in_own_order);
@@ -508,27 +496,14 @@ bool visit_joined(const typename World<Dim, T>::Implementation& me, const BoxVie
 template <int Dim, Coordinate T>
 void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
 {
-    world::join<Dim, T>(*implementation_, boxes, out, [&](std::pmr::vector<Pair>& all) {
-        // In use as the world is, this doesn't go by an index for a mask, which the search hasn't either.
-        const world::Asking<Dim, T> asking(*implementation_, filter);
-        if (!asking.takes_all())
-            std::erase_if(all, [&](const Pair& pair) { return !asking.takes(pair.a, pair.b); });
-    });
+    world::join<Dim, T>(*implementation_, boxes, out, filter);
 }
 
 template <int Dim, Coordinate T>
 void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out,
                          FilterOfEach<ObjectQueryFilter> filters)
 {
-    index::check_filters(boxes.size(), filters.size());
-    world::join<Dim, T>(*implementation_, boxes, out, [&](std::pmr::vector<Pair>& all) {
-        std::optional<world::Asking<Dim, T>> asking;
-        std::size_t asker = boxes.size();
-        std::erase_if(all, [&](const Pair& pair) {
-            if (pair.a != asker) asking.emplace(*implementation_, filters[asker = pair.a]);
-            return !asking->takes(pair.a, pair.b);
-        });
-    });
+    world::join<Dim, T>(*implementation_, boxes, out, filters);
 }
 
 template <int Dim, Coordinate T>
@@ -661,54 +636,43 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     return all;
 }
 
-#define JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, Filters)                                          \
-    template JOSTLE_API void World<Dim, T>::all(std::span<const Question<Dim, T>>, ResultLists<Item>&,       \
-                                                Filters, std::uint64_t) const;                               \
-    template JOSTLE_API void World<Dim, T>::any(std::span<const Question<Dim, T>>, BoolSpan, Filters) const; \
-    template JOSTLE_API void World<Dim, T>::count(std::span<const Question<Dim, T>>,                         \
-                                                  std::span<std::uint64_t>, Filters) const;
-#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Item)                                                  \
+#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Visitor)                                               \
+    template JOSTLE_API bool World<Dim, T>::all(const Question<Dim, T>&,                                     \
+                                                std::vector<AnswerTo<Question<Dim, T>>>&,                    \
+                                                const ObjectQueryFilter&, std::uint64_t) const;              \
+    template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
+                                                  const ObjectQueryFilter&) const;                           \
     template JOSTLE_API bool World<Dim, T>::any(const Question<Dim, T>&, const ObjectQueryFilter&) const;    \
     template JOSTLE_API std::uint64_t World<Dim, T>::count(const Question<Dim, T>&,                          \
                                                            const ObjectQueryFilter&) const;                  \
-    template JOSTLE_API bool World<Dim, T>::all(const Question<Dim, T>&, std::vector<Item>&,                 \
-                                                const ObjectQueryFilter&, std::uint64_t) const;              \
-    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, const ObjectQueryFilter&)                             \
-    JOSTLE_INSTANTIATE_BATCHES(Dim, T, Question, Item, FilterOfEach<ObjectQueryFilter>)
+    template JOSTLE_API void World<Dim, T>::all_of_each(std::span<const Question<Dim, T>>,                   \
+                                                        ResultLists<AnswerTo<Question<Dim, T>>>&,            \
+                                                        const QuestionFilters&, std::uint64_t) const;        \
+    template JOSTLE_API void World<Dim, T>::any_of_each(std::span<const Question<Dim, T>>, BoolSpan,         \
+                                                        const QuestionFilters&) const;                       \
+    template JOSTLE_API void World<Dim, T>::count_of_each(                                                   \
+        std::span<const Question<Dim, T>>, std::span<std::uint64_t>, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, ObjectHit<T>)                                                  \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, ObjectHitVisitor<T>)                                           \
     template JOSTLE_API std::optional<ObjectHit<T>> World<Dim, T>::first(const Line<Dim, T>&,                \
                                                                          const ObjectQueryFilter&) const;    \
-    template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
-                                                  const ObjectQueryFilter&) const;                           \
-    template JOSTLE_API void World<Dim, T>::first(std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>,    \
-                                                  FilterOfEach<ObjectQueryFilter>) const;
+    template JOSTLE_API void World<Dim, T>::first_of_each(                                                   \
+        std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                          \
+    template JOSTLE_API bool World<Dim, T>::visit(const Nearest<Dim, T>&, ObjectHitVisitor<T>,               \
+                                                  const ObjectQueryFilter&) const;                           \
     template JOSTLE_API void World<Dim, T>::nearest(const Nearest<Dim, T>&, std::vector<ObjectHit<T>>&,      \
                                                     const ObjectQueryFilter&) const;                         \
-    template JOSTLE_API void World<Dim, T>::nearest(                                                         \
-        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const ObjectQueryFilter&) const;       \
-    template JOSTLE_API void World<Dim, T>::nearest(std::span<const Nearest<Dim, T>>,                        \
-                                                    ResultLists<ObjectHit<T>>&,                              \
-                                                    FilterOfEach<ObjectQueryFilter>) const;
-#define JOSTLE_INSTANTIATE_VISIT(Dim, T, Question, Visitor)                                                  \
-    template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
-                                                  const ObjectQueryFilter&) const;
+    template JOSTLE_API void World<Dim, T>::nearest_of_each(                                                 \
+        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
     JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectId)                                                      \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, ObjectId)                                                    \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, ObjectId)                                                   \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectVisitor)                                                 \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, ObjectVisitor)                                               \
+    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, ObjectVisitor)                                              \
     JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                              \
     JOSTLE_INSTANTIATE_NEAREST(Dim, T, NearestToBox)                                                         \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Ray, ObjectHitVisitor<T>)                                               \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Sweep, ObjectHitVisitor<T>)                                             \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Nearest, ObjectHitVisitor<T>)                                           \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, NearestToBox, ObjectHitVisitor<T>)                                      \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Aabb, ObjectVisitor)                                                    \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Sphere, ObjectVisitor)                                                  \
-    JOSTLE_INSTANTIATE_VISIT(Dim, T, Frustum, ObjectVisitor)                                                 \
     template JOSTLE_API void World<Dim, T>::touching(ObjectId, std::vector<ObjectId>&) const;                \
     template JOSTLE_API bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId, ObjectId)>) const;              \
     template JOSTLE_API std::optional<Aabb<Dim, T>> World<Dim, T>::bounds() const;                           \
@@ -722,11 +686,9 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     template JOSTLE_API bool World<Dim, T>::join(const BoxView<Dim, T>&, ObjectJoinVisitor,                  \
                                                  FilterOfEach<ObjectQueryFilter>) const;
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
-#undef JOSTLE_INSTANTIATE_BATCHES
 #undef JOSTLE_INSTANTIATE_QUESTION
 #undef JOSTLE_INSTANTIATE_LINE
 #undef JOSTLE_INSTANTIATE_NEAREST
-#undef JOSTLE_INSTANTIATE_VISIT
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

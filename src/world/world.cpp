@@ -89,10 +89,7 @@ void check_own_margin(T margin, T of_world, const char* whose, std::uint64_t ind
 template <int Dim, class T>
 void check_view(std::size_t ids, const BoxView<Dim, T>& boxes)
 {
-    if (ids != boxes.size())
-        throw Error(ErrorCode::size_mismatch, std::to_string(ids) + " ids for " +
-                                                  std::to_string(boxes.size()) +
-                                                  " boxes; give one id for each box");
+    check_one_id_each(ids, boxes.size());
     check_pointers(boxes);
 }
 

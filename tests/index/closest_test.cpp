@@ -153,6 +153,36 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ClosestPairs, ::testing::Range(0, static_cast<i
                              return std::string(twin::name(static_cast<Kind>(each.param)));
                          });
 
+TEST(Pairs, OfAnIndexWithItselfAreItsOwn)
+{
+    BoxIndex3f index;
+    std::vector<Aabb3f> boxes;
+    for (int i = 0; i < 100; ++i) {
+        const auto x = static_cast<float>(i % 10), y = static_cast<float>(i / 10);
+        boxes.push_back({{x, y, 0}, {x + 0.75f + 0.25f * static_cast<float>(i % 3), y + 0.5f, 0}});
+    }
+    index.build(boxes);
+    std::vector<PairHitf> own, with_itself;
+    const auto into = [](auto& pairs) {
+        return [&pairs](std::uint32_t a, std::uint32_t b) { return pairs.push_back({a, b, 0}), true; };
+    };
+    index.pairs(into(own));
+    index.pairs(index, into(with_itself));
+    ASSERT_FALSE(own.empty());
+    EXPECT_EQ(with_itself, own);
+    const auto hits_into = [](auto& pairs) {
+        return [&pairs](const PairHitf& hit, float&) { return pairs.push_back(hit), true; };
+    };
+    own.clear(), with_itself.clear();
+    index.closest_pairs(hits_into(own), 1);
+    index.closest_pairs(index, hits_into(with_itself), 1);
+    EXPECT_GT(own.back().at, 0);
+    EXPECT_EQ(with_itself, own);
+    EXPECT_EQ(index.closest_pair(index), index.closest_pair());
+    for (const PairHitf& hit : own)
+        EXPECT_LT(hit.a, hit.b);
+}
+
 TEST(Pairs, AtInfinityAreWhatTheirDefinitionSays)
 {
     constexpr float inf = std::numeric_limits<float>::infinity();

@@ -231,10 +231,16 @@ void ask_in_any_range(const Asked& asked)
         asked.count(given, counts, {});
         EXPECT_EQ(counts, (std::vector<std::uint64_t>{1, 0}));
     };
+    ask(constant);
     ask(rays);
     ask(std::vector<Ray3f>(rays.begin(), rays.end()));
     ask(std::span(rays));
     ask(std::span<Ray3f>(rays));
+    const Nearest3f near[] = {{{9, 9, 9}, 1}, {{9, 9, 9}, 1, 0.5f}};
+    asked.nearest(near, lists, {});
+    EXPECT_TRUE(lists.size() == 2 && lists[0].size() == 1 && lists[1].empty());
+    asked.nearest(std::span<const Nearest3f>(near).first(1), lists, {.accept = {}});
+    EXPECT_TRUE(lists.size() == 1 && lists[0].size() == 1);
     const std::vector<Aabb3f> regions{{{0, 0, 0}, {1, 1, 1}}, {{5, 5, 5}, {6, 6, 6}}, cube};
     asked.all(regions, ids, {}, 5);
     EXPECT_TRUE(ids.size() == 3 && ids[0].size() == 1 && ids[1].empty() && ids[2].size() == 1);

@@ -275,6 +275,7 @@ class Questions
         good &= std::is_sorted(zeros, found.end(), in_order);
         const auto first = world_.closest_pair(most);
         good &= first.has_value() == !found.empty() && (!first || *first == found[0]);
+        good &= world_.closest_pair(world_, most) == first; // a world's pairs with itself are its own
         std::sort(expected.begin(), expected.end(), in_order);
         std::sort(found.begin(), zeros, in_order);
         good &= found == expected;

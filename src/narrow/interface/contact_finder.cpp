@@ -151,6 +151,49 @@ ContactFinder<Dim, T>::Implementation::find_balls(const Objects& set_a, const Ob
 
 template <int Dim, Coordinate T>
 template <class Made>
+std::size_t ContactFinder<Dim, T>::Implementation::write(const Worker& worker, std::span<const Pair> pairs,
+                                                         std::span<Made> chunk)
+{
+    std::uint16_t touching[narrow::block_pairs];
+    std::size_t touching_count = 0, count = 0;
+    for (std::size_t i = 0; i < pairs.size(); ++i) { // without branches, which would be hard to predict
+        touching[touching_count] = static_cast<std::uint16_t>(i);
+        touching_count += worker.contacts[i].count != 0 ? 1 : 0;
+    }
+    for (const std::uint16_t i : std::span(touching).first(touching_count)) {
+        const narrow::PairContacts<Dim>& those = worker.contacts[i];
+        for (std::uint32_t f = those.first; f < those.first + those.count; ++f) {
+            Made& contact = *::new (&chunk[count++]) Made;
+            contact.pair = pairs[i];
+            narrow::finish(worker.found[f], those.d, those.swapped, contact);
+        }
+    }
+    return count;
+}
+
+template <int Dim, Coordinate T>
+template <class Chunk>
+std::size_t ContactFinder<Dim, T>::Implementation::find_in_block(const Objects& set_a, const Objects& set_b,
+                                                                 std::span<const Pair> pairs,
+                                                                 std::uint64_t first, double margin,
+                                                                 Worker& worker, const Chunk& chunk_of)
+{
+    sort_groups(set_a, set_b, pairs, first, worker);
+    if (worker.lists.of(narrow::Group::spheres).size() == pairs.size())
+        if (const auto balls = find_balls(set_a, set_b, pairs, margin, chunk_of)) return *balls;
+    run_groups(set_a, set_b, pairs, margin, worker);
+    for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
+        const Arranged arranged = find_one(set_a, set_b, pairs[i], margin, worker.one);
+        worker.contacts[i] = {static_cast<std::uint32_t>(worker.found.size()),
+                              static_cast<std::uint32_t>(worker.one.size()), arranged.swapped,
+                              arranged.placed.d};
+        worker.found.insert(worker.found.end(), worker.one.begin(), worker.one.end());
+    }
+    return write(worker, pairs, chunk_of(worker.found.size()));
+}
+
+template <int Dim, Coordinate T>
+template <class Made>
 const BlockBuffer<Made>&
 ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects& set_b,
                                             std::span<const std::span<const Pair>> blocks, T margin,
@@ -172,48 +215,17 @@ ContactFinder<Dim, T>::Implementation::find(const Objects& set_a, const Objects&
     const ProcessOptions one_by_one{&executor(), 1};
     ready_workers(plan_work(pair_blocks.size(), one_by_one).slots);
 
-    const auto find_in_block = [&](std::uint64_t k, std::uint64_t, Work work) {
-        const std::span<const Pair> all = blocks[pair_blocks[k].block];
-        const std::span<const Pair> pairs = all.subspan(
-            pair_blocks[k].first, std::min(narrow::block_pairs, all.size() - pair_blocks[k].first));
-        Worker& worker = workers[work.slot];
+    const auto find_some = [&](std::uint64_t k, std::uint64_t, Work work) {
+        PairBlock& block = pair_blocks[k];
+        const std::span<const Pair> rest = blocks[block.block].subspan(block.first);
         // A little more than needed, so that a scene that breathes doesn't allocate at every new contact.
         const auto chunk_of = [&](std::size_t most) {
             return access.chunk(k, most <= access.capacity(k) ? most : (most * 5 / 4 + 63) / 64 * 64);
         };
-        sort_groups(set_a, set_b, pairs, pair_blocks[k].number, worker);
-        if (worker.lists.of(narrow::Group::spheres).size() == pairs.size())
-            if (const auto balls = find_balls(set_a, set_b, pairs, double{margin}, chunk_of)) {
-                pair_blocks[k].contacts = *balls;
-                return;
-            }
-        run_groups(set_a, set_b, pairs, double{margin}, worker);
-        for (const std::uint16_t i : worker.lists.of(narrow::Group::other)) {
-            const Arranged arranged = find_one(set_a, set_b, pairs[i], double{margin}, worker.one);
-            worker.contacts[i] = {static_cast<std::uint32_t>(worker.found.size()),
-                                  static_cast<std::uint32_t>(worker.one.size()), arranged.swapped,
-                                  arranged.placed.d};
-            worker.found.insert(worker.found.end(), worker.one.begin(), worker.one.end());
-        }
-        const std::span<Made> chunk = chunk_of(worker.found.size());
-        std::size_t count = 0;
-        std::uint16_t touching[narrow::block_pairs];
-        std::size_t touching_count = 0;
-        for (std::size_t i = 0; i < pairs.size(); ++i) { // without branches, which would be hard to predict
-            touching[touching_count] = static_cast<std::uint16_t>(i);
-            touching_count += worker.contacts[i].count != 0 ? 1 : 0;
-        }
-        for (const std::uint16_t i : std::span(touching).first(touching_count)) {
-            const narrow::PairContacts<Dim>& those = worker.contacts[i];
-            for (std::uint32_t f = those.first; f < those.first + those.count; ++f) {
-                Made& contact = *::new (&chunk[count++]) Made;
-                contact.pair = pairs[i];
-                narrow::finish(worker.found[f], those.d, those.swapped, contact);
-            }
-        }
-        pair_blocks[k].contacts = count;
+        block.contacts = find_in_block(set_a, set_b, rest.first(std::min(narrow::block_pairs, rest.size())),
+                                       block.number, double{margin}, workers[work.slot], chunk_of);
     };
-    process_items(pair_blocks.size(), find_in_block, one_by_one);
+    process_items(pair_blocks.size(), find_some, one_by_one);
     for (std::size_t k = 0; k < pair_blocks.size(); ++k)
         access.append(access.chunk(k, 0).first(pair_blocks[k].contacts));
     return into;

@@ -52,12 +52,6 @@ struct ContactFinder<Dim, T>::Implementation
     const BlockBuffer<Made>& find(const Objects& set_a, const Objects& set_b,
                                   std::span<const std::span<const Pair>> blocks, T margin,
                                   BlockBuffer<Made>& into);
-    /// A block whose pairs are balls and nothing else, straight into its results: nothing is kept on the way.
-    /// Returns how many there are, or that one can't be told so.
-    template <class Chunk>
-    static std::optional<std::size_t> find_balls(const Objects& set_a, const Objects& set_b,
-                                                 std::span<const Pair> pairs, double margin,
-                                                 const Chunk& chunk_of);
     void touching(const Objects& set_a, const Objects& set_b, PairView pairs, std::span<std::uint8_t> out);
     void distances(const Objects& set_a, const Objects& set_b, PairView pairs, T max_distance,
                    std::span<Distance<Dim, T>> out);
@@ -103,6 +97,20 @@ struct ContactFinder<Dim, T>::Implementation
     /// Runs the kernels on sorted pairs. What is left is in Group::other.
     void run_groups(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs, double margin,
                     Worker& worker) const;
+    /// The contacts of one block's pairs, of which the first is number `first`, into chunk_of(how many there
+    /// are at most). Returns how many there are.
+    template <class Chunk>
+    std::size_t find_in_block(const Objects& set_a, const Objects& set_b, std::span<const Pair> pairs,
+                              std::uint64_t first, double margin, Worker& worker, const Chunk& chunk_of);
+    /// The same if these are balls and nothing else, straight into the results: nothing is kept on the way.
+    /// Or that they can't be told so.
+    template <class Chunk>
+    static std::optional<std::size_t> find_balls(const Objects& set_a, const Objects& set_b,
+                                                 std::span<const Pair> pairs, double margin,
+                                                 const Chunk& chunk_of);
+    /// Writes what a worker has found, in the order of the pairs. Returns how many contacts that are.
+    template <class Made>
+    static std::size_t write(const Worker& worker, std::span<const Pair> pairs, std::span<Made> chunk);
     /// Whether a pair touches that no kernel tests.
     [[nodiscard]] bool touches(const Objects& set_a, const Objects& set_b, const Pair& pair,
                                narrow::FoundList<Dim>& scratch) const;

@@ -51,13 +51,18 @@ std::string listed(const Pose<Dim, T>& pose)
     return "position" + listed(pose.position) + ", rotation" + listed(pose.rotation);
 }
 
+/// "a ray" or "the ray 3"; with `of`, "a pose" or "the pose of object 3".
+inline std::string named(const char* what, std::uint64_t number, const char* of = "")
+{
+    return number == Error::no_index ? std::string("a ") + what
+                                     : std::string("the ") + what + of + " " + std::to_string(number);
+}
+
 template <int Dim, class T>
 [[noreturn]] void refuse_pose(const Pose<Dim, T>& pose, std::uint64_t object)
 {
-    const std::string name =
-        object == Error::no_index ? "a pose" : "the pose of object " + std::to_string(object);
     throw Error(ErrorCode::invalid_argument,
-                name + " has " + listed(pose) +
+                named("pose", object, " of object") + " has " + listed(pose) +
                     "; give positions within 1e60 and finite rotations that aren't zero",
                 object);
 }
@@ -101,21 +106,14 @@ bool turns_without_end(const Shape<Dim>& shape, const Motion<Dim, T>& motion)
 template <int Dim, class T>
 [[noreturn]] void refuse_motion(const Motion<Dim, T>& motion, std::uint64_t object)
 {
-    const std::string name =
-        object == Error::no_index ? "a motion" : "the motion of object " + std::to_string(object);
     throw Error(ErrorCode::invalid_argument,
-                name + " has " + listed(motion.pose) + ", linear" + listed(motion.linear) + ", angular" +
-                    listed(motion.angular) +
+                named("motion", object, " of object") + " has " + listed(motion.pose) + ", linear" +
+                    listed(motion.linear) + ", angular" + listed(motion.angular) +
                     "; give positions and motions within 1e60, finite rotations that aren't zero, turns "
                     "within 1e9 radians, and for half-spaces, or compounds with one, no turn",
                 object);
 }
 
-inline std::string named(const char* what, std::uint64_t number)
-{
-    return number == Error::no_index ? std::string("a ") + what
-                                     : std::string("the ") + what + " " + std::to_string(number);
-}
 template <int Dim, class T>
 void check_ray(const Ray<Dim, T>& ray, std::uint64_t number)
 {
@@ -141,9 +139,8 @@ void check_displacement(const Vec<Dim, T>& displacement, std::uint64_t number)
     for (const T x : displacement)
         if (!(std::abs(double{x}) <= longest))
             throw Error(ErrorCode::invalid_argument,
-                        (number == Error::no_index ? std::string("a displacement")
-                                                   : "the displacement of object " + std::to_string(number)) +
-                            " is" + listed(displacement) + "; give numbers within 1e60",
+                        named("displacement", number, " of object") + " is" + listed(displacement) +
+                            "; give numbers within 1e60",
                         number);
 }
 
