@@ -43,6 +43,11 @@ class FunctionRef<Result(Args...)>
             };
         }
     }
+    /// Not for a callable with another result, such as a visitor that forgets to return whether to go on.
+    template <class F>
+        requires(!std::is_base_of_v<FunctionRef, std::remove_cvref_t<F>> &&
+                 std::is_invocable_v<F&, Args...> && !std::is_invocable_r_v<Result, F&, Args...>)
+    FunctionRef(F&& returns_something_else) = delete;
     template <class F>
         requires(!std::is_same_v<std::remove_cvref_t<F>, FunctionRef> && !std::is_lvalue_reference_v<F> &&
                  !std::is_function_v<std::remove_pointer_t<std::decay_t<F>>>)

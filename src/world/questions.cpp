@@ -2,7 +2,10 @@
 // Questions: each is put to the resting objects and to the active ones, as if they were one index's.
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <memory_resource>
 #include <utility>
+#include <vector>
 
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
@@ -34,6 +37,24 @@ void check_all(const State<Dim, T>& state, std::span<const Question> questions)
 {
     index::check_all(questions, state.options.ignore_odd_boxes);
 }
+
+/// Found items on their way to what the asker gets: some hundred on the stack, more from `more`.
+template <class Item>
+class Items
+{
+    static constexpr std::size_t size = 2048;
+    alignas(Item) std::byte room_[size];
+    std::pmr::monotonic_buffer_resource memory_;
+
+  public:
+    explicit Items(std::pmr::memory_resource* more = std::pmr::new_delete_resource())
+        : memory_(room_, size, more)
+    {
+        found.reserve(size / sizeof(Item));
+    }
+
+    std::pmr::vector<Item> found{&memory_};
+};
 
 /// Puts questions to the resting and the active objects as if they were one index's, and says which of the
 /// objects count.
@@ -96,7 +117,7 @@ class Asking
 
     /// Not one by one: each is looked up elsewhere in memory, and so they are looked up side by side.
     template <class Item, class Out>
-    void append_given(const std::vector<Item>& items, Out& out) const
+    void append_given(const std::pmr::vector<Item>& items, Out& out) const
     {
         const std::size_t before = out.size();
         out.resize(before + items.size());
@@ -109,9 +130,9 @@ class Asking
     bool list(std::vector<Out>& out, const Find& find) const
     {
         out.clear();
-        std::vector<Item> items;
-        const bool more = with(0, [&](index::Wanted wanted) { return find(wanted, items); });
-        append_given(items, out);
+        Items<Item> items;
+        const bool more = with(0, [&](index::Wanted wanted) { return find(wanted, items.found); });
+        append_given(items.found, out);
         return more;
     }
 
@@ -216,11 +237,11 @@ class AskingMany
     void lists(ResultLists<Out>& out, const Find& find) const
     {
         out.fill(count_, index::of_batch(*world_.state.executor),
-                 [&, some = std::vector<Item>()](std::size_t i, std::pmr::vector<Out>& items) mutable {
-                     some.clear();
+                 [&](std::size_t i, std::pmr::vector<Out>& items) {
+                     Items<Item> some(items.get_allocator().resource());
                      return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
-                         const bool more = find(asking, i, wanted, some);
-                         asking.append_given(some, items);
+                         const bool more = find(asking, i, wanted, some.found);
+                         asking.append_given(some.found, items);
                          return more;
                      });
                  });
@@ -540,7 +561,7 @@ auto ask_touching(const State<Dim, T>& state, Index index, std::uint32_t from, c
 /// Lists them, ascending.
 template <int Dim, class T>
 void list_touching(const State<Dim, T>& state, const index::Answers<Dim, T>& answers, Index index,
-                   std::uint32_t from, std::vector<std::uint32_t>& out)
+                   std::uint32_t from, std::pmr::vector<std::uint32_t>& out)
 {
     out.clear();
     if (!state.is_shown(index)) return;
@@ -573,11 +594,10 @@ void World<Dim, T>::touching(ObjectId id, std::vector<ObjectId>& out) const
     (void)implementation_->checked(id);
     const ObjectQueryFilter all;
     const world::Asking<Dim, T> asking(*implementation_, all);
-    std::vector<std::uint32_t> found;
-    world::list_touching(implementation_->state, asking.answers(), world::Index{id.index}, 0, found);
+    world::Items<std::uint32_t> others;
+    world::list_touching(implementation_->state, asking.answers(), world::Index{id.index}, 0, others.found);
     out.clear();
-    for (const std::uint32_t index : found)
-        out.push_back(asking.given(index));
+    asking.append_given(others.found, out);
 }
 
 template <int Dim, Coordinate T>
@@ -600,11 +620,11 @@ bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId a, ObjectId b)> visit) const
     const world::Reader reader(&implementation_->readers);
     const ObjectQueryFilter all;
     const world::Asking<Dim, T> asking(*implementation_, all);
-    std::vector<std::uint32_t> found;
+    world::Items<std::uint32_t> others;
     const std::uint32_t end = index_end();
     for (std::uint32_t a = 0; a < end; ++a) {
-        world::list_touching(implementation_->state, asking.answers(), world::Index{a}, a + 1, found);
-        for (const std::uint32_t b : found)
+        world::list_touching(implementation_->state, asking.answers(), world::Index{a}, a + 1, others.found);
+        for (const std::uint32_t b : others.found)
             if (!visit(asking.given(a), asking.given(b))) return false;
     }
     return true;

@@ -80,6 +80,22 @@ TEST(FunctionRef, KeepsFunctionsByValueAndRefusesToBeAssignedWhatWouldDie)
     EXPECT_EQ(ask({.accept = [](int x) { return x + 6; }}), 7); // lives as long as the call
 }
 
+// A visitor that forgets to return whether to go on isn't taken; where nothing is wanted, any result is
+// dropped.
+struct ReturnsNothing
+{
+    void operator()(int) const {}
+};
+template <class Visitor>
+concept MayVisit = requires(const World3f& world, Visitor visitor) { world.visit(Aabb3f(), visitor); };
+static_assert(!std::is_constructible_v<FunctionRef<bool(int)>, ReturnsNothing>);
+static_assert(!std::is_convertible_v<ReturnsNothing&, FunctionRef<bool(int)>>);
+static_assert(!std::is_constructible_v<StoredFunctionRef<bool(int)>, ReturnsNothing&>);
+static_assert(!std::is_constructible_v<FunctionRef<bool(int)>, void (*)(int)>);
+static_assert(std::is_convertible_v<int (*)(int), FunctionRef<void(int)>>);
+static_assert(std::is_convertible_v<int (*)(int), FunctionRef<bool(int)>>);
+static_assert(MayVisit<bool (*)(ObjectId)> && !MayVisit<void (*)(ObjectId)> && !MayVisit<bool (*)(int)>);
+
 bool is_less(std::uint32_t a, std::uint32_t b)
 {
     return a < b;

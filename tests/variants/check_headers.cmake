@@ -1,5 +1,6 @@
 # cmake -D compilers= -D include= -D scratch= -P: every public header compiles with nothing before it, without
-# a warning, and for those who do without RTTI or exceptions. What templates do is seen where they are used.
+# a warning, and for those who do without RTTI or exceptions. What templates do is seen where they are used. Common mistakes
+# don't compile, and the message has the name of a parameter that says why.
 set(warnings -Wall -Wextra -Wpedantic -Werror -Wconversion -Wsign-conversion -Wshadow -Wold-style-cast -Wcast-qual
   -Wcast-align -Wdouble-promotion -Wnon-virtual-dtor -Woverloaded-virtual -Wzero-as-null-pointer-constant -Wundef
   -Wextra-semi)
@@ -21,5 +22,18 @@ foreach(header IN LISTS headers)
   check("${header}, alone, without RTTI and exceptions," -fno-rtti -fno-exceptions ${scratch}/header.cpp)
 endforeach()
 check("What uses the headers" ${CMAKE_CURRENT_LIST_DIR}/use_headers.cpp)
+set(mistake 0)
+check("The file of mistakes, without one," -DMISTAKE=0 ${CMAKE_CURRENT_LIST_DIR}/mistakes.cpp)
+foreach(word IN ITEMS returns_something_else "&& temporary" "&& hull")
+  math(EXPR mistake "${mistake} + 1")
+  foreach(compiler IN LISTS compilers)
+    execute_process(RESULT_VARIABLE result ERROR_VARIABLE told COMMAND ${compiler} -std=c++20 -fsyntax-only -I${include}
+      -DMISTAKE=${mistake} ${CMAKE_CURRENT_LIST_DIR}/mistakes.cpp)
+    string(FIND "${told}" "${word}" at)
+    if(result EQUAL 0 OR at LESS 0)
+      message(SEND_ERROR "${compiler} doesn't say \"${word}\" about mistake ${mistake}, but: ${told}")
+    endif()
+  endforeach()
+endforeach()
 list(LENGTH headers count)
-message(STATUS "${count} headers checked")
+message(STATUS "${count} headers and ${mistake} mistakes checked")

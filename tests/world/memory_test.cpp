@@ -109,6 +109,72 @@ TEST(Memory, AFailedUpdateOfWhatIsKeptWithObjectsAndPairs)
     EXPECT_EQ(world.user_data(loners[99]), 7u);
 }
 
+// Up to some hundred answers are found on the stack; more in memory of the lists, if these have some of their
+// own.
+TEST(Memory, ListsOfAnswersTakeNoneBesideTheirOwn)
+{
+    const auto run_one_by_one = [](void*, std::uint32_t count, void (*task)(void*, std::uint32_t),
+                                   void* context) {
+        for (std::uint32_t i = 0; i < count; ++i)
+            task(context, i);
+    };
+    jostle::CallbackExecutor four(4, nullptr, run_one_by_one);
+    jostle::World3f world({.executor = &jostle::serial_executor()}), by_four({.executor = &four});
+    std::vector<jostle::Aabb3f> row;
+    for (int i = 0; i < 2000; ++i)
+        row.push_back({{static_cast<float>(i), 0, 0}, {static_cast<float>(i) + 1, 1, 1}});
+    std::vector<ObjectId> ids(row.size());
+    for (jostle::World3f* each : {&world, &by_four}) {
+        each->add(row, ids);
+        each->update();
+        each->update();
+    }
+    const auto first = [](float count) { return jostle::Aabb3f{{0, 0, 0}, {count - 0.5f, 1, 1}}; };
+    std::vector<jostle::Aabb3f> regions;
+    for (int i = 0; i < 200; ++i)
+        regions.push_back(first(static_cast<float>(i + 50)));
+    const std::vector<jostle::Nearest3f> near(100, {{1000, 0, 0}, 250});
+    std::vector<std::byte> bytes(std::size_t{1} << 26);
+    std::pmr::monotonic_buffer_resource own(bytes.data(), bytes.size(), std::pmr::null_memory_resource());
+    jostle::ResultLists<ObjectId> found, found_by_four(&own);
+    jostle::ResultLists<jostle::ObjectHitf> nearest, nearest_by_four(&own);
+    std::vector<ObjectId> one(256), others(8);
+    std::vector<jostle::ObjectHitf> hits(250);
+    const auto ask = [&] {
+        world.all(first(256), one);
+        world.nearest(near[0], hits);
+        world.touching(ids[5], others);
+        world.all(regions, found);
+        world.nearest(near, nearest);
+        by_four.all(regions, found_by_four);
+        by_four.nearest(near, nearest_by_four);
+    };
+    ask();
+    const std::uint64_t before = global_new::calls;
+    ask();
+    ask();
+    EXPECT_EQ(global_new::calls, before);
+    EXPECT_EQ(one.size(), 256u);
+    EXPECT_EQ(others, (std::vector<ObjectId>{ids[4], ids[6]}));
+    for (std::size_t i = 0; i < regions.size(); ++i) {
+        EXPECT_TRUE(std::ranges::equal(found[i], std::span(ids).first(i + 50)));
+        EXPECT_TRUE(std::ranges::equal(found_by_four[i], found[i]));
+    }
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        EXPECT_TRUE(std::ranges::equal(nearest[i], hits));
+        EXPECT_TRUE(std::ranges::equal(nearest_by_four[i], hits));
+    }
+    // More than the stack has room for: from the lists' own memory.
+    const std::vector<jostle::Aabb3f> long_ones(100, first(2000));
+    by_four.all(long_ones, found_by_four);
+    const std::uint64_t before_long_ones = global_new::calls;
+    by_four.all(long_ones, found_by_four);
+    EXPECT_EQ(global_new::calls, before_long_ones);
+    EXPECT_TRUE(std::ranges::equal(found_by_four[99], ids));
+    world.all(first(2000), one);
+    EXPECT_EQ(one, ids);
+}
+
 // Both the view and the world that it follows, while others move in turn, with pairs that `accept` refuses.
 TEST(Memory, SteadyFollowingAllocatesNothing)
 {

@@ -28,7 +28,7 @@ from ._plot import plot
 from ._questions import Questions, frustums, nearest, nearest_to_boxes, overlapping, rays, spheres, sweeps
 from ._shape_queries import ShapeSweeps
 from ._shapes import (Shape, Shapes, box, capsule, compound, cone, cylinder, ellipsoid, half_space, height_field, hull, mesh,
-                      poses, rounded_box, rounded_hull, sphere)
+                      motions, poses, rounded_box, rounded_hull, sphere)
 from ._world import EndedPairs, World
 
 __version__ = version()
@@ -37,6 +37,6 @@ __all__ = ["Answers", "BoxIndex", "ClosePairs", "ClosedMesh", "ContactFinder", "
            "Shapes", "StaleIdError", "World", "bounds", "box", "capsule",
            "compound", "cone", "contacts", "cylinder", "distances", "ellipsoid", "find_pairs",
            "find_periodic_pairs", "find_scenes", "frustums", "half_space", "height_field", "hull", "impacts",
-           "instruction_sets", "iter_pairs", "join", "mesh", "nearest", "nearest_to_boxes", "overlapping", "plot", "poses",
-           "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "spatial_order", "sphere", "spheres",
+           "instruction_sets", "iter_pairs", "join", "mesh", "motions", "nearest", "nearest_to_boxes", "overlapping", "plot",
+           "poses", "ray_casts", "rays", "rounded_box", "rounded_hull", "shape_casts", "spatial_order", "sphere", "spheres",
            "sum_by_object", "sweeps", "touching", "version"]

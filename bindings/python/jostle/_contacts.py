@@ -55,7 +55,12 @@ class ContactFinder:
         named = _arrays.pairs(pairs)
         if named.ndim == 2 and named.shape[1] == 2:
             for column, (of, placed) in enumerate(((shapes, a), (shapes, a) if shapes_b is None else (shapes_b, b))):
-                many = len(placed) if of.repeats and placed is not None else len(of)
+                if of.repeats and placed is not None:
+                    if placed.ndim != 2 or placed.shape[1] not in ((4, 7) if self.dim == 2 else (7, 13)):
+                        break  # neither poses nor motions, as the call below will say
+                    many = len(placed)
+                else:
+                    many = len(of)
                 if len(named) and named[:, column].max() >= many:
                     at = int(np.argmax(named[:, column] >= many))
                     raise NoSuchObjectError(f"pairs[{at}] names object {named[at, column]}, and there are {many}", at)

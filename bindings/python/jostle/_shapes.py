@@ -187,21 +187,65 @@ class Shapes:
 
 
 def poses(positions: Any, rotations: Any = None) -> np.ndarray:
-    """Poses from positions (n, d) and rotations: in 3D quaternions x, y, z, w, (n, 4) or (4,); in 2D angles, (n,) or one."""
+    """Poses from positions (n, d) and rotations: in 3D quaternions x, y, z, w, (n, 4) or (4,), or matrices, (n, 3, 3) or (3, 3); in 2D
+    angles, (n,) or one."""
     at = _arrays.floats(positions, "positions")
     if at.ndim != 2 or at.shape[1] not in (2, 3):
-        raise Error(f"positions has the shape {at.shape}: it must be (n, 2) or (n, 3)")
+        raise Error(f"positions has the shape {at.shape}: it must be (n, 2) or (n, 3); of transforms (n, 4, 4) give positions [:, :3, 3] "
+                    "and rotations [:, :3, :3]")
     flat = at.shape[1] == 2
     out = np.zeros((len(at), 4 if flat else 7), at.dtype)
     out[:, :at.shape[1]] = at
     if rotations is None:
         rotations = 0.0 if flat else (0, 0, 0, 1)
-    turns, one = np.asarray(rotations, np.float64), () if flat else (4,)
-    if turns.shape not in (one, (1, *one), (len(at), *one)):  # NumPy would stretch others to fit
-        raise Error(f"rotations has the shape {turns.shape}, and there are {len(at)} positions in {at.shape[1]}D: it must be {one} or "
-                    f"{(len(at), *one)}", None, "size_mismatch")
+    turns = np.asarray(rotations, np.float64)
+    kinds: list[tuple[int, ...]] = [()] if flat else [(4,), (3, 3)]
+    if turns.shape not in [shape for one in kinds for shape in (one, (1, *one), (len(at), *one))]:  # NumPy would stretch others to fit
+        wanted = ", ".join(str(shape) for one in kinds for shape in (one, (len(at), *one)))
+        raise Error(f"rotations has the shape {turns.shape}, and there are {len(at)} positions in {at.shape[1]}D: it must be one of "
+                    f"{wanted}", None, "size_mismatch")
     if flat:
         out[:, 2], out[:, 3] = np.cos(turns), np.sin(turns)
     else:
-        out[:, 3:] = turns
+        out[:, 3:] = _quaternions(turns) if turns.shape[-1] == 3 else turns
     return out
+
+
+def _quaternions(matrices: np.ndarray) -> np.ndarray:
+    """Unit quaternions of rotation matrices (..., 3, 3)."""
+    m = matrices.reshape(-1, 3, 3)
+    with np.errstate(invalid="ignore", over="ignore"):
+        drift = np.abs(m @ m.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0)
+        good = (drift < 1e-3) & (np.linalg.det(m) > 0)  # and no NaN
+    if not good.all():
+        at = int(np.argmin(good))
+        raise Error(f"rotations[{at}] is no rotation: its columns must be unit vectors at right angles, and its determinant 1", at)
+    # Four times the products of the quaternion's numbers: the row with the greatest square loses no digits.
+    x, y, z = m[:, 0, 0], m[:, 1, 1], m[:, 2, 2]
+    products = np.empty((len(m), 4, 4))
+    for i, square in enumerate((1 + x - y - z, 1 - x + y - z, 1 - x - y + z, 1 + x + y + z)):
+        products[:, i, i] = square
+    for i, j, product in ((0, 1, m[:, 1, 0] + m[:, 0, 1]), (0, 2, m[:, 2, 0] + m[:, 0, 2]), (1, 2, m[:, 2, 1] + m[:, 1, 2]),
+                          (0, 3, m[:, 2, 1] - m[:, 1, 2]), (1, 3, m[:, 0, 2] - m[:, 2, 0]), (2, 3, m[:, 1, 0] - m[:, 0, 1])):
+        products[:, i, j] = products[:, j, i] = product
+    best = products[np.arange(len(m)), np.diagonal(products, axis1=1, axis2=2).argmax(axis=1)]
+    return (best / np.linalg.norm(best, axis=1, keepdims=True)).reshape(*matrices.shape[:-2], 4)
+
+
+def motions(starts: Any, ends: Any) -> np.ndarray:
+    """The motions from poses to others, for ContactFinder.impacts: each object goes straight on, and turns at an even rate about the one
+    axis and the shorter way that lead there. A half turn may go either way. Poses are rows, as jostle.poses makes them."""
+    a, b = _arrays.floats(starts, "starts"), _arrays.floats(ends, "ends")
+    if a.ndim != 2 or a.shape[1] not in (4, 7) or a.shape != b.shape:
+        raise Error(f"starts has the shape {a.shape} and ends {b.shape}: both must be (n, 7), or (n, 4) in 2D", None, "size_mismatch")
+    number = np.result_type(a, b)
+    a, b = a.astype(np.float64), b.astype(np.float64)
+    if a.shape[1] == 4:
+        (c, s), (u, v) = a[:, 2:].T, b[:, 2:].T
+        return np.column_stack([a, b[:, :2] - a[:, :2], np.arctan2(c * v - s * u, c * u + s * v)]).astype(number)
+    from_, to = a[:, 3:], b[:, 3:]
+    w = (from_ * to).sum(axis=1)
+    axis = from_[:, 3:] * to[:, :3] - to[:, 3:] * from_[:, :3] - np.cross(to[:, :3], from_[:, :3])
+    length = np.linalg.norm(axis, axis=1)
+    scale = np.divide(2 * np.arctan2(length, np.abs(w)), length, out=np.zeros_like(length), where=length > 0)
+    return np.column_stack([a, b[:, :3] - a[:, :3], axis * (np.where(w < 0, -1, 1) * scale)[:, None]]).astype(number)

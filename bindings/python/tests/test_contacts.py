@@ -258,6 +258,10 @@ def test_mistakes_name_the_object():
                         (lambda: jostle.poses(np.zeros((2, 3)), 0.5), r"rotations has the shape \(\)"),
                         (lambda: jostle.poses(np.zeros((2, 3)), [[0.5], [0.5]]), r"rotations has the shape \(2, 1\)"),
                         (lambda: jostle.poses(np.zeros((3, 2)), [0.5, 1]), r"rotations has the shape \(2,\)"),
+                        (lambda: jostle.poses(np.zeros((2, 4, 4))), r"of transforms \(n, 4, 4\) give positions \[:, :3, 3\]"),
+                        (lambda: jostle.poses(np.zeros((2, 3)), np.zeros((2, 2, 2))), r"one of \(4,\), \(2, 4\), \(3, 3\), \(2, 3, 3\)"),
+                        (lambda: jostle.motions(poses, poses[:1]), r"starts has the shape \(2, 7\) and ends \(1, 7\)"),
+                        (lambda: jostle.motions(poses[:, :6], poses[:, :6]), r"starts has the shape \(2, 6\)"),
                         (lambda: jostle.touching(shapes, poses[0], [(0, 1)]), r"poses has the shape \(7,\)"),
                         (lambda: jostle.hull([1.0, 2, 3]), r"must be \(n, 3\)"),
                         (lambda: jostle.BoxIndex(jostle.bounds(shapes, poses)).nearest_shapes(shapes, poses, shapes, poses, [1, 2, 3]),
@@ -267,6 +271,63 @@ def test_mistakes_name_the_object():
             call()
     with pytest.raises(IndexError):
         shapes[2] = jostle.sphere(1)
+
+
+def turned(q, v):
+    """v (n, 3) turned by unit quaternions (n, 4), by the definition q v q*."""
+    across = 2 * np.cross(q[:, :3], v)
+    return v + q[:, 3:] * across + np.cross(q[:, :3], across)
+
+
+def random_quaternions(rng, count):
+    q = rng.normal(size=(count, 4))
+    q[:8] = np.vstack([np.eye(4), [0, 0, 1, 1], [1, 0, 0, -1], [1, 1, 1, 1], [0, 1, 1, 0]])  # no, half and quarter turns
+    return q / np.linalg.norm(q, axis=1, keepdims=True)
+
+
+def test_poses_of_rotation_matrices():
+    rng = np.random.default_rng(11)
+    q = random_quaternions(rng, 500)
+    matrices = np.stack([turned(q, np.tile(column, (500, 1))) for column in np.eye(3)], axis=2)
+    made = jostle.poses(np.zeros((500, 3)), matrices)[:, 3:]
+    assert np.allclose(np.abs((made * q).sum(axis=1)), 1, atol=1e-14)  # the same but for the sign, which makes no difference
+    assert np.allclose(np.linalg.norm(made, axis=1), 1)
+    assert np.array_equal(jostle.poses(np.zeros((3, 3)), matrices[9])[:, 3:], made[[9, 9, 9]])  # one for all
+    assert jostle.poses(np.zeros((500, 3), np.float32), matrices.astype(np.float32)).dtype == np.float32
+    assert jostle.poses(np.zeros((0, 3)), np.zeros((0, 3, 3))).shape == (0, 7)
+    for spoilt in (-np.eye(3), 1.01 * np.eye(3), np.diag([1, 1, -1.0]), np.zeros((3, 3)), np.full((3, 3), np.nan), np.diag([np.inf, 1, 1])):
+        given = matrices.copy()
+        given[7] = spoilt
+        with pytest.raises(jostle.Error, match=r"rotations\[7\] is no rotation") as raised:
+            jostle.poses(np.zeros((500, 3)), given)
+        assert raised.value.index == 7
+
+
+def test_motions_lead_from_pose_to_pose():
+    rng = np.random.default_rng(12)
+    a, b = random_quaternions(rng, 400), random_quaternions(rng, 400)[::-1].copy()
+    b[100:150] = a[100:150]                    # no turn
+    b[150:200] = -a[150:200]                   # nor here
+    b[200:250] += 1e-9 * rng.normal(size=(50, 4))
+    starts, ends = jostle.poses(rng.normal(size=(400, 3)), a), jostle.poses(rng.normal(size=(400, 3)), 3 * b)  # of any length
+    made = jostle.motions(starts, ends)
+    assert made.shape == (400, 13) and np.array_equal(made[:, :7], starts)
+    assert np.allclose(made[:, :3] + made[:, 7:10], ends[:, :3])
+    angle = np.linalg.norm(made[:, 10:], axis=1)
+    assert angle.max() <= np.pi + 1e-12 and (angle[100:200] < 1e-7).all()
+    half = np.column_stack([np.divide(made[:, 10:], angle[:, None], out=np.zeros((400, 3)), where=angle[:, None] > 0)
+                            * np.sin(angle / 2)[:, None], np.cos(angle / 2)])
+    for v in np.eye(3):
+        v = np.tile(v, (400, 1))
+        assert np.allclose(turned(half, turned(a, v)), turned(b / np.linalg.norm(b, axis=1, keepdims=True), v), atol=1e-7)
+    flat = jostle.motions(jostle.poses([[0.0, 0]] * 3, [0.5, 3, -3]), jostle.poses([[1.0, 2]] * 3, [1, -3, 3]))
+    assert np.allclose(flat[:, 4:], [[1, 2, 0.5], [1, 2, 2 * np.pi - 6], [1, 2, 6 - 2 * np.pi]])  # the shorter way
+    assert jostle.motions(starts.astype(np.float32), ends.astype(np.float32)).dtype == np.float32
+    # A blade that turns on the spot by a quarter hits a ball beside it halfway.
+    shapes = jostle.Shapes([jostle.box([1, 0.01, 0.01]), jostle.sphere(0.01)])
+    quarter = [0, 0, np.sqrt(0.5), np.sqrt(0.5)]
+    here, there = jostle.poses([[0.0, 0, 0], [0.6, 0.6, 0]]), jostle.poses([[0.0, 0, 0], [0.6, 0.6, 0]], [quarter, [0, 0, 0, 1]])
+    assert abs(jostle.impacts(shapes, jostle.motions(here, there), [(0, 1)])["time"][0] - 0.5) < 0.02
 
 
 @pytest.mark.parametrize("count", [4, 300_000])  # the second one is asked in parts
@@ -286,6 +347,8 @@ def test_shapes_that_repeat_serve_for_all_configurations(count):
         jostle.bounds(arm, poses[1:])
     with pytest.raises(jostle.NoSuchObjectError, match=f"names object {3 * count}, and there are {3 * count}"):
         jostle.touching(arm, poses, [(0, 3 * count)])
+    with pytest.raises(jostle.Error, match=r"poses has the shape \(4, 4, 4\)"):  # not that there are only 4
+        jostle.touching(arm, np.zeros((4, 4, 4)), [(0, 5)])
     finder = jostle.ContactFinder(3, np.float64)
     assert np.array_equal(finder.touching(arm, poses, pairs), finder.touching(copies, poses, pairs))
     assert np.array_equal(finder.distances(arm, poses, pairs), finder.distances(copies, poses, pairs))
