@@ -208,6 +208,32 @@ TEST(InThePlane, PolygonsWithManyCornersAnswerAsIfEachSideWasTested)
     EXPECT_LT(other_normals, touching / 10);
 }
 
+// Seen from a's position, 300 away, some of b's sides are as short as rounding.
+TEST(InThePlane, PolygonsOverlapByHowFarTheirCornersReach)
+{
+    Random random(5);
+    int deep = 0;
+    for (int round = 0; round < 20000; ++round) {
+        std::vector<Vec2d> points(3 + random.below(8));
+        for (Vec2d& p : points)
+            p = {300 + random.uniform(-1, 1), random.uniform(-1, 1)};
+        const ConvexHull2 hull_a(points), hull_b = many_corners(random, 1, true);
+        const Pose2d pose_a{{-300, 0}, {1, 0}}, pose_b = random.pose2<double>(1);
+        const auto gap = distance(Shape2(hull_a), pose_a, Shape2(hull_b), pose_b, INFINITY);
+        if (gap->distance > -1e-3) continue;
+        ++deep;
+        const Vec2 n = narrow::load(gap->normal);
+        double top = -HUGE_VAL, bottom = HUGE_VAL;
+        for (const Vec2d& p : hull_a.vertices())
+            top = std::max(top, dot(n, narrow::load(p) + narrow::load(pose_a.position)));
+        for (const Vec2d& p : hull_b.vertices())
+            bottom = std::min(
+                bottom, dot(n, narrow::rotation(pose_b) * narrow::load(p) + narrow::load(pose_b.position)));
+        ASSERT_NEAR(gap->distance, bottom - top, 1e-10) << round;
+    }
+    EXPECT_GT(deep, 5000);
+}
+
 // Both sides of a needle through the middle of a polygon overlap it equally, but for rounding.
 TEST(InThePlane, ANeedleLeavesAPolygonOnEitherSide)
 {
@@ -231,6 +257,30 @@ TEST(InThePlane, ANeedleLeavesAPolygonOnEitherSide)
             at_b{{gap->point_b[0], gap->point_b[1]}, pose.rotation};
         ASSERT_LE(distance(a, pose, Shape2(), at_a, INFINITY)->distance, 1e-9) << round;
         ASSERT_LE(distance(b, pose, Shape2(), at_b, INFINITY)->distance, 1e-9) << round;
+    }
+}
+
+// All four sides of a square in the middle of a polygon overlap it equally, but for rounding.
+TEST(InThePlane, ASquareLeavesAPolygonWhereItsPointsSay)
+{
+    Random random(4);
+    for (int round = 0; round < 3000; ++round) {
+        const std::uint32_t count = 4 * (7 + random.below(40));
+        std::vector<Vec2d> points;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const double angle = i * 6.283185307179586 / count;
+            points.push_back({std::cos(angle), std::sin(angle)});
+        }
+        const ConvexHull2 hull(points);
+        const double half = random.uniform(0.05, 0.3);
+        const Shape2 a(hull), b = Shape2::box({half, half});
+        const Pose2d pose_a = random.pose2<double>(0), pose_b = random.pose2<double>(0);
+        const auto found = contacts(a, pose_a, b, pose_b);
+        ASSERT_EQ(found.size(), 1u);
+        const auto& point = found[0].point[0];
+        const Pose2d there{point.from_a, {1, 0}};
+        ASSERT_LE(distance(a, pose_a, Shape2(), there, INFINITY)->distance, point.depth / 2 + 1e-9) << round;
+        ASSERT_LE(distance(b, pose_b, Shape2(), there, INFINITY)->distance, point.depth / 2 + 1e-9) << round;
     }
 }
 

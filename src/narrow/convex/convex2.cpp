@@ -70,7 +70,8 @@ std::size_t furthest_corner(const Core2& core, const Vec2& direction)
 
 namespace {
 
-void consider(Axis2& best, const Core2& other, const Vec2& outwards, const Vec2& on, bool of_b, double from)
+void consider(Axis2& best, const Core2& owner, const Core2& other, const Vec2& outwards, const Vec2& on,
+              bool of_b, double from)
 {
     const double size = length(outwards);
     if (!(size > 0)) return;
@@ -78,17 +79,21 @@ void consider(Axis2& best, const Core2& other, const Vec2& outwards, const Vec2&
     double least = HUGE_VAL;
     for (std::size_t i = 0; i < other.corner.size(); ++i)
         least = std::min(least, dot(n, other.corner[i] - on));
+    if (!(least > best.separation && least > from)) return;
+    // Of a side as short as rounding the direction may be any, and other corners reach further along it.
+    least -= dot(n, furthest(owner, n) - on);
     if (least > best.separation && least > from) best = {of_b ? -n : n, least, of_b};
 }
 
-void consider_sides(Axis2& best, const Core2& owner, const Core2& other, bool of_b)
+/// `some` are the corners of `owner` whose sides count.
+void consider_sides(Axis2& best, const Core2& some, const Core2& owner, const Core2& other, bool of_b)
 {
-    for (std::size_t i = 0; i < owner.sides(); ++i)
-        consider(best, other, right(owner.next(i) - owner.corner[i]), owner.corner[i], of_b, -HUGE_VAL);
+    for (std::size_t i = 0; i < some.sides(); ++i)
+        consider(best, owner, other, right(some.next(i) - some.corner[i]), some.corner[i], of_b, -HUGE_VAL);
     if (owner.corner.size() == 2) { // a segment's ends: they can separate, but never are the shortest way out
         const Vec2 along = owner.corner[1] - owner.corner[0];
-        consider(best, other, along, owner.corner[1], of_b, 0);
-        consider(best, other, -along, owner.corner[0], of_b, 0);
+        consider(best, owner, other, along, owner.corner[1], of_b, 0);
+        consider(best, owner, other, -along, owner.corner[0], of_b, 0);
     }
 }
 
@@ -144,8 +149,8 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
 {
     Axis2 axis = a.axis;
     if (axis.separation == -HUGE_VAL) {
-        consider_sides(axis, a, b, false);
-        consider_sides(axis, b, a, true);
+        consider_sides(axis, a, a, b, false);
+        consider_sides(axis, b, b, a, true);
     }
     if (axis.separation == -HUGE_VAL) { // two points
         const Vec2 d = b.corner[0] - a.corner[0];
@@ -173,6 +178,13 @@ void core_gap(const Core2& a, const Core2& b, Gap<2>& gap)
         gap.distance = std::sqrt(least);
         if (gap.distance > 0) { // else a gap that rounding has closed
             gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
+            // The nearer round shapes are, the less their points say about the normal.
+            if (axis.is_best && axis.separation > clear) {
+                gap.distance = axis.separation;
+                gap.normal = axis.normal;
+                gap.on_b = gap.on_a + gap.normal * gap.distance;
+                return;
+            }
             if (axis.separation > clear || parted_by(a, b, gap.normal) > clear) return;
         }
         meet = gap.distance <= clear;
@@ -217,7 +229,7 @@ class Parting
             side_.push_back(side_at(i));
     }
 
-    /// Returns whether the direction is certain up to rounding if the two are polygons.
+    /// Returns whether the direction is certain: up to rounding if the two are polygons, else to a millionth.
     bool find()
     {
         std::size_t step = 0;
@@ -240,7 +252,9 @@ class Parting
             n = n + aside * (dot(aside, look(n)) > 0 ? -turn : turn);
             n = n * (1 / length(n));
         }
-        (void)look(n);
+        const Vec2 p = look(n);
+        // Around the best, all part them equally but for rounding; the point says more about the direction.
+        if (-dot(n, p) > parted_ - 1e-15 * size_) best_ = n;
     }
 
     /// From one point of the polygon to the next.
@@ -425,10 +439,16 @@ void refine(Core2& a, Core2& b)
     if (!a.is_smooth() && !b.is_smooth()) {
         if (!is_certain) return;
         Core2 near_a = corners_around(a, n, rounding), near_b = corners_around(b, -n, rounding);
-        consider_sides(near_a.axis, near_a, b, false);
-        consider_sides(near_a.axis, near_b, a, true);
-        // A flat polygon's other sides may overlap as little, elsewhere.
-        if (dot(near_a.axis.normal, n) < 0) return;
+        Axis2 axis;
+        consider_sides(axis, near_a, a, b, false);
+        consider_sides(axis, near_b, b, a, true);
+        if (axis.separation < -core_touch * (a.reach + b.reach)) { // another side may overlap as little
+            near_a = corners_around(a, axis.normal, rounding);
+            near_b = corners_around(b, -axis.normal, rounding);
+        } else if (dot(axis.normal, n) < 0) { // of a flat polygon, elsewhere
+            return;
+        }
+        near_a.axis = axis;
         a = near_a;
         b = near_b;
         return;
@@ -452,7 +472,7 @@ void refine(Core2& a, Core2& b)
     }
     // Of a side and a corner, the corner is where they meet.
     const bool of_b = best_side(b, -n).alignment > best_side(a, n).alignment;
-    a.axis = {n, parted_by(a, b, n), of_b};
+    a.axis = {n, parted_by(a, b, n), of_b, is_certain};
 }
 
 namespace {

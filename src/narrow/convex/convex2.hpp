@@ -15,7 +15,8 @@ struct Axis2
 {
     Vec2 normal;
     double separation = -HUGE_VAL;
-    bool of_b = false; ///< the direction is at right angles to a side of b
+    bool of_b = false;    ///< the direction is at right angles to a side of b
+    bool is_best = false; ///< no other direction parts them more, wherever that may be
 };
 
 /// A counterclockwise loop of corners seen from a's position, or one or two points.
