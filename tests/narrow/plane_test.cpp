@@ -297,6 +297,78 @@ TEST(InThePlane, ABoxLiesOnAChainWithTwoPoints)
         EXPECT_NEAR(found[0].point[i].depth, 0.1, 1e-12);
 }
 
+// Bodies of many corners, and round ones, whose type comes before or after that of a chain.
+TEST(InThePlane, WhatTouchesAChainHasAContact)
+{
+    Random random(6);
+    int touching_ones = 0;
+    for (int round = 0; round < 6000; ++round) {
+        const std::uint32_t count = 2 + random.below(30);
+        std::vector<Vec2d> vertices{{-2, 0}};
+        std::vector<Mesh2::Element> elements;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const Vec2d last = vertices.back();
+            vertices.push_back({last[0] + random.uniform(0.05, 4.0 / count),
+                                last[1] + (random.chance(0.3) ? 0 : random.uniform(-0.3, 0.3))});
+            elements.push_back(random.chance(0.5) ? Mesh2::Element{i, i + 1} : Mesh2::Element{i + 1, i});
+        }
+        const Mesh2 chain(vertices, elements);
+        const ConvexHull2 hull = many_corners(random, random.uniform(0.1, 1), false);
+        const Shape2 a(chain), b = round % 3 == 0   ? Shape2(hull)
+                                   : round % 3 == 1 ? Shape2::rounded_hull(hull, random.uniform(0.1, 0.5))
+                                                    : Shape2::ellipsoid({1, random.uniform(0.1, 1)});
+        const Pose2d pose_a{};
+        Pose2d pose_b = random.pose2<double>(2);
+        for (const double left : {HUGE_VAL, 1e-10, 0.0, -1e-9, -1e-3, -0.1}) {
+            const auto gap = distance(a, pose_a, b, pose_b, INFINITY);
+            for (std::size_t d = 0; d < 2 && left != HUGE_VAL; ++d)
+                pose_b.position[d] -= (gap->distance - left) * gap->normal[d];
+            if (!touching(a, pose_a, b, pose_b)) continue;
+            ++touching_ones;
+            ASSERT_FALSE(contacts(a, pose_a, b, pose_b).empty()) << round << " " << left;
+        }
+    }
+    EXPECT_GT(touching_ones, 10000);
+}
+
+// Less than a billionth apart they count as touching.
+TEST(InThePlane, ACornerThatNearlyTouchesAJointHasAContact)
+{
+    const Mesh2 chain(std::vector<Vec2d>{{-1, -0.25}, {0, 0}, {1, 0}},
+                      std::vector<Mesh2::Element>{{1, 0}, {2, 1}});
+    const ConvexHull2 hull(std::vector<Vec2d>{{0, 0}, {-0.75, -0.4}, {-0.6, -0.7}, {0, -0.4}}); // below it
+    const Shape2 a(chain), b(hull);
+    for (const double gap : {2e-10, 1e-12, 0.0})
+        for (const double along : {-1e-10, 0.0, 1e-10, 1e-12}) {
+            const Pose2d pose{{along, -gap}, {1, 0}};
+            ASSERT_TRUE(touching(a, Pose2d{}, b, pose));
+            EXPECT_FALSE(contacts(a, Pose2d{}, b, pose).empty()) << gap << " " << along;
+        }
+}
+
+TEST(InThePlane, AnEllipseHasTheContactWithASegmentThatItsDistanceSays)
+{
+    Random random(7);
+    const Mesh2 segment(std::vector<Vec2d>{{-1, 0}, {1, 0}}, std::vector<Mesh2::Element>{{0, 1}});
+    const Shape2 a(segment);
+    for (int round = 0; round < 4000; ++round) {
+        const Shape2 b = Shape2::ellipsoid({1, std::pow(10, random.uniform(-3, 0))});
+        const Pose2d pose_a{};
+        Pose2d pose_b = random.pose2<double>(2);
+        auto gap = distance(a, pose_a, b, pose_b, INFINITY);
+        const double left = random.chance(0.5) ? -1e-6 : -0.05;
+        for (std::size_t d = 0; d < 2; ++d)
+            pose_b.position[d] -= (gap->distance - left) * gap->normal[d];
+        gap = distance(a, pose_a, b, pose_b, INFINITY);
+        if (gap->distance > -1e-7) continue; // a flat one is through
+        const auto found = contacts(a, pose_a, b, pose_b);
+        ASSERT_EQ(found.size(), 1u) << round;
+        ASSERT_NEAR(found[0].point[0].depth, -gap->distance, 1e-8) << round;
+        ASSERT_NEAR(found[0].normal[0], gap->normal[0], 1e-8) << round;
+        ASSERT_NEAR(found[0].normal[1], gap->normal[1], 1e-8) << round;
+    }
+}
+
 TEST(InThePlane, NothingCatchesOnTheJointsOfALevelChain)
 {
     std::vector<Vec<2, double>> vertices;

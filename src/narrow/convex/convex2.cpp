@@ -473,6 +473,7 @@ void refine(Core2& a, Core2& b)
     // Of a side and a corner, the corner is where they meet.
     const bool of_b = best_side(b, -n).alignment > best_side(a, n).alignment;
     a.axis = {n, parted_by(a, b, n), of_b, is_certain};
+    b.axis = {-n, a.axis.separation, !of_b, is_certain};
 }
 
 namespace {
@@ -587,9 +588,20 @@ void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double m
     keep_two(clip, manifold);
 }
 
-bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold)
+namespace {
+
+Clip2 clip_over(const Core2& a, const Core2& segment, const Vec2& n, double margin)
 {
     Clip2 clip(a, segment, n, margin);
+    clip.rounding = core_touch * (a.reach + segment.reach); // which may have been a gap
+    return clip;
+}
+
+} // namespace
+
+bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold)
+{
+    Clip2 clip = clip_over(a, segment, n, margin);
     const Side2 side_a = best_side(a, n), side_b = best_side(segment, -n);
     if (side_a.alignment > other_face) {
         clip_sides(clip, side_a, side_b);
@@ -605,7 +617,7 @@ bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double ma
 
 bool line_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold)
 {
-    Clip2 clip(a, segment, n, margin);
+    Clip2 clip = clip_over(a, segment, n, margin);
     clip_corner(clip, a, best_side(segment, -n));
     if (clip.count == 0) return false;
     keep_two(clip, manifold);

@@ -10,12 +10,12 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// How far two cores are parted along a direction, from a to b; below 0: how much they overlap.
+/// How far two cores are parted along a direction, from one to the other; below 0: how much they overlap.
 struct Axis2
 {
     Vec2 normal;
     double separation = -HUGE_VAL;
-    bool of_b = false;    ///< the direction is at right angles to a side of b
+    bool of_b = false;    ///< the direction is at right angles to a side of the other
     bool is_best = false; ///< no other direction parts them more, wherever that may be
 };
 
@@ -30,7 +30,7 @@ struct Core2
     const CustomShape<2>* custom = nullptr;
     Frame<2> frame;
     bool is_chain = false; ///< a piece of a loop: no side leads from its last corner to its first
-    Axis2 axis;            ///< a's, if it is known what parts it and the other most, or overlaps least
+    Axis2 axis;            ///< to the other one, if it is known what parts them most, or overlaps least
 
     Core2(double core_radius, double core_reach, const Frame<2>& where)
         : radius(core_radius), reach(core_reach), frame(where)

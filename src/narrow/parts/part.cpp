@@ -15,11 +15,13 @@ bool is_smooth(const Part<2>& part)
     return !part.half_space && part.core.is_smooth();
 }
 /// In the plane a smooth shape is refined to a polygon for each other shape that it meets, and of polygons
-/// with many corners those that matter are left.
+/// with many corners those that matter are left. Against a segment of a surface all may: its normal counts as
+/// well as the direction of the gap.
 bool wants_refining(const Part<2>& a, const Part<2>& b)
 {
     if (a.half_space || b.half_space) return false;
-    return is_smooth(a) || is_smooth(b) || have_many_sides(a.core, b.core);
+    const bool is_surface = a.surface != Surface::none || b.surface != Surface::none;
+    return is_smooth(a) || is_smooth(b) || (!is_surface && have_many_sides(a.core, b.core));
 }
 struct Refined
 {
