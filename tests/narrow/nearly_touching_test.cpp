@@ -209,6 +209,42 @@ TEST(NearlyTouchingShapes, HaveAContactAlsoWhereTwoSearchesDiffer)
     }
 }
 
+// Surfaces have ways of their own to find where a body lies on them.
+TEST(NearlyTouchingShapes, HaveAContactWithTheSurfaceThatTheyTouch)
+{
+    Random random(12);
+    int touching_ones = 0;
+    for (int round = 0; round < 8000; ++round) {
+        const auto height = [&] {
+            return random.chance(0.5) ? 0.25 * random.below(5) : random.uniform(0, 1);
+        };
+        double heights[9];
+        for (double& y : heights)
+            y = 0.5 * height();
+        const HeightField field(HeightGridd{heights, 3, 3, 1.0, 1.0, 3.0});
+        const Mesh3 mesh(std::vector<Vec3d>{{0, height(), 1}, {1, 0, 0}, {1, 0, 2}, {2, height(), 1}},
+                         std::vector<Mesh3::Element>{{0, 2, 1}, {1, 2, 3}});
+        std::vector<Vec3d> points(4 + random.below(3));
+        for (Vec3d& p : points)
+            p = {random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5)};
+        const ConvexHull3 hull(points);
+        const Shape3 a = round % 2 == 0 ? Shape3(mesh) : Shape3(field),
+                     b = random.chance(0.5) ? Shape3(hull) : Shape3::box({0.3, 0.4, 0.5});
+        Pose3d pose_b = random.pose<double>(0);
+        if (random.chance(0.3)) pose_b.rotation = {0, 0, 0, 1};
+        pose_b.position = {random.uniform(0.6, 1.4), 3, random.uniform(0.6, 1.4)};
+        const auto gap = distance(a, Pose3d{}, b, pose_b, INFINITY);
+        ASSERT_TRUE(gap);
+        const double left = std::pow(10, random.uniform(-12, -9));
+        for (std::size_t d = 0; d < 3; ++d)
+            pose_b.position[d] -= (gap->distance - left) * gap->normal[d];
+        if (!touching(a, Pose3d{}, b, pose_b)) continue;
+        ++touching_ones;
+        ASSERT_FALSE(contacts(a, Pose3d{}, b, pose_b).empty()) << round << " " << left;
+    }
+    EXPECT_GT(touching_ones, 3000);
+}
+
 // A box that lies on a part of another one, or above it by as little as counts as nothing.
 TEST(NearlyTouchingShapes, InThePlaneMeetWhereTheirSidesDo)
 {

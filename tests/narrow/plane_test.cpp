@@ -260,6 +260,32 @@ TEST(InThePlane, PolygonsWithManyCornersAnswerAsEachSideBesideEachCorner)
     EXPECT_GT(touching, 5000);
 }
 
+// Seen from a's position, 300 away, some of b's sides are as short as rounding.
+TEST(InThePlane, PolygonsOverlapByHowFarTheirCornersReach)
+{
+    Random random(5);
+    int deep = 0;
+    for (int round = 0; round < 20000; ++round) {
+        std::vector<Vec2d> points(3 + random.below(8));
+        for (Vec2d& p : points)
+            p = {300 + random.uniform(-1, 1), random.uniform(-1, 1)};
+        const ConvexHull2 hull_a(points), hull_b = many_corners(random, 1, true);
+        const Pose2d pose_a{{-300, 0}, {1, 0}}, pose_b = random.pose2<double>(1);
+        const auto gap = distance(Shape2(hull_a), pose_a, Shape2(hull_b), pose_b, INFINITY);
+        if (gap->distance > -1e-3) continue;
+        ++deep;
+        const Vec2 n = narrow::load(gap->normal);
+        double top = -HUGE_VAL, bottom = HUGE_VAL;
+        for (const Vec2d& p : hull_a.vertices())
+            top = std::max(top, dot(n, narrow::load(p) + narrow::load(pose_a.position)));
+        for (const Vec2d& p : hull_b.vertices())
+            bottom = std::min(
+                bottom, dot(n, narrow::rotation(pose_b) * narrow::load(p) + narrow::load(pose_b.position)));
+        ASSERT_NEAR(gap->distance, bottom - top, 1e-10) << round;
+    }
+    EXPECT_GT(deep, 5000);
+}
+
 // Both sides of a needle through the middle of a polygon overlap it equally, but for rounding.
 TEST(InThePlane, ANeedleLeavesAPolygonOnEitherSide)
 {
@@ -286,6 +312,30 @@ TEST(InThePlane, ANeedleLeavesAPolygonOnEitherSide)
     }
 }
 
+// All four sides of a square in the middle of a polygon overlap it equally, but for rounding.
+TEST(InThePlane, ASquareLeavesAPolygonWhereItsPointsSay)
+{
+    Random random(4);
+    for (int round = 0; round < 3000; ++round) {
+        const std::uint32_t count = 4 * (7 + random.below(40));
+        std::vector<Vec2d> points;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const double angle = i * 6.283185307179586 / count;
+            points.push_back({std::cos(angle), std::sin(angle)});
+        }
+        const ConvexHull2 hull(points);
+        const double half = random.uniform(0.05, 0.3);
+        const Shape2 a(hull), b = Shape2::box({half, half});
+        const Pose2d pose_a = random.pose2<double>(0), pose_b = random.pose2<double>(0);
+        const auto found = contacts(a, pose_a, b, pose_b);
+        ASSERT_EQ(found.size(), 1u);
+        const auto& point = found[0].point[0];
+        const Pose2d there{point.from_a, {1, 0}};
+        ASSERT_LE(distance(a, pose_a, Shape2(), there, INFINITY)->distance, point.depth / 2 + 1e-9) << round;
+        ASSERT_LE(distance(b, pose_b, Shape2(), there, INFINITY)->distance, point.depth / 2 + 1e-9) << round;
+    }
+}
+
 TEST(InThePlane, ABoxLiesOnAChainWithTwoPoints)
 {
     const Mesh<2> chain(std::vector<Vec<2, double>>{{-10, 0}, {0, 0}, {10, 0}},
@@ -297,6 +347,78 @@ TEST(InThePlane, ABoxLiesOnAChainWithTwoPoints)
     EXPECT_NEAR(found[0].normal[1], 1, 1e-12);
     for (std::uint32_t i = 0; i < 2; ++i)
         EXPECT_NEAR(found[0].point[i].depth, 0.1, 1e-12);
+}
+
+// Bodies of many corners, and round ones, whose type comes before or after that of a chain.
+TEST(InThePlane, WhatTouchesAChainHasAContact)
+{
+    Random random(6);
+    int touching_ones = 0;
+    for (int round = 0; round < 6000; ++round) {
+        const std::uint32_t count = 2 + random.below(30);
+        std::vector<Vec2d> vertices{{-2, 0}};
+        std::vector<Mesh2::Element> elements;
+        for (std::uint32_t i = 0; i < count; ++i) {
+            const Vec2d last = vertices.back();
+            vertices.push_back({last[0] + random.uniform(0.05, 4.0 / count),
+                                last[1] + (random.chance(0.3) ? 0 : random.uniform(-0.3, 0.3))});
+            elements.push_back(random.chance(0.5) ? Mesh2::Element{i, i + 1} : Mesh2::Element{i + 1, i});
+        }
+        const Mesh2 chain(vertices, elements);
+        const ConvexHull2 hull = many_corners(random, random.uniform(0.1, 1), false);
+        const Shape2 a(chain), b = round % 3 == 0   ? Shape2(hull)
+                                   : round % 3 == 1 ? Shape2::rounded_hull(hull, random.uniform(0.1, 0.5))
+                                                    : Shape2::ellipsoid({1, random.uniform(0.1, 1)});
+        const Pose2d pose_a{};
+        Pose2d pose_b = random.pose2<double>(2);
+        for (const double left : {HUGE_VAL, 1e-10, 0.0, -1e-9, -1e-3, -0.1}) {
+            const auto gap = distance(a, pose_a, b, pose_b, INFINITY);
+            for (std::size_t d = 0; d < 2 && left != HUGE_VAL; ++d)
+                pose_b.position[d] -= (gap->distance - left) * gap->normal[d];
+            if (!touching(a, pose_a, b, pose_b)) continue;
+            ++touching_ones;
+            ASSERT_FALSE(contacts(a, pose_a, b, pose_b).empty()) << round << " " << left;
+        }
+    }
+    EXPECT_GT(touching_ones, 10000);
+}
+
+// Less than a billionth apart they count as touching.
+TEST(InThePlane, ACornerThatNearlyTouchesAJointHasAContact)
+{
+    const Mesh2 chain(std::vector<Vec2d>{{-1, -0.25}, {0, 0}, {1, 0}},
+                      std::vector<Mesh2::Element>{{1, 0}, {2, 1}});
+    const ConvexHull2 hull(std::vector<Vec2d>{{0, 0}, {-0.75, -0.4}, {-0.6, -0.7}, {0, -0.4}}); // below it
+    const Shape2 a(chain), b(hull);
+    for (const double gap : {2e-10, 1e-12, 0.0})
+        for (const double along : {-1e-10, 0.0, 1e-10, 1e-12}) {
+            const Pose2d pose{{along, -gap}, {1, 0}};
+            ASSERT_TRUE(touching(a, Pose2d{}, b, pose));
+            EXPECT_FALSE(contacts(a, Pose2d{}, b, pose).empty()) << gap << " " << along;
+        }
+}
+
+TEST(InThePlane, AnEllipseHasTheContactWithASegmentThatItsDistanceSays)
+{
+    Random random(7);
+    const Mesh2 segment(std::vector<Vec2d>{{-1, 0}, {1, 0}}, std::vector<Mesh2::Element>{{0, 1}});
+    const Shape2 a(segment);
+    for (int round = 0; round < 4000; ++round) {
+        const Shape2 b = Shape2::ellipsoid({1, std::pow(10, random.uniform(-3, 0))});
+        const Pose2d pose_a{};
+        Pose2d pose_b = random.pose2<double>(2);
+        auto gap = distance(a, pose_a, b, pose_b, INFINITY);
+        const double left = random.chance(0.5) ? -1e-6 : -0.05;
+        for (std::size_t d = 0; d < 2; ++d)
+            pose_b.position[d] -= (gap->distance - left) * gap->normal[d];
+        gap = distance(a, pose_a, b, pose_b, INFINITY);
+        if (gap->distance > -1e-7) continue; // a flat one is through
+        const auto found = contacts(a, pose_a, b, pose_b);
+        ASSERT_EQ(found.size(), 1u) << round;
+        ASSERT_NEAR(found[0].point[0].depth, -gap->distance, 1e-8) << round;
+        ASSERT_NEAR(found[0].normal[0], gap->normal[0], 1e-8) << round;
+        ASSERT_NEAR(found[0].normal[1], gap->normal[1], 1e-8) << round;
+    }
 }
 
 TEST(InThePlane, NothingCatchesOnTheJointsOfALevelChain)

@@ -274,6 +274,37 @@ TEST(SmoothShapes, InThePlaneAreAsFarApartAsTheBestDirectionSays)
     }
 }
 
+// Of two round shapes that nearly touch, a point of each says nothing about the normal.
+TEST(SmoothShapes, InThePlaneKeepTheirNormalHoweverNear)
+{
+    Random random(92);
+    for (int round = 0; round < 2000; ++round) {
+        std::vector<Vec2d> points(3 + random.below(10));
+        for (Vec2d& p : points)
+            p = {random.uniform(-1, 1), random.uniform(-1, 1)};
+        const ConvexHull2 hull(points);
+        const auto ellipse = [&] { return Shape2::ellipsoid({1, random.uniform(0.1, 1)}); };
+        const Shape2 a = ellipse(), b = round % 2 == 0 ? Shape2(hull) : ellipse();
+        const Pose2d pose_a = random.pose2<double>(0);
+        Pose2d pose_b = random.pose2<double>(3);
+        auto gap = distance(a, pose_a, b, pose_b, INFINITY);
+        if (gap->distance < 0.1) continue;
+        const Vec2d normal = gap->normal;
+        for (const double left : {1e-3, 1e-5, 1e-7, 3e-9, -1e-9}) {
+            for (std::size_t d = 0; d < 2; ++d)
+                pose_b.position[d] -= (gap->distance - left) * normal[d];
+            gap = distance(a, pose_a, b, pose_b, INFINITY);
+            ASSERT_NEAR(gap->distance, left, 1e-12) << round;
+            const auto found = contacts(a, pose_a, b, pose_b, 0.01);
+            ASSERT_EQ(found.size(), 1u) << round;
+            for (std::size_t d = 0; d < 2; ++d) {
+                ASSERT_NEAR(gap->normal[d], normal[d], 1e-8) << round << " " << left;
+                ASSERT_NEAR(found[0].normal[d], normal[d], 1e-8) << round << " " << left;
+            }
+        }
+    }
+}
+
 // The depth of what is close to each other is found by a few searches, from either side.
 TEST(SmoothShapes, ThatOverlapALittleAreAsDeepAsTheBestDirectionSays)
 {

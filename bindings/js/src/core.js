@@ -350,7 +350,7 @@ export class Core {
    * calls ask it: it may know that object, which would never be collected if it were held here.
    */
   remember(given, weak = false) {
-    if (typeof given !== "function") refuse(`${given} is no function`);
+    if (typeof given !== "function") refuse(`${describe(given)} is no function`);
     const number = this.#next_function++;
     this.#functions.set(number, weak ? new WeakRef(given) : { deref: () => given });
     return number;
@@ -404,7 +404,7 @@ export class Core {
     return { pointer: this.place(all, what, ["float64"]).pointer, count: all.length };
   }
   utf8(text) {
-    const bytes = encoder.encode(String(text));
+    const bytes = encoder.encode(typeof text === "string" ? text : describe(text));
     const pointer = this.scratch.take(bytes.length);
     this.bytes.set(bytes, pointer);
     return { pointer, size: bytes.length };

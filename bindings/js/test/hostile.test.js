@@ -123,6 +123,8 @@ test("arguments of the wrong kind", async () => {
   });
   refuses(() => jostle.findPairs(good, { dim: 3, accept: 5 }), /5 is no function/);
   refuses(() => finder.stream(good, { dim: 3 }), /undefined is no function/);
+  refuses(() => finder.stream(good, { dim: 3 }, Object.create(null)), /a object is no function/);
+  refuses(() => finder.stream(good, { dim: 3 }, Symbol("a")), /a Symbol is no function/);
   refuses(() => jostle.findScenes(good, [0, 3], { dim: 3 }), /offset/, { status: "size_mismatch", index: 1 });
   refuses(() => jostle.findScenes(good, [0, 0.5, 2], { dim: 3 }), /offsets\[1\] is 0.5/);
   refuses(() => jostle.findScenes(good, [], { dim: 3 }), /offsets has no numbers/, {

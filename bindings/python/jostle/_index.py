@@ -151,7 +151,11 @@ class BoxIndex:
         return self._index.visit_closest_pairs(self._other(other), max_distance, visit, chunk)
 
     def _other(self, other: BoxIndex | None) -> _core.BoxIndex | None:
-        return None if other is None else other._index
+        if other is None:
+            return None
+        if not isinstance(other, BoxIndex):
+            raise Error(f"other is of the type {type(other).__name__}: it must be a BoxIndex")
+        return other._index
 
     # Against shapes: `shapes` and `poses` have a row for every id, and each shape lies in its box.
 

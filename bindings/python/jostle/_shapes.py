@@ -78,9 +78,10 @@ def height_field(heights: Any, spacing_x: float = 1.0, spacing_z: float = 1.0, t
 
 def compound(shapes: Sequence[Shape], poses: Any) -> Shape:
     """Several shapes that move as one, each with its pose."""
-    if not shapes:
+    children = [_shape(shape, i) for i, shape in enumerate(shapes)]
+    if not children:
         raise Error("a compound needs at least one shape")
-    return _core.compound(shapes[0].dim, list(shapes), np.atleast_2d(_arrays.rows(poses, "poses", np.float64)))
+    return _core.compound(children[0].dim, children, np.atleast_2d(_arrays.rows(poses, "poses", np.float64)))
 
 
 def _space(given: np.ndarray, name: str, dim: int) -> int:

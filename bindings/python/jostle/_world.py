@@ -146,6 +146,8 @@ class World:
         `accept` is asked about them again, also about those that it refused."""
         of = _arrays.ids(ids)
         if of.ndim == 2:
+            if of.shape[1] != 2:
+                raise Error(f"ids has the shape {of.shape}: it must be (n,), or (m, 2) for pairs")
             self._world.report_again(np.ascontiguousarray(of[:, 0]), np.ascontiguousarray(of[:, 1]))
         else:
             self._world.report_again(of, None)
@@ -223,7 +225,7 @@ class World:
     def visit_closest_pairs(self, visit: Visit, other: World | None = None, *, max_distance: float = np.inf,
                             chunk: int = 64) -> bool:
         """Calls visit(pairs, at) with pairs in the order of closest_pairs(), `chunk` of them at a time: see BoxIndex."""
-        return self._world.visit_closest_pairs(None if other is None else other._world, max_distance, visit, chunk)
+        return self._world.visit_closest_pairs(None if other is None else self._other(other), max_distance, visit, chunk)
 
     def touching(self, ids: Any) -> Answers:
         """The objects that each of these objects touches, ascending by index."""
@@ -383,7 +385,7 @@ class World:
         """Makes this world a view of another one with the same dim and dtype: it answers queries as the other one does now, also while the
         other one is updated in another thread. Call it again to catch up; that costs what has changed. A view takes no commands
         until clear() or restore() makes it a world again."""
-        self._world.follow(other._world)
+        self._world.follow(self._other(other))
 
     def __getstate__(self) -> tuple[int, str, int, bytes, tuple[bool, bool, float]]:
         if self._world.accept is not None:
@@ -412,6 +414,12 @@ class World:
 
     def _repr_html_(self) -> str:
         return _arrays.table(repr(self), {name: value for name, value in self.stats().items() if not name.startswith("us_")})
+
+    @staticmethod
+    def _other(other: World) -> _core.World:
+        if not isinstance(other, World):
+            raise Error(f"other is of the type {type(other).__name__}: it must be a World")
+        return other._world
 
     def _boxes(self, given: Any) -> np.ndarray:
         out = _arrays.boxes(given, dtype=self.dtype)

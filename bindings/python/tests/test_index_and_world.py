@@ -822,6 +822,11 @@ def test_arguments_that_mean_something_else_are_refused():
             (lambda: world.add(boxes, margin=[0, 1, -1, 0]), "margin"),
             (lambda: world.add(boxes[:1], margin=[np.nan]), "margin"),
             (lambda: world.move(ids, boxes, sequence=-1), "sequence is -1"),
+            (lambda: world.report_again(np.stack([ids, ids, ids], axis=1)), r"ids has the shape \(4, 3\)"),
+            (lambda: world.report_again(ids[:, None]), r"ids has the shape \(4, 1\)"),
+            (lambda: world.follow(index), "other is of the type BoxIndex: it must be a World"),
+            (lambda: world.closest_pairs(1, index), "other is of the type BoxIndex: it must be a World"),
+            (lambda: index.pairs(world), "other is of the type World: it must be a BoxIndex"),
             (lambda: world.set_margin(ids, 1, sequence=1.5), "sequence is 1.5"),
             (lambda: index.all(boxes, -1), "max_results is -1"),
             (lambda: index.all(boxes[:, 0]), r"overlapping: boxes has the shape \(4, 3\): among boxes in 3D it must be \(n, 6\)"),
@@ -853,6 +858,9 @@ def test_arguments_that_mean_something_else_are_refused():
 
     with pytest.raises(jostle.Error, match="shapes is a list: it must be a Shapes"):
         jostle.contacts([jostle.sphere(1)], jostle.poses(np.zeros((1, 3))), [[0, 0]])
+    unaligned = np.zeros(4, [("name", "u1"), ("margin", np.float64)])["margin"]
+    for margins in (unaligned, unaligned[::-1].astype(">f8")):
+        world.set_margin(ids, margins)
     away = jostle.rays([[9.0, 9, 9], [-1, -1, -1]], [[1.0, 1, 1]])
     for asked in (index, world):
         assert np.isinf(asked.first(away).at[0]) and asked.first(away).at[1] != 0

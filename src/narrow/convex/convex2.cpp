@@ -160,7 +160,7 @@ class SideSearch
     }
     void note(const Vec2& n, double separation, bool of_b, std::size_t side, std::size_t corner)
     {
-        if (separation > best_.separation) best_ = {of_b ? -n : n, separation, of_b, side, corner};
+        if (separation > best_.separation) best_ = {of_b ? -n : n, separation, of_b, false, side, corner};
     }
     void walk(const Core2& owner, const Core2& other, bool of_b, double enough)
     {
@@ -369,6 +369,13 @@ void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
     if (axis.separation > clear && !is_settled && nearest_by_axis(a, b, axis, gap)) return;
     if (axis.separation > -clear) {
         nearest_of_all(a, b, gap);
+        if (axis.is_best && axis.separation > clear) {
+            // The nearer round shapes are, the less their points say about the normal.
+            gap.distance = axis.separation;
+            gap.normal = axis.normal;
+            gap.on_b = gap.on_a + gap.normal * gap.distance;
+            return;
+        }
         // Else a gap that rounding has closed.
         if (gap.distance > 0 && (axis.separation > clear || parted_by(a, b, gap.normal) > clear)) return;
     }
@@ -407,10 +414,12 @@ class Parting
             side_.push_back(side_at(i));
     }
 
-    Vec2 find()
+    /// Returns whether no direction is better by more than a millionth.
+    bool find()
     {
-        for (std::size_t step = 0; step < most_steps && grow(); ++step) {
-        }
+        std::size_t step = 0;
+        while (step < most_steps && grow())
+            ++step;
         Vec2 n = best_;
         // The best, if by a millionth, is some thousandths of a radian away. Downhill, by halving:
         for (double turn = 0.02; turn > 1e-12; turn *= 0.5) {
@@ -418,9 +427,12 @@ class Parting
             n = n + aside * (dot(aside, look(n)) > 0 ? -turn : turn);
             n = n * (1 / length(n));
         }
-        (void)look(n);
-        return best_;
+        const Vec2 p = look(n);
+        // Around the best, all part them equally but for rounding; the point says more about the direction.
+        if (-dot(n, p) > parted_ - 1e-15 * size_) best_ = n;
+        return step < most_steps;
     }
+    [[nodiscard]] const Vec2& best() const { return best_; }
 
   private:
     static constexpr std::size_t first_directions = 4, most_steps = 64;
@@ -577,7 +589,9 @@ void add_corners(Core2& core, std::span<const Vec2> normals)
 
 void refine(Core2& a, Core2& b)
 {
-    const Vec2 n = Parting(a, b).find();
+    Parting parting(a, b);
+    const bool is_certain = parting.find();
+    const Vec2 n = parting.best();
     for (Core2* core : {&a, &b}) {
         if (!core->is_smooth()) continue;
         const Core2& other = core == &a ? b : a;
@@ -593,7 +607,9 @@ void refine(Core2& a, Core2& b)
     }
     // Of a side and a corner, the corner is where they meet.
     const bool of_b = best_side(b, -n).alignment > best_side(a, n).alignment;
-    a.axis = {n, parted_by(a, b, n), of_b, 0, of_b ? furthest_corner(a, n) : furthest_corner(b, -n)};
+    const std::size_t corner = of_b ? furthest_corner(a, n) : furthest_corner(b, -n);
+    a.axis = {n, parted_by(a, b, n), of_b, is_certain, 0, corner};
+    b.axis = {-n, a.axis.separation, !of_b, is_certain, 0, corner};
 }
 
 namespace {
@@ -722,9 +738,20 @@ void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double m
     keep_two(clip, manifold);
 }
 
-bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold)
+namespace {
+
+Clip2 clip_over(const Core2& a, const Core2& segment, const Vec2& n, double margin)
 {
     Clip2 clip(a, segment, n, margin);
+    clip.rounding = core_touch * (a.reach + segment.reach); // which may have been a gap
+    return clip;
+}
+
+} // namespace
+
+bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold)
+{
+    Clip2 clip = clip_over(a, segment, n, margin);
     const Side2 side_a = best_side(a, n), side_b = best_side(segment, -n);
     if (side_a.alignment > other_face) {
         clip_sides(clip, side_a, side_b);
@@ -740,7 +767,7 @@ bool face_contact(const Core2& a, const Core2& segment, const Vec2& n, double ma
 
 bool line_contact(const Core2& a, const Core2& segment, const Vec2& n, double margin, Manifold<2>& manifold)
 {
-    Clip2 clip(a, segment, n, margin);
+    Clip2 clip = clip_over(a, segment, n, margin);
     clip_corner(clip, a, best_side(segment, -n));
     if (clip.count == 0) return false;
     keep_two(clip, manifold);

@@ -9,14 +9,15 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// A direction from a to b, and how far it parts them; below 0: how much they overlap along it.
+/// A direction from one core to the other, and how far it parts them; below 0: how much they overlap.
 struct Axis2
 {
     Vec2 normal;
     double separation = -HUGE_VAL;
-    bool of_b = false;      ///< the direction is at right angles to a side of b, and else of a
+    bool of_b = false;      ///< the direction is at right angles to a side of the other, and else of the one
+    bool is_best = false;   ///< no other direction parts them more, wherever that may be
     std::size_t side = 0;   ///< that begins at this corner (a segment has one, which its ends belong to)
-    std::size_t corner = 0; ///< of the other core: the furthest against the direction
+    std::size_t corner = 0; ///< of the core without the side: the furthest against the direction
 };
 
 /// A counterclockwise loop of corners seen from a's position, or one or two points.
@@ -30,7 +31,7 @@ struct Core2
     Vec2 half; ///< half its widths, if it is a box or an ellipse
     const CustomShape<2>* custom = nullptr;
     Frame<2> frame;
-    Axis2 axis; ///< a's, if refine() has found what parts the two most, or overlaps least; without a side
+    Axis2 axis; ///< to the other core, if refine() has found what parts them; without a side
 
     Core2(double core_radius, double core_reach, const Frame<2>& where)
         : radius(core_radius), reach(core_reach), frame(where)

@@ -183,11 +183,11 @@ bool plane_contact(const Core3& a, const Part<3>& b, double side, double margin,
     const Vec3 normal = b.normal * side;
     const Vec3 lowest = furthest(a, -normal) - normal * a.radius;
     const double height = dot(normal, lowest - b.core.frame * b.core.polytope.vertex(0));
-    if (height > margin) return false;
+    if (height > margin + 2 * core_touch * (a.reach + b.core.reach)) return false; // else GJK's word counts
     manifold.normal = -normal;
     manifold.count = 1;
-    manifold.point[0] = {lowest - normal * (0.5 * height), -height, feature_id(vertex_feature, 0),
-                         feature_id(face_feature, side > 0 ? 0 : 1)};
+    manifold.point[0] = {lowest - normal * (0.5 * height), -std::min(height, margin),
+                         feature_id(vertex_feature, 0), feature_id(face_feature, side > 0 ? 0 : 1)};
     return true;
 }
 
@@ -209,6 +209,8 @@ Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold
 Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold<3>& manifold, double& gap)
 {
     if (b.surface == Surface::ground) return ground_contact(b, a, margin, manifold, gap);
+    // A gap that is as good as none is one all the same for a search that ends beyond `enough`.
+    const double enough = a.radius + margin + 2 * core_touch * (a.reach + b.core.reach);
     Gap<3> cores;
     cores.distance = HUGE_VAL;
     if (a.is_box && b.core.polytope.faces != 0) {
@@ -217,13 +219,12 @@ Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold
         Vec3 corner[3];
         for (std::uint32_t i = 0; i < 3; ++i)
             corner[i] = a.frame.r.back(b.core.frame * b.core.polytope.vertex(i) - a.frame.p);
-        const double enough = a.radius + margin;
         const double separation = box_triangle(half, corner, enough, cores.normal);
         if (separation > enough) return Answer::none;
         cores.normal = a.frame.r * cores.normal;
         if (separation <= 0) cores.distance = separation;
     }
-    if (cores.distance == HUGE_VAL) core_gap(a, b.core, a.radius + margin, cores);
+    if (cores.distance == HUGE_VAL) core_gap(a, b.core, enough, cores);
     if (!(cores.distance <= a.radius + margin)) return Answer::none;
     gap = cores.distance - a.radius;
     const double side = side_of(b, cores.normal);
