@@ -25,10 +25,18 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
     case Kind::rounded_box:
     case Kind::box:
         is_box = x > 0 && y > 0;
-        add(frame * Vec2{-x, -y}, 0);
-        if (x > 0) add(frame * Vec2{x, -y}, 1);
-        if (y > 0) add(frame * Vec2{x, y}, 2);
-        if (is_box) add(frame * Vec2{-x, y}, 3);
+        if (is_box) {
+            const Vec2 local[4] = {{-x, -y}, {x, -y}, {x, y}, {-x, y}};
+            corner.resize(4);
+            number.resize(4);
+            for (std::uint32_t i = 0; i < 4; ++i) {
+                corner[i] = frame * local[i];
+                number[i] = i;
+            }
+        } else {
+            add(frame * Vec2{-x, -y}, 0);
+            if (x > 0 || y > 0) add(frame * Vec2{x, y}, x > 0 ? 1 : 2);
+        }
         add_normals(x > 0 ? Vec2{0, -1} : Vec2{1, 0});
         break;
     case Kind::rounded_hull:
@@ -68,10 +76,16 @@ void Core2::add_normals()
 /// Of a segment or box, from the local normal of the first side.
 void Core2::add_normals(const Vec2& first)
 {
-    Vec2 n = frame.r * first;
-    for (std::size_t i = 0; i < sides(); ++i) {
-        normal.push_back(n);
-        n = corner.size() == 2 ? -n : left(n);
+    const Vec2 n = frame.r * first;
+    normal.resize(sides());
+    if (corner.size() == 4) {
+        normal[0] = n;
+        normal[1] = left(n);
+        normal[2] = -n;
+        normal[3] = right(n);
+    } else if (corner.size() == 2) {
+        normal[0] = n;
+        normal[1] = -n;
     }
 }
 

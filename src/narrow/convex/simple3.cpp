@@ -274,20 +274,6 @@ Verdict core_touches(double distance, double radius, double size)
 
 } // namespace
 
-Verdict spheres(double radius_a, double radius_b, const Vec3& d, double margin, Manifold<3>& manifold)
-{
-    const double radii = radius_a + radius_b, enough = radii + margin;
-    if (!spheres_near(enough, d)) return Verdict::apart;
-    const double distance = length(d);
-    if (!(distance <= enough)) return Verdict::apart;
-    const Vec3 n = distance > 0 ? d * (1 / distance) : Vec3{0, 1, 0};
-    manifold.normal = n;
-    manifold.count = 1;
-    manifold.point[0] = {n * (0.5 * (radius_a + (distance - radius_b))), radii - distance,
-                         feature_id(vertex_feature, 0), feature_id(vertex_feature, 0)};
-    return Verdict::touch;
-}
-
 void rounds(const Round& a, const Round& b, const Vec3& d, const Gap<3>& gap, double margin,
             Manifold<3>& manifold)
 {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Contacts of the most common solid shapes, each by a special case. Every one has a slow twin in convex3.hpp,
-// which decides where they return unclear: at a corner close by, or for a shape without extent.
+// Contacts of the most common solid shapes, each by a special case; of spheres in the plane as well. Every one
+// has a slow twin in convex3.hpp, which decides where they return unclear: at a corner close by, or for a shape
+// without extent.
 #pragma once
 
 #include "narrow/convex/gaps3.hpp"
@@ -11,18 +12,35 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
 /// Without a root: no less than `enough` by rounding are let through.
-inline bool spheres_near(double enough, const Vec3& d)
+template <class Vector>
+bool spheres_near(double enough, const Vector& d)
 {
     return length2(d) <= enough * enough * (1 + 1e-15);
 }
-[[nodiscard]] inline bool spheres_touch(double radius_a, double radius_b, const Vec3& d)
+template <class Vector>
+[[nodiscard]] bool spheres_touch(double radius_a, double radius_b, const Vector& d)
 {
     const double radii = radius_a + radius_b;
     return spheres_near(radii, d) && length(d) <= radii;
 }
 /// b's centre at d from a's. Source: none needed.
-[[nodiscard]] Verdict spheres(double radius_a, double radius_b, const Vec3& d, double margin,
-                              Manifold<3>& manifold);
+template <int Dim>
+[[nodiscard]] Verdict spheres(double radius_a, double radius_b, const V<Dim>& d, double margin,
+                              Manifold<Dim>& manifold)
+{
+    const double radii = radius_a + radius_b, enough = radii + margin;
+    if (!spheres_near(enough, d)) return Verdict::apart;
+    const double distance = length(d);
+    if (!(distance <= enough)) return Verdict::apart;
+    V<Dim> n{};
+    n[1] = 1;
+    if (distance > 0) n = d * (1 / distance);
+    manifold.normal = n;
+    manifold.count = 1;
+    manifold.point[0] = {n * (0.5 * (radius_a + (distance - radius_b))), radii - distance,
+                         feature_id(vertex_feature, 0), feature_id(vertex_feature, 0)};
+    return Verdict::touch;
+}
 
 /// From the gap of a capsule and another one or a sphere, which is `a`, to their contact.
 void rounds(const Round& a, const Round& b, const Vec3& d, const Gap<3>& gap, double margin,

@@ -26,15 +26,15 @@ void finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped, Distance<Dim, T>
 }
 
 /// Both orders of the pair give the same bits, so it needn't be put in order.
-template <class T>
-Verdict sphere_distance(double radius_a, double radius_b, const Vec3& d, double enough,
-                        Distance<3, T>& answer)
+template <int Dim, class T>
+Verdict sphere_distance(double radius_a, double radius_b, const V<Dim>& d, double enough,
+                        Distance<Dim, T>& answer)
 {
     const double between = length(d), distance = between - (radius_a + radius_b);
     if (!(between > 0)) return Verdict::unclear;
     answer.distance = static_cast<T>(distance <= enough ? distance : HUGE_VAL);
     if (!(distance <= enough)) return Verdict::apart;
-    const Vec3 n = d * (1 / between);
+    const V<Dim> n = d * (1 / between);
     store(n, answer.normal);
     store(n * radius_a, answer.point_a);
     store(n * -radius_b, answer.point_b);
@@ -48,8 +48,6 @@ Verdict simple_distance(const Shape<3>& given_a, const Pose<3, T>& given_pose_a,
 {
     const Vec3 way = load(given_pose_b.position) - load(given_pose_a.position);
     const int type_a = given_a.type(), type_b = given_b.type();
-    if ((type_a | type_b) == int{ShapeTypes::sphere})
-        return sphere_distance(given_a.radius(), given_b.radius(), way, enough, answer);
     const double decides = way.x != 0 ? way.x : way.y != 0 ? way.y : way.z;
     if (type_a == type_b && decides == 0) return Verdict::unclear;
     const bool swapped = ((type_a == type_b) & (decides < 0)) | (type_a > type_b);
@@ -71,6 +69,11 @@ void find_distance(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<
                    const Pose<Dim, T>& pose_b, T max_distance, const Kernels& kernels,
                    Distance<Dim, T>& answer)
 {
+    if ((a.type() | b.type()) == int{ShapeTypes::sphere}) {
+        const V<Dim> d = load(pose_b.position) - load(pose_a.position);
+        if (sphere_distance(a.radius(), b.radius(), d, double{max_distance}, answer) != Verdict::unclear)
+            return;
+    }
     if constexpr (Dim == 3)
         if (is_simple(a.type()) && is_simple(b.type()) &&
             simple_distance(a, pose_a, b, pose_b, double{max_distance}, answer) != Verdict::unclear)
@@ -94,9 +97,9 @@ template <int Dim, class T>
 bool touching_of(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                  const Pose<Dim, T>& pose_b, const Kernels& kernels)
 {
-    if constexpr (Dim == 3) // two spheres need no rotations, which would take most of the time
-        if ((a.type() | b.type()) == int{ShapeTypes::sphere})
-            return spheres_touch(a.radius(), b.radius(), load(pose_b.position) - load(pose_a.position));
+    // Two spheres need no rotations, which would take most of the time.
+    if ((a.type() | b.type()) == int{ShapeTypes::sphere})
+        return spheres_touch(a.radius(), b.radius(), load(pose_b.position) - load(pose_a.position));
     Placed<Dim> pair = place(a, pose_a, b, pose_b, kernels);
     arrange(pair);
     return find_touch(pair);

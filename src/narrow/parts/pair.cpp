@@ -146,6 +146,8 @@ Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifo
 
 Verdict simple_contact(const Placed<2>& pair, double margin, Manifold<2>& manifold)
 {
+    if (pair.b->type() == ShapeTypes::sphere)
+        return spheres(pair.a->radius(), pair.b->radius(), pair.d, margin, manifold);
     const Polygons polygons(pair);
     return convex_contact(polygons.a, polygons.b, margin, manifold) ? Verdict::touch : Verdict::apart;
 }
