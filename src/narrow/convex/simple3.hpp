@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Contacts of the most common solid shapes, each by a special case; of spheres in the plane as well. Every one
-// has a slow twin in convex3.hpp, which decides where they return unclear: at a corner close by, or for a shape
-// without extent.
+// Contacts of the most common solid shapes, each by a special case; of spheres in the plane as well. Every
+// one has a slow twin in convex3.hpp, which decides where they return unclear: at a corner close by, or for a
+// shape without extent.
 #pragma once
 
 #include "narrow/convex/gaps3.hpp"
