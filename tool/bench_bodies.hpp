@@ -11,7 +11,7 @@
 #include "jostle/shapes.hpp"
 #include "scenes/random.hpp"
 
-/// What `jostle bench contacts` and `jostle bench distances` make bodies of.
+/// What `jostle bench contacts`, `distances` and `plane` make bodies of.
 
 namespace jostle_tool {
 

@@ -37,5 +37,6 @@ void add_bench_programs_command(CLI::App& bench);  // jostle bench programs
 void add_bench_scenes_command(CLI::App& bench);    // jostle bench scenes
 void add_bench_contacts_command(CLI::App& bench);  // jostle bench contacts
 void add_bench_distances_command(CLI::App& bench); // jostle bench distances
+void add_bench_plane_command(CLI::App& bench);     // jostle bench plane
 
 } // namespace jostle_tool

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // jostle bench distances: how long the distance of a pair takes, whether it touches, and when it will.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -20,6 +19,7 @@
 #include "jostle/contact.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
+#include "pair_timings.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -220,64 +220,13 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
     return made;
 }
 
-/// The times of some repetitions, ns a pair, in ascending order.
-template <class Ask>
-std::vector<double> measure(std::size_t pairs, std::uint32_t repetitions, const Ask& ask)
-{
-    using Clock = std::chrono::steady_clock;
-    std::vector<double> ns;
-    for (std::uint32_t r = 0; r <= repetitions; ++r) {
-        const Clock::time_point before = Clock::now();
-        ask();
-        const double time = std::chrono::duration<double, std::nano>(Clock::now() - before).count();
-        if (r > 0) ns.push_back(time / static_cast<double>(pairs));
-    }
-    std::sort(ns.begin(), ns.end());
-    return ns;
-}
-
-class Table
-{
-  public:
-    explicit Table(bool shown) : shown_(shown)
-    {
-        if (shown_)
-            std::printf("%-19s %-11s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
-                        "ns/pair", "min", "max", "mean answer");
-    }
-    void add(const char* system, const Combination& combination, const char* question, std::size_t pairs,
-             const std::vector<double>& ns, double mean, double reference_ns)
-    {
-        nlohmann::ordered_json json;
-        json["system"] = system;
-        json["pair"] = combination.name;
-        json["question"] = question;
-        json["pairs"] = pairs;
-        json["median_ns"] = std::round(median(ns) * 10) / 10;
-        json["min_ns"] = std::round(ns.front() * 10) / 10;
-        json["max_ns"] = std::round(ns.back() * 10) / 10;
-        json["mean"] = rounded(mean);
-        rows.push_back(json);
-        if (!shown_) return;
-        std::printf("%-19s %-11s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", combination.name, question, pairs,
-                    system, median(ns), ns.front(), ns.back(), mean);
-        if (reference_ns > 0) std::printf("   %.1fx", median(ns) / reference_ns);
-        std::printf("\n");
-        std::fflush(stdout);
-    }
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-
-  private:
-    bool shown_;
-};
-
 void run(const Options& options)
 {
     const std::vector<const Combination*> wanted =
         choose(options.combinations, all_combinations, "pair of shapes that is measured");
     check_for_peers(options.peers);
     RowsFile file(options.json);
-    Table table(options.json != "-");
+    PairTimings table(options.json != "-");
     for (const Combination* combination : wanted) {
         const std::uint64_t count = std::max<std::uint64_t>(1, options.pairs / combination->pairs_divisor);
         const std::unique_ptr<Scene> scene = make_scene(*combination, count, options.seed);
@@ -299,7 +248,7 @@ void run(const Options& options)
         const std::vector<double> one_by_one = repeat([&](const Pair& pair, std::size_t i) {
             answer[i] = jostle::distance(shape_a, poses[pair.a], shape_b, poses[pair.b], 1e9)->distance;
         });
-        table.add("jostle", *combination, "distance", count, one_by_one, mean(), 0);
+        table.add("jostle", combination->name, "distance", count, one_by_one, mean(), 0);
         jostle::ContactFinder3d finder({.executor = &jostle::serial_executor()});
         std::vector<jostle::Distance<3, double>> distances(count);
         const std::vector<double> batch = measure(count, options.repetitions, [&] {
@@ -307,20 +256,20 @@ void run(const Options& options)
         });
         for (std::size_t i = 0; i < count; ++i)
             answer[i] = distances[i].distance;
-        table.add("jostle", *combination, "distances", count, batch, mean(), median(one_by_one));
+        table.add("jostle", combination->name, "distances", count, batch, mean(), median(one_by_one));
         const std::vector<double> touching = repeat([&](const Pair& pair, std::size_t i) {
             answer[i] = jostle::touching(shape_a, poses[pair.a], shape_b, poses[pair.b]) ? 1 : 0;
         });
-        table.add("jostle", *combination, "touching", count, touching, mean(), 0);
+        table.add("jostle", combination->name, "touching", count, touching, mean(), 0);
         const std::vector<Pose3d>& deep = scene->overlapping;
         const std::vector<double> overlap = repeat([&](const Pair& pair, std::size_t i) {
             answer[i] = jostle::touching(shape_a, deep[pair.a], shape_b, deep[pair.b]) ? 1 : 0;
         });
-        table.add("jostle", *combination, "overlap", count, overlap, mean(), 0);
+        table.add("jostle", combination->name, "overlap", count, overlap, mean(), 0);
         const std::vector<double> depth = repeat([&](const Pair& pair, std::size_t i) {
             answer[i] = -jostle::distance(shape_a, deep[pair.a], shape_b, deep[pair.b], 0)->distance;
         });
-        table.add("jostle", *combination, "depth", count, depth, mean(), 0);
+        table.add("jostle", combination->name, "depth", count, depth, mean(), 0);
         // Each turns by 1 radian while b comes towards a.
         const std::vector<double> impact = repeat([&](const Pair& pair, std::size_t i) {
             const Pose3d &pose_a = poses[pair.a], &pose_b = poses[pair.b];
@@ -331,7 +280,7 @@ void run(const Options& options)
             const auto hit = jostle::time_of_impact(shape_a, moving_a, shape_b, moving_b, 1e-3);
             answer[i] = hit ? hit->time : 1;
         });
-        table.add("jostle", *combination, "impact", count, impact, mean(), 0);
+        table.add("jostle", combination->name, "impact", count, impact, mean(), 0);
 #ifdef JOSTLE_WITH_PEERS
         if (!options.peers) continue;
         const auto [kind_a, kind_b] = std::pair(combination->a, combination->b);
@@ -342,25 +291,28 @@ void run(const Options& options)
             if (peer->has_distance(kind_a, kind_b, peer->open)) {
                 const std::vector<double> theirs =
                     repeat([&](const Pair&, std::size_t i) { answer[i] = peer->distance(i, peer->open); });
-                table.add(peer->name(), *combination, "distance", count, theirs, mean(), median(one_by_one));
+                table.add(peer->name(), combination->name, "distance", count, theirs, mean(),
+                          median(one_by_one));
             }
             const std::vector<double> their_touching =
                 repeat([&](const Pair&, std::size_t i) { answer[i] = peer->touching(i) ? 1 : 0; });
-            table.add(peer->name(), *combination, "touching", count, their_touching, mean(),
+            table.add(peer->name(), combination->name, "touching", count, their_touching, mean(),
                       median(touching));
             const auto overlapping = make();
             overlapping->start(scene->bodies, scene->pairs, deep);
             const std::vector<double> their_overlap =
                 repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->touching(i) ? 1 : 0; });
-            table.add(peer->name(), *combination, "overlap", count, their_overlap, mean(), median(overlap));
+            table.add(peer->name(), combination->name, "overlap", count, their_overlap, mean(),
+                      median(overlap));
             if (!peer->has_depth(kind_a, kind_b)) continue;
             const std::vector<double> their_depth =
                 repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->depth(i); });
-            table.add(peer->name(), *combination, "depth", count, their_depth, mean(), median(depth));
+            table.add(peer->name(), combination->name, "depth", count, their_depth, mean(), median(depth));
             if (!peer->has_least_depth(kind_a, kind_b)) continue;
             const std::vector<double> their_least =
                 repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->least_depth(i); });
-            table.add(peer->name(), *combination, "least depth", count, their_least, mean(), median(depth));
+            table.add(peer->name(), combination->name, "least depth", count, their_least, mean(),
+                      median(depth));
         }
 #endif
     }

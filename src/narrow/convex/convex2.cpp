@@ -381,20 +381,15 @@ void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
         return;
     }
     if (axis.separation > clear && !is_settled && nearest_by_axis(a, b, axis, gap)) return;
-    if (axis.separation > -clear) {
+    // The nearer round shapes are, the less their points say about the normal: the direction says it.
+    const bool are_apart = axis.is_best && axis.separation > clear;
+    if (axis.separation > -clear && !are_apart) {
         nearest_of_all(a, b, gap);
-        if (axis.is_best && axis.separation > clear) {
-            // The nearer round shapes are, the less their points say about the normal.
-            gap.distance = axis.separation;
-            gap.normal = axis.normal;
-            gap.on_b = gap.on_a + gap.normal * gap.distance;
-            return;
-        }
         // Else a gap that rounding has closed.
         if (gap.distance > 0 && (axis.separation > clear || parted_by(a, b, gap.normal) > clear)) return;
     }
     gap.normal = axis.normal;
-    gap.distance = std::min(0.0, axis.separation);
+    gap.distance = are_apart ? axis.separation : std::min(0.0, axis.separation);
     const Core2 &owner = axis.of_b ? b : a, &other = axis.of_b ? a : b;
     const Vec2 out = axis.of_b ? -axis.normal : axis.normal; // of the side
     Vec2 corner = other.corner[axis.corner];

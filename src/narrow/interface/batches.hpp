@@ -24,14 +24,15 @@ enum class Group
 };
 inline constexpr std::size_t groups = 5;
 
-/// Of the two types of a pair, in any order. There are no kernels for the plane.
+/// Of the two types of a pair, in any order. There are no kernels for the plane, but a group of circles.
 template <int Dim>
 Group group_of(ShapeType a, ShapeType b)
 {
     constexpr Group group[3][3] = {{Group::spheres, Group::rounds, Group::capsule_box},
                                    {Group::rounds, Group::rounds, Group::capsule_box},
                                    {Group::capsule_box, Group::capsule_box, Group::boxes}};
-    return Dim == 3 && is_simple(a) && is_simple(b) ? group[a][b] : Group::other;
+    if (!is_simple(a) || !is_simple(b)) return Group::other;
+    return Dim == 3 || group[a][b] == Group::spheres ? group[a][b] : Group::other;
 }
 
 /// The pairs of each group, by position in the block.

@@ -100,6 +100,9 @@ void ContactFinder<Dim, T>::Implementation::run_groups(const Objects& set_a, con
                                worker.found,
                                margin};
         batch.run(*kernels);
+    } else { // circles are tested at once only where there is nothing else
+        for (const std::uint16_t i : worker.lists.of(narrow::Group::spheres))
+            worker.lists.add(narrow::Group::other, i);
     }
 }
 
@@ -110,43 +113,38 @@ ContactFinder<Dim, T>::Implementation::find_balls(const Objects& set_a, const Ob
                                                   std::span<const Pair> pairs, double margin,
                                                   const Chunk& chunk_of)
 {
-    if constexpr (Dim == 3) {
-        std::uint16_t near[narrow::block_pairs];
-        std::size_t near_count = 0;
-        bool in_one_place = false;
-        for (std::size_t i = 0; i < pairs.size(); ++i) { // which are near is hard to predict: no branches
-            const Pair& pair = pairs[i];
-            const narrow::Vec3 d =
-                narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
-            const double radii = set_a.shapes[pair.a].radius() + set_b.shapes[pair.b].radius();
-            near[near_count] = static_cast<std::uint16_t>(i);
-            near_count += narrow::spheres_near(radii + margin, d) ? 1 : 0;
-            in_one_place = in_one_place | (narrow::length2(d) == 0);
-        }
-        if (in_one_place) return {};
-        const auto chunk = chunk_of(near_count);
-        std::size_t count = 0;
-        for (std::size_t k = 0; k < near_count; ++k) {
-            const Pair& pair = pairs[near[k]];
-            const Shape<3>&a = set_a.shapes[pair.a], &b = set_b.shapes[pair.b];
-            const narrow::Vec3 d =
-                narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
-            // Put in order as any other pair.
-            const bool swapped = (d.x != 0 ? d.x : d.y != 0 ? d.y : d.z) < 0;
-            const narrow::Vec3 way = d * (swapped ? -1.0 : 1.0);
-            narrow::Manifold<3> manifold;
-            const narrow::Verdict verdict = narrow::spheres(
-                swapped ? b.radius() : a.radius(), swapped ? a.radius() : b.radius(), way, margin, manifold);
-            if (verdict != narrow::Verdict::touch) continue;
-            using Made = typename decltype(chunk)::value_type;
-            Made& contact = *::new (&chunk[count++]) Made;
-            contact.pair = pair;
-            narrow::finish(manifold, way, swapped, contact);
-        }
-        return count;
-    } else {
-        return {};
+    using V = narrow::V<Dim>;
+    std::uint16_t near[narrow::block_pairs];
+    std::size_t near_count = 0;
+    bool in_one_place = false;
+    for (std::size_t i = 0; i < pairs.size(); ++i) { // which are near is hard to predict: no branches
+        const Pair& pair = pairs[i];
+        const V d = narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
+        const double radii = set_a.shapes[pair.a].radius() + set_b.shapes[pair.b].radius();
+        near[near_count] = static_cast<std::uint16_t>(i);
+        near_count += narrow::spheres_near(radii + margin, d) ? 1 : 0;
+        in_one_place = in_one_place | (narrow::length2(d) == 0);
     }
+    if (in_one_place) return {};
+    const auto chunk = chunk_of(near_count);
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < near_count; ++k) {
+        const Pair& pair = pairs[near[k]];
+        const Shape<Dim>&a = set_a.shapes[pair.a], &b = set_b.shapes[pair.b];
+        const V d = narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
+        // Put in order as any other pair.
+        const bool swapped = (d[0] != 0 ? d[0] : d[1] != 0 ? d[1] : d[Dim - 1]) < 0;
+        const V way = d * (swapped ? -1.0 : 1.0);
+        narrow::Manifold<Dim> manifold;
+        const narrow::Verdict verdict = narrow::spheres(
+            swapped ? b.radius() : a.radius(), swapped ? a.radius() : b.radius(), way, margin, manifold);
+        if (verdict != narrow::Verdict::touch) continue;
+        using Made = typename decltype(chunk)::value_type;
+        Made& contact = *::new (&chunk[count++]) Made;
+        contact.pair = pair;
+        narrow::finish(manifold, way, swapped, contact);
+    }
+    return count;
 }
 
 template <int Dim, Coordinate T>

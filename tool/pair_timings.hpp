@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "numbers.hpp"
+
+/// How `jostle bench distances` and `jostle bench plane` time questions about pairs, and show the times.
+
+namespace jostle_tool {
+
+/// The times of some repetitions, ns a pair, in ascending order.
+template <class Ask>
+std::vector<double> measure(std::size_t pairs, std::uint32_t repetitions, const Ask& ask)
+{
+    using Clock = std::chrono::steady_clock;
+    std::vector<double> ns;
+    for (std::uint32_t r = 0; r <= repetitions; ++r) {
+        const Clock::time_point before = Clock::now();
+        ask();
+        const double time = std::chrono::duration<double, std::nano>(Clock::now() - before).count();
+        if (r > 0) ns.push_back(time / static_cast<double>(pairs));
+    }
+    std::sort(ns.begin(), ns.end());
+    return ns;
+}
+
+/// Rows of a table on the screen, where it is shown, and of a file.
+class PairTimings
+{
+  public:
+    explicit PairTimings(bool shown) : shown_(shown)
+    {
+        if (shown_)
+            std::printf("%-19s %-11s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
+                        "ns/pair", "min", "max", "mean answer");
+    }
+    void add(const char* system, const char* pair, const char* question, std::size_t pairs,
+             const std::vector<double>& ns, double mean, double reference_ns)
+    {
+        nlohmann::ordered_json json;
+        json["system"] = system;
+        json["pair"] = pair;
+        json["question"] = question;
+        json["pairs"] = pairs;
+        json["median_ns"] = std::round(median(ns) * 10) / 10;
+        json["min_ns"] = std::round(ns.front() * 10) / 10;
+        json["max_ns"] = std::round(ns.back() * 10) / 10;
+        json["mean"] = rounded(mean);
+        rows.push_back(json);
+        if (!shown_) return;
+        std::printf("%-19s %-11s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", pair, question, pairs, system,
+                    median(ns), ns.front(), ns.back(), mean);
+        if (reference_ns > 0) std::printf("   %.1fx", median(ns) / reference_ns);
+        std::printf("\n");
+        std::fflush(stdout);
+    }
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+
+  private:
+    bool shown_;
+};
+
+} // namespace jostle_tool
