@@ -110,17 +110,19 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
         const Pose2d a{{numbers.uniform(-10, 10), numbers.uniform(-10, 10)}, turned()};
         const auto away = turned();
         Pose2d b{{a.position[0] + 3 * away[0], a.position[1] + 3 * away[1]}, turned()};
+        const auto signed_distance = [&] { return jostle::distance(scene.shape, a, scene.shape, b, 1e9); };
         const auto move_to = [&](double wanted) {
-            const auto gap = jostle::distance(scene.shape, a, scene.shape, b, 1e9);
+            const auto now = signed_distance();
             for (std::size_t d = 0; d < 2; ++d)
-                b.position[d] -= gap->normal[d] * (gap->distance - wanted);
+                b.position[d] -= now->normal[d] * (now->distance - wanted);
         };
         const double gap = numbers.uniform(0.02, 0.5), depth = numbers.uniform(0.01, 0.1);
         for (int step = 0; step < 3; ++step)
             move_to(gap);
         scene.a.push_back(a);
         scene.b.push_back(b);
-        move_to(-depth);
+        for (int step = 0; step < 20 && signed_distance()->distance >= 0; ++step) // more than one past a tip
+            move_to(-depth);
         scene.overlapping.push_back(b);
     }
     return made;

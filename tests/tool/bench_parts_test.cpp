@@ -80,6 +80,30 @@ TEST_F(ToolTest, BenchDistancesAsksSixQuestionsOfEachPair)
     }
 }
 
+TEST_F(ToolTest, BenchPlaneAsksFiveQuestionsOfEachPair)
+{
+    const Result result = run({"bench", "plane", "-n", "40", "--repetitions", "1", "--json", "-"});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    expect_rounded(result.out);
+    std::map<std::string, std::map<std::string, double>> means;
+    for (const auto& row : nlohmann::json::parse(result.out)) {
+        EXPECT_GT(row["median_ns"], 0) << row;
+        means[row["pair"]][row["question"]] = row["mean"];
+    }
+    EXPECT_EQ(means.size(), 8u);
+    for (auto& [pair, mean] : means) {
+        EXPECT_EQ(mean.size(), 5u) << pair;
+        EXPECT_EQ(mean["touching"], 0) << pair;
+        EXPECT_EQ(mean["overlap"], 1) << pair;
+        EXPECT_GT(mean["distance"], 0.01) << pair; // by the making of the scene
+        EXPECT_LT(mean["distance"], 0.51) << pair;
+        EXPECT_GT(mean["depth"], 0.001) << pair;
+        EXPECT_LT(mean["depth"], 0.11) << pair;
+        EXPECT_GE(mean["contacts"], 1) << pair;
+        EXPECT_LE(mean["contacts"], pair == "circles" ? 1 : 2) << pair;
+    }
+}
+
 TEST_F(ToolTest, BenchQuestionsAnswersTheSameOnAnyThreads)
 {
     const Result result =
@@ -224,7 +248,7 @@ TEST_F(ToolTest, BenchPartsNameWhatTheyDontKnow)
 TEST_F(ToolTest, BenchPartsRefuseWhatStandsBeforeThem)
 {
     for (const std::string part :
-         {"world", "questions", "contacts", "distances", "responses", "scenes", "programs"})
+         {"world", "questions", "contacts", "distances", "plane", "responses", "scenes", "programs"})
         for (const std::vector<std::string>& before : {std::vector<std::string>{"-n", "100"},
                                                        {"uniform"},
                                                        {"--threads", "1"},
