@@ -141,7 +141,7 @@ def per_object(given: np.ndarray, name: str, count: int) -> np.ndarray:
     if given.shape not in ((), (1,), (count,)):
         raise Error(f"{name} has the shape {given.shape}, and there are {count} objects: give one for all, or one for each",
                     None, "size_mismatch")
-    return np.require(np.broadcast_to(given, (count,)), requirements="CA")
+    return np.require(np.broadcast_to(given, (count,)), requirements=["C", "A"])
 
 
 def ids(given: Any, name: str = "ids") -> np.ndarray:

@@ -115,11 +115,11 @@ std::size_t corner_of_box(const Vec2& d)
 
 /// The direction at right angles to a side that parts two polygons most, from a to b. Each side is looked at
 /// together with the corner of the other that reaches furthest against it, and from one side to the next that
-/// corner goes round as well: by steps to a neighbour that reaches further (rotating calipers: Shamos 1978,
-/// "Computational Geometry", sec. 3). What a corner says of a side is never too little, so that the side that
-/// is best by such corners is the best of all if its own corner is the furthest of all, which is looked up at
-/// the end. Only rounding on sides that are nearly in line stops a corner elsewhere; then each side is tested
-/// with each corner.
+/// corner goes round as well: by steps to a neighbour that reaches further (rotating calipers: Shamos 1978;
+/// Toussaint 1983). What a corner says of a side is never too little, so that the side that is best by such
+/// corners is the best of all if its own corner is the furthest of all, which is looked up at the end. Only
+/// rounding on sides that are nearly in line stops a corner elsewhere; then each side is tested with each
+/// corner.
 class SideSearch
 {
   public:
