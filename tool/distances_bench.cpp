@@ -32,16 +32,6 @@ using jostle::Shape3;
 using jostle_bench::BodyKind;
 using jostle_bench::BodyShape;
 
-struct Options
-{
-    std::vector<std::string> combinations;
-    std::uint64_t pairs = 10'000;
-    std::uint32_t repetitions = 7;
-    std::uint64_t seed = 1;
-    bool peers = false;
-    std::string json;
-};
-
 struct Combination
 {
     const char* name;
@@ -220,7 +210,7 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
     return made;
 }
 
-void run(const Options& options)
+void run(const PairOptions& options)
 {
     const std::vector<const Combination*> wanted =
         choose(options.combinations, all_combinations, "pair of shapes that is measured");
@@ -341,20 +331,11 @@ Examples:
   jostle bench distances
   jostle bench distances capsule-capsule mesh-mesh
   jostle bench distances --peers --json -)");
-    const auto options = std::make_shared<Options>();
-    command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")
-        ->type_name("");
-    add_number_option(*command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
-                      "How many pairs (10000); of hulls, cylinders, cones and ellipsoids a quarter, of "
-                      "meshes 1 to 5 of 1000 "
-                      "as many")
-        ->type_name("N");
-    add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
-                      "How often each is asked (7)")
-        ->type_name("R");
-    add_seed_option(*command, options->seed, "Other bodies of the same kind (1)");
-    command->add_flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
-    add_rows_file_option(*command, options->json);
+    const auto options = std::make_shared<PairOptions>();
+    add_pair_options(*command, *options,
+                     "How many pairs (10000); of hulls, cylinders, cones and ellipsoids a quarter, of "
+                     "meshes 1 to 5 of 1000 as many",
+                     "Other bodies of the same kind (1)", "Bullet and FCL as well, where the build has them");
     command->callback([options] { run(*options); });
 }
 

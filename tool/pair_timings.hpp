@@ -7,15 +7,43 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "bench_options.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 
 /// How `jostle bench distances` and `jostle bench plane` time questions about pairs, and show the times.
 
 namespace jostle_tool {
+
+struct PairOptions
+{
+    std::vector<std::string> combinations;
+    std::uint64_t pairs = 10'000;
+    std::uint32_t repetitions = 7;
+    std::uint64_t seed = 1;
+    bool peers = false;
+    std::string json;
+};
+inline void add_pair_options(CLI::App& command, PairOptions& options, const std::string& pairs,
+                             const std::string& seed, const std::string& peers)
+{
+    command.add_option("PAIR", options.combinations, "Which pairs of shapes; all if none is given")
+        ->type_name("");
+    add_number_option(command, "-n", options.pairs, std::uint64_t{1}, std::uint64_t{10'000'000}, pairs)
+        ->type_name("N");
+    add_number_option(command, "--repetitions", options.repetitions, 1u, 100'000u,
+                      "How often each is asked (7)")
+        ->type_name("R");
+    add_seed_option(command, options.seed, seed);
+    command.add_flag("--peers", options.peers, peers);
+    add_rows_file_option(command, options.json);
+}
 
 /// The times of some repetitions, ns a pair, in ascending order.
 template <class Ask>

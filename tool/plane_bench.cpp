@@ -30,16 +30,6 @@ using jostle::Shape2;
 using jostle_bench::PlaneShape;
 using Kind = PlaneShape::Kind;
 
-struct Options
-{
-    std::vector<std::string> combinations;
-    std::uint64_t pairs = 10'000;
-    std::uint32_t repetitions = 7;
-    std::uint64_t seed = 1;
-    bool peers = false;
-    std::string json;
-};
-
 struct Combination
 {
     const char* name;
@@ -128,7 +118,7 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
     return made;
 }
 
-void run(const Options& options)
+void run(const PairOptions& options)
 {
     const std::vector<const Combination*> wanted =
         choose(options.combinations, all_combinations, "pair of shapes that is measured");
@@ -220,18 +210,9 @@ Examples:
   jostle bench plane
   jostle bench plane boxes octagons
   jostle bench plane --peers --json -)");
-    const auto options = std::make_shared<Options>();
-    command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")
-        ->type_name("");
-    add_number_option(*command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
-                      "How many pairs (10000)")
-        ->type_name("N");
-    add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
-                      "How often each is asked (7)")
-        ->type_name("R");
-    add_seed_option(*command, options->seed, "Other poses of the same kind (1)");
-    command->add_flag("--peers", options->peers, "Box2D as well, where the build has it");
-    add_rows_file_option(*command, options->json);
+    const auto options = std::make_shared<PairOptions>();
+    add_pair_options(*command, *options, "How many pairs (10000)", "Other poses of the same kind (1)",
+                     "Box2D as well, where the build has it");
     command->callback([options] { run(*options); });
 }
 

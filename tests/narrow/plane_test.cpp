@@ -286,6 +286,33 @@ TEST(InThePlane, PolygonsOverlapByHowFarTheirCornersReach)
     EXPECT_GT(deep, 5000);
 }
 
+// Far from a's position, corners that lie close to each other become one: what goes round stops there.
+TEST(InThePlane, CornersThatRoundingPutsInOnePlaceStopNoSearch)
+{
+    Random random(8);
+    for (int round = 0; round < 3000; ++round) {
+        SCOPED_TRACE(round);
+        const auto hull = [&] {
+            std::vector<Vec2d> points;
+            const double turn = random.uniform(0, 6.28);
+            for (int i = 0; i < 8; ++i)
+                for (int k = -2; k <= 2; ++k) {
+                    const double angle = turn + 0.7853981633974483 * i + 1e-12 * k;
+                    points.push_back({std::cos(angle), std::sin(angle)});
+                }
+            return ConvexHull2(points);
+        };
+        const ConvexHull2 hull_a = hull(), hull_b = hull();
+        const Pose2d pose = random.pose2<double>(1.5);
+        const narrow::Vec2 far{1e6, 0};
+        const narrow::Core2 a(Shape2(hull_a), {narrow::rotation(Pose2d{}), far});
+        const narrow::Core2 b(Shape2(hull_b), {narrow::rotation(pose), far + narrow::load(pose.position)});
+        narrow::Gap<2> found;
+        convex_gap(a, b, HUGE_VAL, found);
+        ASSERT_NEAR(found.distance, distance_by_each_side(a, b), 1e-9);
+    }
+}
+
 // Both sides of a needle through the middle of a polygon overlap it equally, but for rounding.
 TEST(InThePlane, ANeedleLeavesAPolygonOnEitherSide)
 {

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT
 // No memory in steady updates; and when there is none at all, the world stays as it was.
 #include <atomic>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <memory_resource>
 #include <thread>
 
 #include "churn.hpp"
+#include "jostle/contact.hpp"
 #include "scenes/scenes.hpp"
 #include "tests/global_new.hpp"
 #include "world/arena.hpp"
@@ -580,6 +582,35 @@ TEST(Memory, SteadyUpdatesWithRefusedPairsAllocateNothing)
 TEST(Memory, SteadyUpdatesWithRefusedPairsAndABaseAllocateNothing)
 {
     allocate_nothing_with_refused_pairs(true);
+}
+
+// Of up to 128 corners: more don't lie on the stack.
+TEST(Memory, ContactsOfPolygonsTakeNone)
+{
+    std::vector<jostle::Vec2d> points;
+    for (int i = 0; i < 128; ++i)
+        points.push_back({std::cos(i * 0.04908738521234052), std::sin(i * 0.04908738521234052)});
+    const jostle::ConvexHull2 hull(points);
+    ASSERT_EQ(hull.vertices().size(), 128u);
+    const std::vector<jostle::Shape2> shapes(20, hull);
+    std::vector<jostle::Pose2d> poses;
+    std::vector<jostle::Pair> pairs;
+    for (std::uint32_t i = 0; i < 20; ++i) {
+        poses.push_back({{0.9 * i, 0.1 * i}, {1, 0}});
+        for (std::uint32_t k = 0; k < i; ++k)
+            pairs.push_back({k, i});
+    }
+    std::vector<jostle::Distance<2, double>> distances(pairs.size());
+    std::vector<std::uint8_t> touch(pairs.size());
+    jostle::ContactFinder2d finder({.executor = &jostle::serial_executor()});
+    std::uint64_t before = 0;
+    for (int frame = 0; frame < 6; ++frame) {
+        if (frame == 3) before = global_new::calls;
+        EXPECT_GT(finder.find(shapes, poses, pairs).size(), 19u);
+        finder.distances(shapes, poses, pairs, 100, std::span(distances));
+        finder.touching(shapes, poses, pairs, touch);
+    }
+    EXPECT_EQ(global_new::calls, before);
 }
 
 } // namespace

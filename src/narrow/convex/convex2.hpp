@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Convex shapes in the plane: rounded polygons. A circle is a point with a radius, a capsule a segment with
-// one. Source: separating axes and clipping as in Ericson sec. 5.2.1.
+// one. Source: separating axes and clipping as in Ericson sec. 5.2.1. Gaps are in convex2.cpp, refine() in
+// smooth2.cpp, and how sides are clipped against each other in manifold2.cpp.
 #pragma once
 
 #include "narrow/convex/manifold.hpp"
@@ -23,9 +24,11 @@ struct Axis2
 /// A counterclockwise loop of corners seen from a's position, or one or two points.
 struct Core2
 {
-    SmallVector<Vec2, 16> corner;
-    SmallVector<Vec2, 16> normal; ///< of each side, unit, outwards; side i is from corner i to the next
-    SmallVector<std::uint32_t, 16> number; ///< of each corner, for features
+    template <class T>
+    using List = SmallVector<T, 128>; // contacts of polygons with so many corners allocate nothing
+    List<Vec2> corner;
+    List<Vec2> normal;          ///< of each side, unit, outwards; side i is from corner i to the next
+    List<std::uint32_t> number; ///< of each corner, for features
     double radius, reach;
     bool smooth = false, is_box = false;
     Vec2 half; ///< half its widths, if it is a box or an ellipse
@@ -60,6 +63,19 @@ inline Vec2 furthest(const Core2& core, const Vec2& direction)
 {
     return core.corner[furthest_corner(core, direction)];
 }
+
+/// How far unit direction n, from a to b, parts two polygons; below 0: how much they overlap along it.
+double parted_by(const Core2& a, const Core2& b, const Vec2& n);
+
+/// The side that looks most into `direction`, or none for a point.
+struct Side2
+{
+    bool is_side = false;
+    Vec2 from, to;
+    std::uint32_t number_from = 0, number_to = 0;
+    double alignment = -1;
+};
+Side2 best_side(const Core2& core, const Vec2& direction);
 
 /// The point of a smooth shape furthest along a direction, which is none of the corners; both in local axes.
 inline Vec2 smooth_support(const Core2& core, const Vec2& d)

@@ -118,6 +118,15 @@ struct Polygons
     Core2 a, b;
     explicit Polygons(const Placed<2>& pair) : a(*pair.a, {pair.ra, {}}), b(*pair.b, {pair.rb, pair.d}) {}
 };
+/// The same of whether they touch: a ball on a cylinder or cone has none.
+bool has_short_touch(const Placed<3>& pair)
+{
+    return is_simple(pair.b->type());
+}
+bool has_short_touch(const Placed<2>& pair)
+{
+    return has_short_way(pair);
+}
 /// The short ways, for the shapes that have one.
 Verdict simple_contact(const Placed<3>& pair, double margin, Manifold<3>& manifold)
 {
@@ -233,7 +242,7 @@ template <int Dim>
 bool find_touch(const Placed<Dim>& pair)
 {
     if (!within_reach(pair, 0)) return false;
-    if (Dim == 2 ? has_short_way(pair) : is_simple(pair.b->type())) {
+    if (has_short_touch(pair)) {
         Verdict verdict = simple_touch(pair);
         if (verdict == Verdict::unclear) {
             Manifold<Dim> manifold;
