@@ -342,6 +342,50 @@ TEST(OnePair, TakesLengthsOfAnyType)
     }
 }
 
+// A batch of nothing but circles goes a way of its own, and so do two circles.
+TEST(ContactFinder, CirclesAnswerAsTheGeneralWayDoes)
+{
+    Random random(9);
+    std::vector<Shape2> circles;
+    std::vector<Pose2d> poses;
+    std::vector<Pair> pairs;
+    for (std::uint32_t i = 0; i < 300; ++i) {
+        circles.push_back(Shape2::sphere(random.chance(0.1) ? 0 : random.uniform(0, 0.2)));
+        poses.push_back(random.pose2<double>(1));
+        if (random.chance(0.2)) poses.back().position[0] = 0.5; // beside or above each other
+        for (std::uint32_t k = 0; k < i; ++k)
+            pairs.push_back(random.chance(0.5) ? Pair{k, i} : Pair{i, k});
+    }
+    ContactFinder2d finder;
+    std::size_t next = 0;
+    const auto found = finder.find(circles, poses, pairs, 0.01).to_vector();
+    for (const Pair& pair : pairs) {
+        const auto one = contacts(circles[pair.a], poses[pair.a], circles[pair.b], poses[pair.b], 0.01);
+        const Vec2d way = poses[pair.b].position - poses[pair.a].position;
+        const double gap = std::hypot(way[0], way[1]) - circles[pair.a].radius() - circles[pair.b].radius();
+        ASSERT_EQ(one.size(), gap <= 0.01 ? 1u : 0u);
+        if (one.empty()) continue;
+        ASSERT_TRUE(next < found.size() && found[next].pair == pair && same(found[next], one[0]));
+        ++next;
+        const auto turned = contacts(circles[pair.b], poses[pair.b], circles[pair.a], poses[pair.a], 0.01);
+        ASSERT_EQ(turned[0].normal, -one[0].normal);
+        ASSERT_EQ(turned[0].point[0].from_a, one[0].point[0].from_b);
+        ASSERT_NEAR(one[0].point[0].depth, -gap, 1e-14);
+        ASSERT_NEAR(jostle::dot(one[0].normal, way), std::hypot(way[0], way[1]), 1e-14);
+    }
+    EXPECT_EQ(next, found.size());
+    EXPECT_GT(next, 1000u);
+
+    // In one place they are pushed apart along y, and touch where they are.
+    const auto inside = contacts(Shape2::sphere(1), poses[0], Shape2::sphere(2), poses[0]);
+    EXPECT_EQ(inside.at(0).normal, (Vec2d{0, 1}));
+    EXPECT_EQ(inside[0].point[0].depth, 3);
+
+    finder.add_test({ShapeTypes::sphere, ShapeTypes::sphere,
+                     [](void*, const PairTestInput<2>&, PairTest<2>::Emit) {}, nullptr});
+    EXPECT_TRUE(finder.find(circles, poses, pairs).empty());
+}
+
 /// Contacts of this frame and the last, as warm starting wants them.
 TEST(ContactFinder, GivesItsResultAwayForTheOneBefore)
 {

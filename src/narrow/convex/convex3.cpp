@@ -42,10 +42,6 @@ void polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
 /// Of the size: what overlaps by less nearly touches.
 constexpr double nearly = 1e-6;
 
-/// Of the size: gjk() counts less than that as touching. Where two cores are as close to what is asked for,
-/// convex_touch() and core_gap() must decide by the same search.
-constexpr double uncertain = 2 * core_touch;
-
 /// Whether what gjk() says of two cores needs another look. Among the points of smooth ones, some of which
 /// lie very close, it gets lost where they nearly touch.
 bool is_doubtful(const Core3& a, const Core3& b, Verdict verdict, const Simplex& simplex, const Gap<3>& gap)
@@ -139,7 +135,7 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
         if (verdict == Verdict::apart) return;
         if (polyhedra_gap(a, b, enough, gap)) {
             if (verdict == Verdict::touch) gap.distance = std::min(0.0, gap.distance);
-            if (gap.distance > enough + uncertain * (a.reach + b.reach)) gap.distance = HUGE_VAL;
+            if (gap.distance > enough + uncertain(a, b)) gap.distance = HUGE_VAL;
             if (gap.distance <= 0 || gap.distance == HUGE_VAL) return;
         }
     }
@@ -185,7 +181,7 @@ bool convex_contact(const Core3& a, const Core3& b, double margin, Manifold<3>& 
     Gap<3> cores;
     const double enough = a.radius + b.radius + margin;
     // Of smooth ones GJK may call a touch what Newton's method knows to be a gap.
-    const double doubt = a.is_smooth() || b.is_smooth() ? uncertain * (a.reach + b.reach) : 0;
+    const double doubt = a.is_smooth() || b.is_smooth() ? uncertain(a, b) : 0;
     core_gap(a, b, enough + doubt, cores);
     if (!(cores.distance <= enough)) {
         if (!(cores.distance <= enough + doubt && convex_touch(a, b))) return false;
@@ -213,7 +209,7 @@ bool convex_touch(const Core3& a, const Core3& b)
     if (!is_point_on_round(a, b)) {
         const Verdict verdict = gjk(a, b, {}, enough, {}, simplex, gap);
         const bool is_close = (a.is_smooth() || b.is_smooth()) && verdict == Verdict::apart &&
-                              std::abs(gap.distance - enough) <= uncertain * (a.reach + b.reach);
+                              std::abs(gap.distance - enough) <= uncertain(a, b);
         if (!is_close && !is_doubtful(a, b, verdict, simplex, gap))
             return verdict == Verdict::touch || gap.distance <= enough;
     }

@@ -163,5 +163,12 @@ struct Ball
 /// corner, and in cores whose inside isn't known, its radius is 0.
 Ball ball_inside(const Core3& core, const Vec3& p, const Vec3& normal);
 
+/// gjk() counts less than that as touching. Where two cores are as close to what is asked for, all who ask
+/// must decide by the same search.
+inline double uncertain(const Core3& a, const Core3& b)
+{
+    return 2 * core_touch * (a.reach + b.reach);
+}
+
 } // namespace narrow
 JOSTLE_NAMESPACE_END

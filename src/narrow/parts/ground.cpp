@@ -110,7 +110,7 @@ Answer ground_contact(const Part<3>& ground, const Core3& body, double margin, M
 {
     const bool below = is_below(ground, body);
     Gap<3> cores;
-    const double enough = body.radius + margin + 2 * core_touch * (body.reach + ground.core.reach);
+    const double enough = body.radius + margin + uncertain(body, ground.core);
     core_gap(body, ground.core, below ? HUGE_VAL : enough, cores); // as for other surfaces
     gap = cores.distance - body.radius;
     if (!below && !(cores.distance <= body.radius + margin)) return Answer::none;

@@ -183,7 +183,7 @@ bool plane_contact(const Core3& a, const Part<3>& b, double side, double margin,
     const Vec3 normal = b.normal * side;
     const Vec3 lowest = furthest(a, -normal) - normal * a.radius;
     const double height = dot(normal, lowest - b.core.frame * b.core.polytope.vertex(0));
-    if (height > margin + 2 * core_touch * (a.reach + b.core.reach)) return false; // else GJK's word counts
+    if (height > margin + uncertain(a, b.core)) return false; // else GJK's word counts
     manifold.normal = -normal;
     manifold.count = 1;
     manifold.point[0] = {lowest - normal * (0.5 * height), -std::min(height, margin),
@@ -210,7 +210,7 @@ Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold
 {
     if (b.surface == Surface::ground) return ground_contact(b, a, margin, manifold, gap);
     // A gap that is as good as none is one all the same for a search that ends beyond `enough`.
-    const double enough = a.radius + margin + 2 * core_touch * (a.reach + b.core.reach);
+    const double enough = a.radius + margin + uncertain(a, b.core);
     Gap<3> cores;
     cores.distance = HUGE_VAL;
     if (a.is_box && b.core.polytope.faces != 0) {
