@@ -23,11 +23,11 @@ struct Processing
     ProcessOptions options;
 };
 
-jostle_work_plan to_c(const WorkPlan& plan) noexcept
+jostle_work_plan plan_to_c(const WorkPlan& plan) noexcept
 {
     return {plan.items, plan.block_items, plan.blocks, plan.slots};
 }
-jostle_work to_c(const Work& work) noexcept
+jostle_work work_to_c(const Work& work) noexcept
 {
     return {work.slot, work.block};
 }
@@ -195,7 +195,7 @@ jostle_status jostle_plan_work(uint64_t items, const jostle_process_options* opt
 {
     return guarded(error, [&] {
         const Processing how(options);
-        wanted(plan, "plan") = to_c(plan_work(items, how.options));
+        wanted(plan, "plan") = plan_to_c(plan_work(items, how.options));
     });
 }
 jostle_status jostle_plan_all_pairs(uint32_t objects, const jostle_process_options* options,
@@ -203,7 +203,7 @@ jostle_status jostle_plan_all_pairs(uint32_t objects, const jostle_process_optio
 {
     return guarded(error, [&] {
         const Processing how(options);
-        wanted(plan, "plan") = to_c(plan_all_pairs(objects, how.options));
+        wanted(plan, "plan") = plan_to_c(plan_all_pairs(objects, how.options));
     });
 }
 jostle_status jostle_process_items(uint64_t items, jostle_process_items_function process, void* context,
@@ -215,7 +215,7 @@ jostle_status jostle_process_items(uint64_t items, jostle_process_items_function
         process_items(
             items,
             [&](std::uint64_t begin, std::uint64_t end, Work work) {
-                agreed(process(context, begin, end, to_c(work)));
+                agreed(process(context, begin, end, work_to_c(work)));
             },
             how.options);
     });
@@ -244,7 +244,7 @@ jostle_status jostle_process_blocks(const jostle_blocks* blocks, jostle_process_
                         agreed(process(context,
                                        static_cast<const unsigned char*>(given.blocks[block].items) +
                                            (begin - first) * given.item_size,
-                                       last - begin, begin, to_c(work)));
+                                       last - begin, begin, work_to_c(work)));
                     begin = last;
                     ++block;
                 }
@@ -262,7 +262,7 @@ jostle_status jostle_process_all_pairs(uint32_t objects, jostle_process_row_func
         process_all_pairs(
             objects,
             [&](const PairRow& row) {
-                agreed(process(context, row.a, row.b_begin, row.b_end, to_c(row.work)));
+                agreed(process(context, row.a, row.b_begin, row.b_end, work_to_c(row.work)));
             },
             how.options, schedule_of(schedule));
     });

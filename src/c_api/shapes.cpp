@@ -71,7 +71,7 @@ void make_room(ManyShapes<Dim>& many, std::uint64_t count, std::uint64_t owning)
 
 /// Appends what make(i) makes for each i, or nothing: then the error says which. They point to nothing.
 template <int Dim, class F>
-void append(ManyShapes<Dim>& many, std::uint64_t count, F&& make)
+void append_shapes(ManyShapes<Dim>& many, std::uint64_t count, F&& make)
 {
     make_room(many, count, 0);
     const std::size_t before = many.shapes.size();
@@ -391,7 +391,7 @@ jostle_status jostle_shapes_add_spheres(jostle_shapes* shapes, const double* rad
         std::visit(
             [&]<int Dim>(ManyShapes<Dim>& many) {
                 wanted_array(radii, count, "radii");
-                append(many, count, [&](std::uint64_t i) { return Shape<Dim>::sphere(radii[i]); });
+                append_shapes(many, count, [&](std::uint64_t i) { return Shape<Dim>::sphere(radii[i]); });
             },
             open(shapes).shapes);
     });
@@ -404,8 +404,9 @@ jostle_status jostle_shapes_add_capsules(jostle_shapes* shapes, const double* ha
             [&]<int Dim>(ManyShapes<Dim>& many) {
                 wanted_array(half_lengths, count, "half_lengths");
                 wanted_array(radii, count, "radii");
-                append(many, count,
-                       [&](std::uint64_t i) { return Shape<Dim>::capsule(half_lengths[i], radii[i]); });
+                append_shapes(many, count, [&](std::uint64_t i) {
+                    return Shape<Dim>::capsule(half_lengths[i], radii[i]);
+                });
             },
             open(shapes).shapes);
     });
@@ -418,7 +419,7 @@ jostle_status jostle_shapes_add_boxes(jostle_shapes* shapes, const double* halve
             [&]<int Dim>(ManyShapes<Dim>& many) {
                 const auto* const all =
                     wanted_array_of<Vec<Dim, double>>(static_cast<const void*>(halves), count, "halves");
-                append(many, count, [&](std::uint64_t i) { return Shape<Dim>::box(all[i]); });
+                append_shapes(many, count, [&](std::uint64_t i) { return Shape<Dim>::box(all[i]); });
             },
             open(shapes).shapes);
     });

@@ -5,15 +5,15 @@ JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 namespace {
 
-struct Range
+struct Interval
 {
     double lo, hi;
 };
-Range range(const Core3& core, const Vec3& axis)
+Interval interval(const Core3& core, const Vec3& axis)
 {
     const Vec3 d = core.frame.r.back(axis);
     const Polytope& hull = core.polytope;
-    Range r{HUGE_VAL, -HUGE_VAL};
+    Interval r{HUGE_VAL, -HUGE_VAL};
     for (std::uint32_t i = 0; i < hull.vertices; ++i) {
         const double h = d.x * hull.x[i] + d.y * hull.x[hull.stride + i] + d.z * hull.x[2 * hull.stride + i];
         r.lo = std::min(r.lo, h);
@@ -30,7 +30,7 @@ struct Axis
 };
 void consider(Axis& best, const Core3& a, const Core3& b, const Vec3& n, bool both, double advantage)
 {
-    const Range ra = range(a, n), rb = range(b, n);
+    const Interval ra = interval(a, n), rb = interval(b, n);
     const double forth = rb.lo - ra.hi, back = ra.lo - rb.hi;
     if (forth > best.separation + advantage) best = {n, forth};
     if (both && back > best.separation + advantage) best = {-n, back};

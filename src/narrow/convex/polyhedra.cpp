@@ -13,7 +13,7 @@ constexpr std::uint32_t most_pairs = 12'000; // of edges: beyond, the expanding 
 
 /// One of two polyhedra: points and normals in a's local axes for edges, planes and the other's points in its
 /// own for faces.
-struct Side
+struct Polyhedron
 {
     const Polytope* hull;
     const Kernels* kernels;
@@ -126,7 +126,7 @@ bool polyhedra_gap(const Core3& a, const Core3& b, double enough_apart, Gap<3>& 
     kernels.move(hull_b.x, hull_b.stride, turn, shift, b_corners);
     kernels.move(hull_a.x, hull_a.stride, back, -(back * shift), a_corners);
     kernels.move(hull_b.nx, hull_b.face_stride, turn, {}, b_normals);
-    Side side_a, side_b;
+    Polyhedron side_a, side_b;
     side_a.hull = &hull_a;
     side_a.kernels = &kernels;
     side_a.x = hull_a.x;

@@ -13,11 +13,11 @@ namespace {
 
 /// One of the two that a search goes through: a mesh, whose boxes are numbered node * 8 + place, or a single
 /// part, which is box 0.
-class Side
+class SearchSide
 {
   public:
-    Side(const MeshData<3>& mesh, const Frame<3>& where) : frame(where), mesh_(&mesh) {}
-    Side(const Part<3>& part, std::uint32_t number)
+    SearchSide(const MeshData<3>& mesh, const Frame<3>& where) : frame(where), mesh_(&mesh) {}
+    SearchSide(const Part<3>& part, std::uint32_t number)
         : frame(part.core.frame), radius(part.core.radius), part_(&part), number_(number)
     {
         if (part.half_space) return;
@@ -100,7 +100,7 @@ Frame<3> seen_from(const Frame<3>& other, const Frame<3>& frame)
 /// Two boxes, of which one is about to be opened: its children are held against the other.
 struct Opening
 {
-    const Side &open, &other;
+    const SearchSide &open, &other;
     bool open_b; ///< the box that is opened is b's
     std::uint32_t at_open, at_other;
     const Frame<3>& there; ///< the other's frame, seen from that of the one that is opened
@@ -158,7 +158,7 @@ struct Opening
 ///   excludes(key): nothing with this key, or a greater one, is wanted any more;
 ///   visit(at_a, at_b): two leaves.
 template <class Judge>
-void search(const Side& a, const Side& b, Judge& judge)
+void search(const SearchSide& a, const SearchSide& b, Judge& judge)
 {
     struct Item
     {
@@ -208,14 +208,15 @@ void for_each_side_pair(const Placed<3>& pair, const Range<3>& range, const Visi
     const auto mesh_of = [](const Shape<3>& shape) -> const MeshData<3>& {
         return ShapeAccess::data<MeshData<3>>(shape);
     };
-    if (mesh_a && mesh_b) return visit(Side(mesh_of(*pair.a), frame_a), Side(mesh_of(*pair.b), frame_b));
+    if (mesh_a && mesh_b)
+        return visit(SearchSide(mesh_of(*pair.a), frame_a), SearchSide(mesh_of(*pair.b), frame_b));
     const Shape<3>&mesh = mesh_a ? *pair.a : *pair.b, &other = mesh_a ? *pair.b : *pair.a;
     const Frame<3>&frame = mesh_a ? frame_a : frame_b, &other_frame = mesh_a ? frame_b : frame_a;
     Region<3> region = region_of(mesh, frame.p, other_frame);
     region.way = other_frame.r.back(range.linear * (mesh_a ? -1.0 : 1.0));
     for_each_part(other, *pair.kernels, other_frame, region, range,
                   [&](std::uint32_t number, const Part<3>& part) {
-                      const Side side(mesh_of(mesh), frame), one(part, number);
+                      const SearchSide side(mesh_of(mesh), frame), one(part, number);
                       mesh_a ? visit(side, one) : visit(one, side);
                   });
 }
@@ -236,7 +237,7 @@ constexpr double deeper = 1.02;
 /// Two sides and what is asked of them.
 struct Judge
 {
-    const Side &a, &b;
+    const SearchSide &a, &b;
     const Kernels& kernels;
     double rounding;
 
@@ -290,12 +291,13 @@ struct Least
     std::uint32_t a = 0, b = 0;
 };
 
-struct Nearest : Judge
+struct NearestParts : Judge
 {
     Least& least;
     double limit;
 
-    Nearest(const Judge& judge, Least& so_far) : Judge(judge), least(so_far), limit(key_within(so_far.limit))
+    NearestParts(const Judge& judge, Least& so_far)
+        : Judge(judge), least(so_far), limit(key_within(so_far.limit))
     {
     }
     [[nodiscard]] bool excludes(double key) const { return key > limit; }
@@ -322,12 +324,12 @@ struct Nearest : Judge
     }
 };
 
-struct Touch : Judge
+struct AnyTouch : Judge
 {
     bool& touch;
     double limit;
 
-    Touch(const Judge& judge, bool& found) : Judge(judge), touch(found), limit(key_within(0)) {}
+    AnyTouch(const Judge& judge, bool& found) : Judge(judge), touch(found), limit(key_within(0)) {}
     [[nodiscard]] bool excludes(double key) const { return touch || key > limit; }
     std::uint32_t keys(const Opening& opening, double (&key)[BoxRows::size]) const
     {
@@ -403,7 +405,7 @@ struct Approaching : Judge
                                    const Vec3& n) const
     {
         const OrientedBox opened = opening.rows().box(i);
-        const auto ball = [](const Side& side, const OrientedBox& box) {
+        const auto ball = [](const SearchSide& side, const OrientedBox& box) {
             return length(box.half) + side.radius;
         };
         const Vec3 middle = opening.open.frame * opened.centre;
@@ -439,7 +441,7 @@ struct Approaching : Judge
 void for_each_near(const Placed<3>& pair, double margin, FunctionRef<VisitPartPair> visit)
 {
     const double rounding = rounding_of(pair);
-    for_each_side_pair(pair, Range<3>{margin}, [&](const Side& a, const Side& b) {
+    for_each_side_pair(pair, Range<3>{margin}, [&](const SearchSide& a, const SearchSide& b) {
         SmallVector<Leaves, most_near> found;
         Near judge{{a, b, *pair.kernels, rounding}, margin, found};
         search(a, b, judge);
@@ -457,8 +459,8 @@ void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best)
     const double rounding = rounding_of(pair);
     Least least{enough, best};
     Range<3> range{enough};
-    for_each_side_pair(pair, range, [&](const Side& a, const Side& b) {
-        Nearest judge{{a, b, *pair.kernels, rounding}, least};
+    for_each_side_pair(pair, range, [&](const SearchSide& a, const SearchSide& b) {
+        NearestParts judge{{a, b, *pair.kernels, rounding}, least};
         search(a, b, judge);
         range.reach = std::max(0.0, least.limit + rounding);
     });
@@ -468,8 +470,8 @@ bool any_parts_touch(const Placed<3>& pair)
 {
     bool touch = false;
     Range<3> range{0};
-    for_each_side_pair(pair, range, [&](const Side& a, const Side& b) {
-        Touch judge{{a, b, *pair.kernels, rounding_of(pair)}, touch};
+    for_each_side_pair(pair, range, [&](const SearchSide& a, const SearchSide& b) {
+        AnyTouch judge{{a, b, *pair.kernels, rounding_of(pair)}, touch};
         search(a, b, judge);
         if (touch) range.reach = -HUGE_VAL;
     });
@@ -479,7 +481,7 @@ bool any_parts_touch(const Placed<3>& pair)
 void for_each_approaching(const Placed<3>& pair, const Flight<3>& flight, const Range<3>& range,
                           FunctionRef<VisitPartPair> visit)
 {
-    for_each_side_pair(pair, range, [&](const Side& a, const Side& b) {
+    for_each_side_pair(pair, range, [&](const SearchSide& a, const SearchSide& b) {
         Approaching judge{{a, b, *pair.kernels, rounding_of(pair)}, flight, range, visit};
         search(a, b, judge);
     });

@@ -290,15 +290,13 @@ std::span<const Vec<Dim, double>> ConvexHull<Dim>::vertices() const noexcept
 {
     return data_->corners;
 }
-template <>
-std::size_t ConvexHull<3>::face_count() const noexcept
+template <int Dim>
+std::size_t ConvexHull<Dim>::face_count() const noexcept
 {
-    return data_->polytope.faces;
-}
-template <>
-std::size_t ConvexHull<2>::face_count() const noexcept
-{
-    return data_->loop.size() > 1 ? data_->loop.size() : 0;
+    if constexpr (Dim == 3)
+        return data_->polytope.faces;
+    else
+        return data_->loop.size() > 1 ? data_->loop.size() : 0;
 }
 
 template <int Dim>
