@@ -183,7 +183,7 @@ bool is_corner(const narrow::Core2& core, std::uint16_t feature, const Vec2& p, 
 {
     if (feature >= narrow::edge_feature) return true;
     for (std::size_t i = 0; i < core.corner.size(); ++i)
-        if (core.number[i] == feature) return std::abs(cross(normal, core.corner[i] - p)) < 1e-9;
+        if (core.number(i) == feature) return std::abs(cross(normal, core.corner[i] - p)) < 1e-9;
     return false;
 }
 
@@ -310,6 +310,9 @@ TEST(InThePlane, CornersThatRoundingPutsInOnePlaceStopNoSearch)
         narrow::Gap<2> found;
         convex_gap(a, b, HUGE_VAL, found);
         ASSERT_NEAR(found.distance, distance_by_each_side(a, b), 1e-9);
+        narrow::Gap<2> bounded;
+        convex_gap(a, b, found.distance + 1e-7, bounded);
+        ASSERT_NEAR(bounded.distance, found.distance, 1e-9);
     }
 }
 

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <span>
 
-#include "narrow/shapes/shape_data.hpp"
-
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
@@ -28,10 +26,10 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
         if (is_box) {
             const Vec2 local[4] = {{-x, -y}, {x, -y}, {x, y}, {-x, y}};
             corner.resize(4);
-            number.resize(4);
+            own_number.resize(4);
             for (std::uint32_t i = 0; i < 4; ++i) {
-                corner[i] = frame * local[i];
-                number[i] = i;
+                corner[i] = where * local[i];
+                own_number[i] = i;
             }
         } else {
             add(frame * Vec2{-x, -y}, 0);
@@ -41,16 +39,11 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
         break;
     case Kind::rounded_hull:
     case Kind::convex: {
-        const auto& hull = ShapeAccess::data<HullData<2>>(shape);
-        corner.resize(hull.loop.size());
-        number.resize(hull.loop.size());
-        normal.resize(hull.normal.size());
-        for (std::size_t i = 0; i < hull.loop.size(); ++i) {
-            corner[i] = frame * hull.loop[i];
-            number[i] = hull.corner[i];
-        }
-        for (std::size_t i = 0; i < hull.normal.size(); ++i)
-            normal[i] = frame.r * hull.normal[i];
+        hull = &ShapeAccess::data<HullData<2>>(shape);
+        corner.resize(hull->loop.size());
+        Vec2* const placed = corner.data();
+        for (std::size_t i = 0; i < hull->loop.size(); ++i)
+            placed[i] = where * hull->loop[i];
         break;
     }
     case Kind::half_space: // a plane and no polygon
@@ -71,34 +64,53 @@ Core2::Core2(const Shape<2>& shape, const Frame<2>& where)
 void Core2::add_normals()
 {
     for (std::size_t i = 0; i < sides(); ++i)
-        normal.push_back(unit(right(next(i) - corner[i])));
+        own_normal.push_back(unit(right(next(i) - corner[i])));
 }
 /// Of a segment or box, from the local normal of the first side.
 void Core2::add_normals(const Vec2& first)
 {
     const Vec2 n = frame.r * first;
-    normal.resize(sides());
+    own_normal.resize(sides());
     if (corner.size() == 4) {
-        normal[0] = n;
-        normal[1] = left(n);
-        normal[2] = -n;
-        normal[3] = right(n);
+        own_normal[0] = n;
+        own_normal[1] = left(n);
+        own_normal[2] = -n;
+        own_normal[3] = right(n);
     } else if (corner.size() == 2) {
-        normal[0] = n;
-        normal[1] = -n;
+        own_normal[0] = n;
+        own_normal[1] = -n;
     }
 }
 
-std::size_t furthest_corner(const Core2& core, const Vec2& direction)
+namespace {
+
+std::size_t furthest_of(std::span<const Vec2> points, const Vec2& direction)
 {
     std::size_t best = 0;
     double most = -HUGE_VAL;
-    for (std::size_t i = 0; i < core.corner.size(); ++i)
-        if (const double h = dot(direction, core.corner[i]); h > most) {
+    for (std::size_t i = 0; i < points.size(); ++i)
+        if (const double h = dot(direction, points[i]); h > most) {
             most = h;
             best = i;
         }
     return best;
+}
+
+/// Of a box, the side whose normal is an axis, or against it.
+std::size_t side_of_box(int axis, bool against)
+{
+    return axis == 0 ? (against ? 3 : 1) : (against ? 0 : 2);
+}
+std::size_t corner_of_box(const Vec2& d)
+{
+    return d.x < 0 ? (d.y < 0 ? 0 : 3) : (d.y < 0 ? 1 : 2);
+}
+
+} // namespace
+
+std::size_t furthest_corner(const Core2& core, const Vec2& direction)
+{
+    return furthest_of({core.corner.data(), core.corner.size()}, direction);
 }
 
 double parted_by(const Core2& a, const Core2& b, const Vec2& n)
@@ -109,26 +121,61 @@ double parted_by(const Core2& a, const Core2& b, const Vec2& n)
 Side2 best_side(const Core2& core, const Vec2& direction)
 {
     if (core.sides() == 0) return {};
-    std::size_t best = 0;
-    double most = -HUGE_VAL;
-    for (std::size_t i = 0; i < core.sides(); ++i)
-        if (const double alignment = dot(core.normal[i], direction); alignment > most) {
-            most = alignment;
-            best = i;
-        }
-    return {true, core.corner[best], core.next(best), core.number[best], core.number[core.after(best)], most};
+    std::size_t best;
+    if (core.is_box) {
+        const Vec2 d = core.frame.r.back(direction);
+        const int axis = std::abs(d.x) > std::abs(d.y) ? 0 : 1;
+        best = side_of_box(axis, d[axis] < 0);
+    } else if (core.hull != nullptr) { // whose normals are in its own axes
+        best = furthest_of({core.hull->normal.data(), core.sides()}, core.frame.r.back(direction));
+    } else {
+        best = furthest_of({core.own_normal.data(), core.sides()}, direction);
+    }
+    const double most = dot(core.normal(best), direction);
+    return {true, core.corner[best], core.next(best), core.number(best), core.number(core.after(best)), most};
 }
 
 namespace {
 
-/// Of a box, the side whose normal is an axis, or against it.
-std::size_t side_of_box(int axis, bool against)
+/// The direction at right angles to a side that parts two boxes most: from how far their centres are apart
+/// along the four axes.
+Axis2 part_boxes(const Core2& a, const Core2& b)
 {
-    return axis == 0 ? (against ? 3 : 1) : (against ? 0 : 2);
+    Axis2 best;
+    const Vec2 d = b.frame.p - a.frame.p;
+    const Mat2 &turn_a = a.frame.r, &turn_b = b.frame.r;
+    const double c = std::abs(turn_a.c * turn_b.c + turn_a.s * turn_b.s),
+                 s = std::abs(turn_a.c * turn_b.s - turn_a.s * turn_b.c);
+    for (const bool of_b : {false, true}) {
+        const Core2 &owner = of_b ? b : a, &other = of_b ? a : b;
+        const Vec2 away = owner.frame.r.back(of_b ? -d : d);
+        const Vec2 reach{c * other.half.x + s * other.half.y, s * other.half.x + c * other.half.y};
+        for (const int axis : {0, 1}) {
+            const double separation = std::abs(away[axis]) - owner.half[axis] - reach[axis];
+            if (!(separation > best.separation)) continue;
+            const bool against = away[axis] < 0;
+            best.separation = separation;
+            best.of_b = of_b;
+            best.side = side_of_box(axis, against);
+        }
+    }
+    const Core2 &owner = best.of_b ? b : a, &other = best.of_b ? a : b;
+    const Vec2 n = owner.normal(best.side);
+    best.normal = best.of_b ? -n : n;
+    best.corner = corner_of_box(other.frame.r.back(-n));
+    return best;
 }
-std::size_t corner_of_box(const Vec2& d)
+
+/// A corner of each of two polygons.
+struct CornerPair
 {
-    return d.x < 0 ? (d.y < 0 ? 0 : 3) : (d.y < 0 ? 1 : 2);
+    std::size_t a, b;
+    Vec2 way; ///< from a's corner to b's
+};
+CornerPair furthest_towards(const Core2& a, const Core2& b, const Vec2& way)
+{
+    const std::size_t of_a = furthest_corner(a, way), of_b = furthest_corner(b, -way);
+    return {of_a, of_b, b.corner[of_b] - a.corner[of_a]};
 }
 
 /// The direction at right angles to a side that parts two polygons most, from a to b. Each side is looked at
@@ -141,14 +188,14 @@ std::size_t corner_of_box(const Vec2& d)
 class SideSearch
 {
   public:
-    SideSearch(const Core2& a, const Core2& b) : a_(a), b_(b) {}
+    /// Begins where the two corners are, from which the answer should not be far.
+    SideSearch(const Core2& a, const Core2& b, const CornerPair& begin) : a_(a), b_(b), begin_(begin) {}
 
     /// Ends early, with a separation above `enough`, once one is found.
     Axis2 find(double enough)
     {
-        if (a_.is_box && b_.is_box) return of_boxes();
-        walk(a_, b_, false, enough);
-        walk(b_, a_, true, enough);
+        walk(a_, b_, begin_.a, begin_.b, false, enough);
+        walk(b_, a_, begin_.b, begin_.a, true, enough);
         if (best_.separation == -HUGE_VAL) return best_; // two points
         const double walked = best_.separation;
         confirm();
@@ -164,41 +211,18 @@ class SideSearch
     }
 
   private:
-    /// From how far their centres are apart along the four axes.
-    Axis2 of_boxes()
-    {
-        const Vec2 d = b_.frame.p - a_.frame.p;
-        const Mat2 &turn_a = a_.frame.r, &turn_b = b_.frame.r;
-        const double c = std::abs(turn_a.c * turn_b.c + turn_a.s * turn_b.s),
-                     s = std::abs(turn_a.c * turn_b.s - turn_a.s * turn_b.c);
-        for (const bool of_b : {false, true}) {
-            const Core2 &owner = of_b ? b_ : a_, &other = of_b ? a_ : b_;
-            const Vec2 away = owner.frame.r.back(of_b ? -d : d);
-            const Vec2 reach{c * other.half.x + s * other.half.y, s * other.half.x + c * other.half.y};
-            for (const int axis : {0, 1}) {
-                const double separation = std::abs(away[axis]) - owner.half[axis] - reach[axis];
-                if (!(separation > best_.separation)) continue;
-                const bool against = away[axis] < 0;
-                best_.separation = separation;
-                best_.of_b = of_b;
-                best_.side = side_of_box(axis, against);
-            }
-        }
-        const Core2 &owner = best_.of_b ? b_ : a_, &other = best_.of_b ? a_ : b_;
-        const Vec2 n = owner.normal[best_.side];
-        best_.normal = best_.of_b ? -n : n;
-        best_.corner = corner_of_box(other.frame.r.back(-n));
-        return best_;
-    }
     void note(const Vec2& n, double separation, bool of_b, std::size_t side, std::size_t corner)
     {
         if (separation > best_.separation) best_ = {of_b ? -n : n, separation, of_b, false, side, corner};
     }
-    void walk(const Core2& owner, const Core2& other, bool of_b, double enough)
+    /// All sides, from the one before a corner on, and from a corner of the other.
+    void walk(const Core2& owner, const Core2& other, std::size_t corner, std::size_t at, bool of_b,
+              double enough)
     {
-        std::size_t at = 0;
-        for (std::size_t i = 0; i < owner.sides() && !(best_.separation > enough); ++i) {
-            const Vec2 on = owner.corner[i], n = owner.normal[i];
+        std::size_t i = corner;
+        for (std::size_t side = 0; side < owner.sides() && !(best_.separation > enough); ++side) {
+            i = side == 0 ? owner.before(i) : owner.after(i);
+            const Vec2 on = owner.corner[i], n = owner.normal(i);
             double far = dot(n, other.corner[at] - on);
             while (far > best_.separation) {
                 const std::size_t before = other.before(at), after = other.after(at);
@@ -217,6 +241,7 @@ class SideSearch
     void confirm()
     {
         const Core2 &owner = best_.of_b ? b_ : a_, &other = best_.of_b ? a_ : b_;
+        if (other.corner.size() <= 3) return; // all have been asked, as neighbours
         const Vec2 n = best_.of_b ? -best_.normal : best_.normal;
         const std::size_t corner = furthest_corner(other, -n);
         const double separation = dot(n, other.corner[corner] - owner.corner[best_.side]);
@@ -227,7 +252,7 @@ class SideSearch
     void test_all(const Core2& owner, const Core2& other, bool of_b)
     {
         for (std::size_t i = 0; i < owner.sides(); ++i) {
-            const Vec2 n = owner.normal[i];
+            const Vec2 n = owner.normal(i);
             const std::size_t corner = furthest_corner(other, -n);
             note(n, dot(n, other.corner[corner] - owner.corner[i]), of_b, i, corner);
         }
@@ -237,7 +262,7 @@ class SideSearch
     {
         if (owner.sides() != 2) return;
         for (const std::size_t end : {0u, 1u}) {
-            const Vec2 along = right(owner.normal[end]);
+            const Vec2 along = right(owner.normal(end));
             const std::size_t corner = furthest_corner(other, -along);
             const double separation = dot(along, other.corner[corner] - owner.corner[end]);
             if (separation > 0) note(along, separation, of_b, 0, corner);
@@ -245,6 +270,7 @@ class SideSearch
     }
 
     const Core2 &a_, &b_;
+    CornerPair begin_;
     Axis2 best_;
 };
 
@@ -318,6 +344,107 @@ void nearest_of_all(const Core2& a, const Core2& b, Gap<2>& gap)
     if (gap.distance > 0) gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
 }
 
+/// The nearest points of two polygons that are apart, by corners that reach furthest towards each other
+/// (Gilbert, Johnson and Keerthi 1988): of the difference of the two, the segment nearest to zero is replaced
+/// by a nearer one, until no corner lies before it.
+class NearestSearch
+{
+  public:
+    NearestSearch(const Core2& a, const Core2& b) : a_(a), b_(b), rounding_(1e-14 * (a.reach + b.reach)) {}
+
+    /// Begins at two corners. Returns false where rounding hides which points are the nearest, or if they are
+    /// no more than `clear` apart. Of two further apart than `enough` the distance may be just infinite.
+    bool find(double clear, double enough, const CornerPair& begin, Gap<2>& gap)
+    {
+        CornerPair next = first_ = second_ = begin;
+        part_ = 0;
+        Vec2 way = next.way;
+        for (int step = 0; step < most_steps; ++step) {
+            const double square = length2(way), distance = std::sqrt(square);
+            const auto is_nearest = [&] { // no corner lies before it by more than rounding
+                return !(square - dot(way, next.way) > rounding_ * distance);
+            };
+            const auto is_beyond = [&] { return dot(way, next.way) > (enough + clear) * distance; };
+            next = pair_near(way, next);
+            if (is_nearest() || is_beyond()) { // but there may be more corners than these
+                next = furthest_towards(a_, b_, way);
+                if (is_nearest()) {
+                    set(gap);
+                    return gap.distance > clear;
+                }
+                if (is_beyond()) {
+                    gap.distance = HUGE_VAL;
+                    return true;
+                }
+            }
+            if (!(replace_by(next, way) < square)) return false;
+        }
+        return false;
+    }
+
+  private:
+    static constexpr int most_steps = 64;
+
+    /// By steps to neighbours that reach further.
+    [[nodiscard]] CornerPair pair_near(const Vec2& way, const CornerPair& from) const
+    {
+        const std::size_t a = climb(a_, way, from.a), b = climb(b_, -way, from.b);
+        return {a, b, b_.corner[b] - a_.corner[a]};
+    }
+    static std::size_t climb(const Core2& core, const Vec2& direction, std::size_t at)
+    {
+        double most = dot(direction, core.corner[at]);
+        for (const bool onwards : {true, false}) {
+            const std::size_t from = at;
+            for (;;) {
+                const std::size_t next = onwards ? core.after(at) : core.before(at);
+                const double h = dot(direction, core.corner[next]);
+                if (!(h > most)) break;
+                most = h;
+                at = next;
+            }
+            if (at != from) break;
+        }
+        return at;
+    }
+    /// The nearer of the segments to the corners that there were. Returns the square of its distance.
+    double replace_by(const CornerPair& next, Vec2& way)
+    {
+        const CornerPair old[2] = {first_, second_};
+        double least = HUGE_VAL;
+        for (const CornerPair& other : old) {
+            const Vec2 along = other.way - next.way;
+            const double size = length2(along);
+            const double part = size > 0 ? std::clamp(-dot(next.way, along) / size, 0.0, 1.0) : 0;
+            const Vec2 nearest = next.way + along * part;
+            if (const double square = length2(nearest); square < least) {
+                least = square;
+                way = nearest;
+                first_ = next;
+                second_ = other;
+                part_ = part;
+            }
+        }
+        return least;
+    }
+    void set(Gap<2>& gap) const
+    {
+        const auto between = [&](const Core2& core, std::size_t from, std::size_t to) {
+            return from == to ? core.corner[from]
+                              : core.corner[from] + (core.corner[to] - core.corner[from]) * part_;
+        };
+        gap.on_a = between(a_, first_.a, second_.a);
+        gap.on_b = between(b_, first_.b, second_.b);
+        gap.distance = length(gap.on_b - gap.on_a);
+        gap.normal = (gap.on_b - gap.on_a) * (1 / gap.distance);
+    }
+
+    const Core2 &a_, &b_;
+    double rounding_;
+    CornerPair first_, second_; ///< the segment from the first to the second is nearest at `part_` of it
+    double part_;
+};
+
 /// Of two sides that overlap and are parallel, a corner of the one may lie beside the other: moves it to the
 /// end of that. A side goes on in the next one if this is as high but for `rounding`.
 void move_over(const Core2& owner, std::size_t side, const Vec2& out, double rounding, Vec2& corner)
@@ -336,6 +463,12 @@ void move_over(const Core2& owner, std::size_t side, const Vec2& out, double rou
         }
         end = next;
     }
+}
+
+/// A point inside.
+Vec2 middle(const Core2& core)
+{
+    return (core.corner[0] + core.corner[core.corner.size() / 2]) * 0.5;
 }
 
 /// Whether the lines of two segments, or a segment and a point, cross between their ends.
@@ -360,7 +493,15 @@ void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
         nearest_of_all(a, b, gap);
         if (gap.distance > clear) return;
     }
-    if (!is_settled) axis = SideSearch(a, b).find(enough + clear);
+    if (!is_settled && a.is_box && b.is_box) {
+        axis = part_boxes(a, b);
+    } else if (!is_settled) {
+        const Vec2 way = middle(b) - middle(a);
+        const CornerPair begin = furthest_towards(a, b, way);
+        if (dot(way, begin.way) > clear * length(way) && NearestSearch(a, b).find(clear, enough, begin, gap))
+            return;
+        axis = SideSearch(a, b, begin).find(enough + clear);
+    }
     if (axis.separation == -HUGE_VAL) { // two points
         const Vec2 d = b.corner[0] - a.corner[0];
         const double distance = length(d);
@@ -421,7 +562,7 @@ bool half_space_contact(const Core2& a, const Vec2& normal, double offset, doubl
     const auto point = [&](std::size_t i) {
         const double depth = depth_of(i);
         return ManifoldPoint<2>{a.corner[i] + normal * (0.5 * depth - a.radius), depth,
-                                feature_id(vertex_feature, a.number[i]), feature_id(edge_feature, 0)};
+                                feature_id(vertex_feature, a.number(i)), feature_id(edge_feature, 0)};
     };
     const std::size_t first = furthest_corner(a, -normal);
     if (!(depth_of(first) >= -margin)) return false;

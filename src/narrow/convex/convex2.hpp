@@ -5,6 +5,7 @@
 #pragma once
 
 #include "narrow/convex/manifold.hpp"
+#include "narrow/shapes/shape_data.hpp"
 #include "narrow/small_vector.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -24,11 +25,10 @@ struct Axis2
 /// A counterclockwise loop of corners seen from a's position, or one or two points.
 struct Core2
 {
-    template <class T>
-    using List = SmallVector<T, 128>; // contacts of polygons with so many corners allocate nothing
-    List<Vec2> corner;
-    List<Vec2> normal;          ///< of each side, unit, outwards; side i is from corner i to the next
-    List<std::uint32_t> number; ///< of each corner, for features
+    SmallVector<Vec2, 128> corner;     // contacts of polygons with so many corners allocate nothing
+    const HullData<2>* hull = nullptr; ///< what it is made of, which then has the normals and numbers
+    SmallVector<Vec2, 16> own_normal;
+    SmallVector<std::uint32_t, 16> own_number;
     double radius, reach;
     bool smooth = false, is_box = false;
     Vec2 half; ///< half its widths, if it is a box or an ellipse
@@ -46,11 +46,21 @@ struct Core2
     void add(const Vec2& p, std::uint32_t n)
     {
         corner.push_back(p);
-        number.push_back(n);
+        own_number.push_back(n);
     }
     /// Once all corners are added.
     void add_normals();
     void add_normals(const Vec2& first);
+    /// Of the side from corner i to the next, unit, outwards.
+    [[nodiscard]] Vec2 normal(std::size_t i) const
+    {
+        return hull == nullptr ? own_normal[i] : frame.r * hull->normal[i];
+    }
+    /// Of a corner, for features.
+    [[nodiscard]] std::uint32_t number(std::size_t i) const
+    {
+        return hull == nullptr ? own_number[i] : hull->corner[i];
+    }
     [[nodiscard]] std::size_t sides() const { return corner.size() < 2 ? 0 : corner.size(); }
     [[nodiscard]] std::size_t after(std::size_t i) const { return i + 1 == corner.size() ? 0 : i + 1; }
     [[nodiscard]] std::size_t before(std::size_t i) const { return (i == 0 ? corner.size() : i) - 1; }

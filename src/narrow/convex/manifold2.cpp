@@ -83,7 +83,7 @@ void clip_corner(Clip2& clip, const Core2& a, const Side2& b)
     const std::size_t corner = furthest_corner(a, clip.n);
     const Vec2 p = a.corner[corner];
     clip.add(dot(clip.t, p), dot(clip.n, p), dot(clip.n, b.from),
-             feature_id(vertex_feature, a.number[corner]), feature_id(edge_feature, b.number_from));
+             feature_id(vertex_feature, a.number(corner)), feature_id(edge_feature, b.number_from));
 }
 
 void keep_two(Clip2& clip, Manifold<2>& manifold)
@@ -122,10 +122,10 @@ void make_manifold(const Core2& a, const Core2& b, const Gap<2>& cores, double m
     if (clip.count == 0 || !(deepest >= depth - slack)) {
         feature_a = side_a.alignment > nearly_face
                         ? feature_id(edge_feature, side_a.number_from)
-                        : feature_id(vertex_feature, a.number[furthest_corner(a, clip.n)]);
+                        : feature_id(vertex_feature, a.number(furthest_corner(a, clip.n)));
         feature_b = side_b.alignment > nearly_face
                         ? feature_id(edge_feature, side_b.number_from)
-                        : feature_id(vertex_feature, b.number[furthest_corner(b, -clip.n)]);
+                        : feature_id(vertex_feature, b.number(furthest_corner(b, -clip.n)));
         clip.found[clip.count++] = {(cores.on_a + clip.n * a.radius + cores.on_b - clip.n * b.radius) * 0.5,
                                     depth, feature_a, feature_b};
     }
