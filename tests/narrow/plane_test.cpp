@@ -451,6 +451,26 @@ TEST(InThePlane, AnEllipseHasTheContactWithASegmentThatItsDistanceSays)
     }
 }
 
+TEST(InThePlane, TheNearestPointsOfAFlatEllipseLieOnBoth)
+{
+    const Shape2 flat = Shape2::ellipsoid({2, 0}), box = Shape2::box({0.5, 0.25});
+    for (const double x : {-2.3, -1.2, 0.0, 1.2, 2.3})
+        for (const double y : {-1.0, 1.0}) {
+            const Pose2d at{{x, y}, {1, 0}};
+            for (const bool swapped : {false, true}) {
+                const auto found =
+                    swapped ? distance(box, at, flat, Pose2d{}, 9) : distance(flat, Pose2d{}, box, at, 9);
+                ASSERT_TRUE(found);
+                EXPECT_NEAR(found->distance, 0.75, 1e-12);
+                const auto of_flat = swapped ? found->point_b : found->point_a;
+                const auto of_box = swapped ? found->point_a : found->point_b;
+                EXPECT_LE(std::abs(of_flat[0]), 2 + 1e-12) << x << ' ' << y;
+                EXPECT_LE(std::abs(of_box[0]), 0.5 + 1e-12) << x << ' ' << y;
+                EXPECT_NEAR(of_box[0] + x, of_flat[0], 1e-12) << x << ' ' << y;
+            }
+        }
+}
+
 TEST(InThePlane, NothingCatchesOnTheJointsOfALevelChain)
 {
     std::vector<Vec<2, double>> vertices;

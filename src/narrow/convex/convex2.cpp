@@ -465,6 +465,35 @@ void move_over(const Core2& owner, std::size_t side, const Vec2& out, double rou
     }
 }
 
+/// Where along `way` the points of a core lie that are furthest along `out` but for `rounding`.
+struct Stretch
+{
+    double from = HUGE_VAL, to = -HUGE_VAL;
+};
+Stretch furthest_stretch(const Core2& core, const Vec2& out, const Vec2& way, double rounding)
+{
+    Stretch stretch;
+    const double least = dot(out, furthest(core, out)) - rounding;
+    for (std::size_t i = 0; i < core.corner.size(); ++i)
+        if (dot(out, core.corner[i]) >= least) {
+            const double at = dot(way, core.corner[i]);
+            stretch.from = std::min(stretch.from, at);
+            stretch.to = std::max(stretch.to, at);
+        }
+    return stretch;
+}
+/// The same where only the direction is known: users' shapes and flat ellipses may have sides, too.
+void move_over(const Core2& owner, const Core2& other, const Vec2& out, double rounding, Vec2& corner)
+{
+    const Vec2 way = left(out);
+    const Stretch one = furthest_stretch(owner, out, way, rounding),
+                  two = furthest_stretch(other, -out, way, rounding);
+    const double from = std::max(one.from, two.from), to = std::min(one.to, two.to);
+    if (!(from <= to)) return; // a corner of each, and which way they lie is up to rounding
+    const double at = dot(way, corner);
+    corner = corner + way * (std::clamp(at, from, to) - at);
+}
+
 /// A point inside.
 Vec2 middle(const Core2& core)
 {
@@ -525,7 +554,11 @@ void core_gap(const Core2& a, const Core2& b, double enough, Gap<2>& gap)
     const Core2 &owner = axis.of_b ? b : a, &other = axis.of_b ? a : b;
     const Vec2 out = axis.of_b ? -axis.normal : axis.normal; // of the side
     Vec2 corner = other.corner[axis.corner];
-    if (!is_settled) move_over(owner, axis.side, out, 1e-12 * (a.reach + b.reach), corner);
+    const double rounding = 1e-12 * (a.reach + b.reach);
+    if (is_settled)
+        move_over(owner, other, out, rounding, corner);
+    else
+        move_over(owner, axis.side, out, rounding, corner);
     const Vec2 on = corner - out * gap.distance;
     gap.on_a = axis.of_b ? corner : on;
     gap.on_b = axis.of_b ? on : corner;
