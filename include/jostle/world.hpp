@@ -510,10 +510,11 @@ class JOSTLE_API World
     void save_changes(std::vector<std::byte>& out);
     /// Becomes the world that save_changes() was called for, as restore() does and with the same results
     /// afterwards, byte for byte; both worlds must have the same base, which this one keeps. Costs what
-    /// differs between the base, that world and this one, and the free indices of the base, 1 ns each; the
-    /// next update searches for the pairs of all active objects. Changes that are cut short, altered or of
-    /// another base are an `Error` that says so; like every failure, it leaves the world as it was. (Without
-    /// memory it may be as before apply(), whose commands stay queued.)
+    /// differs between the base, that world and this one, and the free indices of the base, 1 ns each (where
+    /// objects of the base are gone, also its pairs that are refused or have slots); the next update searches
+    /// for the pairs of all active objects. Changes that are cut short, altered or of another base are an
+    /// `Error` that says so; like every failure, it leaves the world as it was. (Without memory it may be as
+    /// before apply(), whose commands stay queued.)
     void restore_changes(std::span<const std::byte> changes);
     /// Returns another world that is like this one, without a base.
     [[nodiscard]] World fork() const;

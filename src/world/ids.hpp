@@ -32,21 +32,25 @@ class IdTable
 
     explicit IdTable(std::pmr::memory_resource* memory) : free_(memory), generations_(memory) {}
 
-    void take(std::span<ObjectId> ids)
+    /// `keep` is called with the ids while nobody else knows them. If it throws, none has been handed out.
+    template <class Keep>
+    void take(std::span<ObjectId> ids, const Keep& keep)
     {
         const std::lock_guard lock(mutex_);
         const std::size_t reused = std::min(free_.size(), ids.size());
         grow(ids.size() - reused);
-        for (std::size_t i = 0; i < ids.size(); ++i) {
-            if (i < reused) {
-                ids[i] = {free_.back().index, free_.back().generation};
-                free_.pop_back();
-            } else {
-                ids[i] = {end_.load(std::memory_order_relaxed), 1};
-                end_.store(ids[i].index + 1, std::memory_order_release);
-            }
-            at(ids[i].index).store(ids[i].generation, std::memory_order_release);
+        std::uint32_t next = end_.load(std::memory_order_relaxed);
+        for (std::size_t i = 0; i < reused; ++i) {
+            const Free& free = free_[free_.size() - 1 - i];
+            ids[i] = {free.index, free.generation};
         }
+        for (ObjectId& id : ids.subspan(reused))
+            id = {next++, 1};
+        keep(std::span<const ObjectId>(ids));
+        free_.resize(free_.size() - reused);
+        end_.store(next, std::memory_order_release);
+        for (const ObjectId id : ids)
+            at(id.index).store(id.generation, std::memory_order_release);
     }
 
     /// The id is good no longer; its index may be handed out again. There is room for it: see grow.

@@ -160,6 +160,8 @@ class Journal
         const bool is_noted = raw(index) < place_of_.size() && place_of_[index] != 0;
         return is_noted ? &objects_[place_of_[index] - 1].record : nullptr;
     }
+    /// Of a pair that is refused: whether it wasn't in the base.
+    [[nodiscard]] bool was_allowed(Key key) const noexcept { return allowed_then_.contains(key); }
     /// Calls body(key, whether it was refused in the base) for pairs that may be refused or not as they
     /// weren't then, in no order that anything may depend on.
     template <class Body>

@@ -166,6 +166,12 @@ class Return
         if (const Target* const target = find(index)) return target->record.place();
         return state_.was_there(index) ? state_.objects[Index{index}].place() : Place::none;
     }
+    /// Of two objects of the base that stay pairs unless the changes say otherwise: whether both stay, too.
+    [[nodiscard]] bool is_left(Key key) const noexcept
+    {
+        const Pair pair = pair_of(key);
+        return !work_.is_free[pair.a] && !work_.is_free[pair.b];
+    }
     [[nodiscard]] bool is_pair(Key key) const noexcept
     {
         const Pair pair = pair_of(key);
@@ -180,6 +186,7 @@ class Return
     const bool with_shifted_;
     std::uint64_t end_ = 0, slots_end_ = 0;
     std::size_t kept_ = 0;
+    bool any_gone_ = false; // of the objects of the base
     Census census_;
 };
 
@@ -197,6 +204,7 @@ void Return<Dim, T>::read_objects()
         in_.demand(least <= index && index < end_, "the objects don't ascend, or end too late");
         least = std::uint64_t{index} + 1;
         read.push_back({Index{index}, read_record<Dim, T>(in_, whole_snapshot.version)});
+        any_gone_ |= read.back().record.generation == 0;
     }
     // Who is neither among them nor differs from the base now stays as it is.
     list_suspects<Dim, T>(me_, work_.indices);
@@ -244,6 +252,8 @@ void Return<Dim, T>::read_free()
     for (const Target& each : work_.targets)
         in_.demand(each.record.generation == 0 || !work_.is_free[raw(each.index)],
                    "an index is listed as free that isn't, or twice");
+    for (const Target& each : work_.read) // those that won't be handed out any more as well
+        if (each.record.generation == 0) work_.is_free[raw(each.index)] = true;
 }
 
 template <int Dim, class T>
@@ -261,23 +271,29 @@ void Return<Dim, T>::read_refused()
 {
     auto& refused = work_.refused;
     refused.clear();
+    constexpr const char* gone = "a refused pair names an object that isn't there";
     const std::uint64_t count = in_.get_count(12);
     for (std::uint64_t k = 0; k < count; ++k) {
         const auto key = in_.get<Key>();
         const auto is_refused = in_.get<std::uint32_t>();
         in_.demand(refused.empty() || refused.back().first < key, "the refused pairs don't ascend");
-        in_.demand(is_refused <= 1 && (is_refused == 0 ? key != no_key : is_pair(key)),
-                   "a refused pair names an object that isn't there");
+        in_.demand(is_refused <= 1 && (is_refused == 0 ? key != no_key : is_pair(key)), gone);
         refused.push_back({key, is_refused == 1});
     }
     // And those that go back to what they were in the base.
     const auto by_key = [](const auto& a, const auto& b) { return a.first < b.first; };
     const auto read_end = static_cast<std::ptrdiff_t>(refused.size());
+    const auto is_read = [&](Key key) {
+        return std::binary_search(refused.begin(), refused.begin() + read_end, std::pair(key, false), by_key);
+    };
     journal_.each_refused([&](Key key, bool was_refused) {
-        const std::pair each(key, was_refused);
-        if (!std::binary_search(refused.begin(), refused.begin() + read_end, each, by_key))
-            refused.push_back(each);
+        if (is_read(key)) return;
+        in_.demand(!was_refused || is_left(key), gone);
+        refused.push_back({key, was_refused});
     });
+    if (any_gone_)
+        state_.refused.each(
+            [&](Key key) { in_.demand(journal_.was_allowed(key) || is_left(key) || is_read(key), gone); });
 }
 
 template <int Dim, class T>
@@ -293,12 +309,13 @@ void Return<Dim, T>::read_slots()
     in_.demand(base_end <= slots_end_ && slots_end_ - base_end <= count && slots_end_ < PairSlots::none &&
                    (me_.pair_slots || count == 0),
                "the number of slots fits neither the base nor what follows");
+    constexpr const char* gone = "a pair with a slot names an object that isn't there";
     std::uint64_t least = 0;
     for (std::uint64_t k = 0; k < count; ++k) {
         const auto slot = in_.get<std::uint32_t>();
         const auto key = in_.get<Key>();
         in_.demand(least <= slot && slot < slots_end_, "the slots don't ascend, or end too late");
-        in_.demand(key == no_key || is_pair(key), "a pair with a slot names an object that isn't there");
+        in_.demand(key == no_key || is_pair(key), gone);
         least = std::uint64_t{slot} + 1;
         slots.push_back({slot, key});
     }
@@ -307,10 +324,19 @@ void Return<Dim, T>::read_slots()
     const std::span<const PairSlots::Note> notes = me_.pair_slots->notes();
     const auto by_slot = [](const auto& a, const auto& b) { return a.slot < b.slot; };
     const auto read_end = static_cast<std::ptrdiff_t>(slots.size());
-    for (const PairSlots::Note& note : notes)
-        if (!std::binary_search(slots.begin(), slots.begin() + read_end, note, by_slot))
-            slots.push_back({note.slot, note.slot < base_end ? note.key : no_key});
+    for (const PairSlots::Note& note : notes) {
+        if (std::binary_search(slots.begin(), slots.begin() + read_end, note, by_slot)) continue;
+        slots.push_back({note.slot, note.slot < base_end ? note.key : no_key});
+        in_.demand(slots.back().key == no_key || is_left(slots.back().key), gone);
+    }
     std::sort(slots.begin(), slots.end(), by_slot);
+    auto next = slots.begin();
+    for (std::uint32_t slot = 0; any_gone_ && slot < base_end; ++slot) {
+        while (next != slots.end() && next->slot < slot)
+            ++next;
+        const Key key = me_.pair_slots->keys()[slot];
+        in_.demand(key == no_key || (next != slots.end() && next->slot == slot) || is_left(key), gone);
+    }
     work_.slot_keys.clear();
     for (const PairSlots::Note& each : slots) {
         if (each.key == no_key) continue;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory_resource>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "jostle/world.hpp"
@@ -41,6 +42,15 @@ class UserData
             place = of_.find(index);
         }
         place->store(data, std::memory_order_relaxed);
+    }
+    /// Of all these objects; if it fails, of none.
+    void set(std::span<const ObjectId> ids, std::uint64_t data)
+    {
+        const std::lock_guard lock(mutex_);
+        for (const ObjectId id : ids)
+            if (data != of(id.index)) prepare(id.index, data);
+        for (const ObjectId id : ids)
+            put(id.index, data);
     }
     [[nodiscard]] std::uint64_t of(std::uint32_t index) const noexcept
     {
@@ -113,6 +123,7 @@ class UserData
     void prepare(std::uint32_t index, std::uint64_t data)
     {
         if (data != 0) make(index);
+        if (!notes_.load(std::memory_order_relaxed)) return;
         note_of_.make(index);
         if (note_of_[index].load(std::memory_order_relaxed) != 0) return;
         noted_.push_back({index, of(index)});

@@ -131,17 +131,10 @@ void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Optio
     implementation_->check_own();
     implementation_->queues.with_own_queue([&](world::Queue<Dim, T>& queue) {
         world::reserve_more(queue.additions, ids.size());
-        implementation_->state.ids.take(ids);
-        if (options.user_data != 0 || implementation_->user_data.any()) {
-            try {
-                for (const ObjectId id : ids)
-                    implementation_->user_data.set(id.index, options.user_data);
-            } catch (...) {
-                for (const ObjectId id : ids)
-                    implementation_->state.ids.release(id);
-                throw;
-            }
-        }
+        implementation_->state.ids.take(ids, [&](std::span<const ObjectId> taken) {
+            if (options.user_data != 0 || implementation_->user_data.any())
+                implementation_->user_data.set(taken, options.user_data);
+        });
         for (std::size_t i = 0; i < ids.size(); ++i)
             queue.additions.push_back({ids[i], boxes[i], options});
     });

@@ -496,6 +496,142 @@ TEST(Changes, ANumberThatStandsForNoPairIsRefused)
         ErrorCode::bad_snapshot);
 }
 
+std::uint64_t read(const Bytes& bytes, std::size_t at, std::size_t size)
+{
+    std::uint64_t number = 0;
+    for (std::size_t k = 0; k < size; ++k)
+        number |= std::uint64_t{static_cast<unsigned char>(bytes[at + k])} << (8 * k);
+    return number;
+}
+
+/// Where the list of refused pairs begins, with its length: see save_changes.cpp.
+std::size_t refused_in(const Bytes& changes)
+{
+    std::size_t at = 48 + 8;
+    const std::uint64_t objects = read(changes, at, 8);
+    at += 8;
+    for (std::uint64_t k = 0; k < objects; ++k) {
+        at += 8; // index and generation
+        if (read(changes, at - 4, 4) == 0) continue;
+        const std::uint64_t bits = read(changes, at, 4);
+        at += 4 + ((bits & 1u << 7) != 0 ? 8 : 0) + 3 * 4 + sizeof(jostle::Aabb3f);
+        at += (bits & 1u << 5) != 0 ? sizeof(jostle::Aabb3f) + 4 * sizeof(float) : 0;
+    }
+    at += 8;                             // free indices that are left
+    for (int list = 0; list < 2; ++list) // those behind them, and active objects
+        at += 8 + 8 * read(changes, at, 8);
+    return at;
+}
+
+/// Without an entry of the list of refused pairs, or of that of slots behind it.
+void drop_an_entry(Bytes& changes, bool of_slots, Random& random)
+{
+    constexpr std::size_t entry = 12;
+    std::size_t at = refused_in(changes);
+    if (of_slots) at += 8 + entry * read(changes, at, 8) + 4 + 8;
+    const std::uint64_t count = read(changes, at, 8);
+    if (count == 0) return;
+    write(changes, at, count - 1);
+    const std::size_t k = random.below(static_cast<std::uint32_t>(count));
+    const auto first = changes.begin() + static_cast<std::ptrdiff_t>(at + 8 + entry * k);
+    changes.erase(first, first + entry);
+    seal_with_size(changes);
+}
+
+TEST(Changes, ARefusedPairOfAnObjectThatIsGoneIsRefused)
+{
+    jostle::World3f world({.accept = [](ObjectId, ObjectId) { return false; }});
+    const std::vector<jostle::Aabb3f> boxes(2, cube_at(0, 0));
+    std::vector<ObjectId> ids(2);
+    world.add(boxes, ids);
+    world.update();
+    (void)world.save_base();
+    Bytes none, changes;
+    world.save_changes(none);
+    world.remove(ids[1]);
+    world.update();
+    world.save_changes(changes);
+    Random random(1);
+    drop_an_entry(changes, false, random);
+    for (const bool is_there : {false, true}) { // now
+        if (is_there) world.restore_changes(none);
+        const Bytes before = world.save();
+        EXPECT_EQ(code_of("a refused pair names an object that isn't there",
+                          [&] { world.restore_changes(changes); }),
+                  ErrorCode::bad_snapshot);
+        EXPECT_EQ(world.save(), before);
+    }
+}
+
+/// A small world in which much touches, some of which is refused, with changes since a base.
+struct Crowd
+{
+    jostle::World3f world;
+    std::vector<Bytes> wholes, changes;
+
+    Crowd(Random& random, bool slots)
+        : world({.pair_slots = slots,
+                 .accept = [](ObjectId a, ObjectId b) { return (a.index + 3 * b.index) % 4 != 0; }})
+    {
+        for (int k = 0; k < 14; ++k)
+            add(random);
+        for (std::uint32_t k = 1 + random.below(5); k > 0; --k)
+            world.update();
+        (void)world.save_base();
+        for (int moment = 0; moment < 6; ++moment) {
+            for (std::uint32_t k = random.below(4); k > 0; --k)
+                command(random);
+            world.update();
+            wholes.push_back(world.save());
+            world.save_changes(changes.emplace_back());
+        }
+    }
+    void add(Random& random)
+    {
+        (void)world.add(
+            cube_at(static_cast<float>(random.uniform(0, 3)), static_cast<float>(random.uniform(0, 3))));
+    }
+    void command(Random& random)
+    {
+        const ObjectId id = world.id(random.below(world.index_end()));
+        if (!world.contains(id)) return add(random);
+        if (random.below(2) == 0) return world.remove(id);
+        world.move(id, cube_at(static_cast<float>(random.uniform(0, 3)), 0));
+    }
+};
+
+// Whatever is taken is a world that can be saved, restored and forked.
+TEST(Changes, ForgedOnesThatAreTakenAreOfAWholeWorld)
+{
+    int refused = 0, taken = 0;
+    for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+        Random random(seed);
+        Crowd crowd(random, seed % 2 == 0);
+        for (int k = 0; k < 60; ++k) {
+            const std::size_t moment = random.below(6);
+            Bytes forged = crowd.changes[moment];
+            for (std::uint32_t n = 1 + random.below(2); n > 0; --n)
+                drop_an_entry(forged, random.below(2) == 0, random);
+            const Bytes before = crowd.world.save();
+            try {
+                crowd.world.restore_changes(forged);
+                ++taken;
+                ASSERT_EQ(crowd.world.fork().save(), crowd.world.save()) << seed << ' ' << k;
+                crowd.world.update();
+            } catch (const Error& error) {
+                ASSERT_EQ(error.code(), ErrorCode::bad_snapshot) << seed << ' ' << k << ": " << error.what();
+                ASSERT_EQ(crowd.world.save(), before) << seed << ' ' << k;
+                ++refused;
+            }
+            if (k % 8 != 0) continue;
+            crowd.world.restore_changes(crowd.changes[moment]);
+            ASSERT_EQ(crowd.world.save(), crowd.wholes[moment]) << seed << ' ' << k;
+        }
+    }
+    EXPECT_GT(refused, 300);
+    EXPECT_GT(taken, 300);
+}
+
 // Those that are refused late, when most of them have been read.
 TEST(Changes, ThatAreRefusedLeaveWhatApplyShows)
 {

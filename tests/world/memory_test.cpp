@@ -449,6 +449,45 @@ TEST(Memory, AFailedAddLosesNoIndex)
     EXPECT_EQ(world.user_data(late), 7u);
 }
 
+/// Some of 200 objects are gone: their ids are free in an order of their own, with generations of their own.
+void remove_some(jostle::World3f& world, Random random)
+{
+    std::vector<ObjectId> ids(200);
+    for (int life = 0; life < 3; ++life) {
+        for (ObjectId& id : ids)
+            if (!world.contains(id)) id = world.add({{0, 0, 0}, {1, 1, 1}}, {.enabled = false});
+        world.update();
+        for (const ObjectId id : ids)
+            if (random.below(3) == 0) world.remove(id);
+        world.update();
+    }
+}
+
+// Memory for what users keep is taken by segments, the first of 64 and each further one as large as all before.
+TEST(Memory, AFailedAddOfUserDataTakesNoId)
+{
+    constexpr std::size_t counts[] = {1, 2, 63, 64, 65, 127, 128, 129, 255, 256, 257, 1000};
+    std::uint64_t failed = 0;
+    for (std::uint64_t seed = 0; seed < 4 * std::size(counts); ++seed) {
+        jostle::World3f world({.executor = &jostle::serial_executor()}), other(jostle::WorldOptions{});
+        for (jostle::World3f* each : {&world, &other}) {
+            remove_some(*each, Random(seed));
+            if (seed % 2 != 0) (void)each->save_base();
+            if (seed % 3 == 0) each->set_user_data(each->add({{0, 0, 0}, {1, 1, 1}}), 5);
+        }
+        const std::vector<jostle::Aabb3f> boxes(counts[seed % std::size(counts)], {{0, 0, 0}, {1, 1, 1}});
+        std::vector<ObjectId> ids(boxes.size()), of_other(boxes.size());
+        const Lists before(world);
+        failed += starve([&] { world.add(boxes, ids, {.enabled = false, .user_data = 9}); },
+                         [&](std::uint64_t k) { ASSERT_TRUE(Lists(world) == before) << seed << ' ' << k; });
+        other.add(boxes, of_other, {.enabled = false, .user_data = 9});
+        ASSERT_EQ(ids, of_other) << seed;
+        world.update(), other.update();
+        ASSERT_EQ(world.save(), other.save()) << seed;
+    }
+    EXPECT_GT(failed, 150u);
+}
+
 // The pieces that several threads take at once are apart and aligned, in the block and behind it. What was
 // allocated is given back.
 TEST(Memory, PiecesAreApart)
