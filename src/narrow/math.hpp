@@ -64,13 +64,25 @@ struct Mat3
     [[nodiscard]] Vec3 back(const Vec3& v) const { return {dot(x, v), dot(y, v), dot(z, v)}; }
     friend Mat3 operator*(const Mat3& m, const Mat3& n) { return {m * n.x, m * n.y, m * n.z}; }
 };
-/// From a quaternion of any length but 0: scaled by the power of two next to its largest number first, so
-/// that the squares stay in range.
+/// Whether a sum of squares has all its digits.
+inline bool squares_well(double sum)
+{
+    return sum > 1e-280 && sum < 1e280;
+}
+/// Before numbers are divided by the largest of them, `big`, they are multiplied by this, which costs no
+/// digits: the inverse of a denormal number may be infinite.
+inline double lift(double big)
+{
+    return big < 0x1p-1000 ? 0x1p100 : 1;
+}
+/// From a quaternion of any length but 0: divided by its largest number first, so that the squares stay in
+/// range.
 inline Mat3 rotation(double qx, double qy, double qz, double qw)
 {
     const double big = std::max(std::max(std::abs(qx), std::abs(qy)), std::max(std::abs(qz), std::abs(qw)));
     if (!(big > 0.25 && big < 4)) {
-        const double scale = 1 / big;
+        const double up = lift(big), scale = 1 / (big * up);
+        qx *= up, qy *= up, qz *= up, qw *= up;
         qx *= scale, qy *= scale, qz *= scale, qw *= scale;
     }
     const double s = 2 / (qx * qx + qy * qy + qz * qz + qw * qw);
@@ -144,7 +156,8 @@ struct Mat2
 };
 inline Mat2 rotation(double c, double s)
 {
-    const double scale = 1 / std::max(std::abs(c), std::abs(s));
+    const double big = std::max(std::abs(c), std::abs(s)), up = lift(big), scale = 1 / (big * up);
+    c *= up, s *= up;
     c *= scale, s *= scale;
     const double inverse = 1 / std::sqrt(c * c + s * s);
     return {c * inverse, s * inverse};

@@ -102,6 +102,50 @@ TYPED_TEST(EveryCombination, MirrorsBitForBitWhenAAndBAreSwapped)
     EXPECT_GT(found, 200);
 }
 
+/// Shapes and places whose distance is often 0: whole numbers, and negative zeros.
+TYPED_TEST(EveryCombination, MirrorsTheSignOfADistanceOfZero)
+{
+    constexpr int Dim = TypeParam::dim;
+    using T = typename TypeParam::T;
+    Random random(2);
+    int zeros = 0;
+    for (int round = 0; round < 40; ++round) {
+        const auto whole = [&] { return std::round(random.uniform(0, 2)); };
+        Vec<Dim, double> half, up{};
+        for (double& h : half)
+            h = whole();
+        up[random.below(Dim)] = random.chance(0.5) ? 1 : -1;
+        const ConvexHull<Dim> hull(std::vector<Vec<Dim, double>>{half, up, {}});
+        std::vector<Shape<Dim>> shapes{Shape<Dim>::half_space(up, random.chance(0.3) ? -0.0 : whole()),
+                                       Shape<Dim>::sphere(whole()),
+                                       Shape<Dim>::capsule(whole(), whole()),
+                                       Shape<Dim>::box(half),
+                                       Shape<Dim>(hull),
+                                       Shape<Dim>::rounded_box(half, whole()),
+                                       Shape<Dim>::rounded_hull(hull, whole()),
+                                       Shape<Dim>::ellipsoid(half)};
+        if constexpr (Dim == 3) {
+            shapes.push_back(Shape<3>::cylinder(whole(), whole()));
+            shapes.push_back(Shape<3>::cone(whole(), whole()));
+        }
+        for (const Shape<Dim>& a : shapes)
+            for (const Shape<Dim>& b : shapes) {
+                Pose<Dim, T> pose_a, pose_b;
+                for (Pose<Dim, T>* pose : {&pose_a, &pose_b})
+                    for (T& x : pose->position)
+                        x = static_cast<T>(random.chance(0.3) ? -0.0 : std::round(random.uniform(-3, 3)));
+                const auto forth = distance(a, pose_a, b, pose_b, T(10)),
+                           back = distance(b, pose_b, a, pose_a, T(10));
+                ASSERT_EQ(forth.has_value(), back.has_value());
+                if (!forth || forth->distance != 0) continue;
+                ASSERT_EQ(std::signbit(forth->distance), std::signbit(back->distance))
+                    << round << " types " << a.type() << " and " << b.type();
+                ++zeros;
+            }
+    }
+    EXPECT_GT(zeros, 200);
+}
+
 /// Points as far from the origin as each other but for the first, which is the furthest.
 template <int Dim>
 std::vector<Vec<Dim, double>> points_within_reach(Random& random)

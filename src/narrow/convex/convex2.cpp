@@ -224,7 +224,7 @@ class SideSearch
             i = side == 0 ? owner.before(i) : owner.after(i);
             const Vec2 on = owner.corner[i], n = owner.normal(i);
             double far = dot(n, other.corner[at] - on);
-            while (far > best_.separation) {
+            while (far > best_.separation) { // which gets less in each step, so that no corner comes twice
                 const std::size_t before = other.before(at), after = other.after(at);
                 const double far_before = dot(n, other.corner[before] - on),
                              far_after = dot(n, other.corner[after] - on);
@@ -396,7 +396,7 @@ class NearestSearch
         double most = dot(direction, core.corner[at]);
         for (const bool onwards : {true, false}) {
             const std::size_t from = at;
-            for (;;) {
+            for (;;) { // ends, as no corner comes twice: `most` grows
                 const std::size_t next = onwards ? core.after(at) : core.before(at);
                 const double h = dot(direction, core.corner[next]);
                 if (!(h > most)) break;
@@ -454,7 +454,8 @@ void move_over(const Core2& owner, std::size_t side, const Vec2& out, double rou
     const bool onwards = part > 1;
     const Vec2 way = onwards ? left(out) : right(out);
     std::size_t end = onwards ? owner.after(side) : side;
-    while (dot(way, corner - owner.corner[end]) > 0) {
+    // Once around, and no further: of the sides of a needle rounding may let all go the same way.
+    for (std::size_t step = 0; step < owner.sides() && dot(way, corner - owner.corner[end]) > 0; ++step) {
         const std::size_t next = onwards ? owner.after(end) : owner.before(end);
         const Vec2 along = owner.corner[next] - owner.corner[end];
         if (!(dot(out, along) >= -rounding && dot(way, along) > 0)) {

@@ -94,7 +94,8 @@ inline Vec2 smooth_support(const Core2& core, const Vec2& d)
     Vec2 scaled{d.x * core.half.x, d.y * core.half.y};
     const double big = std::max(std::abs(scaled.x), std::abs(scaled.y));
     if (big == 0) return {};
-    scaled = scaled * (1 / big);
+    const double up = lift(big);
+    scaled = scaled * up * (1 / (big * up));
     scaled = scaled * (1 / length(scaled));
     return {scaled.x * core.half.x, scaled.y * core.half.y};
 }

@@ -60,18 +60,16 @@ struct Support
     Vec3 p;               ///< as seen from a's position
 };
 
-/// Whether a sum of squares has all its digits.
-inline bool squares_well(double sum)
-{
-    return sum > 1e-280 && sum < 1e280;
-}
 /// The unit vector across the y axis that d leans to; any where it leans to none.
 inline Vec3 across_axis(const Vec3& d)
 {
-    const double size = d.x * d.x + d.z * d.z;
-    if (squares_well(size)) return Vec3{d.x, 0, d.z} * (1 / std::sqrt(size));
-    const double big = std::max(std::abs(d.x), std::abs(d.z));
-    return big == 0 ? Vec3{1, 0, 0} : across_axis({d.x / big, 0, d.z / big});
+    Vec3 across{d.x, 0, d.z};
+    if (!squares_well(length2(across))) {
+        const double big = std::max(std::abs(d.x), std::abs(d.z));
+        if (big == 0) return {1, 0, 0};
+        across = {d.x / big, 0, d.z / big};
+    }
+    return across * (1 / length(across));
 }
 /// A smooth core's support function is made of smooth pieces: the upper and lower rim of a cylinder, the tip
 /// and the rim of a cone, all of an ellipsoid. The number of the piece in which the point furthest along d
@@ -103,7 +101,8 @@ inline Vec3 smooth_point(const Core3& core, std::uint32_t piece, const Vec3& d)
         if (!squares_well(length2(scaled))) {
             const double big = std::max({std::abs(scaled.x), std::abs(scaled.y), std::abs(scaled.z)});
             if (big == 0) return {};
-            scaled = scaled * (1 / big);
+            const double up = lift(big);
+            scaled = scaled * up * (1 / (big * up));
         }
         scaled = scaled * (1 / length(scaled));
         return {scaled.x * size.x, scaled.y * size.y, scaled.z * size.z};

@@ -226,7 +226,7 @@ class Descent
                 turn_ = turn_ * (trust / far);
                 far = trust;
             }
-            if (far < 1e-9) return false;
+            if (!(far >= 1e-9)) return false; // or no number
             const Vec3 to = turned(turn_);
             const Piece there = top(to);
             if (there.overlap < now_) {

@@ -18,7 +18,7 @@ namespace narrow {
 template <int Dim, class T>
 void finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped, Distance<Dim, T>& answer)
 {
-    answer.distance = static_cast<T>(gap.distance);
+    answer.distance = static_cast<T>(gap.distance + 0.0); // -0, which depends on the order, becomes 0
     if (gap.distance == HUGE_VAL) return;
     store(gap.normal * (swapped ? -1.0 : 1.0), answer.normal); // which is hard to predict: no branch
     store(gap.on_a, swapped ? answer.point_b : answer.point_a);

@@ -33,6 +33,14 @@ Vec2 column(const Mat2& r, int axis)
     return axis == 0 ? Vec2{r.c, r.s} : Vec2{-r.s, r.c};
 }
 
+/// Of short vectors as well, whose squares are lost.
+template <class Vector>
+double any_length(const Vector& v)
+{
+    const double square = length2(v);
+    return squares_well(square) ? std::sqrt(square) : length(v * 0x1p600) * 0x1p-600;
+}
+
 /// How far a disc about the y axis reaches along axis d.
 template <int Dim>
 double disc_half(const M<Dim>& r, int d, double radius)
@@ -40,7 +48,7 @@ double disc_half(const M<Dim>& r, int d, double radius)
     V<Dim> across;
     for (int axis = 0; axis < Dim; ++axis)
         if (axis != 1) across[axis] = column(r, axis)[d] * radius;
-    return length(across);
+    return any_length(across);
 }
 
 template <int Dim>
@@ -143,7 +151,7 @@ void add_shape(const Shape<Dim>& shape, const M<Dim>& r, const V<Dim>& p, Extent
             V<Dim> half;
             for (int axis = 0; axis < Dim; ++axis)
                 half[axis] = column(r, axis)[d] * size[axis];
-            return length(half);
+            return any_length(half);
         });
         return;
     case Kind::half_space: {

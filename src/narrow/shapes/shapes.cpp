@@ -147,7 +147,8 @@ Shape<Dim> Shape<Dim>::half_space(const Vec<Dim, double>& normal, double offset)
     if (!(std::abs(offset) <= narrow::longest)) refuse("a half-space's offset", offset, "one within 1e60");
     Shape shape;
     shape.type_ = ShapeTypes::half_space;
-    narrow::V<Dim> n = narrow::load(normal) * (1 / big);
+    const double up = narrow::lift(big);
+    narrow::V<Dim> n = narrow::load(normal) * up * (1 / (big * up));
     narrow::store(n * (1 / narrow::length(n)), shape.size_);
     shape.reach_ = offset;
     return shape;
