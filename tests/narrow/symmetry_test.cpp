@@ -102,48 +102,62 @@ TYPED_TEST(EveryCombination, MirrorsBitForBitWhenAAndBAreSwapped)
     EXPECT_GT(found, 200);
 }
 
-/// Shapes and places whose distance is often 0: whole numbers, and negative zeros.
+/// Half-spaces and other shapes whose coordinates are often 0, or -0, as is their distance.
 TYPED_TEST(EveryCombination, MirrorsTheSignOfADistanceOfZero)
 {
     constexpr int Dim = TypeParam::dim;
     using T = typename TypeParam::T;
     Random random(2);
+    const auto coarse = [&] {
+        return random.chance(0.4) ? 0.0 : random.chance(0.2) ? -0.0 : std::round(random.uniform(-4, 4)) / 2;
+    };
+    const auto point = [&] {
+        Vec<Dim, double> p;
+        for (double& x : p)
+            x = coarse();
+        return p;
+    };
     int zeros = 0;
-    for (int round = 0; round < 40; ++round) {
-        const auto whole = [&] { return std::round(random.uniform(0, 2)); };
-        Vec<Dim, double> half, up{};
+    for (int round = 0; round < 4000; ++round) {
+        Vec<Dim, double> half = point(), normal = point();
         for (double& h : half)
-            h = whole();
-        up[random.below(Dim)] = random.chance(0.5) ? 1 : -1;
-        const ConvexHull<Dim> hull(std::vector<Vec<Dim, double>>{half, up, {}});
-        std::vector<Shape<Dim>> shapes{Shape<Dim>::half_space(up, random.chance(0.3) ? -0.0 : whole()),
-                                       Shape<Dim>::sphere(whole()),
-                                       Shape<Dim>::capsule(whole(), whole()),
+            h = std::abs(h);
+        if (normal == Vec<Dim, double>{}) normal[1] = 1;
+        const double radius = random.chance(0.5) ? 0 : std::abs(coarse());
+        const ConvexHull<Dim> hull(std::vector<Vec<Dim, double>>{point(), point(), point()});
+        std::vector<Shape<Dim>> shapes{Shape<Dim>::sphere(radius),
+                                       Shape<Dim>::capsule(half[0], radius),
                                        Shape<Dim>::box(half),
                                        Shape<Dim>(hull),
-                                       Shape<Dim>::rounded_box(half, whole()),
-                                       Shape<Dim>::rounded_hull(hull, whole()),
+                                       Shape<Dim>::rounded_box(half, radius),
+                                       Shape<Dim>::rounded_hull(hull, radius),
                                        Shape<Dim>::ellipsoid(half)};
         if constexpr (Dim == 3) {
-            shapes.push_back(Shape<3>::cylinder(whole(), whole()));
-            shapes.push_back(Shape<3>::cone(whole(), whole()));
+            shapes.push_back(Shape<3>::cylinder(half[0], half[1]));
+            shapes.push_back(Shape<3>::cone(half[0], half[1]));
         }
-        for (const Shape<Dim>& a : shapes)
-            for (const Shape<Dim>& b : shapes) {
-                Pose<Dim, T> pose_a, pose_b;
-                for (Pose<Dim, T>* pose : {&pose_a, &pose_b})
-                    for (T& x : pose->position)
-                        x = static_cast<T>(random.chance(0.3) ? -0.0 : std::round(random.uniform(-3, 3)));
-                const auto forth = distance(a, pose_a, b, pose_b, T(10)),
-                           back = distance(b, pose_b, a, pose_a, T(10));
-                ASSERT_EQ(forth.has_value(), back.has_value());
-                if (!forth || forth->distance != 0) continue;
-                ASSERT_EQ(std::signbit(forth->distance), std::signbit(back->distance))
-                    << round << " types " << a.type() << " and " << b.type();
-                ++zeros;
-            }
+        const Shape<Dim> ground = Shape<Dim>::half_space(normal, coarse());
+        Pose<Dim, T> pose_a, pose_b;
+        for (Pose<Dim, T>* pose : {&pose_a, &pose_b}) {
+            for (T& x : pose->position)
+                x = static_cast<T>(coarse());
+            if (random.chance(0.5)) continue;
+            pose->rotation = {}; // by quarters and thirds, exactly
+            while (pose->rotation == decltype(pose->rotation){})
+                for (T& q : pose->rotation)
+                    q = static_cast<T>(std::round(random.uniform(-1, 1)));
+        }
+        for (const Shape<Dim>& shape : shapes) {
+            const auto forth = distance(ground, pose_a, shape, pose_b, T(10)),
+                       back = distance(shape, pose_b, ground, pose_a, T(10));
+            ASSERT_TRUE(forth && back);
+            ASSERT_EQ(forth->distance, back->distance);
+            ASSERT_EQ(std::signbit(forth->distance), std::signbit(back->distance))
+                << round << " type " << shape.type();
+            zeros += forth->distance == 0 ? 1 : 0;
+        }
     }
-    EXPECT_GT(zeros, 200);
+    EXPECT_GT(zeros, 1000);
 }
 
 /// Points as far from the origin as each other but for the first, which is the furthest.

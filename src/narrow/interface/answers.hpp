@@ -18,7 +18,7 @@ namespace narrow {
 template <int Dim, class T>
 void finish(const Gap<Dim>& gap, const V<Dim>& d, bool swapped, Distance<Dim, T>& answer)
 {
-    answer.distance = static_cast<T>(gap.distance + 0.0); // -0, which depends on the order, becomes 0
+    answer.distance = static_cast<T>(gap.distance);
     if (gap.distance == HUGE_VAL) return;
     store(gap.normal * (swapped ? -1.0 : 1.0), answer.normal); // which is hard to predict: no branch
     store(gap.on_a, swapped ? answer.point_b : answer.point_a);
@@ -51,7 +51,7 @@ Verdict simple_distance(const Shape<3>& given_a, const Pose<3, T>& given_pose_a,
     const double decides = way.x != 0 ? way.x : way.y != 0 ? way.y : way.z;
     if (type_a == type_b && decides == 0) return Verdict::unclear;
     const bool swapped = ((type_a == type_b) & (decides < 0)) | (type_a > type_b);
-    const Vec3 d = way * (swapped ? -1.0 : 1.0);
+    const Vec3 d = way * (swapped ? -1.0 : 1.0) + Vec3{}; // never -0, as in from_to()
     const Shape<3>&a = swapped ? given_b : given_a, &b = swapped ? given_a : given_b;
     const Pose<3, T>&pose_a = swapped ? given_pose_b : given_pose_a,
                   &pose_b = swapped ? given_pose_a : given_pose_b;

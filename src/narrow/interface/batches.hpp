@@ -100,8 +100,9 @@ struct PairSet
         const double decides = d.x != 0 ? d.x : d.y != 0 ? d.y : d.z;
         const bool swapped = ((type_a == type_b) & (decides < 0)) | (type_a > type_b);
         const std::size_t first = swapped ? 1 : 0;
-        return {shape[first],    shape[1 - first],           pose[first],
-                pose[1 - first], d * (swapped ? -1.0 : 1.0), swapped};
+        return {
+            shape[first], shape[1 - first], pose[first], pose[1 - first], d * (swapped ? -1.0 : 1.0) + Vec3{},
+            swapped}; // never -0, as in from_to()
     }
 };
 

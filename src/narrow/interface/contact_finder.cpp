@@ -134,7 +134,7 @@ ContactFinder<Dim, T>::Implementation::find_balls(const Objects& set_a, const Ob
         const V d = narrow::load(set_b.poses[pair.b].position) - narrow::load(set_a.poses[pair.a].position);
         // Put in order as any other pair.
         const bool swapped = (d[0] != 0 ? d[0] : d[1] != 0 ? d[1] : d[Dim - 1]) < 0;
-        const V way = d * (swapped ? -1.0 : 1.0);
+        const V way = d * (swapped ? -1.0 : 1.0) + V{}; // never -0, as in from_to()
         narrow::Manifold<Dim> manifold;
         const narrow::Verdict verdict = narrow::spheres(
             swapped ? b.radius() : a.radius(), swapped ? a.radius() : b.radius(), way, margin, manifold);

@@ -47,12 +47,13 @@ HWY_ATTR HWY_INLINE RealPairs load_pairs(const DistanceBatch& pairs, std::uint32
         turn_a[i] = choose(clear, turn_a[i], i == 3 ? one : zero);
         turn_b[i] = choose(clear, turn_b[i], i == 3 ? one : zero);
     }
-    return {clear,
-            matrix(turn_a[0], turn_a[1], turn_a[2], turn_a[3]),
-            matrix(turn_b[0], turn_b[1], turn_b[2], turn_b[3]),
-            scale3(way, choose(swapped, Real(-1), one)),
-            swapped,
-            exchange};
+    return {
+        clear,
+        matrix(turn_a[0], turn_a[1], turn_a[2], turn_a[3]),
+        matrix(turn_b[0], turn_b[1], turn_b[2], turn_b[3]),
+        add3(scale3(way, choose(swapped, Real(-1), one)), {zero, zero, zero}), // never -0, as in from_to()
+        swapped,
+        exchange};
 }
 
 HWY_ATTR HWY_INLINE Real extent(const Real3& d)

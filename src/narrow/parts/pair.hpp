@@ -27,7 +27,7 @@ struct Placed
     {
         std::swap(a, b);
         std::swap(ra, rb);
-        d = -d;
+        d = V<Dim>{} - d; // never -0, see from_to()
     }
 };
 
@@ -59,12 +59,18 @@ void find_contacts_generally(const Placed<Dim>& pair, double margin, FoundList<D
 template <int Dim>
 void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& gap);
 
+/// From one position to another one. No coordinate is -0: that would depend on which comes first, and the sign
+/// of a zero decides which of two sides or corners is looked at.
+template <int Dim, class T>
+V<Dim> from_to(const Pose<Dim, T>& a, const Pose<Dim, T>& b)
+{
+    return load(b.position) - load(a.position) + V<Dim>{};
+}
 template <int Dim, class T>
 Placed<Dim> place(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b,
                   const Pose<Dim, T>& pose_b, const Kernels& kernels = best_kernels())
 {
-    return {&a,      &b, rotation(pose_a), rotation(pose_b), load(pose_b.position) - load(pose_a.position),
-            &kernels};
+    return {&a, &b, rotation(pose_a), rotation(pose_b), from_to(pose_a, pose_b), &kernels};
 }
 
 /// Whether any parts of an arranged pair touch.
