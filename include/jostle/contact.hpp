@@ -346,8 +346,10 @@ contacts(const Shape<Dim>& a, const Pose<Dim, T>& pose_a, const Shape<Dim>& b, c
 /// Ties      of parts of a 3D mesh that are equally near or deep, those of the lowest numbers count.
 /// Cost      10 to 200 ns for spheres, capsules and boxes, 350 for hulls of 24 corners. 3D meshes are
 ///           searched nearest first, and an open `max_distance` costs no more: a body and a mesh of 50,000
-///           triangles take 4 to 40 us, two such meshes 0.2 to 2 ms, most where their gap is wide. Height
-///           fields, compounds and all of 2D cost a test of every part within `max_distance`.
+///           triangles take 4 to 40 us, two such meshes 0.2 to 2 ms, most where their gap is wide. Of a
+///           compound's children the nearest are tested first, and those that may be as near; two compounds
+///           cost that for each child of one. Height fields and chains cost a test of every part within
+///           `max_distance`.
 /// Errors    `Error` also for a `max_distance` that is negative or not a number.
 template <int Dim, Coordinate T>
 [[nodiscard]] JOSTLE_API std::optional<Distance<Dim, T>>

@@ -172,6 +172,8 @@ class Shape;
 ///
 /// Valid    at least one child; children of any kind but meshes, height fields and compounds.
 /// Order    part numbers in contacts are positions in `children`.
+/// Cost     children are found by a tree of boxes: a ray or a body that meets few of them costs the logarithm
+///          of their number, which takes some 1.5 us each to build.
 /// Value    copies share the same read-only memory. What the children point to must outlive it.
 template <int Dim>
 class JOSTLE_API Compound

@@ -4,6 +4,7 @@
 
 #include "narrow/parts/pair.hpp"
 #include "narrow/parts/part.hpp"
+#include "narrow/parts/tree.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -26,12 +27,7 @@ template <int Dim, class Visit>
 void for_each_element(const MeshData<Dim>& mesh, const Kernels& kernels, const Frame<Dim>& frame,
                       const Region<Dim>& region, const Range<Dim>& range, Visit&& visit)
 {
-    for (std::uint32_t k = 0; k < mesh.nodes.size();) {
-        const TreeNode& node = mesh.nodes[k];
-        if (!region.meets(node.lo, node.hi, range)) {
-            k = node.skip;
-            continue;
-        }
+    for_each_leaf(mesh.nodes, region, range, [&](const TreeNode& node) {
         for (std::uint32_t i = 0; i < node.count; ++i) {
             const std::uint32_t e = mesh.order[node.first + i];
             const auto& corners = mesh.elements[e];
@@ -45,8 +41,7 @@ void for_each_element(const MeshData<Dim>& mesh, const Kernels& kernels, const F
             }
             if (region.meets(lo, hi, range)) visit(e, Part<Dim>(mesh, corners, frame, kernels));
         }
-        ++k;
-    }
+    });
 }
 
 /// Calls visit(number, corners) for the triangles of a height field.
@@ -111,22 +106,50 @@ bool has_part(const Shape<Dim>& shape)
     return shape.custom() == nullptr || shape.custom()->has_support();
 }
 
+/// In ascending order of their numbers, unless the range says nearest first.
 template <int Dim, class Visit>
 void for_each_child(const CompoundData<Dim>& compound, const Kernels& kernels, const Frame<Dim>& frame,
                     const Region<Dim>& region, const Range<Dim>& range, Visit&& visit)
 {
-    std::uint32_t number = 0;
-    for (const auto& child : compound.children) {
+    const auto look_at = [&](std::uint32_t number) {
+        const auto& child = compound.children[number];
         const double ball = ShapeAccess::reach(child.shape) * (1 + 1e-14);
         double lo[Dim], hi[Dim];
         for (int d = 0; d < Dim; ++d) {
             lo[d] = child.frame.p[d] - ball;
             hi[d] = child.frame.p[d] + ball;
         }
-        const Frame<Dim> there{frame.r * child.frame.r, frame * child.frame.p};
         if (has_part(child.shape) && region.meets(lo, hi, range))
-            visit(number, Part<Dim>(child.shape, there, kernels));
-        ++number;
+            visit(number, Part<Dim>(child.shape, {frame.r * child.frame.r, frame * child.frame.p}, kernels));
+    };
+    // The tests of parts call a gap of less than a billionth of their size a touch.
+    double size = compound.extent;
+    for (int d = 0; d < Dim; ++d)
+        size += std::max(std::abs(region.lo[d]), std::abs(region.hi[d]));
+    const double rounding = 4e-9 * size;
+    if (range.nearest_first)
+        return for_each_leaf_by([&](const TreeNode& node) { return region.gap(node.lo, node.hi); },
+                                [&] { return range.reach + rounding; }, compound.nodes,
+                                [&](const TreeNode& node) {
+                                    for (std::uint32_t i = 0; i < node.count; ++i)
+                                        look_at(compound.order[node.first + i]);
+                                });
+    Range<Dim> wide = range;
+    wide.reach += rounding;
+    constexpr std::size_t most = 1024; // to more, looking at all adds little
+    std::uint32_t found[most];
+    std::size_t count = 0;
+    for_each_leaf(compound.nodes, region, wide, [&](const TreeNode& node) {
+        for (std::uint32_t i = 0; i < node.count; ++i, ++count)
+            if (count < most) found[count] = compound.order[node.first + i];
+    });
+    if (count <= most) {
+        std::sort(found, found + count);
+        for (std::size_t i = 0; i < count; ++i)
+            look_at(found[i]);
+    } else {
+        for (std::uint32_t number = 0; number < compound.children.size(); ++number)
+            look_at(number);
     }
 }
 

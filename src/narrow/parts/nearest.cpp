@@ -459,6 +459,7 @@ void nearest_parts(const Placed<3>& pair, double enough, Gap<3>& best)
     const double rounding = rounding_of(pair);
     Least least{enough, best};
     Range<3> range{enough};
+    range.nearest_first = true;
     for_each_side_pair(pair, range, [&](const SearchSide& a, const SearchSide& b) {
         NearestParts judge{{a, b, *pair.kernels, rounding}, least};
         search(a, b, judge);

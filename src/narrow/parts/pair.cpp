@@ -278,14 +278,23 @@ void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& best)
             return;
         }
     Range<Dim> range{enough};
-    for_each_part_pair(pair, range,
-                       [&](std::uint32_t, const Part<Dim>& a, std::uint32_t, const Part<Dim>& b) {
-                           Gap<Dim> gap;
-                           part_gap(a, b, range.reach, gap);
-                           if (!(gap.distance <= range.reach) || !(gap.distance < best.distance)) return;
-                           best = gap;
-                           range.reach = std::max(0.0, std::min(range.reach, gap.distance));
-                       });
+    range.nearest_first = true;
+    const bool by_a = pair.a->type() == ShapeTypes::compound, by_b = pair.b->type() == ShapeTypes::compound;
+    std::uint32_t best_a = 0, best_b = 0;
+    for_each_part_pair(
+        pair, range,
+        [&](std::uint32_t number_a, const Part<Dim>& a, std::uint32_t number_b, const Part<Dim>& b) {
+            Gap<Dim> gap;
+            part_gap(a, b, range.reach * (1 + 1e-9), gap); // not to lose one that is as near
+            if (!(gap.distance <= range.reach && gap.distance <= best.distance)) return;
+            // Of equally near children the first ones count, in whatever order they come.
+            const bool earlier = number_a != best_a ? by_a && number_a < best_a : by_b && number_b < best_b;
+            if (gap.distance == best.distance && !earlier) return;
+            best = gap;
+            best_a = number_a;
+            best_b = number_b;
+            range.reach = std::max(0.0, std::min(range.reach, gap.distance));
+        });
 }
 
 #define JOSTLE_PAIR(Dim)                                                                                     \

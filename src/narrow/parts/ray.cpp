@@ -37,6 +37,8 @@ class Caster
     void meet_hull(const Shape<2>& shape, std::uint32_t part);
     void meet_hull(const Shape<3>& shape, std::uint32_t part);
     void meet_by_distance(const Shape<Dim>& shape, std::uint32_t part);
+    template <class Visit>
+    void for_each_leaf_on_line(const std::vector<TreeNode>& nodes, double grow, const Visit& visit) const;
     void meet_mesh(const MeshData<Dim>& mesh);
     void meet_heights(const HeightData& field);
     void meet_compound(const CompoundData<Dim>& compound);
@@ -334,6 +336,34 @@ struct Chain
     const Line<2>& line_;
 };
 
+/// Visits leaves that the line meets, if they are bigger by `grow`, and no later than anything else: nearest
+/// first.
+template <int Dim>
+template <class Visit>
+void Caster<Dim>::for_each_leaf_on_line(const std::vector<TreeNode>& nodes, double grow,
+                                        const Visit& visit) const
+{
+    double inverse[Dim];
+    for (int d = 0; d < Dim; ++d)
+        inverse[d] = line_.way[d] == 0 ? 0 : 1 / line_.way[d];
+    /// When the line comes into a box; no number: not, or too late.
+    const auto enters = [&](const TreeNode& node) {
+        double enter = 0, leave = limit();
+        for (int d = 0; d < Dim; ++d) {
+            const double lo = node.lo[d] - grow - line_.origin[d], hi = node.hi[d] + grow - line_.origin[d];
+            if (inverse[d] == 0) {
+                if (lo > 0 || hi < 0) return double{NAN};
+                continue;
+            }
+            const double one = lo * inverse[d], other = hi * inverse[d];
+            enter = std::max(enter, std::min(one, other));
+            leave = std::min(leave, std::max(one, other));
+        }
+        return enter <= leave * (1 + 1e-15) ? enter : double{NAN};
+    };
+    for_each_leaf_by(enters, [this] { return limit(); }, nodes, visit);
+}
+
 template <int Dim>
 void Caster<Dim>::meet_mesh(const MeshData<Dim>& mesh)
 {
@@ -344,36 +374,7 @@ void Caster<Dim>::meet_mesh(const MeshData<Dim>& mesh)
         size = std::max(size, std::max(std::abs(line_.origin[d]), std::max(std::abs(mesh.nodes[0].lo[d]),
                                                                            std::abs(mesh.nodes[0].hi[d]))));
     const double grow = 8e-16 * size;
-    double inverse[Dim];
-    for (int d = 0; d < Dim; ++d)
-        inverse[d] = line_.way[d] == 0 ? 0 : 1 / line_.way[d];
-    /// When the line comes into a box; infinite: not, or too late.
-    const auto enters = [&](const TreeNode& node) {
-        double enter = 0, leave = limit();
-        for (int d = 0; d < Dim; ++d) {
-            const double lo = node.lo[d] - grow - line_.origin[d], hi = node.hi[d] + grow - line_.origin[d];
-            if (inverse[d] == 0) {
-                if (lo > 0 || hi < 0) return HUGE_VAL;
-                continue;
-            }
-            const double one = lo * inverse[d], other = hi * inverse[d];
-            enter = std::max(enter, std::min(one, other));
-            leave = std::min(leave, std::max(one, other));
-        }
-        return enter <= leave * (1 + 1e-15) ? enter : HUGE_VAL;
-    };
-    struct Item
-    {
-        double enter;
-        std::uint32_t node;
-    };
-    Item waiting[64]; // one for each level, of which there are at most 32
-    std::size_t count = 0;
-    if (const double enter = enters(mesh.nodes[0]); enter < HUGE_VAL) waiting[count++] = {enter, 0};
-    while (count > 0) {
-        const Item item = waiting[--count];
-        if (item.enter > limit()) continue;
-        const TreeNode& node = mesh.nodes[item.node];
+    for_each_leaf_on_line(mesh.nodes, grow, [&](const TreeNode& node) {
         for (std::uint32_t i = 0; i < node.count; ++i) {
             const std::uint32_t e = mesh.order[node.first + i];
             const auto& corner = mesh.elements[e];
@@ -393,15 +394,7 @@ void Caster<Dim>::meet_mesh(const MeshData<Dim>& mesh)
             const double breadth = length(n), facing = dot(n, line_.way);
             best = {t, breadth > 0 && facing != 0 ? n * ((facing < 0 ? 1 : -1) / breadth) : -line_.way, e};
         }
-        if (node.count != 0) continue;
-        const std::uint32_t one = item.node + 1, other = mesh.nodes[one].skip;
-        const double enter_one = enters(mesh.nodes[one]), enter_other = enters(mesh.nodes[other]);
-        const bool one_first = enter_one <= enter_other;
-        const Item near{one_first ? enter_one : enter_other, one_first ? one : other},
-            far{one_first ? enter_other : enter_one, one_first ? other : one};
-        if (far.enter < HUGE_VAL) waiting[count++] = far;
-        if (near.enter < HUGE_VAL) waiting[count++] = near;
-    }
+    });
 }
 
 /// The ground below each triangle is a prism. Sides that two prisms share are no surface: a line that seems
@@ -461,17 +454,21 @@ void Caster<Dim>::meet_heights(const HeightData& field)
 template <int Dim>
 void Caster<Dim>::meet_compound(const CompoundData<Dim>& compound)
 {
-    std::uint32_t number = 0;
-    for (const auto& child : compound.children) {
-        const Line<Dim> seen{child.frame.r.back(line_.origin - child.frame.p), child.frame.r.back(line_.way),
-                             limit()};
-        Caster caster(seen, kernels_);
-        caster.meet(child.shape, number++);
-        if (caster.best.at < best.at) {
-            best = caster.best;
-            best.normal = child.frame.r * best.normal;
+    // Some shapes are hit from a billionth of their size.
+    const double grow = 4e-9 * (compound.extent + length(line_.origin));
+    for_each_leaf_on_line(compound.nodes, grow, [&](const TreeNode& node) {
+        for (std::uint32_t i = 0; i < node.count; ++i) {
+            const std::uint32_t number = compound.order[node.first + i];
+            const auto& child = compound.children[number];
+            const Line<Dim> seen{child.frame.r.back(line_.origin - child.frame.p),
+                                 child.frame.r.back(line_.way), limit()};
+            Caster caster(seen, kernels_);
+            caster.meet(child.shape, number);
+            const Strike<Dim>& strike = caster.best;
+            if (!(strike.at < best.at || (strike.at == best.at && number < best.part))) continue;
+            best = {strike.at, child.frame.r * strike.normal, number};
         }
-    }
+    });
 }
 
 template <int Dim>

@@ -17,6 +17,7 @@ struct Range
     double reach;
     V<Dim> linear = {};
     double time = 0;
+    bool nearest_first = false; ///< in which order a compound's children come; else by their numbers
 };
 /// A box in a shape's local axes: where the other shape is, and how it moves.
 template <int Dim>
@@ -43,6 +44,17 @@ struct Region
         for (int d = 0; d < Dim; ++d)
             apart |= int{lo2[d] > hi[d] + range.reach} | int{lo[d] > hi2[d] + range.reach};
         return apart == 0;
+    }
+    /// How far a box is away; below 0 if they overlap, by no more than that.
+    [[nodiscard]] double gap(const double* lo2, const double* hi2) const
+    {
+        double most = -HUGE_VAL, square = 0;
+        for (int d = 0; d < Dim; ++d) {
+            const double along = std::max(lo2[d] - hi[d], lo[d] - hi2[d]);
+            most = std::max(most, along);
+            if (along > 0) square += along * along;
+        }
+        return most > 0 ? std::sqrt(square) : most;
     }
     /// Narrows [enter, leave] to the time for which it meets lo2 to hi2 along an axis.
     void clip(int d, double lo2, double hi2, double reach, double& enter, double& leave) const

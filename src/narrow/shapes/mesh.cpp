@@ -4,7 +4,7 @@
 #include <limits>
 #include <string>
 
-#include "narrow/shapes/shape_data.hpp"
+#include "narrow/shapes/extent.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -79,6 +79,28 @@ void build_tree(MeshData<Dim>& data)
                     item.hi[d] = std::max(item.hi[d], data.vertices[v][d]);
                 }
             item.middle[d] = 0.5 * item.lo[d] + 0.5 * item.hi[d];
+        }
+    }
+    build_node(items, 0, static_cast<Index>(items.size()), data.nodes, data.order);
+}
+template <int Dim>
+void build_tree(CompoundData<Dim>& data)
+{
+    std::vector<Item> items(data.children.size());
+    for (Index i = 0; i < items.size(); ++i) {
+        const auto& [shape, frame] = data.children[i];
+        Item& item = items[i];
+        item.element = i;
+        Extent<Dim> box = nothing<Dim>();
+        const double reach = ShapeAccess::reach(shape);
+        // Only the ball of a user's shape is known already.
+        add_shape(shape.custom() == nullptr ? shape : Shape<Dim>::sphere(reach), frame.r, frame.p, box);
+        const double rounding = reach < HUGE_VAL ? 1e-14 * (length(frame.p) + reach) : 0;
+        for (int d = 0; d < 3; ++d) {
+            item.lo[d] = d < Dim ? box.lo[d] - rounding : 0;
+            item.hi[d] = d < Dim ? box.hi[d] + rounding : 0;
+            item.middle[d] = d < Dim ? frame.p[d] : 0;
+            if (reach < HUGE_VAL) item.middle[d] = 0.5 * item.lo[d] + 0.5 * item.hi[d];
         }
     }
     build_node(items, 0, static_cast<Index>(items.size()), data.nodes, data.order);
@@ -229,8 +251,10 @@ Compound<Dim>::Compound(std::span<const Child> children)
         narrow::Frame<Dim> frame{narrow::rotation(child.pose), narrow::load(child.pose.position)};
         const double reach = narrow::ShapeAccess::reach(child.shape);
         data->reach = std::max(data->reach, narrow::length(frame.p) + reach);
+        if (reach < HUGE_VAL) data->extent = std::max(data->extent, narrow::length(frame.p) + reach);
         data->children.push_back({child.shape, frame});
     }
+    narrow::build_tree(*data);
     data_ = std::move(data);
 }
 

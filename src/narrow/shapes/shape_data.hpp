@@ -76,7 +76,7 @@ struct HullData<2>
     double reach = 0;
 };
 
-/// A box tree over a mesh's elements, in preorder: a node's first child follows it.
+/// A box tree over a mesh's elements or a compound's children, in preorder: a node's first child follows it.
 struct TreeNode
 {
     double lo[3], hi[3];
@@ -156,7 +156,10 @@ struct CompoundData
         Frame<Dim> frame;
     };
     std::vector<Child> children;
+    std::vector<TreeNode> nodes;      ///< over boxes that hold the children, endless ones as well
+    std::vector<std::uint32_t> order; ///< children, leaf by leaf
     double reach = 0;
+    double extent = 0; ///< the same of those that aren't endless
 };
 
 /// A shape's type as an enumeration: a switch over it without a default doesn't compile once a kind is
