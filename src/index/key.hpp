@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 #include "jostle/box.hpp"
@@ -12,7 +13,7 @@ JOSTLE_NAMESPACE_BEGIN
 namespace index {
 
 /// How boxes are turned into keys. It is chosen for the first boxes. Other boxes may make it less useful, but
-/// never wrong: coordinates beyond 2^62 quanta count as 2^62.
+/// never wrong: coordinates beyond 2^62 quanta count as 2^62, and then finer digits tell them apart.
 template <int Dim>
 struct Frame
 {
@@ -27,25 +28,42 @@ struct Frame
     static constexpr std::uint32_t last_class = 7;
 };
 
-/// Where a box belongs: its class of size, its centre, and, for boxes in the same place, its id. A key is a
-/// string of binary digits, the highest of every axis first, that no two objects share.
+/// Where a box belongs: its class of size, its centre in quanta, for boxes within the same quanta their
+/// centres as floating-point numbers, and, for boxes in the same place, its id. A key is a string of binary
+/// digits, the highest of every axis first, that no two objects share.
+///
+/// Quanta halve space evenly, which is good for most worlds. Where distances grow from box to box, most boxes
+/// lie within one quantum or beyond the last: the digits of a floating-point number halve its exponents.
 template <int Dim>
 struct Key
 {
     std::uint64_t center[Dim];
+    std::uint64_t fine[Dim];
     std::uint32_t size_class;
     std::uint32_t id;
 };
 
-inline constexpr int class_digits = 3;
+inline constexpr int class_digits = 3, center_digits = 64; // the latter of an axis
+/// A sign, 11 digits of the exponent and 28 of the fraction, with which a centre of floats has all it has.
+inline constexpr int fine_digits = 40;
 template <int Dim>
-inline constexpr int key_digits = class_digits + 64 * Dim + 32;
+inline constexpr int key_digits = class_digits + (center_digits + fine_digits) * Dim + 32;
 
 /// Where a centre lies, in quanta.
 template <int Dim>
 [[nodiscard]] inline double place_of(const Frame<Dim>& frame, int axis, double lo, double hi) noexcept
 {
     return (0.5 * lo + 0.5 * hi - frame.origin[axis]) * frame.scale;
+}
+
+/// The first digits of a number, in an order that is that of the numbers.
+[[nodiscard]] inline std::uint64_t fine_digits_of(double number) noexcept
+{
+    const double unsigned_zero = number + 0.0;
+    std::uint64_t bits;
+    std::memcpy(&bits, &unsigned_zero, sizeof bits);
+    const std::uint64_t sign = std::uint64_t{1} << 63;
+    return ((bits & sign) != 0 ? ~bits : bits | sign) >> (64 - fine_digits);
 }
 
 /// The class of a box that is `size` long on its longest axis.
@@ -73,10 +91,23 @@ template <int Dim, class T>
         size = std::max(size, hi - lo);
         const double cut = std::max(-last, std::min(place_of(frame, d, lo, hi), last));
         key.center[d] = static_cast<std::uint64_t>(static_cast<std::int64_t>(cut)) ^ (std::uint64_t{1} << 63);
+        key.fine[d] = fine_digits_of(0.5 * lo + 0.5 * hi);
     }
     key.size_class = class_of(frame, size);
     key.id = id;
     return key;
+}
+
+/// The first that differs of the last `digits` digits of each axis, the highest of every axis first; one more
+/// than the last if none.
+template <int Dim>
+[[nodiscard]] inline int first_difference(const std::uint64_t (&a)[Dim], const std::uint64_t (&b)[Dim],
+                                          int digits) noexcept
+{
+    int digit = digits * Dim;
+    for (int d = 0; d < Dim; ++d)
+        if (a[d] != b[d]) digit = std::min(digit, (std::countl_zero(a[d] ^ b[d]) + digits - 64) * Dim + d);
+    return digit;
 }
 
 /// The first digit that differs; key_digits if none.
@@ -85,11 +116,10 @@ template <int Dim>
 {
     if (a.size_class != b.size_class)
         return class_digits - static_cast<int>(std::bit_width(a.size_class ^ b.size_class));
-    int digit = 64 * Dim;
-    for (int d = 0; d < Dim; ++d)
-        if (a.center[d] != b.center[d])
-            digit = std::min(digit, std::countl_zero(a.center[d] ^ b.center[d]) * Dim + d);
-    if (digit != 64 * Dim) return class_digits + digit;
+    int digit = first_difference<Dim>(a.center, b.center, center_digits);
+    if (digit != center_digits * Dim) return class_digits + digit;
+    digit += first_difference<Dim>(a.fine, b.fine, fine_digits);
+    if (digit != (center_digits + fine_digits) * Dim) return class_digits + digit;
     return class_digits + digit + std::countl_zero(a.id ^ b.id);
 }
 
@@ -98,8 +128,12 @@ template <int Dim>
 {
     if (digit < class_digits) return (key.size_class >> (class_digits - 1 - digit)) & 1;
     digit -= class_digits;
-    if (digit < 64 * Dim) return static_cast<unsigned>(key.center[digit % Dim] >> (63 - digit / Dim)) & 1;
-    return (key.id >> (31 - (digit - 64 * Dim))) & 1;
+    if (digit < center_digits * Dim)
+        return static_cast<unsigned>(key.center[digit % Dim] >> (center_digits - 1 - digit / Dim)) & 1;
+    digit -= center_digits * Dim;
+    if (digit < fine_digits * Dim)
+        return static_cast<unsigned>(key.fine[digit % Dim] >> (fine_digits - 1 - digit / Dim)) & 1;
+    return (key.id >> (31 - (digit - fine_digits * Dim))) & 1;
 }
 
 /// The part of space, and the range of sizes, that a piece of the trie stands for. Most boxes whose keys

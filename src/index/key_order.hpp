@@ -141,35 +141,52 @@ struct KeyOrder
     /// Gives entries that don't differ in their digits some in which they do.
     void look_closer(std::size_t begin, std::size_t end)
     {
-        const Key<Dim> first = key(entries[begin]);
-        std::uint64_t centers[most_parts] = {};
-        std::uint32_t classes[most_parts] = {};
-        in_parts(end - begin, [&](std::uint32_t part, std::size_t from, std::size_t to) {
-            std::uint64_t differing = 0;
-            for (const Entry& entry : entries.subspan(begin + from, to - from)) {
-                const Key<Dim> here = key(entry);
-                for (int d = 0; d < Dim; ++d)
-                    differing |= here.center[d] ^ first.center[d];
-                classes[part] |= here.size_class ^ first.size_class;
-            }
-            centers[part] = differing;
-        });
-        const std::uint64_t differing =
-            std::accumulate(centers, centers + most_parts, std::uint64_t{0}, std::bit_or<>());
-        const bool by_id =
-            differing == 0 && std::accumulate(classes, classes + most_parts, 0u, std::bit_or<>()) == 0;
-        const int shift = std::max(0, static_cast<int>(std::bit_width(differing)) - per_axis);
-        in_parts(end - begin, [&](std::uint32_t, std::size_t from, std::size_t to) {
+        const auto [centers, fine, classes] = differing_keys(begin, end);
+        const bool by_center = centers != 0 || classes != 0, by_id = !by_center && fine == 0;
+        const int shift =
+            std::max(0, static_cast<int>(std::bit_width(by_center ? centers : fine)) - per_axis);
+        in_parts(end - begin, [&, by_center, by_id, shift](std::uint32_t, std::size_t from, std::size_t to) {
             for (Entry& entry : entries.subspan(begin + from, to - from)) {
                 const Key<Dim> here = key(entry);
                 std::uint32_t digits = here.size_class << entry_class_shift;
                 for (int d = 0; d < Dim; ++d)
-                    digits |= spread<Dim>(static_cast<std::uint32_t>(here.center[d] >> shift) &
+                    digits |= spread<Dim>(static_cast<std::uint32_t>(
+                                              (by_center ? here.center[d] : here.fine[d]) >> shift) &
                                           ((1u << per_axis) - 1))
                               << (Dim - 1 - d);
                 entry.digits = by_id ? here.id : digits;
             }
         });
+    }
+    /// In which digits the keys of entries differ: of their centres, on any axis, and classes.
+    struct Differing
+    {
+        std::uint64_t centers = 0, fine = 0;
+        std::uint32_t classes = 0;
+    };
+    [[nodiscard]] Differing differing_keys(std::size_t begin, std::size_t end) const
+    {
+        const Key<Dim> first = key(entries[begin]);
+        Differing parts[most_parts];
+        in_parts(end - begin, [&](std::uint32_t part, std::size_t from, std::size_t to) {
+            Differing differing;
+            for (const Entry& entry : entries.subspan(begin + from, to - from)) {
+                const Key<Dim> here = key(entry);
+                for (int d = 0; d < Dim; ++d) {
+                    differing.centers |= here.center[d] ^ first.center[d];
+                    differing.fine |= here.fine[d] ^ first.fine[d];
+                }
+                differing.classes |= here.size_class ^ first.size_class;
+            }
+            parts[part] = differing;
+        });
+        Differing all;
+        for (const Differing& part : parts) {
+            all.centers |= part.centers;
+            all.fine |= part.fine;
+            all.classes |= part.classes;
+        }
+        return all;
     }
 
     /// In which digits entries differ.

@@ -30,7 +30,7 @@ using Tree = index::Tree<3, float>;
 using View = BoxView<3, float>;
 
 /// Nodes and leaves that a search for each of some boxes opens.
-double visits(const Tree& tree, const std::vector<Aabb3f>& questions)
+double visits(const Tree& tree, std::span<const Aabb3f> questions)
 {
     std::uint64_t opened = 0;
     for (const Aabb3f& box : questions) {
@@ -118,6 +118,40 @@ TEST_P(Churn, LeavesTheTreeAsGoodAsNew)
     tree.erase(order);
     EXPECT_EQ(tree.validate(), nullptr);
     EXPECT_EQ(tree.stats().leaves + tree.stats().pages + tree.stats().nodes, 0u);
+}
+
+// Where distances grow from box to box, or some boxes are so far away that the others seem to lie in one place.
+TEST(Order, SearchesStayShortWhereverBoxesLie)
+{
+    for (const Kind kind : {Kind::uniform, Kind::growing, Kind::outliers}) {
+        const auto opened = [&](std::uint32_t count) {
+            const Objects objects(kind, count, 3);
+            Tree tree{IndexOptions{}};
+            tree.insert(objects.ids, View(objects.boxes));
+            EXPECT_EQ(tree.validate(), nullptr);
+            return visits(tree, std::span(objects.boxes).first(500));
+        };
+        const double few = opened(2000), many = opened(64'000);
+        EXPECT_LT(many, 5 * few) << name(kind) << ' ' << few;
+        EXPECT_LT(many, 60) << name(kind);
+    }
+}
+
+// As moving one by one, too, for which pages are split.
+TEST(Order, OfBoxesFarApartIsThatOfInsertingThemOneByOne)
+{
+    for (const Kind kind : {Kind::growing, Kind::outliers}) {
+        const Objects objects(kind, 3000, 5);
+        Tree built{IndexOptions{}}, grown{IndexOptions{}};
+        built.insert(objects.ids, View(objects.boxes));
+        for (std::size_t i = 0; i < objects.ids.size(); ++i) {
+            // The frame is that of all boxes.
+            if (i == 0) grown.build({}, View(objects.boxes)), grown.erase(std::span(objects.ids).subspan(1));
+            if (i > 0) grown.insert({&objects.ids[i], 1}, View(std::span(&objects.boxes[i], 1)));
+        }
+        ASSERT_EQ(grown.validate(), nullptr);
+        EXPECT_LE(visits(grown, objects.boxes), 1.5 * visits(built, objects.boxes)) << name(kind);
+    }
 }
 
 /// Nodes on the longest way from here to a page, whose node has leaves for children.

@@ -59,13 +59,16 @@ enum class Kind
     giants,    // a few that cover everything, some without end
     far,       // around 1e9, where floats are 64 apart
     stretched, // one long line
-    last = stretched
+    growing,   // distances from the origin of all orders of magnitude
+    outliers,  // half of all very far away, in one place on the first axis
+    last = outliers
 };
 
 inline const char* name(Kind kind)
 {
-    static const char* const names[] = {"uniform", "power_law", "clusters", "lattice", "flat",
-                                        "points",  "identical", "giants",   "far",     "stretched"};
+    static const char* const names[] = {"uniform", "power_law", "clusters",  "lattice",
+                                        "flat",    "points",    "identical", "giants",
+                                        "far",     "stretched", "growing",   "outliers"};
     return names[static_cast<int>(kind)];
 }
 
@@ -115,6 +118,14 @@ Aabb<Dim, T> random_box(Random& random, Kind kind)
             break;
         case Kind::stretched:
             center = d == 0 ? random.number(0, 1e5) : 0;
+            break;
+        case Kind::growing:
+            center = std::pow(10.0, (sizeof(T) == 4 ? 0.15 : 1) * (static_cast<double>(draw) + center / 30));
+            size *= 0.2 * center;
+            if (random.below(2) == 0) center = -center;
+            break;
+        case Kind::outliers:
+            if (d == 0 && draw < 50) center = sizeof(T) == 4 ? 1e17 : 1e100;
             break;
         }
         box.lo[d] = static_cast<T>(size == infinity ? -infinity : center - size / 2);
