@@ -232,20 +232,26 @@ struct BoxIndex<Dim, T>::Implementation
         });
     }
 
+    /// Of boxes and a tree's objects, in the working memory of this index.
+    void join(const index::Tree<Dim, T>& with, const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& pairs)
+    {
+        index::check_joined(boxes, options.ignore_odd_boxes);
+        if (options.ignore_odd_boxes && count_odd(boxes) != 0) {
+            index::ValidBoxes<Dim, T> valid(options.memory, boxes);
+            joins.run(with, *executor, BoxView<Dim, T>(valid.boxes), pairs);
+            for (Pair& pair : pairs)
+                pair.a = valid.ids[pair.a];
+        } else {
+            joins.run(with, *executor, boxes, pairs);
+        }
+    }
     void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const QuestionFilters& filters)
     {
         std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
         out.clear();
         index::check_joined(boxes, options.ignore_odd_boxes);
         check_filters(filters, boxes.size());
-        if (options.ignore_odd_boxes && count_odd(boxes) != 0) {
-            index::ValidBoxes<Dim, T> valid(options.memory, boxes);
-            joins.run(tree, *executor, BoxView<Dim, T>(valid.boxes), pairs);
-            for (Pair& pair : pairs)
-                pair.a = valid.ids[pair.a];
-        } else {
-            joins.run(tree, *executor, boxes, pairs);
-        }
+        join(tree, boxes, pairs);
         if (filters.one_each() || !Asked::trivial(filters[0])) {
             const Answering answering(this);
             std::erase_if(pairs, [&](const Pair& pair) { return !Asked(filters[pair.a], pair.a)(pair.b); });
@@ -352,6 +358,13 @@ void BoxIndex<Dim, T>::move(std::span<const std::uint32_t> ids, const BoxView<Di
     check_one_id_each(ids.size(), boxes.size());
     all.check_ids(ids, true);
     all.all_valid(ids, boxes) ? all.tree.move(ids, boxes) : all.odd.move(all.tree, ids, boxes);
+}
+
+template <int Dim, Coordinate T>
+void BoxIndexAccess::join(BoxIndex<Dim, T>& index, const index::Tree<Dim, T>& tree,
+                          const Boxes<Dim, T>& boxes, std::pmr::vector<Pair>& out)
+{
+    index.implementation_->join(tree, boxes, out);
 }
 
 template <int Dim, Coordinate T>
@@ -655,6 +668,8 @@ void BoxIndex<Dim, T>::count_of_each(std::span<const Question> questions, std::s
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
     template index::Tree<Dim, T>& BoxIndexAccess::tree(BoxIndex<Dim, T>&) noexcept;                          \
     template const index::Tree<Dim, T>& BoxIndexAccess::tree(const BoxIndex<Dim, T>&) noexcept;              \
+    template void BoxIndexAccess::join(BoxIndex<Dim, T>&, const index::Tree<Dim, T>&,                        \
+                                       const BoxView<Dim, T>&, std::pmr::vector<Pair>&);                     \
     template void BoxIndexAccess::look_around(BoxIndex<Dim, T>&, const BoxView<Dim, T>&);                    \
     template std::span<const index::Seen<Dim, T>> BoxIndexAccess::around(const BoxIndex<Dim, T>&,            \
                                                                          std::size_t) noexcept;              \

@@ -25,6 +25,10 @@ class BoxIndexAccess
     [[nodiscard]] static index::Tree<Dim, T>& tree(BoxIndex<Dim, T>& index) noexcept;
     template <int Dim, Coordinate T>
     [[nodiscard]] static const index::Tree<Dim, T>& tree(const BoxIndex<Dim, T>& index) noexcept;
+    /// BoxIndex::join with the objects of any tree, in the working memory of an index.
+    template <int Dim, Coordinate T>
+    static void join(BoxIndex<Dim, T>& index, const index::Tree<Dim, T>& tree, const Boxes<Dim, T>& boxes,
+                     std::pmr::vector<Pair>& out);
     /// Finds what valid boxes touch, for `around`, which returns it for box k, in any order and until the
     /// next call.
     template <int Dim, Coordinate T>

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 
 #include "base/box.hpp"
 #include "base/prefetch.hpp"
@@ -203,6 +204,27 @@ std::uint64_t depth_of(const Parts<Dim, T>& parts, Ref ref) noexcept
     if (ref & page_bit) return 0;
     const Fork<Dim>& fork = parts.forks[ref];
     return (fork.wide != none) + std::max(depth_of(parts, fork.child[0]), depth_of(parts, fork.child[1]));
+}
+
+/// Lowers `least` to the least lower bound on an axis, or the least of the upper bounds' negatives, of the
+/// objects below that count.
+template <int Dim, class T>
+void find_least(Child<Dim, T> group, int axis, bool upper, FunctionRef<bool(std::uint32_t)> counts, T& least)
+{
+    const Bounds<Dim, T>& bounds = group.is_leaf() ? group.leaf()->bounds : group.node()->bounds;
+    T at[lanes];
+    for (std::uint32_t lane = 0; lane < lanes; ++lane)
+        at[lane] = upper ? -bounds.hi[axis][lane] : bounds.lo[axis][lane];
+    for (;;) {
+        T* const nearest = std::min_element(at, at + lanes);
+        if (!(*nearest < least)) return; // nor is any other, or an empty lane
+        const auto lane = static_cast<std::size_t>(nearest - at);
+        if (!group.is_leaf())
+            find_least(group.node()->child[lane], axis, upper, counts, least);
+        else if (counts(group.leaf()->id[lane]))
+            least = *nearest + T(0); // no negative zero
+        *nearest = std::numeric_limits<T>::infinity();
+    }
 }
 
 /// Takes all objects out, and keeps the memory.
@@ -479,6 +501,19 @@ auto Tree<Dim, T>::box(std::uint32_t id) const noexcept -> Box
     const std::uint32_t number = parts_.page_of[id];
     const Place place = find(parts_, number, id);
     return parts_.leaves[parts_.pages[number].leaf[place.leaf]].bounds.get(place.lane);
+}
+
+template <int Dim, class T>
+auto Tree<Dim, T>::hull_of(FunctionRef<bool(std::uint32_t id)> counts) const -> Box
+{
+    Box all;
+    for (int d = 0; d < Dim; ++d) {
+        all.lo[d] = all.hi[d] = std::numeric_limits<T>::infinity();
+        if (root()) find_least(root(), d, false, counts, all.lo[d]);
+        if (root()) find_least(root(), d, true, counts, all.hi[d]);
+        all.hi[d] = -all.hi[d];
+    }
+    return all;
 }
 
 template <int Dim, class T>

@@ -62,6 +62,9 @@ class Tree
     [[nodiscard]] Shelf<ClosestWork<Dim, T>>& closest_work() const noexcept { return closest_work_; }
     /// The bounds of everything.
     [[nodiscard]] Box hull() const noexcept { return parts_.hull; }
+    /// The bounds of the objects that count; of none, from infinity to -infinity. Costs about what a question
+    /// for the nearest does.
+    [[nodiscard]] Box hull_of(FunctionRef<bool(std::uint32_t id)> counts) const;
     [[nodiscard]] const Frame<Dim>& frame() const noexcept { return parts_.frame; }
     [[nodiscard]] IndexStats stats() const noexcept;
     /// Null if all is in order, else what isn't. For tests.

@@ -23,7 +23,8 @@ enum class Visits
 {
     none,
     in_order,
-    in_own_order
+    in_own_order,
+    in_join // no, but the world is in use by the question itself
 };
 
 /// Throws for a question that can't be answered.
@@ -72,8 +73,8 @@ class Asking
           filter_(filter),
           exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
           sources_(sources(world, filter, questions, visits)),
-          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), *sources_.resting,
-                   sources_.active, state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
+          answers_(index::kernels_for<Dim, T>(state_.options.instruction_set), resting(), active(),
+                   state_.shown != nullptr ? Elsewhere(elsewhere_) : Elsewhere(),
                    sources_.masks_of_active ? index::Wanted(of_active_) : index::Wanted())
     {
     }
@@ -84,6 +85,9 @@ class Asking
     }
 
     [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
+    /// What the masks are about, or more: of what rests, and of what is active, null if that is nothing.
+    [[nodiscard]] const index::Tree<Dim, T>& resting() const noexcept { return *sources_.resting; }
+    [[nodiscard]] const index::Tree<Dim, T>* active() const noexcept { return sources_.active; }
     [[nodiscard]] bool takes_all() const noexcept
     {
         return exclude_ == Hit<T>::none && !sources_.masks && filter_.owner == Filter::no_owner &&
@@ -152,7 +156,8 @@ class Asking
         const bool is_masked = filter.category != ~0u || filter.mask != ~0u;
         Sources sources{&BoxIndexAccess::tree(state.resting), nullptr, is_masked, false};
         const typename MaskedIndexes<Dim, T>::Masked* masked = nullptr; // it wouldn't be worth it
-        if (is_masked && visits != Visits::in_own_order && !world.in_use.load(std::memory_order_relaxed))
+        const bool is_free = visits == Visits::in_join || !world.in_use.load(std::memory_order_relaxed);
+        if (is_masked && visits != Visits::in_own_order && is_free)
             masked = world.masked_indexes.of(state, filter.category, filter.mask, questions);
         const bool rest_apart = masked != nullptr && masked->index() != nullptr;
         if (rest_apart) sources.resting = &BoxIndexAccess::tree(*masked->index());
@@ -454,6 +459,19 @@ void World<Dim, T>::count_of_each(std::span<const Question> questions, std::span
 namespace world {
 namespace {
 
+/// The category and mask that all filters have; where they differ, those of everything.
+inline ObjectQueryFilter common_masks(const detail::QuestionFilters<ObjectQueryFilter>& filters,
+                                      std::size_t questions)
+{
+    ObjectQueryFilter common;
+    if (questions == 0) return common;
+    common.category = filters[0].category;
+    common.mask = filters[0].mask;
+    for (std::size_t i = 1; i < questions && filters.one_each(); ++i)
+        if (filters[i].category != common.category || filters[i].mask != common.mask) return {};
+    return common;
+}
+
 /// All pairs of one of the boxes and an object that pass the filters, ascending.
 template <int Dim, class T>
 void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
@@ -463,16 +481,18 @@ void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& box
     const InUse call(me.in_use, "World");
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
-    me.state.resting.join(boxes, all);
+    const ObjectQueryFilter masks = common_masks(filters, boxes.size());
+    const Asking<Dim, T> where(me, masks, boxes.size(), Visits::in_join);
+    BoxIndexAccess::join(me.state.resting, where.resting(), boxes, all);
     if (me.state.shown != nullptr)
         std::erase_if(all, [&](const Pair& pair) { return !me.state.is_shown_resting(Index{pair.b}); });
-    if (BoxIndex<Dim, T>* const active = me.active_index.of(me.state)) {
+    if (where.active() != nullptr) {
         if (me.applied)
             me.arena.begin_again();
         else
             me.arena.begin();
         auto& more = me.arena.template list<Pair>("pairs of active objects");
-        active->join(boxes, more);
+        BoxIndexAccess::join(me.state.resting, *where.active(), boxes, more);
         std::size_t a = more.size(), r = all.size();
         all.resize(r + a);
         while (a > 0) // from the end, so that nothing is written over
@@ -481,7 +501,7 @@ void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& box
             else
                 --a, all[r + a] = more[a];
     }
-    // In use as the world is, these don't go by an index for a mask, which the search hasn't either.
+    // In use as the world is, these don't go by an index for a mask, and hold all against it.
     std::optional<Asking<Dim, T>> asking;
     std::size_t asker = boxes.size();
     const auto is_refused = [&](const Pair& pair) {
@@ -570,21 +590,6 @@ void list_touching(const State<Dim, T>& state, const index::Answers<Dim, T>& ans
     });
 }
 
-/// Whether apply() has moved something away from the border of all that rests.
-template <int Dim, class T>
-bool has_left_border(const State<Dim, T>& state)
-{
-    if (state.shown == nullptr || state.resting.size() == 0) return false;
-    const Aabb<Dim, T> hull = BoxIndexAccess::tree(state.resting).hull();
-    for (const Index index : state.shown->objects()) {
-        const auto object = state.objects[index];
-        if (object.place() != Place::resting) continue;
-        for (int d = 0; d < Dim; ++d)
-            if (object.before().lo[d] <= hull.lo[d] || object.before().hi[d] >= hull.hi[d]) return true;
-    }
-    return false;
-}
-
 } // namespace
 } // namespace world
 
@@ -636,23 +641,19 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     const world::State<Dim, T>& state = implementation_->state;
     std::optional<Box> all;
     const auto include = [&](const Box& box) {
+        if (!(box.lo[0] <= box.hi[0])) return; // of nothing
         if (!all) all = box;
         for (int d = 0; d < Dim; ++d) {
             all->lo[d] = std::min(all->lo[d], box.lo[d]);
             all->hi[d] = std::max(all->hi[d], box.hi[d]);
         }
     };
-    const auto include_index = [&](const BoxIndex<Dim, T>& index) {
-        if (index.size() != 0) include(BoxIndexAccess::tree(index).hull());
-    };
-    if (world::has_left_border(state)) {
-        for (std::uint32_t i = 0; i < index_end(); ++i)
-            if (state.is_shown_resting(world::Index{i})) include(state.shown_box(world::Index{i}));
-    } else {
-        include_index(state.resting);
-    }
+    // What apply() has written to is not where the index of what rests has it.
+    const auto is_there = [&](std::uint32_t i) { return state.is_shown_resting(world::Index{i}); };
+    const index::Tree<Dim, T>& resting = BoxIndexAccess::tree(state.resting);
+    include(state.shown == nullptr ? resting.hull() : resting.hull_of(is_there));
     if (const BoxIndex<Dim, T>* const active = implementation_->active_index.of(state))
-        include_index(*active);
+        include(BoxIndexAccess::tree(*active).hull());
     return all;
 }
 

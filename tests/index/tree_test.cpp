@@ -154,6 +154,36 @@ TEST(Order, OfBoxesFarApartIsThatOfInsertingThemOneByOne)
     }
 }
 
+TEST(Hull, OfThoseThatCountIsFoundWithoutTheOthers)
+{
+    Random random(9);
+    for (int kind = 0; kind <= static_cast<int>(Kind::last); ++kind)
+        for (const std::uint32_t count : {0u, 1u, 2u, 15u, 16u, 17u, 255u, 256u, 257u, 5000u}) {
+            const Objects objects(static_cast<Kind>(kind), count, 3 + count);
+            Tree tree{IndexOptions{}};
+            tree.insert(objects.ids, View(objects.boxes));
+            for (const std::uint32_t share : {0u, 1u, 2u, 50u, 1000u}) { // one of so many doesn't count
+                std::vector<bool> counts(count);
+                for (std::uint32_t id = 0; id < count; ++id)
+                    counts[id] = share == 0 || random.below(share) != 0;
+                std::size_t asked = 0, gone = 0;
+                const Aabb3f hull = tree.hull_of([&](std::uint32_t id) { return ++asked, counts[id]; });
+                constexpr float end = std::numeric_limits<float>::infinity();
+                Aabb3f expected{{end, end, end}, {-end, -end, -end}};
+                for (std::uint32_t id = 0; id < count; ++id) {
+                    gone += !counts[id];
+                    for (int d = 0; d < 3 && counts[id]; ++d) {
+                        expected.lo[d] = std::min(expected.lo[d], objects.boxes[id].lo[d]);
+                        expected.hi[d] = std::max(expected.hi[d], objects.boxes[id].hi[d]);
+                    }
+                }
+                ASSERT_TRUE(hull.lo == expected.lo && hull.hi == expected.hi)
+                    << name(static_cast<Kind>(kind)) << ' ' << count << ' ' << share;
+                if (share != 1) EXPECT_LE(asked, 6 * (gone + 200));
+            }
+        }
+}
+
 /// Nodes on the longest way from here to a page, whose node has leaves for children.
 std::uint64_t depth_below(index::Child<3, float> child)
 {
