@@ -240,6 +240,40 @@ TEST(MovesInPlace, OfManyObjectsSomeOfWhichStay)
     EXPECT_EQ(in_place.save(), by_commands.save());
 }
 
+// Objects whose ids ascend are moved by several threads; so it is seen at every id whether they do.
+TEST(MovesInPlace, OfIdsThatDescendOrComeTwiceAnywhereAreThoseOfCommands)
+{
+    for (const std::size_t count : {2u, 3u, 4095u, 4096u, 4097u, 8191u, 8192u, 8193u, 20'000u}) {
+        World3f rested;
+        std::vector<ObjectId> all(count);
+        std::vector<jostle::Aabb3f> from, boxes;
+        for (std::size_t i = 0; i < count; ++i) {
+            from.push_back(cube(-2 * static_cast<float>(i + 1)));
+            boxes.push_back(cube(2 * static_cast<float>(i + 1)));
+        }
+        rested.add(from, all);
+        rested.update();
+        std::vector<std::size_t> places{1, count - 1, count / 2};
+        for (std::size_t border = 4096; border < count; border += 4096)
+            places.insert(places.end(), {border - 1, border, border + 1});
+        for (const std::size_t place : places) {
+            if (place >= count) continue;
+            for (const bool twice : {false, true}) {
+                std::vector<ObjectId> ids = all;
+                if (twice)
+                    ids[place] = ids[place - 1];
+                else
+                    std::swap(ids[place], ids[place - 1]);
+                World3f world = rested.fork();
+                world.update(ids, boxes);
+                ASSERT_EQ(world.box(all[place - 1]).lo[0], boxes[place].lo[0]) << count << ' ' << place;
+                ASSERT_EQ(world.box(all[place]).lo[0], (twice ? from[place] : boxes[place - 1]).lo[0]);
+                ASSERT_EQ(world.stats().changed, count - (twice ? 1 : 0));
+            }
+        }
+    }
+}
+
 TEST(Gone, ARestoredWorldsObjectsComeToRestAsFastAsTheOthers)
 {
     World3f world;
