@@ -192,17 +192,16 @@ class FoundLists
         return ask(results);
     }
     [[nodiscard]] const std::vector<Results>& parts() const { return parts_; }
-    /// Where each list begins, and their end; the ids; where they are, or None; which questions have more.
-    [[nodiscard]] py::tuple joined(std::uint64_t questions) const
+    /// Where each list begins, and their end; the ids; where they are, or None if the kind of question
+    /// doesn't say; which questions have more.
+    [[nodiscard]] py::tuple joined(std::uint64_t questions, bool has_at) const
     {
         std::vector<jostle_lists> lists(parts_.size());
         std::uint64_t count = 0;
-        bool has_at = true;
         for (std::size_t i = 0; i < parts_.size(); ++i) {
             call(
                 [&](jostle_error* error) { return jostle_results_lists(parts_[i].get(), &lists[i], error); });
             count += lists[i].count;
-            has_at = has_at && lists[i].at != nullptr;
         }
         Packed<std::uint64_t> begins(static_cast<py::ssize_t>(questions + 1));
         Packed<std::uint64_t> ids(static_cast<py::ssize_t>(count));
@@ -269,7 +268,9 @@ struct Asked
                            max_results, results, error);
             });
         });
-        return found.joined(questions.count);
+        const bool is_region = questions.kind == JOSTLE_BOX || questions.kind == JOSTLE_SPHERE ||
+                               questions.kind == JOSTLE_FRUSTUM;
+        return found.joined(questions.count, !is_region);
     }
     py::array ask_any(const Handle* handle, const Questions& questions, AskFilter& filter) const
     {

@@ -99,7 +99,7 @@ struct AskedShapes
                 return all(handle, &of.view, &some, one, 1, max_results, results, error);
             });
         });
-        const py::tuple lists = found.joined(casts.count);
+        const py::tuple lists = found.joined(casts.count, false);
         py::array hits(type, std::vector<py::ssize_t>{py::array(lists[1]).shape(0)});
         auto* data = static_cast<char*>(hits.mutable_data());
         for (const Results& part : found.parts())

@@ -14,20 +14,28 @@ SPACES = {(2, np.dtype(np.float32)): 1, (3, np.dtype(np.float32)): 2,
 
 
 def array(given: Any) -> np.ndarray:
-    """Accepts arrays, buffers, objects with __array_interface__ or __dlpack__, and sequences of numbers."""
-    if isinstance(given, np.ndarray):
-        return given
+    """Every argument that may be an array goes through here: arrays, buffers, objects with __array_interface__, __array__ or
+    __dlpack__, numbers, and sequences of all these. The result has the machine's byte order and is aligned."""
     if hasattr(given, "__dlpack__") and not hasattr(given, "__array_interface__"):
-        return np.from_dlpack(given)
-    out = np.asarray(given)
-    if isinstance(given, (list, tuple)) and out.dtype.kind in "iu":
-        out = out.astype(np.float64)  # Python's numbers are of no size
-    return out
+        try:
+            out = np.from_dlpack(given)
+        except (BufferError, RuntimeError, TypeError) as why:
+            raise Error(f"NumPy can't read an argument of the type {type(given).__name__} by its __dlpack__: {why}") from why
+    else:
+        out = np.asarray(given)
+    if out.dtype.kind == "O" and isinstance(given, (list, tuple)) and any(hasattr(one, "__dlpack__") for one in given):
+        out = np.asarray([array(one) for one in given])
+    return out if out.dtype.isnative and out.flags.aligned else out.astype(out.dtype.newbyteorder("="))
+
+
+def is_weak(given: Any) -> bool:
+    """Whether the numbers are of no size, as Python's are: they become what is wanted."""
+    return isinstance(given, (list, tuple, int, float))
 
 
 def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
     """float32 or float64, or `dtype` if given; without a copy if the array already has that type."""
-    weak = isinstance(given, (list, tuple, int, float))
+    weak = is_weak(given)
     out = array(given)
     if out.dtype.kind != "f" or out.dtype.itemsize not in (4, 8):
         if weak and out.dtype.kind in "iu":
@@ -42,9 +50,15 @@ def floats(given: Any, name: str, dtype: Any = None) -> np.ndarray:
             raise Error(f"{name} is {out.dtype} and would have to be rounded to {np.dtype(dtype)}: "
                         f"say so with {name}.astype(numpy.{np.dtype(dtype)})")
         out = out.astype(dtype)
-    if not out.dtype.isnative or not out.flags.aligned:
-        out = out.astype(out.dtype.newbyteorder("="))
     return out
+
+
+def numbers(given: Any, name: str) -> np.ndarray:
+    """Real numbers of any dtype, as float64."""
+    out = array(given)
+    if out.dtype.kind not in "iufb":
+        raise Error(f"{name} has the dtype {out.dtype}, from {type(given).__name__}: it must be one number, or an array of them")
+    return out.astype(np.float64, copy=False)
 
 
 def boxes(given: Any, name: str = "boxes", dtype: Any = None) -> np.ndarray:
@@ -77,10 +91,10 @@ def rows(given: Any, name: str, dtype: Any = None) -> np.ndarray:
 def integers(given: Any, name: str, dtype: Any) -> np.ndarray:
     """Whole numbers of this dtype, checked rather than wrapped around; without a copy if they already have it."""
     out = array(given)
-    if isinstance(given, (list, tuple)):
-        out = np.asarray(given) if len(given) else np.empty(0, dtype)
+    if is_weak(given) and out.dtype.kind == "f":
+        out = _whole_numbers(given, out, dtype)
     if out.dtype == dtype:
-        return out if out.dtype.isnative and out.flags.aligned else out.astype(dtype)
+        return out
     if out.dtype.kind == "b":
         raise Error(f"{name} has the dtype bool: it must be whole numbers, as numpy.flatnonzero({name}) is")
     if out.dtype.kind not in "iu":
@@ -95,6 +109,14 @@ def integers(given: Any, name: str, dtype: Any) -> np.ndarray:
     return out.astype(dtype)
 
 
+def _whole_numbers(given: Any, rounded: np.ndarray, dtype: Any) -> np.ndarray:
+    """Python's whole numbers, which NumPy has rounded: of an empty list, and of one with numbers from 2**63 on and lesser ones."""
+    exact = np.asarray(given, object)
+    limits = np.iinfo(dtype)
+    fit = all(isinstance(one, (int, np.integer)) and limits.min <= one <= limits.max for one in exact.flat)
+    return exact.astype(dtype) if fit else rounded
+
+
 def optional_integers(given: Any, name: str) -> np.ndarray | None:
     return None if given is None else integers(given, name, np.uint32)
 
@@ -106,8 +128,8 @@ def packed(given: Any, name: str, dtype: Any) -> np.ndarray:
 def whole(given: Any, name: str, end: int = 2**32) -> int:
     """A whole number from 0 up to `end`."""
     try:
-        number = operator.index(given)
-    except TypeError:
+        number = operator.index(given if isinstance(given, int) else array(given).tolist())
+    except (TypeError, ValueError):
         raise Error(f"{name} is {given!r}: it must be a whole number") from None
     if not 0 <= number < end:
         raise Error(f"{name} is {number}: it must be from 0 to {end - 1}")
@@ -130,7 +152,7 @@ def function(given: Any, name: str) -> Any:
 
 def flags(given: Any, name: str, count: int) -> np.ndarray:
     """What is so of each of `count` objects, or of all: truth values, or 0 and 1."""
-    out = np.asarray(given)
+    out = array(given)
     if out.dtype.kind not in "biu" or out.size and not np.isin(out, (0, 1)).all():
         raise Error(f"{name} is {given!r}: it must be True or False, or one of these for each object")
     return per_object(out.astype(np.uint8), name, count)

@@ -203,7 +203,7 @@ def sum_by_object(objects: Any, values: Any, count: int, threads: int = 0) -> np
 
     It runs on all cores, and the result is bit for bit the same for any number of them. Returns (count,) or (count, k).
     """
-    given = _arrays.array(values)
+    given = _arrays.floats(values, "values") if _arrays.is_weak(values) else _arrays.array(values)
     if given.dtype.kind in "iu":
         given = _arrays.integers(given, "values", np.int64)
     flat = given.ndim == 1

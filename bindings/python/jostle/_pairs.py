@@ -217,7 +217,7 @@ def join(points: Any, radii: Any, other: Any = None, other_radii: Any = None, *,
         centers = _arrays.floats(given, name)
         if centers.ndim != 2 or centers.shape[1] not in (2, 3):
             raise Error(f"{name} has the shape {centers.shape}: it must be (n, 2) or (n, 3)")
-        lengths = np.asarray(reach, np.float64)
+        lengths = _arrays.numbers(reach, f"the radii of {name}")
         if lengths.ndim > 1 or lengths.ndim == 1 and len(lengths) != len(centers):
             raise Error(f"the radii of {name} have the shape {lengths.shape}, and there are {len(centers)} points")
         if any(stride % centers.itemsize for stride in centers.strides):

@@ -28,8 +28,11 @@ class Questions:
             return np.empty((0, 0), dtype)
         parts = []
         for name, column, width in zip(PARTS[self._kind], self._columns, self._widths(dim)):
-            given = np.array(column, np.float64) if np.isscalar(column) else column
-            part = _arrays.floats(given, "boxes", dtype) if self._kind == 3 else _arrays.floats(given, "a question").astype(dtype)
+            if width == 1:
+                part = _arrays.numbers(column, name).astype(dtype)
+            else:
+                part = _arrays.floats(column, name, dtype if self._kind == 3 else None).astype(dtype, copy=False)
+            shape = part.shape
             if width == 1 and part.ndim < 2:
                 part = part.reshape(-1, 1)
             elif part.ndim == 3 or part.ndim == 2 and part.shape == (2, dim) and width == 2 * dim:
@@ -37,7 +40,7 @@ class Questions:
             elif part.ndim == 1:
                 part = part.reshape(1, -1)
             if part.ndim != 2 or part.shape[1] != width:
-                raise Error(f"{KINDS[self._kind]}: {name} has the shape {np.shape(given)}: among boxes in {dim}D it must be (n, {width})")
+                raise Error(f"{KINDS[self._kind]}: {name} has the shape {shape}: among boxes in {dim}D it must be (n, {width})")
             parts.append(part)
         n = 0 if any(len(part) == 0 for part in parts) else max(len(part) for part in parts)
         wrong = [len(part) for part in parts if len(part) not in (1, n)]
@@ -78,8 +81,10 @@ def spheres(centers: Any, radii: Any) -> Questions:
 def frustums(planes: Sequence[Any]) -> Questions:
     """Regions bounded by planes: each is an array (k, d + 1) of normals and offsets; inside is where normal . p + offset >= 0.
     A single such array is one region."""
-    one = isinstance(planes, np.ndarray) and planes.ndim == 2
-    return Questions(5, (), [planes] if one else list(planes))
+    if isinstance(planes, (list, tuple)):
+        return Questions(5, (), planes)
+    given = _arrays.array(planes)
+    return Questions(5, (), [given] if given.ndim == 2 else list(given) if given.ndim else list(planes))
 
 
 def nearest(points: Any, count: int = 1, max_distance: Any = np.inf) -> Questions:
@@ -100,10 +105,11 @@ Exclude = Union[int, Sequence[int], np.ndarray, None]  # one id for all queries,
 def asking(asker: Asker | None, exclude: Any, accept: AcceptAnswer | None, category: Any = None, mask: Any = None,
            owner: Any = None) -> _core.AskFilter:
     if asker is not None:
-        if len(asker) not in (2, 3):
+        numbers: list[Any] = list(asker) if isinstance(asker, (list, tuple)) else _arrays.integers(asker, "asker", np.uint32).tolist()
+        if len(numbers) not in (2, 3):
             raise Error(f"asker is {asker!r}: it must be (category, mask) or (category, mask, owner)")
-        asker = tuple(_arrays.whole(one, "asker") for one in (*asker, 2**32 - 1)[:3])
-    one = exclude is None or np.ndim(exclude) == 0
+        asker = tuple(_arrays.whole(one, "asker") for one in (*numbers, 2**32 - 1)[:3])
+    one = exclude is None or _arrays.array(exclude).ndim == 0
     return _core.AskFilter(_arrays.optional_integers(category, "category"), _arrays.optional_integers(mask, "mask"),
                            _arrays.optional_integers(owner, "owner"), asker,
                            None if exclude is None or not one else _arrays.whole(exclude, "exclude", 2**64),

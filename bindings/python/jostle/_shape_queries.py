@@ -64,7 +64,7 @@ def all_hits(asked: Asked, dim: int, dtype: np.dtype, casts: Any, shapes: Shapes
 def nearest_shapes(asked: Asked, dim: int, dtype: np.dtype, near: Shapes, near_poses: Any, shapes: Shapes, poses: Any,
                    max_distances: Any, asking: _core.AskFilter) -> np.ndarray:
     askers = _arrays.packed_poses(near_poses, dtype)
-    most = _arrays.per_object(np.asarray(max_distances, np.float64), "max_distances", len(askers))
+    most = _arrays.per_object(_arrays.numbers(max_distances, "max_distances"), "max_distances", len(askers))
     ids, rows = asked.nearest_shapes(near._shapes, askers, most, shapes._shapes, _arrays.packed_poses(poses, dtype), asking)
     named = rows.view(_arrays.rows_dtype(dim, dtype, ("distance", "normal", "point_a", "point_b"))).reshape(-1)
     return _with_ids(ids, named, isinstance(asked, _core.BoxIndex))

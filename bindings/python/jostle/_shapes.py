@@ -199,7 +199,7 @@ def poses(positions: Any, rotations: Any = None) -> np.ndarray:
     out[:, :at.shape[1]] = at
     if rotations is None:
         rotations = 0.0 if flat else (0, 0, 0, 1)
-    turns = np.asarray(rotations, np.float64)
+    turns = _arrays.numbers(rotations, "rotations")
     kinds: list[tuple[int, ...]] = [()] if flat else [(4,), (3, 3)]
     if turns.shape not in [shape for one in kinds for shape in (one, (1, *one), (len(at), *one))]:  # NumPy would stretch others to fit
         wanted = ", ".join(str(shape) for one in kinds for shape in (one, (len(at), *one)))

@@ -19,8 +19,7 @@ def _filters(count: int, category: Any, mask: Any, owner: Any, is_static: Any) -
     """What objects pair with which, one row for each; given is one value for all, or one for each."""
     filters = np.empty((count, 4), np.uint32)
     for column, (name, value) in enumerate((("category", category), ("mask", mask), ("owner", owner))):
-        each = _arrays.integers(value if np.ndim(value) else np.asarray(value), name, np.uint32)
-        filters[:, column] = _arrays.per_object(each, name, count)
+        filters[:, column] = _arrays.per_object(_arrays.integers(value, name, np.uint32), name, count)
     filters[:, 3] = _arrays.flags(is_static, "is_static", count)
     return filters
 
@@ -81,13 +80,13 @@ class World:
         all objects, or one for each."""
         given = self._boxes(boxes)
         filter = (category, mask, owner, is_static)
-        if all(np.ndim(value) == 0 for value in (*filter, margin, enabled)):
+        if all(_arrays.array(value).ndim == 0 for value in (*filter, margin, enabled)):
             names = (_arrays.whole(value, name) for name, value in (("category", category), ("mask", mask), ("owner", owner)))
-            return self._world.add(given, (*names, int(_arrays.flags(is_static, "is_static", 1)[0])), margin,
+            return self._world.add(given, (*names, int(_arrays.flags(is_static, "is_static", 1)[0])), float(_arrays.numbers(margin, "margin")),
                                    bool(_arrays.flags(enabled, "enabled", 1)[0]))
         count = 1 if given.shape == (2, self.dim) else len(given)
         filters = _filters(count, *filter)
-        margins = _arrays.per_object(np.asarray(margin, np.float64), "margin", count)
+        margins = _arrays.per_object(_arrays.numbers(margin, "margin"), "margin", count)
         enabled = _arrays.flags(enabled, "enabled", count)
         ids = self._world.add(given, None, 0.0, True)
         try:
@@ -127,7 +126,7 @@ class World:
     def set_margin(self, ids: Any, margins: Any, sequence: int = 0) -> None:
         """Sets each object's own margin, in addition to the world's."""
         of = _arrays.ids(ids)
-        each = _arrays.per_object(np.asarray(margins, np.float64), "margins", len(of))
+        each = _arrays.per_object(_arrays.numbers(margins, "margins"), "margins", len(of))
         self._world.set_margin(of, each, _arrays.whole(sequence, "sequence"))
 
     def set_enabled(self, ids: Any, enabled: Any, sequence: int = 0) -> None:
@@ -138,8 +137,7 @@ class World:
     def set_user_data(self, ids: Any, data: Any) -> None:
         """Sets 64 bits of your own for each object; they take effect at once."""
         of = _arrays.ids(ids)
-        numbers = _arrays.integers(np.asarray(data), "data", np.uint64)
-        self._world.set_user_data(of, _arrays.per_object(numbers, "data", len(of)))
+        self._world.set_user_data(of, _arrays.per_object(_arrays.integers(data, "data", np.uint64), "data", len(of)))
 
     def report_again(self, ids: Any) -> None:
         """Makes the pairs of these objects, or these pairs (m, 2), begin again in the next update if they still touch.
