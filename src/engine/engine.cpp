@@ -29,6 +29,9 @@ constexpr std::size_t boxes_per_thread = 2048;
 constexpr double crowded_steps = 10;
 // ... if the model expects it to cost less than this share of sweeping it as it is.
 constexpr double worth_nesting = 0.6;
+// A brick whose rows take more than this, half a step beside the candidates, may be too coarse for its boxes.
+constexpr double coarse_steps = 1;
+constexpr std::uint32_t fit_boxes = 16; // so many show where the boxes of a part are
 // Grids in grids halve the cost at least (see above) and shrink the extent; no real scene came near.
 constexpr int deepest_nesting = 24;
 // Nested grids and single bricks of this much work are shared out over all threads instead of being one
@@ -159,7 +162,7 @@ class Engine::Search
         stores_.clear();
         for (std::uint32_t s = 0; s < slots_; ++s)
             stores_.push_back(&slot(s).store);
-        const Bricks bricks{stores_, grid.bricks()};
+        const Bricks bricks{stores_, grid.bricks(), grid.axis[0]};
         const std::uint32_t per_block = (bricks.count + blocks_per_grid - 1) / blocks_per_grid;
         const std::uint32_t blocks = (bricks.count + per_block - 1) / per_block;
         claim_blocks(blocks, [&](Slot& mine, Out& out, std::uint32_t block) {
@@ -184,6 +187,9 @@ class Engine::Search
         if (count < 2 || (boxes_.cross && !holds_both_sets(bricks, brick, depth == 0))) return;
         const std::uint64_t windows = sort_brick(bricks, brick, count, mine);
         const double steps_per_row = static_cast<double>(windows) / step_size / count + 0.5;
+        if (steps_per_row > coarse_steps && count < job_records && is_coarse(boxes_, mine, count) &&
+            refine(mine, out, bricks, count, depth))
+            return;
         if (steps_per_row > crowded_steps) {
             // Where few meet many, a brick is swept apart rather than divided, unless that is too much for
             // one.
@@ -264,7 +270,77 @@ class Engine::Search
         store.close();
         const BrickStore* const stores[] = {&store};
         const std::uint32_t bricks = grid.bricks();
-        sweep_bricks(mine, out, {stores, bricks}, 0, bricks, depth + 1);
+        sweep_bricks(mine, out, {stores, bricks, grid.axis[0]}, 0, bricks, depth + 1);
+    }
+
+    /// For a brick that lies sorted in the slot and whose boxes are smaller than its quanta, as in a town of a
+    /// large world: cuts it along the sweep axis, and gives each part a grid of its own, of one brick that fits
+    /// its boxes. Returns false if it fits them already.
+    bool refine(Slot& mine, Out& out, const Bricks& bricks, std::uint32_t count, int depth)
+    {
+        const std::span<const std::uint32_t> ends = cut_brick(mine, count);
+        if (depth == deepest_nesting || (bricks.fitted && ends.size() == 1)) return false;
+        const int axis = longest_axis_of(mine.sorted.data(), ends);
+        const auto parts = static_cast<std::uint32_t>(ends.size());
+        BrickStore& store = mine.nested_store(depth);
+        ++mine.counts.nested;
+        store.clear(parts);
+        // Boxes that reach from earlier parts into the present one: copies on the axis that is cut.
+        Record* const reaching = mine.apart.reserve(count);
+        std::uint32_t* const row_of = mine.apart_place.reserve(count);
+        std::uint32_t reach = 0, begin = 0;
+        for (std::uint32_t part = 0; part < parts; begin = ends[part++]) {
+            const std::uint32_t end = ends[part];
+            const Grid<T> grid = fit_part(mine, begin, end, axis);
+            Scatter<Dim, T> to_part(kernels_, boxes_, grid, mine.template unit<T>(), store, part);
+            to_part.add_records(reaching, reach);
+            to_part.add_records(mine.sorted.data() + begin, end - begin);
+            std::uint32_t kept = 0;
+            const auto keep = [&](const Record& record, std::uint32_t row) {
+                if (mine.window_end.data()[row] <= end) return;
+                reaching[kept] = record;
+                reaching[kept].object |= copy_flag(bricks.sweep_axis);
+                row_of[kept++] = row;
+            };
+            for (std::uint32_t k = 0; k < reach; ++k)
+                keep(reaching[k], row_of[k]);
+            for (std::uint32_t row = begin; row < end; ++row)
+                keep(mine.sorted.data()[row], row);
+            reach = kept;
+        }
+        store.close();
+        const BrickStore* const stores[] = {&store};
+        sweep_bricks(mine, out, {stores, parts, axis, true}, 0, parts, depth + 1);
+        return true;
+    }
+
+    /// The user's axis on which boxes of one part lie furthest apart, going by a few.
+    int longest_axis_of(const Record* sorted, std::span<const std::uint32_t> ends) const
+    {
+        double length[3] = {0, 0, 0};
+        std::uint32_t begin = 0;
+        for (const std::uint32_t end : ends) {
+            const Aabb<Dim, T> first = box_of(sorted[begin]),
+                               middle = box_of(sorted[begin + (end - begin) / 2]);
+            for (int d = 0; d < Dim; ++d)
+                length[d] += std::abs(static_cast<double>(first.lo[d]) - static_cast<double>(middle.lo[d]));
+            begin = end;
+        }
+        return static_cast<int>(std::max_element(length, length + Dim) - length);
+    }
+    Aabb<Dim, T> box_of(const Record& record) const { return boxes_[record.object & object_mask]; }
+
+    Grid<T> fit_part(Slot& mine, std::uint32_t begin, std::uint32_t end, int axis)
+    {
+        Sample& sample = *mine.sample.reserve_exactly(1);
+        const std::uint32_t step = (end - begin + fit_boxes - 1) / fit_boxes;
+        sample.size = 0;
+        for (std::uint32_t i = begin + step / 2; i < end; i += step, ++sample.size) {
+            const Aabb<Dim, T> box = box_of(mine.sorted.data()[i]);
+            for (int d = 0; d < Dim; ++d)
+                sample.add(d, static_cast<double>(box.lo[d]), static_cast<double>(box.hi[d]));
+        }
+        return fit<Dim, T>(sample, axis);
     }
 
     Job& add_job(Slot& mine, const Out& out, Job::Kind kind, std::uint32_t count)

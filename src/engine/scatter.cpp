@@ -47,6 +47,7 @@ void Scatter<Dim, T>::add_records(const Record* records, std::uint32_t count)
         unit_.count = std::min(unit_size, count - begin);
         for (std::uint32_t i = 0; i < unit_.count; ++i) {
             const std::uint32_t object = records[begin + i].object;
+            boxes_.prefetch(records[std::min(begin + i + 8, count - 1)].object);
             const BoxView<Dim, T>& set = object & side_b ? boxes_.b : boxes_.a;
             unit_.object[i] = object;
             for (int d = 0; d < Dim; ++d) {
@@ -63,14 +64,15 @@ void Scatter<Dim, T>::append_unit()
 {
     Unit<T>& unit = unit_; // known to stay the same, as members aren't while records are written
     BrickStore& store = store_;
+    const std::uint32_t first = first_brick_;
     kernels_.quantise<Dim, T>()(grid_, unit);
     if (unit.bad) {
         drop_odd();
         kernels_.quantise<Dim, T>()(grid_, unit);
     }
     for (std::uint32_t i = 0; i < unit.records; ++i) {
-        store.prefetch(unit.brick[std::min(i + 16, unit.records - 1)]);
-        store.append(unit.brick[i], unit.record[i]);
+        store.prefetch(first + unit.brick[std::min(i + 16, unit.records - 1)]);
+        store.append(first + unit.brick[i], unit.record[i]);
     }
     for (std::uint32_t k = 0; k < unit.wide; ++k)
         append_wide(unit.wide_box[k]);
@@ -99,8 +101,8 @@ void Scatter<Dim, T>::append_wide(std::uint32_t i)
                     copy.axis[p] = pack_axis(0, std::min(local_hi, quanta) + 1);
                     copy.object |= copy_flag(grid_.axis[p]);
                 }
-                store_.append(static_cast<std::uint32_t>(x + grid_.cells[0] * (y + grid_.cells[1] * z)),
-                              copy);
+                const auto brick = static_cast<std::uint32_t>(x + grid_.cells[0] * (y + grid_.cells[1] * z));
+                store_.append(first_brick_ + brick, copy);
             }
 }
 

@@ -16,10 +16,10 @@ template <int Dim, class T>
 class Scatter
 {
   public:
-    /// `unit` is working memory.
+    /// `unit` is working memory. The grid's bricks are those of the store from `first_brick` on.
     Scatter(const Kernels& kernels, const Boxes<Dim, T>& boxes, const Grid<T>& grid, Unit<T>& unit,
-            BrickStore& store)
-        : kernels_(kernels), boxes_(boxes), grid_(grid), unit_(unit), store_(store)
+            BrickStore& store, std::uint32_t first_brick = 0)
+        : kernels_(kernels), boxes_(boxes), grid_(grid), unit_(unit), store_(store), first_brick_(first_brick)
     {
     }
 
@@ -47,6 +47,7 @@ class Scatter
     const Grid<T>& grid_;
     Unit<T>& unit_;
     BrickStore& store_;
+    const std::uint32_t first_brick_;
 };
 
 } // namespace engine

@@ -90,6 +90,7 @@ struct alignas(128) Slot
 
     // The brick that is swept.
     Buffer<std::uint32_t> bucket{memory};
+    std::uint32_t buckets = 0;
     Buffer<Record> sorted{memory};
     Buffer<std::uint32_t> window_end{memory};
     Buffer<std::uint32_t> columns{memory};

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <bit>
 
+#include "base/box.hpp"
+#include "base/instantiate.hpp"
+
 JOSTLE_NAMESPACE_BEGIN
 namespace engine {
 namespace {
@@ -22,6 +25,22 @@ void each_record(const Bricks& bricks, std::uint32_t brick, const Visit& visit)
             left -= here;
         }
     }
+}
+
+// A few rows of a brick show whether its quanta are too coarse. Only those of boxes that are thin, in quanta,
+// are tested, which takes no time where there are none.
+constexpr std::uint32_t coarse_rows = 8;
+constexpr std::int32_t coarse_extent = 8;
+constexpr std::uint32_t coarse_candidates = 32; // of a row
+constexpr double coarse_ties = 4; // a row: from here on they take longer than to store all boxes once more
+
+// Parts of a brick are worth the time that a brick takes, and few of their records may be copies.
+constexpr std::uint32_t least_part = 24;
+constexpr std::uint32_t most_reaching = 4;
+
+std::int32_t low_half(std::uint32_t word) noexcept
+{
+    return static_cast<std::int16_t>(word & 0xffffu);
 }
 
 } // namespace
@@ -81,7 +100,62 @@ std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_
         windows += window_end[i] - i;
     }
     window_end[count] = 0; // of the padding: the partner of the last row, where rows are odd
+    slot.buckets = buckets;
     return windows;
+}
+
+template <int Dim, class T>
+bool is_coarse(const Boxes<Dim, T>& boxes, const Slot& slot, std::uint32_t count) noexcept
+{
+    const Record* const sorted = slot.sorted.data();
+    double ties = 0;
+    for (std::uint32_t k = 0; k < coarse_rows; ++k) {
+        const std::uint32_t i = static_cast<std::uint32_t>(std::uint64_t{count} * k / coarse_rows);
+        const Record& row = sorted[i];
+        std::int32_t extent = quanta;
+        for (int p = 0; p < Dim; ++p)
+            extent = std::min(extent, low_half(row.axis[p]) + low_half(row.axis[p] >> 16));
+        if (extent > coarse_extent) continue;
+        const std::uint32_t window = slot.window_end.data()[i] - (i + 1),
+                            tested = std::min(window, coarse_candidates);
+        std::uint32_t lost = 0;
+        for (std::uint32_t j = i + 1; j <= i + tested; ++j) {
+            std::int32_t gap = quanta;
+            for (int p = 0; p < Dim; ++p)
+                gap = std::min({gap, low_half(row.axis[p] + (sorted[j].axis[p] >> 16)),
+                                low_half(sorted[j].axis[p] + (row.axis[p] >> 16))});
+            lost += gap == 0 && (row.object & sorted[j].object & ~index_mask) == 0 &&
+                    !overlaps(boxes[row.object & object_mask], boxes[sorted[j].object & object_mask]);
+        }
+        if (lost != 0) ties += static_cast<double>(lost) * window / tested;
+    }
+    return ties > coarse_ties * coarse_rows;
+}
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template bool is_coarse(const Boxes<Dim, T>&, const Slot&, std::uint32_t) noexcept;
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+std::span<const std::uint32_t> cut_brick(Slot& slot, std::uint32_t count)
+{
+    // How many rows' windows reach over each place, as differences from the place before.
+    std::uint32_t* const change = slot.apart_place.reserve(std::size_t{count} + 1);
+    std::fill_n(change, count + 1, 0u);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        ++change[i + 1];
+        --change[slot.window_end.data()[i]];
+    }
+    std::uint32_t* const ends = slot.before.reserve(std::size_t{count} / least_part + 1);
+    std::uint32_t parts = 0, begin = 0, place = 0, reaching = 0;
+    for (std::uint32_t b = 0; b < slot.buckets; ++b) {
+        const std::uint32_t end = slot.bucket.data()[b];
+        while (place < end)
+            reaching += change[++place];
+        if (end - begin < least_part || end == count || reaching * most_reaching > end - begin) continue;
+        ends[parts++] = begin = end;
+    }
+    ends[parts++] = count;
+    return {ends, parts};
 }
 
 } // namespace engine

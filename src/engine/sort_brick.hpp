@@ -18,6 +18,8 @@ struct Bricks
 {
     std::span<const BrickStore* const> stores;
     std::uint32_t count;
+    int sweep_axis = 0;  // the user's
+    bool fitted = false; // each has a grid of its own around its boxes: see fit()
 
     [[nodiscard]] std::uint32_t records(std::uint32_t brick) const noexcept
     {
@@ -76,6 +78,15 @@ bool holds_both_sets(const Bricks& bricks, std::uint32_t brick, bool as_given) n
 /// padded, and finds their windows, `slot.window_end`. Within a bucket records keep their order. Returns the
 /// sum of the windows' lengths.
 std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_t count, Slot& slot);
+
+/// Whether a sorted brick's quanta are too coarse for its boxes: going by some rows, most of its time would be
+/// lost to ties of boxes that don't touch.
+template <int Dim, class T>
+bool is_coarse(const Boxes<Dim, T>& boxes, const Slot& slot, std::uint32_t count) noexcept;
+
+/// Cuts a sorted brick between buckets, where few boxes reach from one part into the next. Returns the ends
+/// of the parts, in `slot.before`.
+std::span<const std::uint32_t> cut_brick(Slot& slot, std::uint32_t count);
 
 } // namespace engine
 JOSTLE_NAMESPACE_END

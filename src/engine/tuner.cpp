@@ -50,8 +50,8 @@ struct Least
 
 /// Where most boxes are: from the 1/64 to the 63/64 quantile of their centres, widened, but no further than
 /// they reach. A few boxes far away must not stretch the grid, they land in border bricks; nor must boxes
-/// without end.
-Bounds bounds_of(Sample& sample, int axis)
+/// without end. `parts` for 64, and `wider`, by which share of the size it is widened at each end.
+Bounds bounds_of(Sample& sample, int axis, std::size_t parts = 64, double wider = 0.15)
 {
     const std::size_t step = std::max<std::size_t>(1, sample.size / 512);
     std::size_t size = 0, next = 0;
@@ -66,13 +66,13 @@ Bounds bounds_of(Sample& sample, int axis)
         sample.work[size++] = 0.5 * lo + 0.5 * hi;
     }
     if (size == 0) return {0, 0};
-    Least lowest(size / 64 + 1), highest(size / 64 + 1); // the highest by their negatives
+    Least lowest(size / parts + 1), highest(size / parts + 1); // the highest by their negatives
     for (std::size_t k = 0; k < size; ++k) {
         lowest.show(sample.work[k]);
         highest.show(-sample.work[k]);
     }
     const double low = lowest.values[lowest.count - 1], high = -highest.values[highest.count - 1];
-    const double margin = 0.15 * (high - low);
+    const double margin = wider * (high - low);
     return {std::max(least, low - margin), std::min(greatest, high + margin)};
 }
 
@@ -285,6 +285,23 @@ double search_cells(const Crowding& crowding, double boxes, std::int32_t (&cells
     return best.ns;
 }
 
+/// Lays the grid's axis p, which has its number of cells already, along one of the user's.
+template <class T>
+void lay_axis(Grid<T>& grid, int p, bool used, int axis, const Bounds& bounds)
+{
+    const double cells = static_cast<double>(grid.cells[p]) * quanta;
+    grid.last[p] = std::nextafter(static_cast<T>(cells), T(0));
+    if (!used) return;
+    grid.axis[p] = axis;
+    grid.origin[p] = static_cast<T>(bounds.lo);
+    grid.flat[p] = !(bounds.size() > 0);
+    if (grid.flat[p]) return;
+    // Any finite positive scale is right; a normal one keeps the products exact enough to be useful.
+    const double scale = cells / bounds.size();
+    grid.scale[p] = static_cast<T>(std::clamp(scale, static_cast<double>(std::numeric_limits<T>::min()),
+                                              static_cast<double>(std::numeric_limits<T>::max()) / 4));
+}
+
 } // namespace
 
 double sweep_cost(double steps) noexcept
@@ -299,28 +316,31 @@ TunedGrid<T> tune(Sample& sample, std::size_t boxes, double share)
     Crowding crowding = crowding_of<Dim>(sample, n);
     crowding.share = share;
     TunedGrid<T> tuned;
-    Grid<T>& grid = tuned.grid;
-    tuned.cost = search_cells(crowding, n, grid.cells);
-    for (int p = 0; p < 3; ++p) {
-        const double cells = static_cast<double>(grid.cells[p]) * quanta;
-        grid.last[p] = std::nextafter(static_cast<T>(cells), T(0));
-        if (p >= Dim) continue;
-        grid.axis[p] = crowding.axis[p];
-        grid.origin[p] = static_cast<T>(crowding.bounds[p].lo);
-        grid.flat[p] = !(crowding.size[p] > 0);
-        if (grid.flat[p]) continue;
-        // Any finite positive scale is right; a normal one keeps the products exact enough to be useful.
-        const double scale = cells / crowding.size[p];
-        grid.scale[p] = static_cast<T>(std::clamp(scale, static_cast<double>(std::numeric_limits<T>::min()),
-                                                  static_cast<double>(std::numeric_limits<T>::max()) / 4));
-    }
+    tuned.cost = search_cells(crowding, n, tuned.grid.cells);
+    for (int p = 0; p < 3; ++p)
+        lay_axis(tuned.grid, p, p < Dim, crowding.axis[p], crowding.bounds[p]);
     return tuned;
+}
+
+template <int Dim, class T>
+Grid<T> fit(Sample& sample, int sweep_axis)
+{
+    Grid<T> grid;
+    for (int p = 0; p < 3; ++p) {
+        const int axis = (sweep_axis + p) % Dim;
+        lay_axis(grid, p, p < Dim, axis, p < Dim ? bounds_of(sample, axis, 8, 1) : Bounds{0, 0});
+    }
+    return grid;
 }
 
 template TunedGrid<float> tune<2, float>(Sample&, std::size_t, double);
 template TunedGrid<float> tune<3, float>(Sample&, std::size_t, double);
 template TunedGrid<double> tune<2, double>(Sample&, std::size_t, double);
 template TunedGrid<double> tune<3, double>(Sample&, std::size_t, double);
+template Grid<float> fit<2, float>(Sample&, int);
+template Grid<float> fit<3, float>(Sample&, int);
+template Grid<double> fit<2, double>(Sample&, int);
+template Grid<double> fit<3, double>(Sample&, int);
 
 } // namespace engine
 JOSTLE_NAMESPACE_END

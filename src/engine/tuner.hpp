@@ -22,6 +22,10 @@ struct TunedGrid
 template <int Dim, class T>
 TunedGrid<T> tune(Sample& sample, std::size_t boxes, double share = 1);
 
+/// A grid of one brick around most boxes of a few: an eighth of them may lie elsewhere or be giants.
+template <int Dim, class T>
+Grid<T> fit(Sample& sample, int sweep_axis);
+
 /// The model cost per box of sweeping one brick whose rows have windows of `steps` steps each on average.
 double sweep_cost(double steps) noexcept;
 
