@@ -19,6 +19,8 @@ constexpr double farthest = 10 * longest;
 constexpr double same_direction = 0.9;
 /// ... as far, but for 1 percent, as the overlap goes.
 constexpr double as_far = 0.99;
+/// Contacts whose normals are within 75 degrees of each other push to the same side of a surface.
+constexpr double same_side = 0.25;
 
 /// Takes the contacts of a pair's parts, and of those that aren't sure what each body needs: a body is the
 /// whole of a shape or one child.
@@ -26,65 +28,111 @@ template <int Dim>
 class Collector
 {
   public:
-    Collector(const Placed<Dim>& pair, FoundList<Dim>& found)
-        : found_(found), before_(found.size()), a_is_body_(is_surface(*pair.b))
+    Collector(const Placed<Dim>& pair, double margin, FoundList<Dim>& found)
+        : pair_(pair), margin_(margin), found_(found), before_(found.size()), a_is_body_(is_surface(*pair.b))
     {
     }
-    /// `gap` is how far apart the parts are.
-    void add(Answer answer, const Found<Dim>& one, double gap)
+    void add(const Found<Dim>& one)
     {
-        if (answer == Answer::none) return;
-        if (answer == Answer::contact) return found_.push_back(one);
-        for (std::size_t i = 0; i < unsure_.size(); ++i) {
-            Unsure& other = unsure_[i];
-            if (other.answer != answer || body(other.one) != body(one)) continue;
-            if (answer == Answer::spare && !same_way(other.one, one)) continue;
-            if (gap < other.gap) {
-                other.one = one;
-                other.gap = gap;
-            }
-            return;
-        }
-        unsure_.push_back({one, gap, answer});
+        if (one.answer == Answer::none) return;
+        found_.push_back(one);
+        all_sure_ = all_sure_ && one.answer == Answer::contact;
     }
     void finish()
     {
+        if (all_sure_) return;
+        choose_sides();
+        std::size_t kept = before_;
+        for (std::size_t i = before_; i < found_.size(); ++i)
+            if (found_[i].answer == Answer::contact || found_[i].answer == Answer::over)
+                found_[kept++] = found_[i];
+            else if (found_[i].answer != Answer::none)
+                keep_nearest(found_[i]);
+        found_.resize(kept);
         for (const Answer answer : {Answer::spare, Answer::last})
             for (std::size_t i = 0; i < unsure_.size(); ++i)
-                if (unsure_[i].answer == answer && is_needed(unsure_[i])) found_.push_back(unsure_[i].one);
+                if (unsure_[i].answer == answer && is_needed(unsure_[i])) found_.push_back(unsure_[i]);
     }
 
   private:
-    struct Unsure
+    /// Which way contacts that are sure push a body.
+    struct Push
     {
-        Found<Dim> one;
-        double gap;
-        Answer answer;
+        V<Dim> normal;
+        std::uint32_t body;
     };
     [[nodiscard]] std::uint32_t body(const Found<Dim>& one) const
     {
         return a_is_body_ ? one.part_a : one.part_b;
     }
+    /// A body is on one side of what it touches. Where the surface goes on, a part of it doesn't know which:
+    /// contacts that are sure do, else most of the body is there.
+    void choose_sides()
+    {
+        SmallVector<Push, 8> pushes;
+        for (std::size_t i = before_; i < found_.size(); ++i)
+            if (found_[i].answer == Answer::contact) note(found_[i], pushes);
+        for (std::size_t i = before_; i < found_.size(); ++i)
+            if (found_[i].answer == Answer::over || found_[i].answer == Answer::spare)
+                choose_side(found_[i], pushes);
+    }
+    void note(const Found<Dim>& one, SmallVector<Push, 8>& pushes) const
+    {
+        const V<Dim>& normal = one.manifold.normal;
+        for (std::size_t i = 0; i < pushes.size(); ++i)
+            if (pushes[i].body == body(one) && dot(pushes[i].normal, normal) > same_direction) return;
+        pushes.push_back({normal, body(one)});
+    }
+    void choose_side(Found<Dim>& one, const SmallVector<Push, 8>& pushes) const
+    {
+        bool here = false, behind = false;
+        for (std::size_t i = 0; i < pushes.size(); ++i) {
+            if (pushes[i].body != body(one)) continue;
+            const double along = dot(pushes[i].normal, one.manifold.normal);
+            here = here || along > same_side;
+            behind = behind || along < -same_side;
+        }
+        if (here && !behind) return;
+        const Frame<Dim> frame_a{pair_.ra, {}}, frame_b{pair_.rb, pair_.d};
+        with_part(*pair_.a, one.part_a, *pair_.kernels, frame_a, [&](const Part<Dim>& a) {
+            with_part(*pair_.b, one.part_b, *pair_.kernels, frame_b, [&](const Part<Dim>& b) {
+                one.answer = part_contact_behind(a, b, behind && !here, margin_, one.manifold, one.answer);
+            });
+        });
+    }
+    void keep_nearest(const Found<Dim>& one)
+    {
+        for (std::size_t i = 0; i < unsure_.size(); ++i) {
+            Found<Dim>& other = unsure_[i];
+            if (other.answer != one.answer || body(other) != body(one)) continue;
+            if (one.answer == Answer::spare && !same_way(other, one)) continue;
+            if (one.gap < other.gap) other = one;
+            return;
+        }
+        unsure_.push_back(one);
+    }
     [[nodiscard]] static bool same_way(const Found<Dim>& one, const Found<Dim>& other)
     {
         return dot(one.manifold.normal, other.manifold.normal) > same_direction;
     }
-    [[nodiscard]] bool is_needed(const Unsure& unsure) const
+    [[nodiscard]] bool is_needed(const Found<Dim>& unsure) const
     {
         for (std::size_t i = before_; i < found_.size(); ++i) {
             const Found<Dim>& other = found_[i];
-            if (body(other) != body(unsure.one)) continue;
+            if (body(other) != body(unsure)) continue;
             if (unsure.answer == Answer::last) return false;
-            if (same_way(other, unsure.one) && other.manifold.point[0].depth >= -as_far * unsure.gap)
+            if (same_way(other, unsure) && other.manifold.point[0].depth >= -as_far * unsure.gap)
                 return false;
         }
         return true;
     }
 
+    const Placed<Dim>& pair_;
+    double margin_;
     FoundList<Dim>& found_;
     std::size_t before_;
-    bool a_is_body_;
-    SmallVector<Unsure, 4> unsure_;
+    bool a_is_body_, all_sure_ = true;
+    SmallVector<Found<Dim>, 4> unsure_;
 };
 
 /// A capsule, or a sphere: which way that is turned doesn't matter.
@@ -219,15 +267,14 @@ void find_contacts(const Placed<Dim>& pair, double margin, FoundList<Dim>& found
 template <int Dim>
 void find_contacts_generally(const Placed<Dim>& pair, double margin, FoundList<Dim>& found)
 {
-    Collector<Dim> collector(pair, found);
+    Collector<Dim> collector(pair, margin, found);
     const auto meet = [&](std::uint32_t number_a, const Part<Dim>& a, std::uint32_t number_b,
                           const Part<Dim>& b) {
         Found<Dim> one;
-        double gap = 0;
-        const Answer answer = part_contact(a, b, margin, one.manifold, gap);
+        one.answer = part_contact(a, b, margin, one.manifold, one.gap);
         one.part_a = number_a;
         one.part_b = number_b;
-        collector.add(answer, one, gap);
+        collector.add(one);
     };
     if constexpr (Dim == 3)
         if (has_mesh_tree(pair)) {

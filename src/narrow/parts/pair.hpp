@@ -39,12 +39,29 @@ bool arrange(Placed<Dim>& pair);
 template <int Dim>
 bool arrange(Placed<Dim>& pair, ShapeType first);
 
+/// What two parts say of their contact. One part of a surface can't always know which of them has it.
+enum class Answer : std::uint8_t
+{
+    none,
+    contact,
+    /// The surface goes on beyond this part towards the body: a contact along the part's own normal, on the
+    /// side that others may know better.
+    over,
+    /// The body has come through the surface and its end isn't over this part: a contact unless others push
+    /// it out that way.
+    spare,
+    /// A neighbour is nearer and should have the contact: this is one if the body has none at all.
+    last
+};
+
 template <int Dim>
 struct Found
 {
     Found() {} // not = default, which would zero 200 bytes in emplace_back()
     Manifold<Dim> manifold;
     std::uint32_t part_a = 0, part_b = 0;
+    Answer answer = Answer::contact; ///< other than that only until all parts have been tested
+    double gap = 0;                  ///< how far apart the parts are, where the answer isn't sure
 };
 template <int Dim>
 using FoundList = std::pmr::vector<Found<Dim>>;

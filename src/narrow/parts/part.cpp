@@ -59,6 +59,24 @@ Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manif
 template Answer part_contact(const Part<2>&, const Part<2>&, double, Manifold<2>&, double&);
 template Answer part_contact(const Part<3>&, const Part<3>&, double, Manifold<3>&, double&);
 
+template <int Dim>
+Answer part_contact_behind(const Part<Dim>& a, const Part<Dim>& b, bool known, double margin,
+                           Manifold<Dim>& manifold, Answer answer)
+{
+    if constexpr (Dim == 2)
+        if (wants_refining(a, b)) {
+            const Refined refined(a, b);
+            return part_contact_behind(refined.a, refined.b, known, margin, manifold, answer);
+        }
+    if (b.surface > a.surface) return contact_behind(a.core, b, known, margin, manifold, answer);
+    flip(manifold);
+    answer = contact_behind(b.core, a, known, margin, manifold, answer);
+    if (answer != Answer::none) flip(manifold);
+    return answer;
+}
+template Answer part_contact_behind(const Part<2>&, const Part<2>&, bool, double, Manifold<2>&, Answer);
+template Answer part_contact_behind(const Part<3>&, const Part<3>&, bool, double, Manifold<3>&, Answer);
+
 template <>
 void part_gap(const Part<2>& a, const Part<2>& b, double enough, Gap<2>& gap)
 {

@@ -6,6 +6,7 @@
 #include "narrow/convex/convex2.hpp"
 #include "narrow/convex/core3.hpp"
 #include "narrow/parts/motion.hpp"
+#include "narrow/parts/pair.hpp"
 #include "narrow/parts/region.hpp"
 #include "narrow/shapes/shape_data.hpp"
 
@@ -107,22 +108,15 @@ struct Part<2>
     Mesh<2>::Element number{}; ///< of a segment's ends
 };
 
-/// What two parts say of their contact. One part of a surface can't always know which of them has it.
-enum class Answer : std::uint8_t
-{
-    none,
-    contact,
-    /// The body has come through the surface and its end isn't over this part: a contact unless others push
-    /// it out that way.
-    spare,
-    /// A neighbour is nearer and should have the contact: this is one if the body has none at all.
-    last
-};
-
 /// The contact of two parts. `gap` is set where the answer isn't sure: how far apart the parts are.
 template <int Dim>
 Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
                     double& gap);
+/// For a contact along the normal of an element whose surface goes on, or what of it is spare: the same on
+/// its other side if the body is `known` to be there, else if most of the body is there.
+template <int Dim>
+Answer part_contact_behind(const Part<Dim>& a, const Part<Dim>& b, bool known, double margin,
+                           Manifold<Dim>& manifold, Answer answer);
 /// Their signed distance; infinite where it is more than `enough`, or where the two can't touch.
 template <int Dim>
 void part_gap(const Part<Dim>& a, const Part<Dim>& b, double enough, Gap<Dim>& gap);

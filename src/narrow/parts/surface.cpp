@@ -147,16 +147,23 @@ double side_of(const Part<Dim>& b, const V<Dim>& normal)
     return dot(normal, b.normal) <= 0 ? 1 : -1;
 }
 
-/// The side of its plane to which an element's surface pushes a body: `side` unless the body met it nearly
-/// edgewise, where the shorter way out says more.
+/// The side of its plane on which most of a body is: the way out that is shorter.
 template <int Dim, class Core>
-double out_of(const Core& a, const Part<Dim>& b, const V<Dim>& normal, double side)
+double side_of_most(const Core& a, const Part<Dim>& b)
 {
-    if (b.surface == Surface::ground || std::abs(dot(normal, b.normal)) >= edgewise) return side;
     const double plane = dot(b.normal, b.first_corner());
     const double above = dot(b.normal, furthest(a, b.normal)) - plane;
     const double below = plane - dot(b.normal, furthest(a, -b.normal));
     return above >= below ? 1 : -1;
+}
+
+/// What lies over an element on that side of it, else where the body has come through its plane.
+template <int Dim, class Core>
+Answer contact_along_normal(const Core& a, const Part<Dim>& b, double side, double margin,
+                            Manifold<Dim>& manifold)
+{
+    if (contact_over(a, b, side, margin, manifold)) return Answer::over;
+    return plane_contact(a, b, side, margin, manifold) ? Answer::spare : Answer::none;
 }
 
 /// Where the surface goes on towards a, the element's end can't be hit from the side: then only what lies
@@ -166,14 +173,25 @@ Answer contact_as_piece(const Core& a, const Part<Dim>& b, const Gap<Dim>& cores
                         Manifold<Dim>& manifold)
 {
     const Beyond goes = beyond(b, -cores.normal, side);
-    if (goes == Beyond::onwards) {
-        side = out_of(a, b, cores.normal, side);
-        if (contact_over(a, b, side, margin, manifold)) return Answer::contact;
-        if (!plane_contact(a, b, side, margin, manifold)) return Answer::none;
-        return cores.distance > 0 ? Answer::last : Answer::spare;
+    if (goes != Beyond::onwards) {
+        make_manifold(a, b.core, cores, margin, manifold);
+        return goes == Beyond::nothing ? Answer::contact : Answer::last;
     }
-    make_manifold(a, b.core, cores, margin, manifold);
-    return goes == Beyond::nothing ? Answer::contact : Answer::last;
+    const bool sheet = b.surface == Surface::sheet;
+    if (sheet && std::abs(dot(cores.normal, b.normal)) < edgewise) side = side_of_most(a, b);
+    const Answer answer = contact_along_normal(a, b, side, margin, manifold);
+    if (answer == Answer::over && !sheet) return Answer::contact; // the ground has one side
+    return answer == Answer::spare && cores.distance > 0 ? Answer::last : answer;
+}
+
+template <int Dim, class Core>
+Answer contact_on_other_side(const Core& a, const Part<Dim>& b, bool known, double margin,
+                             Manifold<Dim>& manifold, Answer answer)
+{
+    const double side = side_of(b, manifold.normal);
+    if (b.surface != Surface::sheet || (!known && side_of_most(a, b) == side)) return answer;
+    if (!known) return contact_along_normal(a, b, -side, margin, manifold);
+    return contact_over(a, b, -side, margin, manifold) ? Answer::over : Answer::none;
 }
 
 } // namespace
@@ -195,6 +213,17 @@ Answer piece_contact(const Core3& a, const Part<3>& b, const Gap<3>& cores, doub
                      Manifold<3>& manifold)
 {
     return contact_as_piece(a, b, cores, side, margin, manifold);
+}
+
+Answer contact_behind(const Core2& a, const Part<2>& b, bool known, double margin, Manifold<2>& manifold,
+                      Answer answer)
+{
+    return contact_on_other_side(a, b, known, margin, manifold, answer);
+}
+Answer contact_behind(const Core3& a, const Part<3>& b, bool known, double margin, Manifold<3>& manifold,
+                      Answer answer)
+{
+    return contact_on_other_side(a, b, known, margin, manifold, answer);
 }
 
 Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold<2>& manifold, double& gap)

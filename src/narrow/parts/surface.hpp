@@ -13,6 +13,12 @@ namespace narrow {
 Answer surface_contact(const Core2& a, const Part<2>& b, double margin, Manifold<2>& manifold, double& gap);
 Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold<3>& manifold, double& gap);
 
+/// See part_contact_behind().
+Answer contact_behind(const Core2& a, const Part<2>& b, bool known, double margin, Manifold<2>& manifold,
+                      Answer answer);
+Answer contact_behind(const Core3& a, const Part<3>& b, bool known, double margin, Manifold<3>& manifold,
+                      Answer answer);
+
 /// For cores within reach of each other: the contact that b has as a piece of its surface. `side` is 1 if a
 /// is on its front, -1 on its back.
 Answer piece_contact(const Core3& a, const Part<3>& b, const Gap<3>& cores, double side, double margin,
