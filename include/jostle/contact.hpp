@@ -37,16 +37,22 @@ struct ContactPoint
     /// How far the surfaces overlap along the normal; below 0 is a gap, no wider than the margin asked for.
     T depth;
     /// Which features meet: a's in the low 16 bits, b's in the high 16. The same from frame to frame while
-    /// the same vertices, edges and faces meet; a solver matches points by (pair, parts, feature). Of a hull
-    /// of more than about 5000 corners two features may have the same number.
+    /// the same vertices, edges and faces meet; a solver matches points by pair, child of a compound and
+    /// feature (with ContactOptions::all_points by pair, parts and feature). Of a hull of more than about
+    /// 5000 corners two features may have the same number, and of a surface two that don't touch.
     std::uint32_t feature;
 };
 
 /// Where two objects touch: a normal and up to 4 points (2 in 2D) that span the region. No two points are the
 /// same but by rounding, which may bring two very close to each other, or together.
 ///
-/// Convex shapes have one contact a pair; with a mesh, height field or compound a pair has one for each pair
-/// of parts that touch.
+/// Convex shapes have one contact a pair; with a compound a pair has one for each pair of parts that touch.
+/// Two meshes, or a mesh and a height field, have one for each two triangles that touch. Any other body (a
+/// shape, or one child of a compound) has with a mesh or height field one for each direction: the deepest
+/// gives its normal to all that differ from it by up to 5 degrees (the cosine is at least 0.996), then the
+/// deepest of the others, and so on. Of their points it has the deepest, the one furthest from it, and those
+/// furthest from the line and outside of the triangle of these; each with the depth along its own triangle's
+/// normal. ContactOptions::all_points gives a contact for each triangle instead.
 template <int Dim, Coordinate T>
 struct Contact
 {
@@ -54,8 +60,8 @@ struct Contact
 
     Pair pair;                ///< as given
     std::uint32_t part_a = 0; ///< triangle, segment or child; 0 for shapes without parts
-    std::uint32_t part_b = 0;
-    Vec<Dim, T> normal; ///< unit, from a to b: the direction to move b out of a
+    std::uint32_t part_b = 0; ///< of several triangles the deepest, which may be another one a frame later
+    Vec<Dim, T> normal;       ///< unit, from a to b: the direction to move b out of a
     std::uint32_t count = 0;
     std::array<ContactPoint<Dim, T>, max_points> point; ///< the first `count` are filled; deepest first
 };
@@ -186,6 +192,10 @@ struct ContactOptions
     std::pmr::memory_resource* memory = std::pmr::get_default_resource();
     /// One of supported_instruction_sets(), or the constructor refuses it; for tests and measurements.
     InstructionSet instruction_set = supported_instruction_sets().front();
+    /// A body has with a mesh or height field a contact for each triangle or segment that touches, with all
+    /// of its points: for programs that need each triangle's own. Otherwise those whose normals are within 5
+    /// degrees are one, see Contact.
+    bool all_points = false;
 };
 
 /// Finds where the objects of pairs touch: the detailed test behind a broad phase.
@@ -331,6 +341,7 @@ template <int Dim, Coordinate T>
 /// All contacts of two shapes that touch or have a gap of up to `margin`, with pair {0, 1}.
 ///
 /// Order     by ascending (part_a, part_b).
+/// Surfaces  as ContactOptions are by default; a finder gives all points.
 /// Cost      that of touching(), or somewhat more, and of allocating a vector.
 /// Errors    `Error` also for a margin that is negative or not finite. `std::bad_alloc`.
 template <int Dim, Coordinate T>

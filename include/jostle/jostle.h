@@ -403,6 +403,7 @@ typedef struct jostle_options
     const jostle_allocator* allocator; ///< NULL: new and delete
     jostle_instruction_set instruction_set;
     int32_t ignore_odd_boxes; ///< 1: NaN and inverted boxes touch nothing
+    int32_t all_points;       ///< 1: a contact for each triangle, jostle::ContactOptions::all_points
 } jostle_options;
 
 // ---------------------------------------------------------------------------------------------------------

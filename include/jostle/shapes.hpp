@@ -142,8 +142,8 @@ class JOSTLE_API Mesh
 ///          shape_cast() know its sides and its underside. For contacts() and distance(), a body whose centre
 ///          is beside the rim meets the surface alone, and is near to what of it lies below the body. If such
 ///          a body is level with the rim or lower and doesn't meet the surface, there is no distance.
-/// Contacts one for each triangle. A body that rolls over the edge between two triangles isn't caught by it;
-///          on a ridge the contact is that of the nearest triangle.
+/// Contacts one for each direction, see Contact. A body that rolls over the edge between two triangles isn't
+///          caught by it; on a ridge the contact is that of the nearest triangle.
 /// Order    part 2 * (row * (columns - 1) + column) is the cell's triangle towards x, the next the one
 ///          towards z.
 template <Coordinate T>

@@ -102,6 +102,7 @@ Kept keep(const jostle_options* options)
     }
     kept.instruction_set = instruction_set_of(given.instruction_set);
     kept.ignore_odd_boxes = given.ignore_odd_boxes != 0;
+    kept.all_points = given.all_points != 0;
     return kept;
 }
 

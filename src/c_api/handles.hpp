@@ -273,6 +273,7 @@ struct Kept
     std::shared_ptr<std::pmr::memory_resource> memory;
     InstructionSet instruction_set = supported_instruction_sets().front();
     bool ignore_odd_boxes = false;
+    bool all_points = false;
 
     [[nodiscard]] std::pmr::memory_resource* resource() const noexcept
     {
@@ -287,6 +288,7 @@ struct Kept
         options.memory = resource();
         options.instruction_set = instruction_set;
         if constexpr (requires { options.ignore_odd_boxes; }) options.ignore_odd_boxes = ignore_odd_boxes;
+        if constexpr (requires { options.all_points; }) options.all_points = all_points;
         return options;
     }
 };

@@ -90,7 +90,8 @@ int expect_as_defined(const Surface<Dim>& surface, const Mesh<Dim>& mesh, const 
                       const std::vector<typename Compound<Dim>::Child>& children,
                       const Pose<Dim, double>& pose, double margin)
 {
-    const auto found = contacts(Shape<Dim>(mesh), Pose<Dim, double>{}, Shape<Dim>(compound), pose, margin);
+    const auto found =
+        all_contacts(Shape<Dim>(mesh), Pose<Dim, double>{}, Shape<Dim>(compound), pose, margin);
     int wanted = 0;
     for (std::uint32_t child = 0; child < children.size(); ++child) {
         const Compound<Dim> alone(std::vector<typename Compound<Dim>::Child>{children[child]});
@@ -228,7 +229,7 @@ TEST(ACrease, HoldsACapsuleAlongItAtBothEnds)
         }
         // In one cell: one contact with two points.
         const Pose3d pose{{1.5, 0.19, 1.25}, {c, 0, 0, c}};
-        for (const auto& contact : contacts(Shape3(mesh), Pose3d{}, Shape3::capsule(0.2, 0.2), pose))
+        for (const auto& contact : all_contacts(Shape3(mesh), Pose3d{}, Shape3::capsule(0.2, 0.2), pose))
             if (contact.point[0].depth > 0.01 - 1e-9) {
                 EXPECT_EQ(contact.count, 2u) << k;
             }

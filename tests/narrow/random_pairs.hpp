@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <memory>
 #include <random>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -89,6 +90,23 @@ jostle::Pose<Dim, T> random_pose(Random& random, double spread)
         return random.pose<T>(spread);
     else
         return random.pose2<T>(spread);
+}
+
+/// contacts() with ContactOptions::all_points.
+template <int Dim, class T>
+std::vector<jostle::Contact<Dim, T>>
+all_contacts(const jostle::Shape<Dim>& a, const jostle::Pose<Dim, T>& pose_a, const jostle::Shape<Dim>& b,
+             const jostle::Pose<Dim, T>& pose_b, std::type_identity_t<T> margin = 0)
+{
+    static jostle::ContactFinder<Dim, T> finder([] {
+        jostle::ContactOptions options;
+        options.executor = &jostle::serial_executor();
+        options.all_points = true;
+        return options;
+    }());
+    const std::vector<jostle::Shape<Dim>> shapes = {a, b};
+    const std::vector<jostle::Pose<Dim, T>> poses = {pose_a, pose_b};
+    return finder.find(shapes, poses, std::vector<jostle::Pair>{{0, 1}}, margin).to_vector();
 }
 
 /// One of everything there is, with whatever it points to.

@@ -113,7 +113,7 @@ TEST(AMesh, IsTouchedByBallsAndCapsulesWhereItsTrianglesAre)
             const Shape3 body =
                 k % 3 == 0 ? Shape3::sphere(radius) : Shape3::capsule(random.uniform(0.1, 1), radius);
             const Pose3d pose = random.pose<double>(1);
-            for (const auto& contact : contacts(body, pose, Shape3(mesh), Pose3d{})) {
+            for (const auto& contact : all_contacts(body, pose, Shape3(mesh), Pose3d{})) {
                 const auto& corners = triangles[contact.part_b];
                 const Mesh<3> triangle(
                     std::vector<Vec3d>{vertices[corners[0]], vertices[corners[1]], vertices[corners[2]]},

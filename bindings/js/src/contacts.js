@@ -37,12 +37,16 @@ export function split_contacts(core, dim, type, blocks) {
 /** From pairs to contacts: see jostle.d.ts. */
 export class ContactFinder extends Owned {
   constructor(core, options) {
-    const { dim, type = "float32" } = options_of(options);
+    const { dim, type = "float32", allPoints = false } = options_of(options);
     const space = space_of(dim, type);
     super(
       core,
       "_jostle_contact_finder_free",
-      core.within(() => core.make("jostle_contact_finder_new", space, core.options())),
+      core.within(() => {
+        const given = core.options();
+        core.data.setInt32(given + C.jostle_options.all_points, allPoints ? 1 : 0, true);
+        return core.make("jostle_contact_finder_new", space, given);
+      }),
     );
     this.dim = dim;
     this.type = type;

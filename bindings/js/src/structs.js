@@ -20,7 +20,8 @@ export const jostle_nearest_to_box_2d = { sizeof: 48, lo: 0, hi: 16, count: 32, 
 export const jostle_nearest_to_box_3d = { sizeof: 64, lo: 0, hi: 24, count: 48, max_distance: 56 };
 export const jostle_allocator = { sizeof: 24, struct_size: 0, context: 8, allocate: 12, deallocate: 16 };
 export const jostle_options = {
-  sizeof: 24, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16, ignore_odd_boxes: 20,
+  sizeof: 32, struct_size: 0, executor: 8, allocator: 12, instruction_set: 16, ignore_odd_boxes: 20,
+  all_points: 24,
 };
 export const jostle_filter = {
   sizeof: 160, struct_size: 0, category: 8, mask: 32, owner: 56, category_b: 80, mask_b: 104, owner_b: 128,

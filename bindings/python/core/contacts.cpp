@@ -24,10 +24,11 @@ void clear_unused(Contact* contacts, std::uint64_t count)
 class ContactFinder
 {
   public:
-    ContactFinder(jostle_space given, std::uint32_t threads) : space(given)
+    ContactFinder(jostle_space given, bool all_points, std::uint32_t threads) : space(given)
     {
         const Executor executor = executor_of(threads);
-        const jostle_options options = options_of(executor, memory.allocator());
+        jostle_options options = options_of(executor, memory.allocator());
+        options.all_points = all_points ? 1 : 0;
         handle = make<ContactFinderHandle>(
             [&](auto** out, auto* error) { return jostle_contact_finder_new(space, &options, out, error); });
     }
@@ -215,7 +216,7 @@ class ContactFinder
 void define_contacts(py::module_& m)
 {
     define_class<ContactFinder>(m, "ContactFinder")
-        .def(py::init<jostle_space, std::uint32_t>())
+        .def(py::init<jostle_space, bool, std::uint32_t>())
         .def("find", &ContactFinder::find)
         .def("find_points", &ContactFinder::find_points)
         .def("rows", &ContactFinder::rows)

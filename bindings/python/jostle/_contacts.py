@@ -38,13 +38,16 @@ class ContactFinder:
 
     It keeps its working memory, so use the same one again and again, but only for one call at a time: a second one, from another
     thread, is an Error. The functions contacts, touching, distances and impacts do the same for a single call.
+
+    all_points   gives a contact for each triangle or segment of a surface that touches, with all of its points; otherwise those of
+                 a body whose normals are within 5 degrees are one contact, of the triangle that is deepest
     """
 
-    def __init__(self, dim: int = 3, dtype: Any = np.float64, threads: int = 0) -> None:
+    def __init__(self, dim: int = 3, dtype: Any = np.float64, threads: int = 0, *, all_points: bool = False) -> None:
         self.dim, self.dtype = dim, np.dtype(dtype)
         if (self.dim, self.dtype) not in _arrays.SPACES:
             raise Error(f"a contact finder is 2D or 3D, float32 or float64, not {self.dim}D {self.dtype}")
-        self._finder = _core.ContactFinder(_arrays.SPACES[self.dim, self.dtype], _arrays.threads(threads))
+        self._finder = _core.ContactFinder(_arrays.SPACES[self.dim, self.dtype], bool(all_points), _arrays.threads(threads))
 
     def _given(self, shapes: Shapes, rows: Any, pairs: Any, shapes_b: Shapes | None,
                rows_b: Any) -> tuple[Any, np.ndarray, Any, np.ndarray | None, np.ndarray]:
@@ -147,16 +150,16 @@ class ContactFinder:
                                   _arrays.pairs(pairs), _arrays.hits_dtype(self.dim, self.dtype))
 
 
-def _finder(shapes: Shapes, rows: Any, rows_b: Any) -> ContactFinder:
+def _finder(shapes: Shapes, rows: Any, rows_b: Any, all_points: bool = False) -> ContactFinder:
     _want_shapes(shapes)
     given = [_arrays.floats(x, "poses") for x in (rows, rows_b) if x is not None]
-    return ContactFinder(shapes.dim, np.result_type(*(x.dtype for x in given)))
+    return ContactFinder(shapes.dim, np.result_type(*(x.dtype for x in given)), all_points=all_points)
 
 
 def contacts(shapes: Shapes, poses: Any, pairs: Any, margin: float = 0.0, shapes_b: Shapes | None = None,
-             poses_b: Any = None) -> np.ndarray:
+             poses_b: Any = None, *, all_points: bool = False) -> np.ndarray:
     """ContactFinder.find for a single call."""
-    return _finder(shapes, poses, poses_b).find(shapes, poses, pairs, margin, shapes_b, poses_b)
+    return _finder(shapes, poses, poses_b, all_points).find(shapes, poses, pairs, margin, shapes_b, poses_b)
 
 
 def touching(shapes: Shapes, poses: Any, pairs: Any, shapes_b: Shapes | None = None, poses_b: Any = None) -> np.ndarray:

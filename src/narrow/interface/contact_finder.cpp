@@ -5,6 +5,7 @@
 #include "base/checks.hpp"
 #include "narrow/interface/answers.hpp"
 #include "narrow/interface/contact_finder.hpp"
+#include "narrow/parts/merge.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -61,6 +62,7 @@ auto ContactFinder<Dim, T>::Implementation::find_one(const Objects& set_a, const
     if (test == nullptr) {
         arranged.swapped = narrow::arrange(arranged.placed);
         narrow::find_contacts(arranged.placed, margin, found);
+        if (!options.all_points) narrow::merge_contacts(arranged.placed, found);
     } else {
         arranged.swapped = narrow::arrange(arranged.placed, test->type_a);
         narrow::ask_own_test(arranged.placed, margin, *test, found);

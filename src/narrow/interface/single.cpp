@@ -2,6 +2,7 @@
 // One pair at a time.
 #include "narrow/interface/answers.hpp"
 #include "narrow/interface/input_checks.hpp"
+#include "narrow/parts/merge.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
@@ -42,6 +43,7 @@ std::vector<Contact<Dim, T>> contacts(const Shape<Dim>& a, const Pose<Dim, T>& p
     const bool swapped = narrow::arrange(pair);
     narrow::FoundList<Dim> found;
     narrow::find_contacts(pair, double{margin}, found);
+    narrow::merge_contacts(pair, found);
     narrow::sort_parts(found, swapped);
     std::vector<Contact<Dim, T>> result;
     for (const narrow::Found<Dim>& one : found) {
