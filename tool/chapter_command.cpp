@@ -16,6 +16,8 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "bench_options.hpp"
+#include "chapter_ladder.hpp"
 #include "clock.hpp"
 #include "commands.hpp"
 #include "io/output_file.hpp"
@@ -38,9 +40,13 @@ constexpr std::uint32_t chapter_objects = 9993; // the text says 10,000; its cou
 
 struct Options
 {
-    std::uint32_t objects = chapter_objects;
+    std::vector<std::uint32_t> objects;
     std::uint32_t threads = 0;
     std::string json; // empty: not given
+    bool ladder = false;
+    std::string scene = "uniform";
+    std::vector<float> cells;
+    std::vector<std::uint32_t> buckets;
 };
 
 // ---- What is measured ----------------------------------------------------------------------------------
@@ -309,12 +315,12 @@ struct Results
     std::vector<Row> pieces; // Alg. 7 and 11: not in the chapter's figures
 };
 
-Results measure_all(const Options& options)
+Results measure_all(std::uint32_t objects, std::uint32_t thread_count)
 {
     Results r{};
-    r.objects = options.objects;
+    r.objects = objects;
     r.cores = PinnedThreads::core_count();
-    r.threads = options.threads == 0 ? r.cores : options.threads;
+    r.threads = thread_count == 0 ? r.cores : thread_count;
     r.tests = std::uint64_t{r.objects} * (r.objects - 1) / 2;
     PinnedThreads one(1), all(r.threads);
     // The scene's pairs per object are the same for any n, so that responses stay rare beside tests.
@@ -546,19 +552,60 @@ What differs from the chapter, and why
     return out;
 }
 
+Report measure(const Options& options)
+{
+    const bool figures = !options.ladder && options.cells.empty();
+    if (figures) {
+        const Results results =
+            measure_all(options.objects.empty() ? chapter_objects : options.objects.front(), options.threads);
+        return {to_json(results), to_text(results)};
+    }
+    const std::uint32_t all = options.threads == 0 ? PinnedThreads::core_count() : options.threads;
+    LadderOptions ladder{options.scene, options.objects, {1}, options.cells, options.buckets};
+    if (all > 1) ladder.threads.push_back(all);
+    if (options.ladder) {
+        if (ladder.objects.empty()) ladder.objects = {10'000, 100'000};
+        return measure_ladder(ladder);
+    }
+    if (ladder.objects.empty()) ladder.objects = {100'000};
+    return measure_cells(ladder);
+}
+
+/// What goes together, and in which order.
+void check(const Options& options)
+{
+    const auto refuse = [](const char* option, const std::string& why) {
+        throw CLI::ValidationError(option, why);
+    };
+    if (options.ladder && !options.cells.empty())
+        refuse("--cells", "goes without --ladder: give one of the two");
+    if (!options.ladder && options.objects.size() > 1)
+        refuse("-n", "takes several numbers only with --ladder");
+    if (options.cells.empty() && !options.buckets.empty()) refuse("--buckets", "goes with --cells");
+    if (!options.ladder && options.cells.empty() && options.scene != "uniform")
+        refuse("--scene", "goes with --ladder or --cells");
+    check_scenes({options.scene});
+    for (std::size_t i = 0; i < options.cells.size(); ++i)
+        if (!(options.cells[i] > (i == 0 ? 0 : options.cells[i - 1])) || std::isinf(options.cells[i]))
+            refuse("--cells", "number " + std::to_string(i + 1) + " isn't finite and above " +
+                                  (i == 0 ? "0" : "the one before") +
+                                  "; give ascending sizes, such as 0.5,1,2,4");
+}
+
 void run(const Options& options)
 {
+    check(options);
     std::optional<OutputFile> json; // opened first: a bad name is said before any work is done
     if (!options.json.empty()) json.emplace(options.json);
-    const Results results = measure_all(options);
+    const Report report = measure(options);
     if (json) {
-        json->write(to_json(results).dump(1) + "\n");
+        json->write(report.rows.dump(1) + "\n");
         json->commit();
     }
     if (options.json != "-") {
         json.reset();
         OutputFile text("-");
-        text.write(to_text(results));
+        text.write(report.text);
         text.commit();
     }
 }
@@ -567,13 +614,18 @@ constexpr const char* help =
     R"(Measures figures 4.9, 4.10, 4.12 and 4.13 (cache lines shared between cores, or not), the shares of
 Alg. 13 and 14, the hash of Alg. 7 and the batches of Alg. 11, and prints them beside the chapter's numbers.
 The work grows with n * n: at 100,000 objects it is a hundred times that of the default.
+With --ladder, the eight steps from the printed broad phase to today's engine on the same boxes, each checked against
+the engine; ways to share work out and to add up responses. With --cells, the grid with one cell size after the other.
 
 JSON rows: {"figure","variant","threads","tests","ms"} for one thread and for all, tests on all threads
-together; {"figure","variant","processor","threads","tests"} for the shares of Alg. 13 and 14.
+together; {"figure","variant","processor","threads","tests"} for the shares of Alg. 13 and 14. With --ladder and
+--cells {"what","rung" or "way","scene","n","threads","ms",...} with counts a box.
 
 Examples:
   jostle chapter                        as in the chapter, on all cores
   jostle chapter -n 30000 --threads 4   more objects, four threads
+  jostle chapter --ladder -n 10000,100000,1000000   from the chapter to the engine
+  jostle chapter --cells 0.5,1,2,4,8,16 --buckets 1000,100000   cells too small, right, too big
   jostle chapter --json -               JSON only, to stdout
   jostle chapter --json chapter.json    the table to stdout, JSON to the file)";
 
@@ -584,9 +636,26 @@ void add_chapter_command(CLI::App& app)
     CLI::App* command = app.add_subcommand("chapter", "The thesis chapter's figures on this machine");
     command->footer(help);
     const auto options = std::make_shared<Options>();
-    command->add_option("-n", options->objects, "How many objects; 9993 if not given, as in the chapter")
+    command
+        ->add_option("-n", options->objects,
+                     "How many objects; 9993 if not given, as in the chapter; several numbers with --ladder")
+        ->delimiter(',')
         ->check(CLI::Range(2u, 4'000'000'000u).description(""))
         ->type_name("N");
+    command->add_flag("--ladder", options->ladder,
+                      "Step by step from the printed broad phase to today's engine");
+    command
+        ->add_option("--cells", options->cells, "The grid with each of these cell sizes, of 100,000 objects")
+        ->delimiter(',')
+        ->type_name("SIZE");
+    command
+        ->add_option("--buckets", options->buckets,
+                     "With --cells: each of these numbers of buckets; as many as objects")
+        ->delimiter(',')
+        ->check(CLI::Range(1u, 1'000'000'000u).description(""))
+        ->type_name("N");
+    command->add_option("--scene", options->scene, "With --ladder or --cells: one of jostle bench's scenes")
+        ->type_name("NAME");
     add_threads_option(*command, options->threads);
     command
         ->add_option("--json", options->json, "Also write rows of JSON to this file; - is stdout, JSON only")

@@ -60,13 +60,6 @@ template <int Dim>
 
 // ---- The grid ------------------------------------------------------------------------------------------
 
-/// Which cells of a coarser level an object probes.
-enum class NeighbourRule
-{
-    mended,    ///< x1-1 .. x2 on every axis: whatever overlaps has its min corner there
-    as_printed ///< Alg. 10's own cells and southwest cell on every level: MISSES PAIRS between levels
-};
-
 template <Coordinate T>
 struct GridOptions
 {
@@ -77,7 +70,6 @@ struct GridOptions
     /// fast.
     std::uint32_t buckets = 1u << 16;
     Hash hash = Hash::mixing;
-    NeighbourRule neighbours = NeighbourRule::mended;
 };
 
 /// What the last detect_proximity did; independent of the number of processors.
@@ -86,6 +78,7 @@ struct GridStats
     std::uint64_t cells = 0;   ///< cells probed
     std::uint64_t visited = 0; ///< objects met in the buckets of those cells
     std::uint64_t tests = 0;   ///< calls of IsClose: those of them that were in the cell itself
+    std::uint64_t bytes = 0;   ///< the grid's memory, without the pairs
 };
 
 /// The objects [begin, end) that one processor handles.

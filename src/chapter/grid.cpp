@@ -275,7 +275,6 @@ void Grid<Dim, T>::detect_proximity_thread(Interval interval, ProcessorResult& r
         for (std::uint32_t level = obj.place.level; level <= oversize_level(); ++level) {
             if (level_size_[level] == 0) continue;
             const bool own_level = level == obj.place.level;
-            const bool ahead_only = own_level || options_.neighbours == NeighbourRule::as_printed;
             Cell<Dim> own{}, first{}, last{}; // the oversize level has one cell
             if (level < oversize_level())
                 for (int d = 0; d < Dim; ++d) {
@@ -286,7 +285,7 @@ void Grid<Dim, T>::detect_proximity_thread(Interval interval, ProcessorResult& r
                 }
             Cell<Dim> cell = first;
             do {
-                if (ahead_only && !own_or_ahead<Dim>(cell, own)) continue;
+                if (own_level && !own_or_ahead<Dim>(cell, own)) continue;
                 ++stats.cells;
                 std::uint32_t p;
                 if (own_level && cell == own)
@@ -325,6 +324,8 @@ std::span<const Pair> Grid<Dim, T>::detect_proximity(Executor& executor)
         total += result.pairs.size();
     close_pairs_.reserve(total);
     stats_ = {};
+    stats_.bytes = records_.capacity() * sizeof(Object) +
+                   (grid_.capacity() + level_size_.capacity() + objects_.capacity()) * sizeof(std::uint32_t);
     for (const ProcessorResult& result : results) {
         close_pairs_.insert(close_pairs_.end(), result.pairs.begin(), result.pairs.end());
         stats_.cells += result.stats.cells;

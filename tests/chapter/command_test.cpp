@@ -119,12 +119,43 @@ TEST_F(ChapterCommand, OneThreadIsEnough)
     EXPECT_NE(outcome.out.find("One thread: nothing is shared"), std::string::npos);
 }
 
+TEST_F(ChapterCommand, LadderHasARowForEachRungSizeAndNumberOfThreads)
+{
+    const Outcome outcome = jostle_chapter("--ladder -n 300,1000 --threads 2 --scene powerlaw --json -");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    std::map<std::string, int> rows;
+    for (const auto& row : nlohmann::json::parse(outcome.out)) {
+        EXPECT_GT(row.at("ms"), 0.0) << row;
+        EXPECT_GT(row.at("pairs"), 0u) << row;
+        const std::string what = row.at("what");
+        ++rows[what];
+        if (what != "find") continue;
+        const std::string rung = row.at("rung");
+        EXPECT_EQ(row.at("missed") != 0u, rung == "printed" || rung == "mixing hash") << row;
+        EXPECT_EQ(row.at("selves") != 0u, rung == "printed") << row;
+    }
+    EXPECT_EQ(rows, (std::map<std::string, int>{
+                        {"find", 8 * 2 * 2}, {"responses", 4 * 2 * 2}, {"sharing", 4 * 2}}));
+}
+
+TEST_F(ChapterCommand, CellsOfAllSizesFindTheSame)
+{
+    const Outcome outcome = jostle_chapter("--cells 0.5,2,64 --buckets 1,1000 -n 1000 --threads 1");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    for (const char* part : {"1,000 boxes (uniform)", "       0.5", "        64", "too large"})
+        EXPECT_NE(outcome.out.find(part), std::string::npos) << part << "\n" << outcome.out;
+}
+
 TEST_F(ChapterCommand, WrongOptionsAreSaidInOneLine)
 {
     const std::string nowhere = path("no/such/folder/rows.json");
     for (const std::string& arguments :
          {std::string("-n 1"), std::string("-n many"), std::string("-n -5"), std::string("--threads 0"),
-          std::string("--colour"), std::string("stray"), "--json '" + nowhere + "'"}) {
+          std::string("--colour"), std::string("stray"), std::string("--cells 0"), std::string("--cells 2,1"),
+          std::string("--cells nan"), std::string("--cells inf"), std::string("--cells x"),
+          std::string("--cells"), std::string("--cells 1 --buckets 0"), std::string("--buckets 4"),
+          std::string("--ladder --cells 1"), std::string("-n 10,20"), std::string("--ladder --scene nowhere"),
+          std::string("--scene powerlaw"), "--json '" + nowhere + "'"}) {
         const Outcome outcome = jostle_chapter(arguments);
         EXPECT_EQ(outcome.status, 2) << arguments;
         EXPECT_EQ(outcome.out, "") << arguments;

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace jostle_tool {
+
+/// What `jostle chapter --ladder` and `--cells` measure.
+struct LadderOptions
+{
+    std::string scene = "uniform";
+    std::vector<std::uint32_t> objects;
+    std::vector<std::uint32_t> threads; ///< 1, and as many as were asked for
+    std::vector<float> cells;           ///< ascending; for --cells
+    std::vector<std::uint32_t> buckets; ///< for --cells
+};
+
+struct Report
+{
+    nlohmann::ordered_json rows;
+    std::string text;
+};
+
+/// From the printed algorithms to the engine: the rungs, the ways to share work out, the ways to add up responses.
+[[nodiscard]] Report measure_ladder(const LadderOptions& options);
+
+/// The mended grid with one cell size after the other, and one number of buckets after the other.
+[[nodiscard]] Report measure_cells(const LadderOptions& options);
+
+} // namespace jostle_tool
