@@ -269,7 +269,7 @@ function recordTable(records: readonly BrickRecord[], own: BrickRecord, quanta: 
 
 const engineNames: Record<RaceEngine, string> = {
   grid: "Jostle",
-  chapter: "hierarchical hash grid",
+  chapter: "the thesis chapter's hash grid",
   uniform: "uniform grid",
   brute: "brute force",
 };
