@@ -18,6 +18,8 @@
 
 JOSTLE_NAMESPACE_BEGIN
 
+struct ImageRule;
+
 /// Says which of the touching pairs are wanted. A pair is reported if every part that is given agrees to it.
 /// A part that is left empty filters nothing.
 struct Filter
@@ -35,6 +37,8 @@ struct Filter
     /// It is called from several threads at a time. An exception that it throws ends the search and leaves
     /// the call.
     StoredFunctionRef<bool(std::uint32_t a, std::uint32_t b)> accept = {};
+    /// Set by PeriodicImages::filter(): each pair of periodic space counts once. Null in all other searches.
+    const ImageRule* images = nullptr;
 };
 
 /// The same for pairs between two sets. Members that end in `_a` describe objects of the first set, those

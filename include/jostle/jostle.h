@@ -575,6 +575,8 @@ JOSTLE_C_API jostle_status jostle_images_build(jostle_images* images, const jost
 JOSTLE_C_API jostle_status jostle_images_view_read(const jostle_images* images, jostle_images_view* out,
                                                    jostle_error* error);
 /// The filter that a search among the boxes of the view has to be given, so that each pair is found once.
+/// `out->owner_b` sees to that, so leave it as it is. `accept` and `context` may be set on `out`: that accept
+/// is called with numbers of the view's boxes, an original's and a greater one, which lead to the shift.
 /// `originals` may be NULL; its arrays have one value per original, and its accept is called with originals.
 /// What it points to must outlive the search. `out` is valid until the next build or filter.
 JOSTLE_C_API jostle_status jostle_images_filter(jostle_images* images, const jostle_filter* originals,

@@ -77,12 +77,24 @@ class JOSTLE_API PeriodicImages
     /// each axis. For contacts, an image's pose is that of its origin with this added to the position.
     [[nodiscard]] std::span<const Vector> shift() const noexcept;
 
-    /// Returns the filter with which a search finds each pair once: images don't meet images.
+    /// Returns the filter with which a search among boxes() finds each pair once: images don't meet images.
+    /// The search sees to that by itself, whatever else is set on the filter, as long as its `images` stays.
     ///
     /// `originals` is the filter for the objects themselves: its arrays have one value per original, and its
     /// `accept` is called with two originals, in any order. It must outlive the search. The result is valid
     /// until the next build() or filter().
-    /// Cost      one pass over each array that is given, and in the search a call per pair.
+    ///
+    /// A callback that has to know the shift is set on the result: it is called with numbers of boxes(), of
+    /// which the first is an original's and the second is greater.
+    ///
+    ///     jostle::Filter filter = images.filter();
+    ///     const auto accept = [&](std::uint32_t a, std::uint32_t b) {
+    ///         return near(a, images.origin()[b], images.shift()[b]);
+    ///     };
+    ///     filter.accept = accept;
+    ///
+    /// Cost      one pass over each array that is given. The search costs as much as one for pairs among the
+    ///           originals and one for pairs of an original and an image.
     /// Errors    `Error` for arrays that don't have one value per original.
     [[nodiscard]] Filter filter(const Filter& originals = {});
 

@@ -5,6 +5,7 @@
 #include "jostle/periodic.hpp"
 #include "jostle/spatial_order.hpp"
 
+#include <limits>
 #include <variant>
 
 namespace jostle::c_api {
@@ -18,6 +19,13 @@ class FinderContent final : public Content
     PairFinder finder;
     std::vector<jostle_block> table;
 };
+
+/// How a filter of images refers to Filter::images: as values of a second set, of which there are none in such
+/// a search, with a stride that no values have. A member of its own would change the binary interface.
+jostle_values images_mark(const void* rule)
+{
+    return {rule, 0, std::numeric_limits<std::int64_t>::min()};
+}
 
 /// A search's arguments, as the C++ interface wants them.
 class Search
@@ -34,10 +42,12 @@ class Search
         filter.mask = view<std::uint32_t>(given_.mask, "mask");
         filter.owner = view<std::uint32_t>(given_.owner, "owner");
         if (given_.accept != nullptr) filter.accept = accept_;
+        if (is_of_images()) filter.images = static_cast<const ImageRule*>(given_.owner_b.data);
         return filter;
     }
     [[nodiscard]] CrossFilter cross_filter()
     {
+        if (is_of_images()) refuse("a filter of images is for a search within one set");
         CrossFilter filter;
         filter.category_a = view<std::uint32_t>(given_.category, "category");
         filter.mask_a = view<std::uint32_t>(given_.mask, "mask");
@@ -50,6 +60,11 @@ class Search
     }
 
   private:
+    [[nodiscard]] bool is_of_images() const
+    {
+        const jostle_values mark = images_mark(given_.owner_b.data);
+        return given_.owner_b.count == mark.count && given_.owner_b.stride == mark.stride;
+    }
     struct Accept
     {
         const jostle_filter* given;
@@ -90,8 +105,6 @@ class ImagesContent final : public Content
     static std::int32_t accept(void* context, std::uint32_t a, std::uint32_t b) noexcept
     {
         const auto& self = *static_cast<const ImagesContent*>(context);
-        if (self.of_all.accept && !self.of_all.accept(a, b)) return 0;
-        if (self.of_originals.accept == nullptr) return 1;
         return self.of_originals.accept(self.of_originals.context, self.origin[a], self.origin[b]);
     }
 };
@@ -398,7 +411,8 @@ jostle_status jostle_images_filter(jostle_images* images, const jostle_filter* o
         all.category = values_of(content.of_all.category);
         all.mask = values_of(content.of_all.mask);
         all.owner = values_of(content.of_all.owner);
-        if (accept != nullptr || content.of_all.accept) {
+        all.owner_b = images_mark(content.of_all.images);
+        if (accept != nullptr) {
             all.accept = ImagesContent::accept;
             all.context = &content;
         }

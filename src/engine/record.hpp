@@ -31,7 +31,7 @@ namespace engine {
 // - Two records make a pair in a brick only if they share no flag. Among all bricks that two boxes share,
 //   exactly one has no axis on which both are copies: the one where, on each axis, the later of the two
 //   begins. It owns the pair. In a search between two sets, flags a and b exclude the pairs within a set; in
-//   a search within one set neither is used.
+//   a search within one set a excludes the pairs of those that don't meet each other, and b isn't used.
 
 /// A brick's edge has 2^14 quanta, so that sums and differences of two bounds fit 16 signed bits.
 inline constexpr int quanta_bits = 14;
@@ -92,6 +92,8 @@ struct Boxes
     BoxView<Dim, T> a;
     BoxView<Dim, T> b;
     bool cross = false;
+    /// Objects of one set from this number on meet those before it only: all of them carry side a.
+    std::size_t loners = ~std::size_t{0};
 
     [[nodiscard]] std::size_t size() const noexcept { return a.size() + b.size(); }
     [[nodiscard]] Aabb<Dim, T> operator[](std::uint32_t object) const noexcept

@@ -18,6 +18,8 @@ std::uint32_t Scatter<Dim, T>::add_unit(std::uint32_t number)
     kernels_.load<Dim, T>()(set, begin, unit_);
     for (std::uint32_t i = 0; i < unit_.count; ++i)
         unit_.object[i] = (static_cast<std::uint32_t>(begin) + i) | side;
+    for (std::size_t i = std::max(begin, boxes_.loners); i < begin + unit_.count; ++i)
+        unit_.object[i - begin] |= side_a;
     const std::uint32_t count = unit_.count;
     append_unit();
     return count - unit_.count;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "pairs/filters.hpp"
 
+#include <bit>
 #include <string>
 
 #include "jostle/error.hpp"
@@ -85,6 +86,9 @@ bool passes_one_set(const OneSet& filter, std::size_t a, std::size_t b) noexcept
 
 bool passes(const Filter& filter, std::size_t a, std::size_t b) noexcept
 {
+    if (filter.images != nullptr &&
+        !filter.images->allows(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)))
+        return false;
     return passes_one_set(filter, a, b);
 }
 bool passes(const SceneFilter& filter, std::size_t a, std::size_t b) noexcept
@@ -98,6 +102,78 @@ bool passes(const CrossFilter& filter, std::size_t a, std::size_t b) noexcept
         ((filter.category_a[a] & filter.mask_b[b]) == 0 || (filter.category_b[b] & filter.mask_a[a]) == 0))
         return false;
     return filter.owner_a.empty() || owners_differ(filter.owner_a[a], filter.owner_b[b]);
+}
+
+namespace {
+
+using Values = StridedView<std::uint32_t>;
+
+void append_masks(const Values& category, const Values& mask, std::pmr::vector<std::uint64_t>& out)
+{
+    for (std::size_t i = 0; i < mask.size(); ++i)
+        out.push_back(std::uint64_t{mask[i]} << 32 | category[i]);
+}
+void append_owners(const Values& owner, std::pmr::vector<std::uint32_t>& out)
+{
+    for (std::size_t i = 0; i < owner.size(); ++i)
+        out.push_back(owner[i]);
+}
+
+/// No branch depends on what a pair is like: a wrong guess costs more than all the rest.
+template <bool Masks, bool Owners>
+Pair* keep(const PackedFilter& filter, Pair* first, Pair* last) noexcept
+{
+    const std::uint64_t* const masks = filter.masks.data();
+    const std::uint32_t* const owners = filter.owners.data();
+    const std::size_t b = filter.second;
+    Pair* end = first;
+    for (; first != last; ++first) {
+        const Pair pair = *first;
+        bool good = true;
+        if constexpr (Masks) {
+            const std::uint64_t both = masks[pair.a] & std::rotl(masks[b + pair.b], 32);
+            good = (static_cast<std::uint32_t>(both) != 0) & (both >> 32 != 0);
+        }
+        if constexpr (Owners) {
+            const std::uint32_t owner = owners[pair.a];
+            good &= (owner != owners[b + pair.b]) | (owner == Filter::no_owner);
+        }
+        *end = pair;
+        end += good;
+    }
+    return end;
+}
+
+} // namespace
+
+void PackedFilter::pack(const Filter& filter, std::size_t)
+{
+    clear();
+    append_masks(filter.category, filter.mask, masks);
+    append_owners(filter.owner, owners);
+}
+
+void PackedFilter::pack(const CrossFilter& filter, std::size_t size_a)
+{
+    clear();
+    second = size_a;
+    append_masks(filter.category_a, filter.mask_a, masks);
+    append_masks(filter.category_b, filter.mask_b, masks);
+    append_owners(filter.owner_a, owners);
+    append_owners(filter.owner_b, owners);
+}
+
+void PackedFilter::clear() noexcept
+{
+    masks.clear();
+    owners.clear();
+    second = 0;
+}
+
+Pair* PackedFilter::keep_passing(Pair* first, Pair* last) const noexcept
+{
+    if (masks.empty()) return owners.empty() ? last : keep<false, true>(*this, first, last);
+    return owners.empty() ? keep<true, false>(*this, first, last) : keep<true, true>(*this, first, last);
 }
 
 JOSTLE_NAMESPACE_END

@@ -1,9 +1,31 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <vector>
+
 #include "jostle/find_pairs.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
+
+/// Which objects of a search are images, and whom they don't meet.
+struct ImageRule
+{
+    std::uint32_t originals = 0; ///< the first objects; the rest are images, and no two of those make a pair
+    /// Empty, or for each object axes as bits: of an original those along which it is infinite both ways, of
+    /// an image those along which it is shifted. With an axis in common they don't make a pair: what is
+    /// infinite along an axis meets the image's original already, or another image of it.
+    std::span<const std::uint8_t> axes;
+
+    /// a < b.
+    [[nodiscard]] bool allows(std::uint32_t a, std::uint32_t b) const noexcept
+    {
+        return b < originals || (a < originals && (axes.empty() || (axes[a] & axes[b]) == 0));
+    }
+};
 
 /// Throws unless every array that is given has one element per object.
 void check_filter(const Filter& filter, std::size_t size);
@@ -14,5 +36,21 @@ void check_filter(const CrossFilter& filter, std::size_t size_a, std::size_t siz
 bool passes(const Filter& filter, std::size_t a, std::size_t b) noexcept;
 bool passes(const SceneFilter& filter, std::size_t a, std::size_t b) noexcept; // positions among all boxes
 bool passes(const CrossFilter& filter, std::size_t a, std::size_t b) noexcept;
+
+/// The same for many pairs: the arrays of a filter, packed. Without `accept` and images.
+struct PackedFilter
+{
+    explicit PackedFilter(std::pmr::memory_resource* memory) : masks(memory), owners(memory) {}
+
+    std::pmr::vector<std::uint64_t> masks;  ///< of each object: the mask, and below it the category; or none
+    std::pmr::vector<std::uint32_t> owners; ///< or none
+    std::size_t second = 0;                 ///< where objects of a second set begin
+
+    void pack(const Filter& filter, std::size_t size);
+    void pack(const CrossFilter& filter, std::size_t size_a);
+    void clear() noexcept;
+    /// Moves the pairs that pass to the front, in their order, and returns their end.
+    Pair* keep_passing(Pair* first, Pair* last) const noexcept;
+};
 
 JOSTLE_NAMESPACE_END

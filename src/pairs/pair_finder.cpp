@@ -23,6 +23,7 @@ struct PairFinder::Implementation
     explicit Implementation(const FinderOptions& options)
         : engine(options),
           result(options.memory),
+          packed(options.memory),
           sorter(options.memory),
           sorted(options.memory),
           scenes(options)
@@ -62,6 +63,7 @@ struct PairFinder::Implementation
 
     engine::Engine engine;
     PairBuffer result;
+    PackedFilter packed;
     PairSorter sorter;
     PairBuffer sorted; // used when asked for
     SceneFinder scenes;
@@ -100,10 +102,21 @@ void check(const CrossFilter& filter, std::size_t a, std::size_t b)
 }
 
 template <class AnyFilter>
-bool is_empty(const AnyFilter& filter)
+const ImageRule* images_of(const AnyFilter& filter)
 {
     if constexpr (std::is_same_v<AnyFilter, Filter>)
-        return filter.mask.empty() && filter.owner.empty() && !filter.accept;
+        return filter.images;
+    else
+        return nullptr;
+}
+
+/// Whether nothing is left to filter where the engine keeps images apart, or doesn't.
+template <class AnyFilter>
+bool is_empty(const AnyFilter& filter, bool engine_keeps_apart)
+{
+    if constexpr (std::is_same_v<AnyFilter, Filter>)
+        return filter.mask.empty() && filter.owner.empty() && !filter.accept &&
+               (filter.images == nullptr || (engine_keeps_apart && filter.images->axes.empty()));
     else
         return filter.mask_a.empty() && filter.owner_a.empty() && !filter.accept;
 }
@@ -132,7 +145,7 @@ void each_slice(const engine::Boxes<Dim, T>& boxes, std::size_t slice, const Sea
     };
     for (std::size_t a = 0; a < slices(boxes.a); ++a) {
         // One set: each slice with itself and with every later one.
-        if (!boxes.cross) search({part_of(boxes.a, a), {}, false}, a * slice, a * slice);
+        if (!boxes.cross) search({part_of(boxes.a, a), {}, false, boxes.loners}, a * slice, a * slice);
         const BoxView<Dim, T>& others = boxes.cross ? boxes.b : boxes.a;
         for (std::size_t b = boxes.cross ? 0 : a + 1; b < slices(others); ++b)
             search({part_of(boxes.a, a), part_of(others, b), true}, a * slice, b * slice);
@@ -147,7 +160,7 @@ double ms_since(std::chrono::steady_clock::time_point start)
 } // namespace
 
 template <int Dim, class T, class AnyFilter>
-bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, PairSink sink,
+bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& given, PairSink sink,
                                         const AnyFilter& filter, engine::PairSelection selection,
                                         PairBuffer& into)
 {
@@ -155,14 +168,26 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
     into.clear();
     stats = {};
     engine.begin_call();
-    check_sizes(boxes);
-    check(filter, boxes.a.size(), boxes.b.size());
+    check_sizes(given);
+    check(filter, given.a.size(), given.b.size());
+
+    engine::Boxes<Dim, T> boxes = given;
+    const ImageRule* const images = images_of(filter);
+    const bool keep_apart =
+        images != nullptr && boxes.a.size() <= slice; // images in several slices: by select
+    if (keep_apart) boxes.loners = images->originals;
+    packed.pack(filter, boxes.a.size());
 
     std::atomic<std::uint64_t> pairs{0};
     const auto select = [&](Pair* first, Pair* last) {
-        return std::remove_if(first, last, [&](const Pair& pair) {
-            return !passes(filter, pair.a, pair.b) || (filter.accept && !filter.accept(pair.a, pair.b));
-        });
+        last = packed.keep_passing(first, last);
+        if (images != nullptr && !(keep_apart && images->axes.empty()))
+            last = std::remove_if(first, last,
+                                  [&](const Pair& pair) { return !images->allows(pair.a, pair.b); });
+        if (filter.accept)
+            last =
+                std::remove_if(first, last, [&](const Pair& pair) { return !filter.accept(pair.a, pair.b); });
+        return last;
     };
     const auto count_and_pass = [&](const PairChunk& chunk) {
         pairs.fetch_add(chunk.pairs.size(), std::memory_order_relaxed);
@@ -170,7 +195,7 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& boxes, Pair
     };
     engine::Request request;
     request.select = selection;
-    if (!is_empty(filter)) request.select = select;
+    if (!is_empty(filter, keep_apart)) request.select = select;
     if (sink) request.sink = count_and_pass;
     request.result = &into;
 
@@ -272,6 +297,7 @@ void PairFinder::release_memory() noexcept
     implementation_->engine.release();
     implementation_->result.release();
     implementation_->sorted.release();
+    implementation_->packed = PackedFilter(implementation_->packed.masks.get_allocator().resource());
     implementation_->sorter.release();
     implementation_->scenes.release();
     implementation_->stats.bytes_reserved = implementation_->engine.bytes();

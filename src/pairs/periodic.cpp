@@ -133,12 +133,7 @@ template <int Dim, Coordinate T>
 template <int Dim, Coordinate T>
 struct PeriodicImages<Dim, T>::Implementation
 {
-    /// The callbacks of filter(). In a search a < b, so that the second is an image if one is.
-    struct Apart
-    {
-        std::uint32_t first_image;
-        bool operator()(std::uint32_t a, std::uint32_t) const { return a < first_image; }
-    };
+    /// The callback of filter(): asks that of the originals.
     struct Accept
     {
         const Implementation* images;
@@ -146,14 +141,7 @@ struct PeriodicImages<Dim, T>::Implementation
 
         bool operator()(std::uint32_t a, std::uint32_t b) const
         {
-            if (a >= images->originals) return false;
-            // What is infinite along an axis meets the original already, or another image of it.
-            if (images->walls && b >= images->originals)
-                for (int d = 0; d < Dim; ++d)
-                    if (images->shift[b][d] != 0 &&
-                        infinite_both_ways(images->boxes[a].lo[d], images->boxes[a].hi[d]))
-                        return false;
-            return !originals || originals(images->origin[a], images->origin[b]);
+            return originals(images->origin[a], images->origin[b]);
         }
     };
 
@@ -162,6 +150,7 @@ struct PeriodicImages<Dim, T>::Implementation
           boxes((check_memory(given.memory), given.memory)),
           origin(given.memory),
           shift(given.memory),
+          axes(given.memory),
           surveys(given.memory),
           category(given.memory),
           mask(given.memory),
@@ -172,13 +161,13 @@ struct PeriodicImages<Dim, T>::Implementation
     PeriodicOptions options;
     std::atomic<bool> in_use{false};
     std::size_t originals = 0;
-    bool walls = false;
     std::pmr::vector<Box> boxes;
     std::pmr::vector<std::uint32_t> origin;
     std::pmr::vector<Vector> shift;
+    std::pmr::vector<std::uint8_t> axes; ///< of ImageRule, if there are walls
     std::pmr::vector<Survey<Dim, T>> surveys;
     std::pmr::vector<std::uint32_t> category, mask, owner;
-    Apart apart{};
+    ImageRule rule;
     Accept accept{};
 
     /// Calls work(block, begin, end) for each block of n boxes.
@@ -267,13 +256,26 @@ struct PeriodicImages<Dim, T>::Implementation
                                });
                 }
             });
+            list_axes(n, all.walls);
         } catch (...) {
-            boxes.clear(), origin.clear(), shift.clear();
+            boxes.clear(), origin.clear(), shift.clear(), axes.clear();
             originals = 0;
             throw;
         }
         originals = n;
-        walls = all.walls;
+    }
+    void list_axes(std::size_t n, bool walls)
+    {
+        axes.resize(walls ? boxes.size() : 0);
+        each_block(axes.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) {
+                unsigned bits = 0;
+                for (int d = 0; d < Dim; ++d)
+                    if (i < n ? infinite_both_ways(boxes[i].lo[d], boxes[i].hi[d]) : shift[i][d] != 0)
+                        bits |= 1u << d;
+                axes[i] = static_cast<std::uint8_t>(bits);
+            }
+        });
     }
 
     static Survey<Dim, T> nothing()
@@ -401,12 +403,10 @@ struct PeriodicImages<Dim, T>::Implementation
         all.category = spread(given.category, category);
         all.mask = spread(given.mask, mask);
         all.owner = spread(given.owner, owner);
-        apart = {static_cast<std::uint32_t>(originals)};
+        rule = {static_cast<std::uint32_t>(originals), axes};
+        all.images = &rule;
         accept = {this, given.accept};
-        if (walls || given.accept)
-            all.accept = accept;
-        else if (size > originals)
-            all.accept = apart;
+        if (given.accept) all.accept = accept;
         return all;
     }
 };

@@ -61,6 +61,43 @@ TEST_F(CPairs, EveryColumnOfAFilterArrives)
               JOSTLE_INVALID_ARGUMENT); // values for a second set, and there is none
 }
 
+TEST_F(CPairs, WhatIsSetOnAFilterOfImagesLosesNoRule)
+{
+    Random random(6);
+    const std::vector<Aabb3f> boxes = random_boxes(random, 300, 5);
+    const float period[3] = {5, 5, 0};
+    jostle::PeriodicImages3f twin;
+    twin.build(boxes, {period[0], period[1], period[2]});
+    struct Seen
+    {
+        std::uint32_t originals;
+        bool across;
+    } seen{300, false};
+    const jostle_boxes all = view(boxes);
+    jostle_images* images = nullptr;
+    OK(jostle_images_new(JOSTLE_3F, nullptr, &images, &error));
+    OK(jostle_images_build(images, &all, period, &error));
+    jostle_images_view shown;
+    OK(jostle_images_view_read(images, &shown, &error));
+    jostle_filter filter;
+    OK(jostle_images_filter(images, nullptr, &filter, &error));
+    filter.context = &seen;
+    filter.accept = [](void* context, std::uint32_t a, std::uint32_t b) -> std::int32_t {
+        auto& self = *static_cast<Seen*>(context);
+        EXPECT_LT(a, self.originals);
+        self.across |= b >= self.originals;
+        return 1;
+    };
+    OK(jostle_find_pairs(JOSTLE_3F, &shown.boxes, nullptr, &filter, JOSTLE_SORTED, nullptr, results, &error));
+    EXPECT_EQ(pairs_of_results(),
+              jostle::find_pairs(twin.boxes(), twin.filter(), jostle::Order::sorted).to_vector());
+    EXPECT_TRUE(seen.across);
+    EXPECT_EQ(
+        jostle_find_pairs(JOSTLE_3F, &all, &shown.boxes, &filter, JOSTLE_SORTED, nullptr, results, &error),
+        JOSTLE_INVALID_ARGUMENT); // within one set only
+    OK(jostle_images_free(images, &error));
+}
+
 TEST_F(CPairs, OddBoxesAreIgnoredOnRequest)
 {
     Random random(5);

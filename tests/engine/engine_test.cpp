@@ -13,6 +13,7 @@
 #include "engine/kernels/kernels.hpp"
 #include "engine/sort_brick.hpp"
 #include "engine/tuner.hpp"
+#include "jostle/periodic.hpp"
 #include "pairs/pair_finder_access.hpp"
 #include "scenes/scenes.hpp"
 
@@ -28,6 +29,9 @@ TEST(Slices, BeyondTheEnginesNumbersTheAnswerIsTheSame)
     const std::vector<Pair> self = find_pairs_brute_force(boxes);
     const std::vector<Pair> cross = find_pairs_brute_force(half, boxes);
     ASSERT_GT(self.size(), 1000u);
+    float period = 0;
+    for (std::size_t i = 0; i < boxes.size(); ++i)
+        period = std::max({period, boxes.hi(0, i), boxes.hi(1, i)});
     for (const std::size_t slice : {1999u, 1000u, 333u, 100u}) {
         PairFinder finder;
         PairFinderAccess::search_in_slices_of(finder, slice);
@@ -43,6 +47,16 @@ TEST(Slices, BeyondTheEnginesNumbersTheAnswerIsTheSame)
         filter.owner = std::span<const std::uint32_t>(owner);
         EXPECT_EQ(finder.find(boxes, filter, Order::sorted).to_vector(),
                   find_pairs_brute_force(boxes, filter));
+
+        // Images don't meet images.
+        PeriodicImages3f images;
+        images.build(boxes, {period, period, 0});
+        const BoxView<3, float> shifted(images.boxes());
+        ASSERT_GT(shifted.size(), boxes.size() + 200);
+        const std::vector<Pair> across = finder.find(shifted, images.filter(), Order::sorted).to_vector();
+        EXPECT_EQ(across, find_pairs_brute_force(shifted, images.filter()));
+        EXPECT_TRUE(
+            std::all_of(across.begin(), across.end(), [&](Pair pair) { return pair.a < boxes.size(); }));
 
         std::uint64_t blocks_seen = 0, pairs = 0;
         FinderOptions serial;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "jostle/periodic.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <cfenv>
 #include <cmath>
 #include <limits>
@@ -261,6 +263,49 @@ TEST(Periodic, PassesFiltersOn)
         }
         const std::vector<std::uint32_t> few(39);
         EXPECT_THROW((void)images.filter({.owner = few}), jostle::Error);
+    });
+}
+
+/// The rule is the search's own. A callback that is set on the filter sees the shift.
+TEST(Periodic, WhateverIsSetOnItsFilterEachPairComesOnce)
+{
+    for_each_kind([](auto kind) {
+        constexpr int Dim = decltype(kind)::dim;
+        using T = typename decltype(kind)::Number;
+        Random random(3);
+        PeriodicImages<Dim, T> images;
+        for (int round = 0; round < 60; ++round) {
+            const auto scene = make_scene<Dim, T>(random, 1 + random.below(random.one_in(3) ? 300 : 60));
+            images.build(scene.boxes, scene.period);
+            const auto n = static_cast<std::uint32_t>(images.originals());
+            const auto all = images.boxes();
+            std::vector<std::uint32_t> owner(all.size());
+            for (std::size_t i = 0; i < all.size(); ++i)
+                owner[i] = images.origin()[i] % 5;
+            std::atomic<bool> as_promised{true};
+            const auto across = [&](std::uint32_t a, std::uint32_t b) {
+                if (!(a < n && a < b)) as_promised = false;
+                return b < n ? (a + b) % 2 == 0 : images.shift()[b] != Vec<Dim, T>{};
+            };
+            const bool by_owner = random.one_in(2);
+            Filter filter = images.filter();
+            filter.accept = across;
+            if (by_owner) filter.owner = owner;
+            std::vector<Meeting<Dim, T>> meetings;
+            for (const Pair pair : jostle::find_pairs(all, filter))
+                meetings.push_back({pair.a, images.origin()[pair.b], images.shift()[pair.b]});
+            std::sort(meetings.begin(), meetings.end());
+            std::vector<Meeting<Dim, T>> expected = by_definition(
+                scene.boxes, scene.period, [&](auto a, auto b) { return !by_owner || a % 5 != b % 5; });
+            std::erase_if(expected, [](const Meeting<Dim, T>& meeting) {
+                const auto& [a, b, shift] = meeting;
+                return shift == Vec<Dim, T>{} && (a + b) % 2 != 0;
+            });
+            ASSERT_EQ(meetings, expected) << contract::kind_name<Dim, T>() << " round " << round;
+            ASSERT_TRUE(as_promised);
+            ASSERT_EQ(jostle::find_pairs(all, filter, jostle::Order::sorted).to_vector(),
+                      jostle::find_pairs_brute_force(jostle::BoxView<Dim, T>(all), filter));
+        }
     });
 }
 

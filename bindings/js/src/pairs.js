@@ -403,8 +403,7 @@ export function find_periodic_pairs(core, finder, boxes, period, given) {
         return core.with_results((results) => {
           core.data.setBigUint64(wish, BigInt(C.jostle_filter.sizeof), true);
           core.call("jostle_images_filter", images.pointer, filter, wish);
-          // The images' own filter is a callback of the module's; one of JavaScript's is called on this
-          // thread.
+          // A callback of JavaScript's is called on this thread.
           core.call(
             "jostle_finder_take",
             finder,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "engine/kernels/kernels.hpp"
@@ -39,7 +40,8 @@ Pair* find_among_few(const FinderOptions& options, const Boxes<Dim, T>& boxes, U
     const BoxView<Dim, T>& columns = boxes.cross ? boxes.b : boxes.a;
     unit.count = static_cast<std::uint32_t>(columns.size());
     if (unit.count != 0) kernels_for(set).template load<Dim, T>()(columns, 0, unit);
-    return find_among_few_with<Dim, T>(set)(boxes.a, unit, boxes.cross, options.ignore_odd_boxes, out);
+    const BoxView<Dim, T> rows = boxes.a.subview(0, std::min(boxes.a.size(), boxes.loners));
+    return find_among_few_with<Dim, T>(set)(rows, unit, boxes.cross, options.ignore_odd_boxes, out);
 }
 
 } // namespace engine
