@@ -1049,6 +1049,11 @@ JOSTLE_C_API jostle_status jostle_shape_hull(jostle_space space, const void* poi
 JOSTLE_C_API jostle_status jostle_shape_mesh(jostle_space space, const void* vertices, uint64_t vertex_count,
                                              const uint32_t* elements, uint64_t element_count,
                                              jostle_shape** out, jostle_error* error);
+/// The same. Vertices within `weld` of an earlier one are moved to it: jostle::MeshOptions.
+JOSTLE_C_API jostle_status jostle_shape_welded_mesh(jostle_space space, const void* vertices,
+                                                    uint64_t vertex_count, const uint32_t* elements,
+                                                    uint64_t element_count, double weld, jostle_shape** out,
+                                                    jostle_error* error);
 /// Terrain: columns x rows heights, row by row, at x = column * spacing_x and z = row * spacing_z;
 /// jostle::HeightGrid. The ground is solid from there down to `thickness` below the lowest height. `space` is
 /// JOSTLE_3F or JOSTLE_3D.

@@ -101,16 +101,28 @@ class JOSTLE_API ConvexHull
     std::shared_ptr<const narrow::HullData<Dim>> data_;
 };
 
+struct MeshOptions
+{
+    /// Vertices within this distance of an earlier one are moved to it, unless that was moved itself: closes
+    /// the cracks between pieces whose numbers differ by rounding.
+    double weld = 0;
+};
+
 /// A surface that doesn't deform: triangles in 3D; in 2D a chain or any set of segments. It has no inside: an
 /// object is pushed out the shortest way.
 ///
+/// Joints   elements are joined where their corners are at the same place, whatever the numbers of these are,
+///          and where sides of triangles in one plane lie on each other (in 2D, ends on segments of one
+///          line). A body that moves over a joint isn't caught by it. Triangles and segments without width
+///          that lie on others' sides have no contacts of their own.
 /// Valid    finite vertices, at least one element, indices below their count. Triangles without area are
 ///          valid: they are segments or points.
 /// Order    part numbers in contacts are positions in `elements`.
 /// Value    copies what it is given. Copies of it share that memory, which is read only.
 /// Cost     O(n log n) to build, about 2 us an element; 200 bytes an element, in 3D 350.
 /// Errors   `Error` that names the first vertex that isn't finite, or the first element with an index out of
-///          range; also where there are no elements, or more than (2^32 - 1) / Dim.
+///          range; also where there are no elements, or more than (2^32 - 1) / Dim, or where `weld` is below
+///          0 or not finite.
 template <int Dim>
 class JOSTLE_API Mesh
 {
@@ -118,10 +130,12 @@ class JOSTLE_API Mesh
     using Element = std::array<std::uint32_t, static_cast<std::size_t>(Dim)>; ///< indices of vertices
 
     template <Coordinate T>
-    Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements);
+    Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements,
+         const MeshOptions& options = {});
     template <Coordinate T>
-    Mesh(const std::vector<Vec<Dim, T>>& vertices, const std::vector<Element>& elements)
-        : Mesh(std::span<const Vec<Dim, T>>(vertices), std::span<const Element>(elements))
+    Mesh(const std::vector<Vec<Dim, T>>& vertices, const std::vector<Element>& elements,
+         const MeshOptions& options = {})
+        : Mesh(std::span<const Vec<Dim, T>>(vertices), std::span<const Element>(elements), options)
     {
     }
     [[nodiscard]] std::size_t size() const noexcept; ///< elements

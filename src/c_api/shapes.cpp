@@ -183,6 +183,12 @@ jostle_status jostle_shape_mesh(jostle_space space, const void* vertices, uint64
                                 const uint32_t* elements, uint64_t element_count, jostle_shape** out,
                                 jostle_error* error)
 {
+    return jostle_shape_welded_mesh(space, vertices, vertex_count, elements, element_count, 0, out, error);
+}
+jostle_status jostle_shape_welded_mesh(jostle_space space, const void* vertices, uint64_t vertex_count,
+                                       const uint32_t* elements, uint64_t element_count, double weld,
+                                       jostle_shape** out, jostle_error* error)
+{
     return guarded(error, [&] {
         wanted(out, "out");
         in_space(space, [&](auto in) {
@@ -194,7 +200,8 @@ jostle_status jostle_shape_mesh(jostle_space space, const void* vertices, uint64
                                           static_cast<std::size_t>(vertex_count)),
                                 std::span(wanted_array_of<Element>(static_cast<const void*>(elements),
                                                                    element_count, "elements"),
-                                          static_cast<std::size_t>(element_count)));
+                                          static_cast<std::size_t>(element_count)),
+                                MeshOptions{weld});
             const Shape<dim> shape(*owned->mesh);
             hand_out_shape<dim>(out, shape, std::move(owned));
         });

@@ -27,6 +27,8 @@ class CShapes : public CTwin
         : hull(std::vector<jostle::Vec<3, float>>{{0, 0, 0}, {1, 0, 0}, {0, 2, 0}, {0, 0, 3}, {1, 2, 3}}),
           mesh(std::vector<jostle::Vec<3, float>>{{-2, 0, 1}, {2, 0, 1}, {0, 1, -3}, {0, 4, 0}},
                std::vector<jostle::Mesh<3>::Element>{{0, 1, 2}, {1, 3, 2}}),
+          welded(std::vector<jostle::Vec<3, float>>{{-2, 0, 1}, {2, 0, 1}, {0, 1, -3}, {0, 4, 0}},
+                 std::vector<jostle::Mesh<3>::Element>{{0, 1, 2}, {1, 3, 2}}, {4}), // the second to the first
           field(jostle::HeightGrid<float>{heights, 3, 2, 0.5f, 2.0f, 4.0f}),
           compound(
               std::vector<jostle::Compound<3>::Child>{{jostle::Shape3::box({1, 0.5, 2}), {{1, 2, 3}}},
@@ -70,6 +72,9 @@ class CShapes : public CTwin
              [&](auto out) { return jostle_shape_hull(JOSTLE_3F, points, 5, out, &error); });
         keep(jostle::Shape3(mesh),
              [&](auto out) { return jostle_shape_mesh(JOSTLE_3F, vertices, 4, elements, 2, out, &error); });
+        keep(jostle::Shape3(welded), [&](auto out) {
+            return jostle_shape_welded_mesh(JOSTLE_3F, vertices, 4, elements, 2, 4, out, &error);
+        });
         keep(jostle::Shape3(field), [&](auto out) {
             return jostle_shape_height_field(JOSTLE_3F, heights.data(), 3, 2, 0.5, 2, 4, out, &error);
         });
@@ -133,7 +138,7 @@ class CShapes : public CTwin
 
     std::vector<float> heights{0, 1, 2, -1, 0.5f, 3};
     jostle::ConvexHull<3> hull;
-    jostle::Mesh<3> mesh;
+    jostle::Mesh<3> mesh, welded;
     jostle::HeightField field;
     jostle::Compound<3> compound;
     std::vector<jostle::Shape3> twins, more_twins;

@@ -133,7 +133,7 @@ void define_shapes(py::module_& m)
             return jostle_shape_rounded_hull(space, data.data(), count, radius, out, error);
         });
     });
-    m.def("mesh", [](jostle_space space, const Array& vertices, const U32& elements) {
+    m.def("mesh", [](jostle_space space, const Array& vertices, const U32& elements, double weld) {
         const auto count = static_cast<std::uint64_t>(vertices.ndim() == 2 ? vertices.shape(0) : 0);
         want_rows(vertices, space, dim_of(space), count, "vertices");
         if (elements.ndim() != 2 || elements.shape(1) != dim_of(space))
@@ -144,8 +144,8 @@ void define_shapes(py::module_& m)
         return make_shape_of(
             element_count, dim_of(space),
             [=, data = copy_of(vertices), indices = std::move(indices)](auto** out, auto* error) {
-                return jostle_shape_mesh(space, data.data(), count, indices.data(), element_count, out,
-                                         error);
+                return jostle_shape_welded_mesh(space, data.data(), count, indices.data(), element_count,
+                                                weld, out, error);
             });
     });
     m.def("height_field", [](const F64& heights, double spacing_x, double spacing_z, double thickness) {

@@ -64,11 +64,13 @@ def rounded_hull(points: Any, radius: float) -> Shape:
     return _core.rounded_hull(_space(given, "points", given.shape[-1] if given.ndim else 0), given, radius)
 
 
-def mesh(vertices: Any, elements: Any) -> Shape:
-    """A surface: vertices (n, 3) and triangles (m, 3), or in 2D (n, 2) and segments (m, 2)."""
+def mesh(vertices: Any, elements: Any, weld: float = 0.0) -> Shape:
+    """A surface: vertices (n, 3) and triangles (m, 3), or in 2D (n, 2) and segments (m, 2).
+
+    Vertices at the same place count as one. Those within `weld` of an earlier one are moved to it."""
     given = _arrays.rows(vertices, "vertices")
     return _core.mesh(_space(given, "vertices", given.shape[-1] if given.ndim else 0), given,
-                      _arrays.packed(elements, "elements", np.uint32))
+                      _arrays.packed(elements, "elements", np.uint32), weld)
 
 
 def height_field(heights: Any, spacing_x: float = 1.0, spacing_z: float = 1.0, thickness: float = 0.0) -> Shape:

@@ -186,6 +186,19 @@ def test_groups_have_the_answers_of_loops_and_mistakes_are_refused(dtype):
         finder.least_distances(shapes, poses, pairs, [[0, len(pairs)]])
 
 
+def test_meshes_join_where_they_coincide():
+    corners = np.array([[0, 0, 0], [0, 0, 1], [1, 0, 1], [0, 0, 0], [1, 0, 1], [1, 0, 0]], float)
+    ball, pose = jostle.sphere(0.5), jostle.poses([[0.3, 0.45, 0.5]])
+    finder = jostle.ContactFinder()
+    for shift, weld, found in ((0, 0, 1), (0.001, 0, 2), (0.001, 0.002, 1)):
+        shifted = corners + np.repeat([[0, 0, 0], [shift, 0, -shift]], 3, axis=0)
+        shapes = jostle.Shapes([jostle.mesh(shifted, [[0, 1, 2], [3, 4, 5]], weld=weld), ball])
+        poses = np.concatenate([jostle.poses([[0.0, 0, 0]]), pose])
+        assert len(finder.find(shapes, poses, [[0, 1]])) == found
+    with pytest.raises(jostle.Error, match="weld of a mesh is -1"):
+        jostle.mesh(corners, [[0, 1, 2]], weld=-1)
+
+
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_closed_meshes(dtype):
     corners = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [0, 0, 4]], dtype)

@@ -24,36 +24,13 @@ struct Edge
     bool up; ///< from low to high
 };
 
-/// Vertices at the same place get the number of the first of them.
-std::vector<Index> merge(const std::vector<Vec3>& vertices)
-{
-    std::vector<Index> order(vertices.size()), first(vertices.size());
-    for (Index v = 0; v < order.size(); ++v)
-        order[v] = v;
-    const auto before = [&](Index v, Index w) {
-        const Vec3 &p = vertices[v], &q = vertices[w];
-        for (int d = 0; d < 3; ++d)
-            if (p[d] != q[d]) return p[d] < q[d];
-        return v < w;
-    };
-    std::sort(order.begin(), order.end(), before);
-    for (std::size_t k = 0; k < order.size(); ++k) {
-        const Vec3& p = vertices[order[k]];
-        const Vec3& q = vertices[order[k == 0 ? 0 : k - 1]];
-        const bool same = k != 0 && p.x == q.x && p.y == q.y && p.z == q.z;
-        first[order[k]] = same ? first[order[k - 1]] : order[k];
-    }
-    return first;
-}
-
 void check_closed(const MeshData<3>& mesh)
 {
-    const std::vector<Index> first = merge(mesh.vertices);
     std::vector<Edge> sides;
     sides.reserve(3 * mesh.elements.size());
     for (Index e = 0; e < mesh.elements.size(); ++e)
         for (std::size_t i = 0; i < 3; ++i) {
-            const Index from = first[mesh.elements[e][i]], to = first[mesh.elements[e][(i + 1) % 3]];
+            const Index from = mesh.elements[e][i], to = mesh.elements[e][(i + 1) % 3];
             if (from != to) sides.push_back({std::min(from, to), std::max(from, to), e, from < to});
         }
     std::sort(sides.begin(), sides.end(), [](const Edge& a, const Edge& b) {

@@ -36,15 +36,17 @@ Answer answer_if(bool contact)
 
 } // namespace
 
+namespace {
+
 template <int Dim>
-Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
-                    double& gap)
+Answer contact_of_parts(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
+                        double& gap)
 {
     if (a.half_space && b.half_space) return Answer::none;
     if constexpr (Dim == 2)
         if (wants_refining(a, b)) {
             const Refined refined(a, b);
-            return part_contact(refined.a, refined.b, margin, manifold, gap);
+            return contact_of_parts(refined.a, refined.b, margin, manifold, gap);
         }
     if (b.half_space) return answer_if(half_space_contact(a.core, b.normal, b.offset, margin, manifold));
     if (!a.half_space && a.surface == b.surface)
@@ -55,6 +57,16 @@ Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manif
                               : surface_contact(b.core, a, margin, manifold, gap);
     if (answer != Answer::none) flip(manifold);
     return answer;
+}
+
+} // namespace
+
+template <int Dim>
+Answer part_contact(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
+                    double& gap)
+{
+    const Answer answer = contact_of_parts(a, b, margin, manifold, gap);
+    return answer == Answer::none || is_covered(a) || is_covered(b) ? Answer::none : answer;
 }
 template Answer part_contact(const Part<2>&, const Part<2>&, double, Manifold<2>&, double&);
 template Answer part_contact(const Part<3>&, const Part<3>&, double, Manifold<3>&, double&);

@@ -41,9 +41,11 @@ struct Part<3>
         : core(data.vertex(corners[0]), data.vertex(corners[1]), data.vertex(corners[2]), frame, kernels),
           number(corners)
     {
-        if (core.polytope.faces == 0) return;
-        normal = frame.r * core.polytope.normal(0);
         of(data);
+        if (core.polytope.faces == 0)
+            surface = Surface::none;
+        else
+            normal = frame.r * core.polytope.normal(0);
     }
     /// Of a triangle.
     [[nodiscard]] Vec3 first_corner() const { return core.frame * core.polytope.vertex(0); }

@@ -17,6 +17,12 @@ constexpr double cosine_of_30 = 0.87, cosine2_of_30 = 0.75, sine2_of_30 = 0.25;
 /// A normal less than 30 degrees from an element's plane met it edgewise: this is the cosine to its normal.
 constexpr double edgewise = 0.5;
 
+/// What is off a line or plane by less than this part of a triangle's longest side is on it: floats keep
+/// no more some hundred sides away from the origin.
+constexpr double straight = 1e-5;
+/// The sine of the angle between planes that count as one.
+constexpr double same_plane = 1e-3;
+
 /// Whether `d` leads along unit vector `n` by more than rounding.
 template <class Vector>
 bool leads_along(const Vector& d, const Vector& n)
@@ -114,6 +120,7 @@ Beyond beyond(const Data& surface, const Part<3>& triangle, const Vec3& n, doubl
         const Vec3 p = surface.vertex(other[0]);
         const Vec3 normal = cross(surface.vertex(other[1]) - p, surface.vertex(other[2]) - p);
         const double along = dot(normal, front);
+        if (length2(normal) <= straight * straight * size * size) return false; // too thin for a plane
         steep = along * along < cosine2_of_30 * length2(normal);
         return steep;
     });
@@ -124,6 +131,117 @@ Beyond beyond(const Part<3>& triangle, const Vec3& n, double side)
 {
     return triangle.mesh != nullptr ? beyond(*triangle.mesh, triangle, n, side)
                                     : beyond(*triangle.field, triangle, n, side);
+}
+
+double longest_side2(const Vec3& a, const Vec3& b, const Vec3& c)
+{
+    return std::max(length2(b - a), std::max(length2(c - b), length2(a - c)));
+}
+
+/// An element with its place.
+template <int Dim>
+struct Piece;
+template <>
+struct Piece<3>
+{
+    Vec3 corner[3], across;
+    double size2;
+    Piece(const MeshData<3>& mesh, const Mesh<3>::Element& e)
+        : corner{mesh.vertex(e[0]), mesh.vertex(e[1]), mesh.vertex(e[2])},
+          across(cross(corner[1] - corner[0], corner[2] - corner[0])),
+          size2(longest_side2(corner[0], corner[1], corner[2]))
+    {
+    }
+    /// So thin that its plane is noise.
+    [[nodiscard]] bool is_needle() const { return length2(across) <= straight * straight * size2 * size2; }
+    [[nodiscard]] bool has(const Vec3& p, double slack) const
+    {
+        const double area = length(across);
+        if (std::abs(dot(across, p - corner[0])) > slack * area) return false;
+        for (int i = 0; i < 3; ++i) {
+            const Vec3 side = corner[(i + 1) % 3] - corner[i];
+            if (dot(cross(across, side), p - corner[i]) < -slack * area * length(side)) return false;
+        }
+        return true;
+    }
+    [[nodiscard]] bool is_level_with(const Piece& other) const
+    {
+        return length2(cross(across, other.across)) <=
+               same_plane * same_plane * length2(across) * length2(other.across);
+    }
+};
+template <>
+struct Piece<2>
+{
+    Vec2 corner[2];
+    double size2;
+    Piece(const MeshData<2>& mesh, const Mesh<2>::Element& e)
+        : corner{mesh.vertex(e[0]), mesh.vertex(e[1])}, size2(length2(corner[1] - corner[0]))
+    {
+    }
+    [[nodiscard]] bool is_needle() const { return !(size2 > 0); }
+    [[nodiscard]] bool has(const Vec2& p, double slack) const
+    {
+        const Vec2 along = corner[1] - corner[0];
+        const double size = std::sqrt(size2), at = dot(along, p - corner[0]);
+        return std::abs(cross(along, p - corner[0])) <= slack * size && at >= -slack * size &&
+               at <= size2 + slack * size;
+    }
+    [[nodiscard]] bool is_level_with(const Piece& other) const
+    {
+        const double turn = cross(corner[1] - corner[0], other.corner[1] - other.corner[0]);
+        return turn * turn <= same_plane * same_plane * size2 * other.size2;
+    }
+};
+
+/// Whether an element that has width, and isn't `own`, passes through p, and what it `wanted` is so.
+template <int Dim, class Wanted>
+bool another_has(const MeshData<Dim>& mesh, const typename Mesh<Dim>::Element& own, const V<Dim>& p,
+                 double slack, const Wanted& wanted)
+{
+    bool found = false;
+    mesh.find_around(p, slack, [&](const typename Mesh<Dim>::Element& e) {
+        if (e == own) return false;
+        const Piece<Dim> piece(mesh, e);
+        found = !piece.is_needle() && piece.has(p, slack) && wanted(piece);
+        return found;
+    });
+    return found;
+}
+
+/// The corner of a piece that is highest along `up`, or the point of its highest side next to p.
+Vec3 highest_point(const Piece<3>& piece, const Vec3& up, const Vec3& p)
+{
+    std::size_t order[3] = {0, 1, 2};
+    std::sort(order, order + 3, [&](std::size_t i, std::size_t k) {
+        return dot(up, piece.corner[i]) > dot(up, piece.corner[k]);
+    });
+    const Vec3 from = piece.corner[order[0]], side = piece.corner[order[1]] - from;
+    if (-dot(up, side) > level * std::sqrt(piece.size2)) return from;
+    return from + side * std::max(0.0, std::min(1.0, dot(side, p - from) / length2(side)));
+}
+Vec2 highest_point(const Piece<2>& piece, const Vec2& up, const Vec2&)
+{
+    return piece.corner[dot(up, piece.corner[1] - piece.corner[0]) > 0 ? 1 : 0];
+}
+
+/// Whether another element of a plane goes on where this one ends, without a corner or side that the two
+/// share: at a point of the contact, from there towards the body.
+template <int Dim>
+bool goes_on_unjoined(const Part<Dim>& part, const V<Dim>& n, const Manifold<Dim>& manifold)
+{
+    if (part.surface != Surface::sheet || std::abs(dot(n, part.normal)) > 1 - level * level) return false;
+    const MeshData<Dim>& mesh = *part.mesh;
+    const Piece<Dim> own(mesh, part.number);
+    const auto& frame = part.core.frame;
+    const V<Dim> up = frame.r.back(-n);
+    const V<Dim> p = highest_point(own, up, frame.r.back(manifold.point[0].p - frame.p));
+    return another_has(mesh, part.number, p, straight * std::sqrt(own.size2), [&](const Piece<Dim>& other) {
+        bool higher = false;
+        for (const V<Dim>& corner : other.corner)
+            higher = higher || dot(up, corner - p) > level * std::sqrt(other.size2);
+        return higher && other.is_level_with(own);
+    });
 }
 
 /// What of a core lies over the element on that side of it.
@@ -175,7 +293,8 @@ Answer contact_as_piece(const Core& a, const Part<Dim>& b, const Gap<Dim>& cores
     const Beyond goes = beyond(b, -cores.normal, side);
     if (goes != Beyond::onwards) {
         make_manifold(a, b.core, cores, margin, manifold);
-        return goes == Beyond::nothing ? Answer::contact : Answer::last;
+        if (goes == Beyond::steeply) return Answer::last;
+        if (!goes_on_unjoined(b, cores.normal, manifold)) return Answer::contact;
     }
     const bool sheet = b.surface == Surface::sheet;
     if (sheet && std::abs(dot(cores.normal, b.normal)) < edgewise) side = side_of_most(a, b);
@@ -214,6 +333,21 @@ Answer piece_contact(const Core3& a, const Part<3>& b, const Gap<3>& cores, doub
 {
     return contact_as_piece(a, b, cores, side, margin, manifold);
 }
+
+template <int Dim>
+bool is_covered(const Part<Dim>& part)
+{
+    if (part.mesh == nullptr) return false;
+    const Piece<Dim> own(*part.mesh, part.number);
+    if (!own.is_needle()) return false;
+    V<Dim> sum;
+    for (const V<Dim>& corner : own.corner)
+        sum += corner;
+    return another_has(*part.mesh, part.number, sum * (1.0 / Dim), straight * std::sqrt(own.size2),
+                       [](const Piece<Dim>&) { return true; });
+}
+template bool is_covered(const Part<2>&);
+template bool is_covered(const Part<3>&);
 
 Answer contact_behind(const Core2& a, const Part<2>& b, bool known, double margin, Manifold<2>& manifold,
                       Answer answer)

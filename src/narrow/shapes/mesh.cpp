@@ -106,6 +106,99 @@ void build_tree(CompoundData<Dim>& data)
     build_node(items, 0, static_cast<Index>(items.size()), data.nodes, data.order);
 }
 
+template <int Dim>
+struct Place
+{
+    V<Dim> cell;
+    Index vertex;
+};
+template <int Dim>
+bool is_before(const V<Dim>& a, const V<Dim>& b)
+{
+    for (int d = 0; d < Dim; ++d)
+        if (a[d] != b[d]) return a[d] < b[d];
+    return false;
+}
+/// By cell, and in each by number.
+template <int Dim, class Cell>
+std::vector<Place<Dim>> sorted_places(const std::vector<V<Dim>>& vertices, const Cell& cell_of)
+{
+    std::vector<Place<Dim>> places;
+    places.reserve(vertices.size());
+    for (Index v = 0; v < vertices.size(); ++v)
+        places.push_back({cell_of(vertices[v]), v});
+    std::sort(places.begin(), places.end(), [](const Place<Dim>& a, const Place<Dim>& b) {
+        return is_before<Dim>(a.cell, b.cell) || (!is_before<Dim>(b.cell, a.cell) && a.vertex < b.vertex);
+    });
+    return places;
+}
+
+/// The first of the vertices at the same place.
+template <int Dim>
+std::vector<Index> first_there(const std::vector<V<Dim>>& vertices)
+{
+    const auto places = sorted_places<Dim>(vertices, [](const V<Dim>& p) { return p; });
+    std::vector<Index> first(vertices.size());
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        const bool same = k > 0 && !is_before<Dim>(places[k - 1].cell, places[k].cell);
+        first[places[k].vertex] = same ? first[places[k - 1].vertex] : places[k].vertex;
+    }
+    return first;
+}
+
+/// The first vertex within `reach` of those that are their own: as vertices come, each is its own unless one
+/// before it is that near. Cells of twice the reach: what is that near is in one of 2^Dim.
+template <int Dim>
+std::vector<Index> first_within(const std::vector<V<Dim>>& vertices, double reach)
+{
+    double most = 0;
+    for (const V<Dim>& p : vertices)
+        for (int d = 0; d < Dim; ++d)
+            most = std::max(most, std::abs(p[d]));
+    const double width = std::max(2 * reach, 1e-300 * most);
+    const auto cell_of = [width](const V<Dim>& p) {
+        V<Dim> cell;
+        for (int d = 0; d < Dim; ++d)
+            cell[d] = std::floor(p[d] / width);
+        return cell;
+    };
+    const auto places = sorted_places<Dim>(vertices, cell_of);
+    std::vector<Index> first(vertices.size());
+    std::vector<Index> own(places.size()), count(places.size(), 0); // of a cell from its first place on
+    for (Index v = 0; v < vertices.size(); ++v) {
+        const V<Dim>& p = vertices[v];
+        const V<Dim> cell = cell_of(p);
+        std::size_t home = 0;
+        Index best = v;
+        for (int k = 0; k < 1 << Dim; ++k) {
+            V<Dim> there = cell;
+            for (int d = 0; d < Dim; ++d)
+                if ((k >> d & 1) != 0) there[d] += p[d] / width - cell[d] < 0.5 ? -1 : 1;
+            const auto begin = std::lower_bound(
+                places.begin(), places.end(), there,
+                [](const Place<Dim>& a, const V<Dim>& b) { return is_before<Dim>(a.cell, b); });
+            const auto at = static_cast<std::size_t>(begin - places.begin());
+            if (k == 0) home = at;
+            if (begin == places.end() || is_before<Dim>(there, begin->cell)) continue;
+            for (Index i = 0; i < count[at]; ++i)
+                if (own[at + i] < best && length(vertices[own[at + i]] - p) <= reach) best = own[at + i];
+        }
+        first[v] = best;
+        if (best == v) own[home + count[home]++] = v;
+    }
+    return first;
+}
+
+template <int Dim>
+void weld(MeshData<Dim>& data, double reach)
+{
+    const std::vector<Index> first =
+        reach > 0 ? first_within<Dim>(data.vertices, reach) : first_there<Dim>(data.vertices);
+    for (auto& element : data.elements)
+        for (Index& v : element)
+            v = first[v];
+}
+
 /// Which elements have which vertex; once each, also those that name it twice.
 template <int Dim>
 void list_elements(MeshData<Dim>& data)
@@ -179,8 +272,12 @@ std::shared_ptr<HeightData> make_heights(const HeightGrid<T>& grid)
 
 template <int Dim>
 template <Coordinate T>
-Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements)
+Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> elements,
+                const MeshOptions& options)
 {
+    if (!(options.weld >= 0) || !(options.weld <= narrow::longest))
+        throw Error(ErrorCode::invalid_argument, "the weld of a mesh is " + narrow::text(options.weld) +
+                                                     "; give a finite length of 0 or more");
     if (elements.empty())
         throw Error(ErrorCode::invalid_argument, "a mesh of no elements; give at least one");
     if (elements.size() > narrow::most_parts / Dim)
@@ -199,15 +296,17 @@ Mesh<Dim>::Mesh(std::span<const Vec<Dim, T>> vertices, std::span<const Element> 
         data->vertices.push_back(narrow::load(vertices[i]));
     }
     for (std::size_t e = 0; e < elements.size(); ++e)
-        for (const std::uint32_t v : elements[e]) {
+        for (const std::uint32_t v : elements[e])
             if (v >= vertices.size())
                 throw Error(ErrorCode::invalid_argument,
                             "element " + std::to_string(e) + " of a mesh names vertex " + std::to_string(v) +
                                 ", but there are " + std::to_string(vertices.size()),
                             e);
-            data->reach = std::max(data->reach, narrow::length(data->vertices[v]));
-        }
     data->elements.assign(elements.begin(), elements.end());
+    narrow::weld(*data, options.weld);
+    for (const Element& element : data->elements)
+        for (const std::uint32_t v : element)
+            data->reach = std::max(data->reach, narrow::length(data->vertices[v]));
     narrow::build_tree(*data);
     narrow::list_elements(*data);
     if constexpr (Dim == 3) data->tree = narrow::mesh_tree(data->vertices, data->elements, data->order);
@@ -282,10 +381,14 @@ template class Mesh<2>;
 template class Mesh<3>;
 template class Compound<2>;
 template class Compound<3>;
-template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, float>>, std::span<const Element>);
-template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, double>>, std::span<const Element>);
-template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, float>>, std::span<const Element>);
-template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, double>>, std::span<const Element>);
+template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, float>>, std::span<const Element>,
+                                  const MeshOptions&);
+template JOSTLE_API Mesh<2>::Mesh(std::span<const Vec<2, double>>, std::span<const Element>,
+                                  const MeshOptions&);
+template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, float>>, std::span<const Element>,
+                                  const MeshOptions&);
+template JOSTLE_API Mesh<3>::Mesh(std::span<const Vec<3, double>>, std::span<const Element>,
+                                  const MeshOptions&);
 template JOSTLE_API Shape<2>::Shape(const Mesh<2>&) noexcept;
 template JOSTLE_API Shape<3>::Shape(const Mesh<3>&) noexcept;
 template JOSTLE_API Shape<3>::Shape(const HeightField&) noexcept;

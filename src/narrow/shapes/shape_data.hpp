@@ -89,6 +89,7 @@ template <int Dim>
 struct MeshData
 {
     std::vector<V<Dim>> vertices;
+    /// Of vertices at the same place, or welded, all name the first.
     std::vector<typename Mesh<Dim>::Element> elements;
     std::vector<TreeNode> nodes;
     std::vector<std::uint32_t> order; ///< elements, leaf by leaf
@@ -104,6 +105,20 @@ struct MeshData
     {
         for (std::uint32_t k = first_at[v]; k < first_at[v + 1]; ++k)
             if (visit(elements[at[k]])) return;
+    }
+    /// Visits the elements whose boxes are within `slack` of a point until visit() returns true.
+    template <class Visit>
+    void find_around(const V<Dim>& p, double slack, Visit&& visit) const
+    {
+        for (std::uint32_t n = 0; n < nodes.size();) {
+            const TreeNode& node = nodes[n];
+            bool apart = false;
+            for (int d = 0; d < Dim; ++d)
+                apart = apart || p[d] + slack < node.lo[d] || p[d] - slack > node.hi[d];
+            for (std::uint32_t k = 0; !apart && k < node.count; ++k)
+                if (visit(elements[order[node.first + k]])) return;
+            n = apart ? node.skip : n + 1;
+        }
     }
 };
 
