@@ -57,6 +57,7 @@ void take_disc(const Core3& core, std::uint32_t f, const Vec3& d, Feature& featu
     feature.kind = face_feature;
     feature.id = f;
     feature.normal = up ? core.frame.r.y : -core.frame.r.y;
+    feature.top = dot(feature.normal, core.frame.p) + core.lengths.y;
     Vec3 spoke = d.x * d.x + d.z * d.z > leaning * leaning ? across_axis(d) : Vec3{1, 0, 0};
     const double turn = std::sqrt(0.5);
     for (std::uint32_t k = 0; k < rim_corners; ++k) {
@@ -78,10 +79,18 @@ void take_face(const Core3& core, std::uint32_t f, Feature& feature)
     feature.kind = face_feature;
     feature.id = f;
     feature.normal = core.frame.r * hull.normal(f);
-    for (std::uint32_t k = hull.loop_begin[f]; k < hull.loop_begin[f + 1]; ++k) {
-        feature.vertex.push_back(hull.loop[k]);
-        feature.point.push_back(core.frame * hull.vertex(hull.loop[k]));
+    for (std::uint32_t k = hull.outline_begin[f]; k < hull.outline_begin[f + 1]; ++k) {
+        feature.vertex.push_back(hull.outline[k]);
+        feature.point.push_back(core.frame * hull.vertex(hull.outline[k]));
     }
+    // A hull's highest corner may be none of the outline's; a flat one has corners on both sides of its plane.
+    if (hull.offset != nullptr) {
+        feature.top = dot(feature.normal, core.frame.p) + hull.offset[f];
+        return;
+    }
+    feature.top = dot(feature.normal, feature.point[0]);
+    for (std::size_t k = 1; k < feature.point.size() && hull.vertices > 3; ++k)
+        feature.top = std::max(feature.top, dot(feature.normal, feature.point[k]));
 }
 
 namespace {
@@ -232,7 +241,7 @@ struct Slope
     Slope(const Lateral& lateral, const Feature& face)
     {
         const double up = 1 / dot(face.normal, lateral.n);
-        base = dot(face.normal, face.point[0]) * up;
+        base = face.top * up;
         du = -dot(face.normal, lateral.u) * up;
         dv = -dot(face.normal, lateral.v) * up;
     }

@@ -16,7 +16,8 @@ struct Feature
 {
     SmallVector<Vec3, 16> point;
     SmallVector<std::uint32_t, 16> vertex;
-    Vec3 normal; ///< of a face
+    Vec3 normal;    ///< of a face
+    double top = 0; ///< of a face: how far its plane is along the normal
     std::uint32_t id = 0;
     std::uint16_t kind = vertex_feature;
 };
@@ -69,7 +70,8 @@ struct Clip
         found.push_back({p, depth, feature_a, feature_b});
     }
     /// The shapes overlap by `depth`, at `deepest()`. Adds that point where none that was found is as deep: a
-    /// vertex against anything, as all of a user's shape is, and rounding.
+    /// vertex against anything, as all of a user's shape is, and rounding. None is deeper: the plane of a
+    /// hull's face lies above some of its corners, by what it was merged from.
     template <class Deepest>
     void complete(double depth, const Deepest& deepest)
     {
@@ -77,7 +79,9 @@ struct Clip
         for (std::size_t i = 0; i < found.size(); ++i)
             most = std::max(most, found[i].depth);
         const double slack = 1e-7 * (cores + std::abs(depth));
-        if (most > depth + slack) found.clear();
+        if (most > depth + 0x1p-9 * cores + slack) found.clear();
+        for (std::size_t i = 0; most > depth + slack && i < found.size(); ++i)
+            found[i].depth = std::min(found[i].depth, depth);
         if (!(most >= depth - slack) || found.empty()) found.push_back(deepest());
     }
 

@@ -191,8 +191,8 @@ void Core3::set_box(const Vec<3, double>& half)
     for (std::uint32_t f = 0; f < lanes; ++f)
         offsets_[f] = size[f < 6 ? static_cast<int>(f / 2) : 0];
     polytope.offset = offsets_;
-    polytope.loop_begin = box_loop_begin;
-    polytope.loop = box_loop;
+    polytope.outline_begin = box_loop_begin;
+    polytope.outline = box_loop;
 }
 
 /// A box without extent along some axes is a rectangle, a segment or a point: a face without area would have
@@ -227,8 +227,8 @@ void Core3::set_flat_box(const Vec3& half)
     polytope.faces = 2;
     polytope.nx = normals_;
     polytope.face_stride = 2;
-    polytope.loop_begin = rectangle_loop_begin;
-    polytope.loop = rectangle_loop;
+    polytope.outline_begin = rectangle_loop_begin;
+    polytope.outline = rectangle_loop;
     polytope.edge = rectangle_edge;
 }
 
@@ -262,8 +262,8 @@ Core3::Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where,
         polytope.faces = 2;
         polytope.nx = normals_;
         polytope.face_stride = 2;
-        polytope.loop_begin = triangle_loop_begin;
-        polytope.loop = triangle_loop;
+        polytope.outline_begin = triangle_loop_begin;
+        polytope.outline = triangle_loop;
     }
 }
 

@@ -22,6 +22,11 @@ class Caster
     [[nodiscard]] V<Dim> at(double t) const { return line_.origin + line_.way * t; }
     /// How far it goes until something else is nearer.
     [[nodiscard]] double limit() const { return std::min(line_.most, best.at); }
+    /// What heights over a shape's planes are wrong by, all along the way to it.
+    [[nodiscard]] double rounding_at(const Shape<Dim>& shape) const
+    {
+        return 4e-15 * (length(line_.origin) + ShapeAccess::reach(shape));
+    }
     void hit(double t, const V<Dim>& normal, std::uint32_t part)
     {
         if (t <= line_.most && t < best.at) best = {t, normal, part};
@@ -34,8 +39,9 @@ class Caster
     void meet_cylinder(double half_length, double radius, std::uint32_t part);
     void meet_ellipsoid(const Shape<Dim>& shape, std::uint32_t part);
     void meet_half_space(const V<Dim>& normal, double offset, std::uint32_t part);
-    void meet_hull(const Shape<2>& shape, std::uint32_t part);
-    void meet_hull(const Shape<3>& shape, std::uint32_t part);
+    void meet_hull(const Shape<Dim>& shape, std::uint32_t part);
+    template <class Hull>
+    void meet_sides(const Hull& hull, const Shape<Dim>& shape, std::uint32_t part);
     void meet_by_distance(const Shape<Dim>& shape, std::uint32_t part);
     template <class Visit>
     void for_each_leaf_on_line(const std::vector<TreeNode>& nodes, double grow, const Visit& visit) const;
@@ -52,6 +58,7 @@ struct Inside
 {
     double enter = 0, leave = HUGE_VAL;
     int through = -1; ///< the one through which it comes in; none if it begins inside
+    int out = -1;     ///< the one through which it goes out
 
     /// The side is where `height` + t * `rise` <= 0. Returns false once nothing is left.
     bool cut(int side, double height, double rise)
@@ -63,7 +70,11 @@ struct Inside
                 through = side;
             }
         } else if (rise > 0) {
-            leave = std::min(leave, -height / rise);
+            const double t = -height / rise;
+            if (t < leave) {
+                leave = t;
+                out = side;
+            }
         } else if (height > 0) {
             return false;
         }
@@ -229,7 +240,11 @@ void Caster<Dim>::meet_by_distance(const Shape<Dim>& shape, std::uint32_t part)
         if (gap.distance > 0) {
             normal = -gap.normal;
             const double closing = -dot(normal, line_.way);
-            if (!(closing > 0)) return;
+            if (!(closing > 0)) {
+                // On a rim as thin as rounding the normal is noise.
+                if (step > 0 && gap.distance <= rounding_at(shape)) hit(t, -line_.way, part);
+                return;
+            }
             next = t + gap.distance / closing;
             if (!(next <= limit())) return;
         } else if (step == 0) {
@@ -242,39 +257,91 @@ void Caster<Dim>::meet_by_distance(const Shape<Dim>& shape, std::uint32_t part)
     }
 }
 
-template <int Dim>
-void Caster<Dim>::meet_hull(const Shape<2>& shape, std::uint32_t part)
+/// The faces of a polyhedron, and whether a point in the plane of one is within its border or this near.
+struct HullFaces
 {
-    if constexpr (Dim == 2) {
-        const auto& loop = ShapeAccess::data<HullData<2>>(shape).loop;
-        if (loop.size() < 3) return meet_by_distance(shape, part);
-        Inside inside;
-        const auto normal_of = [&](std::size_t i) {
-            const Vec2 side = loop[i + 1 == loop.size() ? 0 : i + 1] - loop[i];
-            return right(side) * (1 / length(side));
-        };
-        for (std::size_t i = 0; i < loop.size(); ++i) {
-            const Vec2 n = normal_of(i);
-            if (!inside.cut(static_cast<int>(i), dot(n, line_.origin - loop[i]), dot(n, line_.way))) return;
-        }
-        if (inside.through < 0) return hit_inside(part);
-        hit(inside.enter, normal_of(static_cast<std::size_t>(inside.through)), part);
+    const HullData<3>& data;
+    const Polytope& hull = data.polytope;
+    [[nodiscard]] std::uint32_t count() const { return hull.faces; }
+    [[nodiscard]] Vec3 normal(std::uint32_t f) const { return hull.normal(f); }
+    [[nodiscard]] double height(std::uint32_t f, const Vec3& p) const
+    {
+        return dot(hull.normal(f), p) - hull.offset[f];
     }
-}
-template <int Dim>
-void Caster<Dim>::meet_hull(const Shape<3>& shape, std::uint32_t part)
-{
-    if constexpr (Dim == 3) {
-        const Polytope& hull = ShapeAccess::data<HullData<3>>(shape).polytope;
-        if (hull.offset == nullptr) return meet_by_distance(shape, part); // flat, straight or a point
-        Inside inside;
-        for (std::uint32_t f = 0; f < hull.faces; ++f) {
-            const Vec3 n = hull.normal(f);
-            if (!inside.cut(static_cast<int>(f), dot(n, line_.origin) - hull.offset[f], dot(n, line_.way)))
-                return;
+    [[nodiscard]] bool holds(std::uint32_t f, const Vec3& p, double near) const
+    {
+        const std::uint32_t begin = data.loop_begin[f], end = data.loop_begin[f + 1];
+        const Vec3 n = hull.normal(f);
+        Vec3 from = hull.vertex(data.loop[end - 1]), lo = from, hi = from;
+        bool all = true;
+        for (std::uint32_t k = begin; k < end; ++k) {
+            const Vec3 to = hull.vertex(data.loop[k]), out = cross(to - from, n);
+            all &= dot(out, p - to) <= near * (std::abs(out.x) + std::abs(out.y) + std::abs(out.z));
+            lo = {std::min(lo.x, to.x), std::min(lo.y, to.y), std::min(lo.z, to.z)};
+            hi = {std::max(hi.x, to.x), std::max(hi.y, to.y), std::max(hi.z, to.z)};
+            from = to;
         }
-        if (inside.through < 0) return hit_inside(part);
-        hit(inside.enter, hull.normal(static_cast<std::uint32_t>(inside.through)), part);
+        for (int d = 0; d < 3; ++d) // past the tip of a face as thin as that, no side says no
+            all &= p[d] >= lo[d] - near && p[d] <= hi[d] + near;
+        return all;
+    }
+};
+/// The sides of a polygon, the same way.
+struct PolygonSides
+{
+    const HullData<2>& hull;
+    [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(hull.loop.size()); }
+    [[nodiscard]] Vec2 normal(std::uint32_t i) const { return hull.normal[i]; }
+    [[nodiscard]] double height(std::uint32_t i, const Vec2& p) const
+    {
+        return dot(hull.normal[i], p - hull.loop[i]);
+    }
+    [[nodiscard]] bool holds(std::uint32_t i, const Vec2& p, double near) const
+    {
+        const Vec2 along = left(hull.normal[i]), to = hull.loop[i + 1 == count() ? 0 : i + 1];
+        return dot(along, p - hull.loop[i]) >= -near && dot(along, p - to) <= near;
+    }
+};
+
+/// Clips the line to the half-spaces of a hull's sides. These reach past the hull where it is nearly flat: two
+/// of them meet at a rim at an angle so small that rounding, or faces that were merged, decide where. So the
+/// line has to come in through the side itself, and where it begins inside also go out through one. Where
+/// it doesn't, distances decide.
+template <int Dim>
+template <class Hull>
+void Caster<Dim>::meet_sides(const Hull& hull, const Shape<Dim>& shape, std::uint32_t part)
+{
+    // A line that meets the hull meets all half-spaces that are grown by rounding.
+    const double rounding = rounding_at(shape);
+    Inside inside;
+    inside.enter = -HUGE_VAL;
+    for (std::uint32_t i = 0; i < hull.count(); ++i)
+        if (!inside.cut(static_cast<int>(i), hull.height(i, line_.origin) - rounding,
+                        dot(hull.normal(i), line_.way)))
+            return;
+    const std::uint32_t side = static_cast<std::uint32_t>(inside.through);
+    const auto passes = [&](int through, double t) {
+        return through >= 0 && hull.holds(static_cast<std::uint32_t>(through), at(t), 256 * rounding);
+    };
+    if (inside.enter > 0) {
+        const V<Dim> n = hull.normal(side);
+        const double t = std::max(0.0, -hull.height(side, line_.origin) / dot(n, line_.way));
+        if (passes(inside.through, t)) return hit(t, n, part);
+    } else if (passes(inside.through, inside.enter) && passes(inside.out, inside.leave)) {
+        return hit_inside(part);
+    }
+    meet_by_distance(shape, part);
+}
+
+template <int Dim>
+void Caster<Dim>::meet_hull(const Shape<Dim>& shape, std::uint32_t part)
+{
+    const HullData<Dim>& data = ShapeAccess::data<HullData<Dim>>(shape);
+    if constexpr (Dim == 3) { // what is flat, straight or a point has no half-spaces
+        data.polytope.offset == nullptr ? meet_by_distance(shape, part)
+                                        : meet_sides(HullFaces{data}, shape, part);
+    } else {
+        data.loop.size() < 3 ? meet_by_distance(shape, part) : meet_sides(PolygonSides{data}, shape, part);
     }
 }
 

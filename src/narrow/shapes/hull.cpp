@@ -91,18 +91,83 @@ class Directions
     std::unordered_multimap<std::uint64_t, std::uint32_t> by_place_;
 };
 
-/// How far the corners reach along a direction: the greatest of what dot() says of each.
-double reach_along(const Vec3& n, const double* coordinates, Index stride)
+/// No given point is further outside than this times the slack: the inner points of a patch may be as far as
+/// it from what its border spans, and those from what is left of that; and rounding has its part in each.
+constexpr double slacks_outside = 5;
+
+/// The corners next to each, across its edges.
+class Neighbours
 {
-    constexpr Index at_once = 4; // a hull's padding repeats its first corner
-    double most[at_once] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    const double *const x = coordinates, *const y = x + stride, *const z = y + stride;
-    for (Index i = 0; i < stride; i += at_once)
-        for (Index k = 0; k < at_once; ++k) {
-            const double here = n.x * x[i + k] + n.y * y[i + k] + n.z * z[i + k];
-            most[k] = here > most[k] ? here : most[k];
+  public:
+    Neighbours(const std::vector<Edge>& edges, std::size_t corners) : begin_(corners + 1, 0)
+    {
+        for (const Edge& edge : edges)
+            for (const Index v : edge.v)
+                ++begin_[v];
+        for (std::size_t v = 1; v <= corners; ++v)
+            begin_[v] += begin_[v - 1];
+        at_.resize(2 * edges.size());
+        for (const Edge& edge : edges)
+            for (const int i : {0, 1})
+                at_[--begin_[edge.v[i]]] = edge.v[1 - i];
+    }
+    [[nodiscard]] std::span<const Index> of(Index v) const
+    {
+        return {at_.data() + begin_[v], at_.data() + begin_[v + 1]};
+    }
+
+  private:
+    std::vector<Index> begin_, at_;
+};
+
+/// Faces that lean by less than this to each other look alike to who asks which of them faces a direction.
+constexpr double alike = 1e-7;
+
+/// Finds how far each face reaches along its normal, and its outline: the convex hull of all corners in its
+/// plane but for what faces may be off by, and of those of faces alike.
+void find_outlines(HullData<3>& data, const PointSet& points, const std::vector<Index>& given_as)
+{
+    const Neighbours neighbours(data.edge, data.corners.size());
+    std::vector<Index> seen(data.corners.size(), none), number(points.size(), none), corners;
+    for (Index v = 0; v < given_as.size(); ++v)
+        number[given_as[v]] = v;
+    data.outline_begin.push_back(0);
+    for (Index f = 0; f + 1 < data.loop_begin.size(); ++f) {
+        corners.assign(data.loop.begin() + data.loop_begin[f], data.loop.begin() + data.loop_begin[f + 1]);
+        const Vec3 n = data.polytope.normal(f), on = points[given_as[corners[0]]];
+        const auto height = [&](Index v) { return dot(n, points[given_as[v]] - on); };
+        double top = 0;
+        for (const Index v : corners) {
+            seen[v] = f;
+            top = std::max(top, height(v));
         }
-    return std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+        const auto is_level = [&](Index v) {
+            const Vec3 away = points[given_as[v]] - on;
+            const double down = top - height(v) - slacks_outside * points.slack;
+            return down <= 0 || down * down <= alike * alike * length2(away);
+        };
+        // On a polyhedron edges lead up from each corner to a highest one: so all that are as high are met.
+        const std::size_t own = corners.size();
+        for (std::size_t k = 0; k < corners.size(); ++k)
+            for (const Index v : neighbours.of(corners[k]))
+                if (seen[v] != f && is_level(v)) {
+                    seen[v] = f;
+                    corners.push_back(v);
+                }
+        double most = -HUGE_VAL;
+        for (const Index v : corners)
+            most = std::max(most, dot(n, data.polytope.vertex(v)));
+        data.offsets.push_back(most);
+        if (corners.size() > own) {
+            for (Index& v : corners)
+                v = given_as[v];
+            corners = plane_hull(points, n, std::move(corners));
+            for (Index& v : corners)
+                v = number[v];
+        }
+        data.outline.insert(data.outline.end(), corners.begin(), corners.end());
+        data.outline_begin.push_back(static_cast<Index>(data.outline.size()));
+    }
 }
 
 /// Corners in the order given; of points in a line or a place, which have no faces, those that are `kept`.
@@ -113,11 +178,14 @@ void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& p
     for (const Face& face : faces)
         for (const Side& side : face.loop)
             number[side.v] = 0;
-    for (const Index v : kept)
-        number[v] = 0;
+    if (faces.empty())
+        for (const Index v : kept)
+            number[v] = 0;
+    std::vector<Index> given_as;
     for (Index i = 0; i < given.size(); ++i)
         if (number[i] == 0) {
             number[i] = static_cast<Index>(data.corners.size());
+            given_as.push_back(i);
             data.corners.push_back({given[i].x, given[i].y, given[i].z});
             data.reach = std::max(data.reach, length(given[i]));
         }
@@ -145,10 +213,6 @@ void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& p
         }
         data.loop_begin.push_back(static_cast<Index>(data.loop.size()));
     }
-    for (Index f = 0; f < face_stride && face_count > 2; ++f) {
-        const Vec3 n = faces[f < face_count ? f : 0].normal;
-        data.offsets.push_back(reach_along(n, data.coordinates.data(), stride));
-    }
     if (faces.empty() && count == 2) {
         data.edge.push_back({{0, 1}, {0, 0}});
         directions.add(points[kept[1]] - points[kept[0]]);
@@ -162,16 +226,14 @@ void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& p
     p.stride = stride;
     p.nx = data.normals.data();
     p.face_stride = face_stride;
-    p.offset = data.offsets.empty() ? nullptr : data.offsets.data();
-    p.loop_begin = data.loop_begin.data();
-    p.loop = data.loop.data();
     p.edge = data.edge.data();
     p.direction = data.direction.data();
+    find_outlines(data, points, given_as);
+    data.offsets.resize(face_count > 0 ? face_stride : 0, face_count > 0 ? data.offsets[0] : 0);
+    p.offset = face_count > 2 ? data.offsets.data() : nullptr;
+    p.outline_begin = data.outline_begin.data();
+    p.outline = data.outline.data();
 }
-
-/// No given point is further outside than this times the slack: the inner points of a patch may be as far as
-/// it from what its border spans, and those from what is left of that; and rounding has its part in each.
-constexpr double slacks_outside = 5;
 
 [[maybe_unused]] bool holds_all(const PointSet& points, const std::vector<Face>& faces)
 {
@@ -218,7 +280,7 @@ void build(HullData<3>& data, const std::vector<Vec3>& given, double epsilon)
     std::vector<Index> corners;
     if (!off_plane(start[3])) {
         std::vector<char> kept(given.size(), 0);
-        const std::vector<Index> loop = plane_hull(points, n);
+        const std::vector<Index> loop = plane_hull(points, n, points.all());
         keep_corners(points, loop, kept);
         faces = {{n * (1 / length(n)), {}}, {n * (-1 / length(n)), {}}};
         for (const Index v : loop) {
@@ -241,7 +303,7 @@ void build(HullData<2>& data, const std::vector<Vec2>& given, double epsilon)
 {
     const PointSet points(given, epsilon);
     std::vector<char> kept(given.size(), 0);
-    const std::vector<Index> loop = planar_hull(points, 0, 1);
+    const std::vector<Index> loop = planar_hull(points, 0, 1, points.all());
     keep_corners(points, loop, kept);
     std::vector<Index> number(given.size(), none);
     for (Index i = 0; i < given.size(); ++i)
@@ -304,8 +366,7 @@ std::span<const std::uint32_t> ConvexHull<Dim>::face(std::size_t i) const noexce
     requires(Dim == 3)
 {
     if constexpr (Dim == 3) { // clang 14 compiles it for the others, too
-        const narrow::Polytope& hull = data_->polytope;
-        return {hull.loop + hull.loop_begin[i], hull.loop + hull.loop_begin[i + 1]};
+        return {data_->loop.data() + data_->loop_begin[i], data_->loop.data() + data_->loop_begin[i + 1]};
     } else {
         return {};
     }

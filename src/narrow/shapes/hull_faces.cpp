@@ -12,6 +12,123 @@ namespace narrow::hull {
 
 namespace {
 
+/// A face that is merged is convex but for what the points' rounding left in its border: see cut_in_two().
+class Cutter
+{
+  public:
+    Cutter(const PointSet& points, std::vector<Face>& faces) : points_(points), faces_(faces) {}
+
+    /// Cuts a face in two where its border turns clockwise. Returns false if it does so nowhere.
+    bool cut_in_two(Index face)
+    {
+        std::vector<Side>& loop = faces_[face].loop;
+        const std::size_t count = loop.size();
+        flatten(face);
+        for (std::size_t from = 0; from < count; ++from) {
+            if (!is_reflex(at(from + count - 1), at(from), at(from + 1))) continue;
+            const std::size_t to = best_end(from);
+            if (to == from) continue;
+            std::rotate(loop.begin(), loop.begin() + static_cast<std::ptrdiff_t>(from), loop.end());
+            split(face, (to + count - from) % count);
+            return true;
+        }
+        return false;
+    }
+
+    /// Leaves out the corners where the border of a flat hull's two faces turns clockwise.
+    void drop_reflex()
+    {
+        std::vector<Side>& loop = faces_[0].loop;
+        flatten(0);
+        for (std::size_t i = 0; i < loop.size();)
+            if (is_reflex(at(i + loop.size() - 1), at(i), at(i + 1))) {
+                loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(i));
+                flat_.erase(flat_.begin() + static_cast<std::ptrdiff_t>(i));
+                i = i > 1 ? i - 2 : 0;
+            } else {
+                ++i;
+            }
+        faces_[1].loop.clear();
+        for (const Side& side : loop)
+            faces_[1].loop.insert(faces_[1].loop.begin(), {side.v, 0});
+    }
+
+  private:
+    [[nodiscard]] const Vec2& at(std::size_t i) const { return flat_[i % flat_.size()]; }
+    void flatten(Index face)
+    {
+        Vec3 u, v;
+        basis(faces_[face].normal, u, v);
+        flat_.clear();
+        for (const Side& side : faces_[face].loop)
+            flat_.push_back({dot(points_[side.v], u), dot(points_[side.v], v)});
+    }
+    /// By more than the rounding of these coordinates.
+    static bool is_reflex(const Vec2& a, const Vec2& b, const Vec2& c)
+    {
+        return cross(b - a, c - b) < -1e-15 * (length(b - a) + length(c - b));
+    }
+    /// The other end of the cut: the nearest that leaves no reflex corner at `from`, or the nearest of all.
+    [[nodiscard]] std::size_t best_end(std::size_t from) const
+    {
+        const std::size_t count = flat_.size();
+        const Vec2 &p = at(from), &before = at(from + count - 1), &after = at(from + 1);
+        std::size_t best = from;
+        double least = HUGE_VAL;
+        bool heals = false;
+        for (std::size_t k = 2; k + 1 < count; ++k) {
+            const Vec2& q = at(from + k);
+            const bool left_of_both = !is_reflex(before, p, q) && !is_reflex(q, p, after);
+            const bool outside = cross(before - p, q - p) >= 0 && cross(q - p, after - p) >= 0;
+            const double size = length2(q - p);
+            if (outside || (heals && !left_of_both) || (heals == left_of_both && !(size < least))) continue;
+            if (!sees(from, from + k)) continue;
+            best = (from + k) % count;
+            least = size;
+            heals = left_of_both;
+        }
+        return best;
+    }
+    /// Whether the line between two corners meets no other side of the border.
+    [[nodiscard]] bool sees(std::size_t from, std::size_t to) const
+    {
+        const std::size_t count = flat_.size();
+        const Vec2 &p = at(from), &q = at(to);
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::size_t next = (k + 1) % count;
+            if (k == from || next == from || k == to % count || next == to % count) continue;
+            const Vec2 &a = at(k), &b = at(next);
+            if (cross(q - p, a - p) * cross(q - p, b - p) <= 0 &&
+                cross(b - a, p - a) * cross(b - a, q - a) <= 0)
+                return false;
+        }
+        return true;
+    }
+    /// From the first corner of a face to another: what is right of the line becomes a face of its own.
+    void split(Index face, std::size_t to)
+    {
+        const Index added = static_cast<Index>(faces_.size());
+        faces_.push_back({faces_[face].normal, {}});
+        std::vector<Side>&loop = faces_[face].loop, &other = faces_[added].loop;
+        const auto end = loop.begin() + static_cast<std::ptrdiff_t>(to);
+        other.assign(loop.begin(), end);
+        other.push_back({end->v, face});
+        loop.erase(loop.begin() + 1, end);
+        loop[0].beyond = added;
+        for (std::size_t k = 0; k < to; ++k) {
+            std::vector<Side>& beyond = faces_[other[k].beyond].loop;
+            for (std::size_t i = 0; i < beyond.size(); ++i)
+                if (beyond[i].v == other[k + 1].v && beyond[i].beyond == face &&
+                    beyond[i + 1 == beyond.size() ? 0 : i + 1].v == other[k].v)
+                    beyond[i].beyond = added;
+        }
+    }
+
+    const PointSet& points_;
+    std::vector<Face>& faces_;
+    std::vector<Vec2> flat_; ///< the corners of the face that is cut
+};
+
 /// The triangles of a hull, put together to faces.
 class Faces
 {
@@ -38,7 +155,14 @@ class Faces
                 if (kept_[side.v] != 0) face.loop.push_back(side);
             if (face.loop.size() < 3) return {};
         }
-        if (result.size() == 2) result[1].normal = -result[0].normal;
+        Cutter cutter(points_, result);
+        if (result.size() == 2) {
+            result[1].normal = -result[0].normal;
+            cutter.drop_reflex();
+        }
+        for (Index f = 0; f < result.size(); ++f)
+            while (cutter.cut_in_two(f)) {
+            }
         return result;
     }
     [[nodiscard]] std::vector<Index> corners() const

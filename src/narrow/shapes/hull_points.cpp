@@ -16,12 +16,9 @@ Vec3 products_of(const Vec3& u, const Vec3& v)
             std::abs(u.x * v.y) + std::abs(u.y * v.x)};
 }
 
-std::vector<Index> planar_hull(const PointSet& points, int u, int v)
+std::vector<Index> planar_hull(const PointSet& points, int u, int v, std::vector<Index> order)
 {
     const auto at = [&](Index i) { return Vec2{points[i][u], points[i][v]}; };
-    std::vector<Index> order(points.size());
-    for (Index i = 0; i < order.size(); ++i)
-        order[i] = i;
     std::sort(order.begin(), order.end(), [&](Index i, Index j) {
         const Vec2 p = at(i), q = at(j);
         return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : i < j;
@@ -50,13 +47,14 @@ std::vector<Index> planar_hull(const PointSet& points, int u, int v)
     return hull;
 }
 
-std::vector<Index> plane_hull(const PointSet& points, const Vec3& normal)
+std::vector<Index> plane_hull(const PointSet& points, const Vec3& normal, std::vector<Index> of)
 {
     int along = 0;
     for (int d = 1; d < 3; ++d)
         if (std::abs(normal[d]) > std::abs(normal[along])) along = d;
     const int u = (along + 1) % 3, v = (along + 2) % 3;
-    return normal[along] > 0 ? planar_hull(points, u, v) : planar_hull(points, v, u);
+    const bool up = normal[along] > 0;
+    return planar_hull(points, up ? u : v, up ? v : u, std::move(of));
 }
 
 void keep_corners(const PointSet& points, const std::vector<Index>& chain, std::size_t first,

@@ -58,6 +58,13 @@ struct PointSet
     }
     const Vec3& operator[](Index i) const { return points[i]; }
     [[nodiscard]] Index size() const { return static_cast<Index>(points.size()); }
+    [[nodiscard]] std::vector<Index> all() const
+    {
+        std::vector<Index> result(points.size());
+        for (Index i = 0; i < size(); ++i)
+            result[i] = i;
+        return result;
+    }
     template <class Measure>
     [[nodiscard]] Index furthest(Measure&& measure) const
     {
@@ -73,13 +80,13 @@ struct PointSet
 /// instead.
 Vec3 products_of(const Vec3& u, const Vec3& v);
 
-/// The corners of the hull of points in the plane of the axes u and v, counterclockwise; one or two where all
-/// lie in one place or on one line.
-std::vector<Index> planar_hull(const PointSet& points, int u, int v);
+/// The corners of the hull of some points in the plane of the axes u and v, counterclockwise; one or two where
+/// all lie in one place or on one line.
+std::vector<Index> planar_hull(const PointSet& points, int u, int v, std::vector<Index> of);
 
 /// The same for points in the plane with that normal, counterclockwise seen from where it points. It is found
 /// in the plane of two axes, so chosen that no two of the points coincide there.
-std::vector<Index> plane_hull(const PointSet& points, const Vec3& normal);
+std::vector<Index> plane_hull(const PointSet& points, const Vec3& normal, std::vector<Index> of);
 
 // A hull of rounded points has corners on its sides that nobody meant. `kept` marks those that stay.
 

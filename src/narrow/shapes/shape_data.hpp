@@ -31,9 +31,9 @@ struct Edge
     std::uint32_t v[2], face[2];
 };
 
-/// A polytope: vertices, outward face planes, and each face's vertices counterclockwise seen from outside.
-/// A flat one has two faces, a straight one no face and one edge, a point neither. It doesn't own the
-/// memory.
+/// A polytope: vertices, outward face planes, and each face's outline counterclockwise seen from outside: the
+/// convex polygon of all vertices that lie in the face's plane but for rounding. A flat one has two faces, a
+/// straight one no face and one edge, a point neither. It doesn't own the memory.
 struct Polytope
 {
     std::uint32_t vertices = 0, faces = 0, edges = 0, directions = 0;
@@ -42,8 +42,8 @@ struct Polytope
     const double* nx = nullptr; ///< face normals, same way, `face_stride` apart
     std::uint32_t face_stride = 0;
     const double* offset = nullptr; ///< of face planes, padded like nx; only where every edge has two faces
-    const std::uint32_t* loop_begin = nullptr; ///< faces + 1 positions in `loop`
-    const std::uint32_t* loop = nullptr;
+    const std::uint32_t* outline_begin = nullptr; ///< faces + 1 positions in `outline`
+    const std::uint32_t* outline = nullptr;
     const Edge* edge = nullptr;
     const Vec3* direction = nullptr; ///< of edges, unit, parallel ones once
 
@@ -59,7 +59,8 @@ struct HullData<3>
 {
     std::vector<Vec<3, double>> corners;
     std::vector<double> coordinates, normals, offsets;
-    std::vector<std::uint32_t> loop_begin, loop;
+    std::vector<std::uint32_t> loop_begin, loop; ///< each face's corners; each edge belongs to two faces
+    std::vector<std::uint32_t> outline_begin, outline;
     std::vector<Edge> edge;
     std::vector<Vec3> direction;
     double reach = 0;
