@@ -22,6 +22,7 @@ void make_odd(jostle::Aabb<Dim, T>& box, std::uint64_t random)
         break;
     case 2:
         box.lo[d] = box.hi[d] + 1;
+        if (!(box.lo[d] > box.hi[d])) box.lo[d] = 1, box.hi[d] = 0; // so far out that 1 more is nothing
         break;
     case 3:
         box.lo[d] = most, box.hi[d] = -most;

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <type_traits>
 
@@ -120,6 +121,72 @@ struct IntoCount : Found<Item>
     }
 };
 
+/// The filter of a search for the nearest objects of a tree. One that refuses nearly all makes a search come
+/// by all, each anywhere in memory. So after many were refused it is asked about all in the order of their
+/// ids, which costs about a plain loop, and if it wants few the search ends, and they are what there is to
+/// find. Only where any object may be a result: nothing is too far, and fewer were found than are asked for.
+template <int Dim, class T>
+class OfFew
+{
+  public:
+    OfFew(const Tree<Dim, T>& tree, Wanted wanted, Best<T>& best)
+        : tree_(tree), wanted_(wanted), best_(best), most_refused_(256 + tree.size() / 16)
+    {
+    }
+    bool operator()(std::uint32_t id)
+    {
+        if (knows_all_) return false;
+        if (wanted_(id)) return true;
+        if (++refused_ == most_refused_ && best_.limit == infinity) look_for_all();
+        return false;
+    }
+    /// After the search: finds what it has left.
+    void finish(const Aabb<Dim, T>& from)
+    {
+        if (!knows_all_) return;
+        best_.limit = infinity;
+        for (std::size_t k = 0; k < count_; ++k) {
+            const Hit<T> hit{ids_[k], squared_distance(from, tree_.box(ids_[k]))};
+            const Hit<T>* const end = best_.heap + best_.size;
+            if (std::find(best_.heap, best_.heap + best_.size, hit) == end) take(hit);
+        }
+    }
+
+  private:
+    void look_for_all()
+    {
+        const auto end = static_cast<std::uint32_t>(tree_.id_end());
+        for (std::uint32_t id = 0; id < end; ++id) {
+            if (!tree_.contains(id) || !wanted_(id)) continue;
+            if (count_ == most) return; // the search goes on
+            ids_[count_++] = id;
+        }
+        knows_all_ = true;
+        best_.limit = T(-1); // nothing is near enough
+    }
+    void take(const Hit<T>& hit)
+    {
+        if (!(hit.at <= best_.limit)) return; // nor what is no number
+        if (best_.size == best_.wanted) {
+            if (!(hit < best_.heap[0])) return;
+            std::pop_heap(best_.heap, best_.heap + best_.size--);
+        }
+        best_.heap[best_.size++] = hit;
+        std::push_heap(best_.heap, best_.heap + best_.size);
+        if (best_.size == best_.wanted) best_.limit = best_.heap[0].at;
+    }
+
+    static constexpr T infinity = std::numeric_limits<T>::infinity();
+    static constexpr std::size_t most = 64;
+    const Tree<Dim, T>& tree_;
+    const Wanted wanted_;
+    Best<T>& best_;
+    const std::size_t most_refused_;
+    std::size_t refused_ = 0, count_ = 0;
+    bool knows_all_ = false;
+    std::uint32_t ids_[most];
+};
+
 /// Answers questions that have been checked: about the objects of one tree, or of two as if they were one.
 template <int Dim, class T>
 class Answers
@@ -141,9 +208,9 @@ class Answers
           id_end_(tree.id_end())
     {
         has_first_ = static_cast<bool>(tree.root());
-        if (tree.root()) roots_[count_++] = tree.root();
+        if (tree.root()) trees_[count_] = &tree, roots_[count_++] = tree.root();
         if (other == nullptr) return;
-        if (other->root()) roots_[count_++] = other->root();
+        if (other->root()) trees_[count_] = other, roots_[count_++] = other->root();
         size_ += other->size();
         id_end_ = std::max(id_end_, other->id_end());
     }
@@ -209,7 +276,9 @@ class Answers
         out.resize(before + best.wanted);
         best.heap = out.data() + before;
         each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
-            kernels_.nearest(root, from_of(question), here, best);
+            OfFew<Dim, T> of_few(root == roots_[0] ? *trees_[0] : *trees_[1], here, best);
+            kernels_.nearest(root, from_of(question), here ? Wanted(of_few) : here, best);
+            of_few.finish(from_of(question));
             return true;
         });
         std::sort_heap(best.heap, best.heap + best.size);
@@ -344,6 +413,7 @@ class Answers
     const Elsewhere elsewhere_;
     const Wanted of_other_;
     bool has_first_ = false; // the first tree has a root
+    const Tree<Dim, T>* trees_[2];
     Child<Dim, T> roots_[2];
     int count_ = 0;
     std::size_t size_;

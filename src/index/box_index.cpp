@@ -249,7 +249,6 @@ struct BoxIndex<Dim, T>::Implementation
     {
         std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
         out.clear();
-        index::check_joined(boxes, options.ignore_odd_boxes);
         check_filters(filters, boxes.size());
         join(tree, boxes, pairs);
         if (filters.one_each() || !Asked::trivial(filters[0])) {

@@ -459,17 +459,18 @@ void World<Dim, T>::count_of_each(std::span<const Question> questions, std::span
 namespace world {
 namespace {
 
-/// The category and mask that all filters have; where they differ, those of everything.
-inline ObjectQueryFilter common_masks(const detail::QuestionFilters<ObjectQueryFilter>& filters,
-                                      std::size_t questions)
+/// A category and a mask that select whatever one of the filters selects.
+inline ObjectQueryFilter masks_together(const detail::QuestionFilters<ObjectQueryFilter>& filters,
+                                        std::size_t questions)
 {
-    ObjectQueryFilter common;
-    if (questions == 0) return common;
-    common.category = filters[0].category;
-    common.mask = filters[0].mask;
-    for (std::size_t i = 1; i < questions && filters.one_each(); ++i)
-        if (filters[i].category != common.category || filters[i].mask != common.mask) return {};
-    return common;
+    ObjectQueryFilter all;
+    all.category = all.mask = 0;
+    const std::size_t count = filters.one_each() ? questions : 1;
+    for (std::size_t i = 0; i < count; ++i) {
+        all.category |= filters[i].category;
+        all.mask |= filters[i].mask;
+    }
+    return all;
 }
 
 /// All pairs of one of the boxes and an object that pass the filters, ascending.
@@ -481,7 +482,7 @@ void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& box
     const InUse call(me.in_use, "World");
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
-    const ObjectQueryFilter masks = common_masks(filters, boxes.size());
+    const ObjectQueryFilter masks = masks_together(filters, boxes.size());
     const Asking<Dim, T> where(me, masks, boxes.size(), Visits::in_join);
     BoxIndexAccess::join(me.state.resting, where.resting(), boxes, all);
     if (me.state.shown != nullptr)
@@ -501,7 +502,7 @@ void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& box
             else
                 --a, all[r + a] = more[a];
     }
-    // In use as the world is, these don't go by an index for a mask, and hold all against it.
+    // In use as the world is, these don't go by an index for a mask, and hold all against their own.
     std::optional<Asking<Dim, T>> asking;
     std::size_t asker = boxes.size();
     const auto is_refused = [&](const Pair& pair) {

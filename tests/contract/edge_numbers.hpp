@@ -8,8 +8,8 @@
 /// Numbers of things at which loops, blocks and sorts by digits go wrong.
 namespace contract {
 
-/// None, one, two, or a power of two or what is beside it, but not more than `most`. Blocks are powers of two,
-/// nearly all of them. `random.below(end)` gives a number.
+/// None, one, two, or a power of two or what is beside it, but not more than `most`. Nearly all blocks are
+/// powers of two. `random.below(end)` gives a number.
 template <class Random>
 std::uint32_t edge_number(Random& random, std::uint32_t most)
 {

@@ -87,6 +87,15 @@ class Model
         return box;
     }
     [[nodiscard]] std::uint32_t id_end() const { return id_end_; }
+    /// Odd boxes are kept as they were given, too.
+    [[nodiscard]] bool has_all() const
+    {
+        return index.size() == boxes.size() && std::ranges::all_of(boxes, [&](const auto& each) {
+                   if (!index.contains(each.first)) return false;
+                   const Box box = index.box(each.first);
+                   return std::memcmp(&box, &each.second, sizeof box) == 0;
+               });
+    }
 
     Random random;
     BoxIndex<Dim, T> index;
@@ -232,6 +241,7 @@ class Asker
           category_(model.id_end()),
           mask_(model.id_end()),
           owner_(model.id_end()),
+          accept_{random_.below(2) == 0 ? 97u : 3u},
           one_each_(random_.below(2) == 0),
           filters_(questions)
     {
@@ -383,9 +393,8 @@ class Asker
             ((category_[id] & filter.asker_mask) == 0 || (mask_[id] & filter.asker_category) == 0))
             return false;
         if (!filter.owner.empty() && owner_[id] == filter.asker_owner) return false;
-        return id != filter.exclude && (!filter.accept || passes(q, id));
+        return id != filter.exclude && (!filter.accept || accept_(q, id));
     }
-    [[nodiscard]] static bool passes(std::uint32_t q, std::uint32_t id) { return (id * 7 + q) % 3 != 0; }
 
     template <class Question>
     [[nodiscard]] static bool is_asked(const Question& question)
@@ -491,7 +500,16 @@ class Asker
     Random& random_;
     BoxIndex<Dim, T>& index_;
     std::vector<std::uint32_t> category_, mask_, owner_;
-    static constexpr auto accept_ = [](std::uint32_t q, std::uint32_t id) { return passes(q, id); };
+    /// Most, or hardly any.
+    struct Accept
+    {
+        std::uint32_t one_of;
+        bool operator()(std::uint32_t q, std::uint32_t id) const
+        {
+            return one_of > 3 ? (id + q) % one_of == 0 : (id * 7 + q) % one_of != 0;
+        }
+    };
+    const Accept accept_;
     bool one_each_;
     std::vector<QueryFilter> filters_;
 };
@@ -547,7 +565,10 @@ void ask(Model<Dim, T>& model, const Model<Dim, T>& other)
     asker.ask_regions(frustums);
     asker.ask_nearest(nearest);
     asker.ask_nearest(nearest_to_box);
-    asker.join(regions);
+    std::vector<Aabb<Dim, T>> joined(model.edge(400));
+    for (Aabb<Dim, T>& box : joined)
+        box = random.below(16) == 0 ? all : model.some_box();
+    Asker<Dim, T>(model, joined.size()).join(joined);
     if (model.boxes.size() * other.boxes.size() < 400'000) asker.pairs(other);
     if (model.boxes.size() < 500) asker.pairs(model);
 }
@@ -565,6 +586,7 @@ void live(std::uint64_t seed, InstructionSet set, bool with_odd)
         one.change();
         if (step % 3 == 0) other.change();
         ASSERT_EQ(BoxIndexAccess::tree(one.index).validate(), nullptr) << "step " << step;
+        ASSERT_TRUE(one.has_all());
         ask(one, other);
         if (testing::Test::HasFailure()) FAIL() << "step " << step << ", " << one.boxes.size() << " boxes";
     }

@@ -68,6 +68,40 @@ TEST(QueryFilters, AcceptIsToldWhichQuestionOfABatchItIs)
     }
 }
 
+// A search comes by all objects if a filter refuses nearly all: then it asks about them in the order of ids.
+TEST(QueryFilters, ThatRefuseNearlyAllAreAskedInTheOrderOfIds)
+{
+    constexpr std::uint32_t count = 20'000;
+    std::vector<Aabb2f> boxes;
+    for (std::uint32_t id = 0; id < count; ++id) {
+        const auto x = static_cast<float>(id * 7919 % 141), y = static_cast<float>(id * 104'729 % 149);
+        boxes.push_back({{x, y}, {x + 0.5f, y + 0.5f}});
+    }
+    BoxIndex2f index;
+    index.build(boxes);
+    for (const std::uint32_t wanted : {0u, 1u, 63u, 64u, 65u, 400u}) {
+        std::uint32_t asked = 0, back = 0, last = 0;
+        const auto accept = [&](std::uint32_t, std::uint32_t id) {
+            ++asked;
+            back += id < last;
+            last = id;
+            return id % 50 == 7 && id / 50 < wanted;
+        };
+        for (const std::uint32_t most : {1u, 3u, 64u, 500u}) {
+            std::vector<Hitf> expected, found;
+            for (std::uint32_t id = 7; id / 50 < wanted; id += 50)
+                expected.push_back({id, squared_distance(Vec2f{70, 75}, boxes[id])});
+            std::sort(expected.begin(), expected.end());
+            if (expected.size() > most) expected.resize(most);
+            asked = back = 0;
+            index.nearest(Nearest2f{{70, 75}, most}, found, {.accept = accept});
+            EXPECT_EQ(found, expected) << wanted << ' ' << most;
+            EXPECT_LE(asked, 2 * count);
+            EXPECT_TRUE(wanted > 1 || back <= count / 50) << wanted << " " << most;
+        }
+    }
+}
+
 TEST(Questions, ReplaceWhatWasInTheListBefore)
 {
     BoxIndex3f index;

@@ -120,7 +120,8 @@ TEST_P(Churn, LeavesTheTreeAsGoodAsNew)
     EXPECT_EQ(tree.stats().leaves + tree.stats().pages + tree.stats().nodes, 0u);
 }
 
-// Where distances grow from box to box, or some boxes are so far away that the others seem to lie in one place.
+// Where distances grow from box to box, or half of all boxes are so far away that the others seem to lie in
+// one place.
 TEST(Order, SearchesStayShortWhereverBoxesLie)
 {
     for (const Kind kind : {Kind::uniform, Kind::growing, Kind::outliers}) {
@@ -179,7 +180,7 @@ TEST(Hull, OfThoseThatCountIsFoundWithoutTheOthers)
                 }
                 ASSERT_TRUE(hull.lo == expected.lo && hull.hi == expected.hi)
                     << name(static_cast<Kind>(kind)) << ' ' << count << ' ' << share;
-                if (share != 1) EXPECT_LE(asked, 6 * (gone + 200));
+                EXPECT_TRUE(share == 1 || asked <= 6 * (gone + 200)) << asked;
             }
         }
 }

@@ -217,10 +217,12 @@ class Questions
         std::pmr::vector<jostle::Pair> found(3);
         world_.join(boxes, found, filter_);
         if (!std::equal(found.begin(), found.end(), expected.begin(), expected.end())) wrong += " join";
-        // One by one, and with filters of each box's own: every other asker leaves out another object.
+        // One by one, and with filters of each box's own: every other asker leaves out another object, and
+        // the last has another mask.
         std::vector<jostle::ObjectQueryFilter> filters(boxes.size(), filter_);
         for (std::size_t i = 0; i < filters.size(); i += 2)
             if (!there_.empty()) filters[i].exclude = there_[i % there_.size()].id;
+        if (!filters.empty()) filters.back().mask = ~filter_.mask;
         std::vector<jostle::Pair> told;
         const auto tell = [&](std::uint32_t position, ObjectId id) {
             told.push_back({position, id.index});
@@ -231,11 +233,11 @@ class Questions
         if (told != expected) wrong += " join one by one";
         expected.clear();
         for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-            std::swap(filter_.exclude, filters[i].exclude);
+            std::swap(filter_, filters[i]);
             for (const There& there : there_)
                 if (counts(there) && overlaps(boxes[i], there.bounds))
                     expected.push_back({i, there.id.index});
-            std::swap(filter_.exclude, filters[i].exclude);
+            std::swap(filter_, filters[i]);
         }
         world_.join(boxes, found, filters);
         if (!std::equal(found.begin(), found.end(), expected.begin(), expected.end()))
