@@ -180,6 +180,9 @@ class Model
             given[i] = boxes[ids[i]];
             given[i].lo[0] -= static_cast<T>(0.125);
         }
+        const bool to_nowhere = has_odd_ && random.below(6) == 0;
+        for (std::size_t i = 0; i < ids.size() && to_nowhere; ++i)
+            make_odd(given[i], random.below(1000));
         index.move(ids, given);
         note(ids, given);
     }
