@@ -164,6 +164,23 @@ TEST(Simulation, WhatHasSunkIsPushedOut)
     }
 }
 
+// Bodies push each other out until 5 mm of overlap are left, and not only from more than that on: the deepest
+// of piles at rest are 6.0 mm in each other on average. Where what is left alone is twice as much, for all, for
+// those of a block or for a point, it is 9.5 to 10.1 mm.
+TEST(Simulation, WhatRestsIsPushedOutAsFarAsPromised)
+{
+    double sum = 0;
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+        Options options = options_for("spheres", 30, jostle::serial_executor());
+        options.seed = seed;
+        Simulation simulation(options);
+        for (int frame = 0; frame < 500; ++frame)
+            simulation.step();
+        sum += simulation.deepest();
+    }
+    EXPECT_LT(sum / 6, 0.0078);
+}
+
 // By points all over the shape that weigh alike.
 TEST(Bodies, WeighAndTurnAsTheirShapesSay)
 {

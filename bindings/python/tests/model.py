@@ -110,8 +110,34 @@ class Asked:
             out.append(found[:self.count] if self.kind.startswith("nearest") else found)
         return out
 
-    def check(self, jostle, asked, expected, **columns):
+    def only(self, q):
+        """The query number q alone."""
+        one = copy.copy(self)
+        one.n, one.planes = 1, self.planes[q:q + 1]
+        for name in ("boxes", "points", "ways", "most", "radii"):
+            setattr(one, name, getattr(self, name)[q:q + 1])
+        if isinstance(self.exclude, np.ndarray):
+            one.exclude = int(self.exclude[q])
+        return one
+
+    def check_visit(self, jostle, asked, expected, chunk, **columns):
+        told, sizes = [], []
+
+        def visit(ids, at):
+            sizes.append(len(ids))
+            told.extend(zip(ids.tolist(), at.tolist()))
+
+        assert asked.visit(self.questions(jostle, asked.dtype), visit, chunk=chunk, **self.filters(), **columns)
+        is_region = self.kind in ("overlapping", "spheres", "frustums")
+        assert (sorted(told) == sorted(expected[0]) if is_region else told == expected[0]), self.kind
+        assert all(one == chunk for one in sizes[:-1])
+
+    def check(self, jostle, asked, ids, boxes, filters, **columns):
         """Whether an index or world, `asked`, says what is expected, to each of its functions."""
+        expected = self.expected(ids, boxes, *filters)
+        if self.n:
+            one = self.only(self.n // 2)
+            one.check_visit(jostle, asked, one.expected(ids, boxes, *filters), self.count + 1, **columns)
         questions, filters = self.questions(jostle, asked.dtype), {**self.filters(), **columns}
         found = asked.all(questions, self.limit, **filters)
         assert len(found) == self.n

@@ -67,14 +67,15 @@ class Stream:
     def given(self, values):
         """One for each, or one for all, where they are the same."""
         same = len(values) and (values == values[0]).all()
-        return values[0] if same and self.rng.random() < 0.7 else values
+        return values[0] if same and self.rng.random() < 0.9 else values
 
     def add(self, world, model):
         n = size(self.rng, max(1, self.most - len(model.things)))
         boxes, columns, data = self.boxes(n), self.columns(n), self.rng.integers(0, 2**63, n).astype(np.uint64)
         margins, enabled = self.rng.integers(0, 3, n) / 4, self.rng.random(n) < 0.8
-        if self.rng.random() < 0.3:
-            margins, enabled = np.zeros(n), np.ones(n, bool)
+        if self.rng.random() < 0.4:  # the same for all
+            margins, enabled = margins[:1].repeat(n), enabled[:1].repeat(n)
+            columns = {name: value[:1].repeat(n) for name, value in columns.items()}
         given = {name: self.given(value) for name, value in dict(**columns, margin=margins, enabled=enabled).items()}
         ids = world.add(boxes, **given)
         world.set_user_data(ids, data)
@@ -190,7 +191,7 @@ class Stream:
         ids, bounds, filters = model.arrays(seen)
         kind = KINDS[self.rng.integers(0, len(KINDS))]
         asked = Asked(self.rng, self.dim, kind, bounds, ids)
-        asked.check(jostle, world, asked.expected(ids, bounds, *filters.T[:3]))
+        asked.check(jostle, world, ids, bounds, filters.T[:3])
         boxes = self.boxes(size(self.rng, 70))
         wish = dict(asker=asked.asker)
         found = np.argwhere(overlap(boxes, bounds))
@@ -289,14 +290,14 @@ class Stream:
         self.check()
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", range(14))
 def test_a_world_says_what_the_model_says(seed):
     stream = Stream(seed)
     for _ in range(45):
         stream.turn()
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(6))
 def test_an_index_says_what_the_model_says(seed):
     rng = np.random.default_rng(seed)
     dim, dtype = int(rng.integers(2, 4)), (np.float32, np.float64)[rng.integers(0, 2)]
@@ -321,8 +322,7 @@ def test_an_index_says_what_the_model_says(seed):
         columns = dict(category=1 << rng.integers(0, 3, 400), mask=rng.integers(1, 8, 400), owner=rng.choice([0, 1, NONE], 400))
         for kind in KINDS:
             asked = Asked(rng, dim, kind, boxes, ids)
-            expected = asked.expected(ids, boxes, *(value[ids] for value in columns.values()))
-            asked.check(jostle, index, expected, **columns)
+            asked.check(jostle, index, ids, boxes, [value[ids] for value in columns.values()], **columns)
         assert sorted(map(sorted, index.pairs().tolist())) == [[int(ids[i]), int(ids[j])] for i, j in np.argwhere(np.triu(overlap(boxes, boxes), 1))]
         other = some_boxes(rng, size(rng), dim, dtype)
         assert index.join(other).tolist() == [[i, int(ids[j])] for i, j in np.argwhere(overlap(other, boxes))]
@@ -437,6 +437,8 @@ def test_a_world_is_updated_inside_anothers_accept():
         world.add(boxes)
         world.update()
         assert len(world.began()) == 15
+    with pytest.raises(jostle.Error, match="in use"):
+        worlds[0].count(boxes[:1], accept=lambda question, id: worlds[0].update())
     assert [asked.count(depth) for depth in range(3)] == [15, 15 + 15**2, 15 + 15**2 + 15**3]
 
 
