@@ -20,8 +20,8 @@ class FinderContent final : public Content
     std::vector<jostle_block> table;
 };
 
-/// How a filter of images refers to Filter::images: as values of a second set, of which there are none in such
-/// a search, with a stride that no values have. A member of its own would change the binary interface.
+/// How a filter of images refers to Filter::images: as values of a second set, of which there are none in
+/// such a search, with a stride that no values have. A member of its own would change the binary interface.
 jostle_values images_mark(const void* rule)
 {
     return {rule, 0, std::numeric_limits<std::int64_t>::min()};

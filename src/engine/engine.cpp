@@ -273,9 +273,9 @@ class Engine::Search
         sweep_bricks(mine, out, {stores, bricks, grid.axis[0]}, 0, bricks, depth + 1);
     }
 
-    /// For a brick that lies sorted in the slot and whose boxes are smaller than its quanta, as in a town of a
-    /// large world: cuts it along the sweep axis, and gives each part a grid of its own, of one brick that fits
-    /// its boxes. Returns false if it fits them already.
+    /// For a brick that lies sorted in the slot and whose boxes are smaller than its quanta, as in a town of
+    /// a large world: cuts it along the sweep axis, and gives each part a grid of its own, of one brick that
+    /// fits its boxes. Returns false if it fits them already.
     bool refine(Slot& mine, Out& out, const Bricks& bricks, std::uint32_t count, int depth)
     {
         const std::span<const std::uint32_t> ends = cut_brick(mine, count);

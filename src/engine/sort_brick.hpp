@@ -79,8 +79,8 @@ bool holds_both_sets(const Bricks& bricks, std::uint32_t brick, bool as_given) n
 /// sum of the windows' lengths.
 std::uint64_t sort_brick(const Bricks& bricks, std::uint32_t brick, std::uint32_t count, Slot& slot);
 
-/// Whether a sorted brick's quanta are too coarse for its boxes: going by some rows, most of its time would be
-/// lost to ties of boxes that don't touch.
+/// Whether a sorted brick's quanta are too coarse for its boxes: going by some rows, most of its time would
+/// be lost to ties of boxes that don't touch.
 template <int Dim, class T>
 bool is_coarse(const Boxes<Dim, T>& boxes, const Slot& slot, std::uint32_t count) noexcept;
 
