@@ -4,6 +4,7 @@
 #include "narrow/convex/convex3.hpp"
 #include "narrow/convex/manifold3.hpp"
 #include "narrow/parts/surface.hpp"
+#include "narrow/parts/triangle_gap.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -108,15 +109,19 @@ bool comes_from_above(const Part<3>& ground, const Vec3& n)
 Answer ground_contact(const Part<3>& ground, const Core3& body, double margin, Manifold<3>& manifold,
                       double& gap)
 {
-    const bool below = is_below(ground, body);
-    Gap<3> cores;
     const double enough = body.radius + margin + uncertain(body, ground.core);
-    core_gap(body, ground.core, below ? HUGE_VAL : enough, cores); // as for other surfaces
-    gap = cores.distance - body.radius;
-    if (!below && !(cores.distance <= body.radius + margin)) return Answer::none;
-    if (cores.distance > 0 && !below) {
-        if (!comes_from_above(ground, -cores.normal)) return Answer::none; // the column it is in pushes it up
-        return piece_contact(body, ground, cores, 1, margin, manifold);
+    const Lowest lowest = lowest_over(body, ground);
+    if (lowest.height > enough) return Answer::none;
+    if (lowest.height > 0 || !is_below(ground, body)) {
+        Gap<3> cores;
+        triangle_gap(body, ground, lowest, enough, cores); // as for other surfaces
+        gap = cores.distance - body.radius;
+        if (!(cores.distance <= body.radius + margin)) return Answer::none;
+        if (cores.distance > 0) {
+            if (!comes_from_above(ground, -cores.normal))
+                return Answer::none; // the column it is in pushes it up
+            return piece_contact(body, ground, cores, 1, margin, manifold);
+        }
     }
     const bool contact = face_contact(body, ground.core, 1, margin, manifold) ||
                          plane_contact(body, ground, 1, margin, manifold);

@@ -3,8 +3,8 @@
 
 #include "narrow/convex/convex3.hpp"
 #include "narrow/convex/manifold3.hpp"
-#include "narrow/convex/simple3.hpp"
 #include "narrow/parts/ground.hpp"
+#include "narrow/parts/triangle_gap.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
@@ -375,19 +375,7 @@ Answer surface_contact(const Core3& a, const Part<3>& b, double margin, Manifold
     // A gap that is as good as none is one all the same for a search that ends beyond `enough`.
     const double enough = a.radius + margin + uncertain(a, b.core);
     Gap<3> cores;
-    cores.distance = HUGE_VAL;
-    if (a.is_box && b.core.polytope.faces != 0) {
-        const Vec3 half{a.polytope.x[7], a.polytope.x[lanes + 7],
-                        a.polytope.x[2 * lanes + 7]}; // the last corner
-        Vec3 corner[3];
-        for (std::uint32_t i = 0; i < 3; ++i)
-            corner[i] = a.frame.r.back(b.core.frame * b.core.polytope.vertex(i) - a.frame.p);
-        const double separation = box_triangle(half, corner, enough, cores.normal);
-        if (separation > enough) return Answer::none;
-        cores.normal = a.frame.r * cores.normal;
-        if (separation <= 0) cores.distance = separation;
-    }
-    if (cores.distance == HUGE_VAL) core_gap(a, b.core, enough, cores);
+    triangle_gap(a, b.core, enough, cores);
     if (!(cores.distance <= a.radius + margin)) return Answer::none;
     gap = cores.distance - a.radius;
     const double side = side_of(b, cores.normal);
