@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t positions_per_claim = 4096;
 // Fewer boxes than this per thread are not worth waking one.
-constexpr std::uint32_t boxes_per_thread = 512;
+constexpr std::uint32_t boxes_per_thread = 128;
 
 // Boxes that touch this many each are asked one by one: then walking together saves nothing, and what each
 // finds needn't be told from what the others find. The answer is the same.

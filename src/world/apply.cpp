@@ -323,14 +323,15 @@ bool are_plain(const State<Dim, T>& state, const Moves<Dim, T>& moves)
         bool all = true;
         for (std::uint64_t i = begin; i < end; ++i) {
             const ObjectId id = moves.ids[i];
-            if (i + fetch_ahead < end) state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
+            if (i + fetch_ahead < moves.ids.size())
+                state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
             all &= state.ids.is_good(id) && (i == 0 || moves.ids[i - 1].index < id.index) &&
                    (state.objects[Index{id.index}].state() & (flag::alive | flag::has_reach | flag::odd)) ==
                        flag::alive;
         }
         if (!all) plain.store(false, std::memory_order_relaxed);
     };
-    process_items(moves.ids.size(), look, {state.executor_for(moves.ids.size()), run_length});
+    process_items(moves.ids.size(), look, {state.executor_for(moves.ids.size()), object_run});
     return plain;
 }
 
@@ -339,7 +340,7 @@ template <int Dim, class T>
 void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim, T>& changes, Arena& arena)
 {
     auto& moved_of_run = arena.list<std::uint32_t>("objects that a run has moved");
-    moved_of_run.resize((moves.ids.size() + run_length - 1) / run_length);
+    moved_of_run.resize((moves.ids.size() + object_run - 1) / object_run);
     std::pmr::vector<Index>& changed = changes.list();
     changed.resize(moves.ids.size());
     std::atomic<bool> good{true};
@@ -349,7 +350,8 @@ void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim
         bool all = true;
         for (std::uint64_t i = begin; i < end; ++i) {
             const Index index{moves.ids[i].index};
-            if (i + fetch_ahead < end) state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
+            if (i + fetch_ahead < moves.ids.size())
+                state.objects.prefetch(Index{moves.ids[i + fetch_ahead].index});
             const auto object = state.objects[index];
             const Aabb<Dim, T> box = moves.boxes[i];
             const bool is_good = valid(box);
@@ -363,11 +365,11 @@ void move_in_place(State<Dim, T>& state, const Moves<Dim, T>& moves, Changes<Dim
         if (!all) good.store(false, std::memory_order_relaxed);
         moved_of_run[work.block] = static_cast<std::uint32_t>(to - first);
     };
-    process_items(moves.ids.size(), move, {state.executor_for(moves.ids.size()), run_length});
+    process_items(moves.ids.size(), move, {state.executor_for(moves.ids.size()), object_run});
     std::size_t kept = 0;
     for (std::size_t run = 0; run < moved_of_run.size(); ++run) {
-        const Index* const first = changed.data() + run * run_length;
-        if (kept != run * run_length) std::copy_n(first, moved_of_run[run], changed.data() + kept);
+        const Index* const first = changed.data() + run * object_run;
+        if (kept != run * object_run) std::copy_n(first, moved_of_run[run], changed.data() + kept);
         kept += moved_of_run[run];
     }
     changed.resize(kept);

@@ -161,6 +161,7 @@ class Search
     Pair* select_near(std::uint32_t slot, Pair* to, std::uint64_t& looked_at) const noexcept;
     std::span<Pair> sorted(PairBuffer& to);
     std::span<Pair> sorted_found(PairBuffer& to);
+    void sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& spare, std::span<Pair> to);
     void find_listed(const Division& division);
     void find_unlisted(const Division& division);
 
@@ -381,15 +382,14 @@ void Search<Dim, T>::among_resting()
 template <int Dim, class T>
 void Search<Dim, T>::find_listed(const Division& division)
 {
-    constexpr std::size_t per_run = 1024;
     const std::span<const index::Lookup<Dim>> lookups = division.lookups;
-    const std::size_t runs = (lookups.size() + per_run - 1) / per_run;
+    const std::size_t runs = (lookups.size() + object_run - 1) / object_run;
     auto& first_of_run = arena_.list<std::uint64_t>("room for what runs find in lists");
     auto& kept_of_run = arena_.list<std::uint32_t>("pairs that runs find in lists");
     kept_of_run.resize(runs);
     std::uint64_t room = 0;
     for (std::size_t k = 0; k < lookups.size(); ++k) {
-        if (k % per_run == 0) first_of_run.push_back(room);
+        if (k % object_run == 0) first_of_run.push_back(room);
         room += lookups[k].count * index::lanes;
     }
     Pair* const pairs =
@@ -404,7 +404,7 @@ void Search<Dim, T>::find_listed(const Division& division)
         kept_of_run[work.block] =
             select_resting(to, to + count, division, [](std::uint32_t entry) { return Entry{entry}; });
     };
-    process_items(lookups.size(), look_up, {state_.executor_for(lookups.size()), per_run});
+    process_items(lookups.size(), look_up, {state_.executor_for(lookups.size()), object_run});
     for (std::size_t run = 0; run < runs; ++run)
         PairBufferAccess(found_).append({pairs + first_of_run[run], kept_of_run[run]});
 }
@@ -481,13 +481,46 @@ std::span<Pair> Search<Dim, T>::sorted_found(PairBuffer& to)
             .sort(found_, objects, *state_.executor, state_.options.instruction_set, to);
         return PairBufferAccess(to).chunk(0, 0).first(to.size());
     }
+    const std::span<Pair> sorted = PairBufferAccess(to).chunk(0, count).first(count);
     auto& pairs = arena_.list<Pair>("pairs being sorted");
+    auto& spare = arena_.list<Pair>("pairs being sorted, in another order");
+    if (count >= run_length) {
+        sort_in_parts(pairs, spare, sorted);
+        return sorted;
+    }
     for (const std::span<const Pair> block : found_.blocks())
         pairs.insert(pairs.end(), block.begin(), block.end());
-    sort_pairs(pairs, arena_.list<Pair>("pairs being sorted, in another order"));
-    const std::span<Pair> sorted = PairBufferAccess(to).chunk(0, pairs.size());
+    sort_pairs(pairs, spare);
     std::copy(pairs.begin(), pairs.end(), sorted.begin());
-    return sorted.first(pairs.size());
+    return sorted;
+}
+
+/// In parts by their first objects, each of which is sorted by one thread.
+template <int Dim, class T>
+void Search<Dim, T>::sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& spare,
+                                   std::span<Pair> to)
+{
+    constexpr std::uint32_t parts = 16;
+    std::uint32_t shift = 0;
+    while ((state_.ids.end() - 1) >> shift >= parts)
+        ++shift;
+    pairs.resize(to.size());
+    spare.resize(to.size());
+    std::size_t end[parts] = {};
+    const auto each_pair = [&](const auto& visit) {
+        for (const std::span<const Pair> block : found_.blocks())
+            for (const Pair& pair : block)
+                visit(pair);
+    };
+    each_pair([&](const Pair& pair) { ++end[pair.a >> shift]; });
+    exclusive_sum(end, parts);
+    each_pair([&](const Pair& pair) { pairs[end[pair.a >> shift]++] = pair; });
+    const auto sort_part = [&](std::uint64_t part, std::uint64_t, Work) {
+        const std::size_t first = part == 0 ? 0 : end[part - 1], count = end[part] - first;
+        const Pair* const sorted = sort_pairs(pairs.data() + first, spare.data() + first, count);
+        std::copy_n(sorted, count, to.data() + first);
+    };
+    process_items(parts, sort_part, {state_.executor_for(to.size()), 1});
 }
 
 } // namespace

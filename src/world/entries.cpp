@@ -75,14 +75,14 @@ bool enter_all(Entries<Dim, T>& entries, const State<Dim, T>& state, std::span<c
         bool all = true;
         for (std::uint64_t i = begin; i < end; ++i) {
             const Index index = changed[i];
-            if (i + fetch_ahead < end) state.objects[changed[i + fetch_ahead]].prefetch_boxes();
+            if (i + fetch_ahead < changed.size()) state.objects[changed[i + fetch_ahead]].prefetch_boxes();
             all &= (state.objects[index].state() &
                     (usual | flag::place | flag::refiltered | flag::parked | flag::odd)) == usual;
             set(entries, Entry{static_cast<std::uint32_t>(i)}, state, index);
         }
         if (!all) only_moves.store(false, std::memory_order_relaxed);
     };
-    process_items(changed.size(), enter_some, {state.executor_for(changed.size()), run_length});
+    process_items(changed.size(), enter_some, {state.executor_for(changed.size()), object_run});
     return only_moves;
 }
 

@@ -67,7 +67,7 @@ bool NearPairs<Dim, T>::is_inside(const Entries<Dim, T>& entries, Entry entry) c
 template <int Dim, class T>
 std::size_t NearPairs<Dim, T>::place(const State<Dim, T>& state, const Entries<Dim, T>& entries, Arena& arena)
 {
-    const std::size_t runs = (entries.size() + run_length - 1) / run_length;
+    const std::size_t runs = (entries.size() + object_run - 1) / object_run;
     auto& inside_of_run = arena.list<std::uint32_t>("entries of runs in their padded boxes");
     inside_of_run.resize(runs);
     entry_.assign(owners_.size(), nobody);
@@ -84,7 +84,7 @@ std::size_t NearPairs<Dim, T>::place(const State<Dim, T>& state, const Entries<D
         }
         inside_of_run[work.block] = inside;
     };
-    process_items(entries.size(), place_some, {state.executor_for(entries.size()), run_length});
+    process_items(entries.size(), place_some, {state.executor_for(entries.size()), object_run});
     std::size_t inside = 0;
     for (const std::uint32_t of_run : inside_of_run)
         inside += of_run;

@@ -7,6 +7,7 @@
 
 #include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
+#include "jostle/process.hpp"
 #include "pairs/pair_finder_access.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -55,15 +56,21 @@ void NeighbourLists<Dim, T>::prefetch_listings(Index object) const noexcept
         jostle::prefetch(reinterpret_cast<const char*>(list->listings) + at);
 }
 
-/// Makes a list of what has been seen around the object's way, but for what leaves its place.
+template <int Dim, class T>
+struct NeighbourLists<Dim, T>::Needs
+{
+    Table<Entry, Need>& of;
+    std::pmr::vector<index::Lookup<Dim>>& lookups; // by entry
+    Table<Entry, std::uint32_t>& created;
+};
+
+/// Of what has been seen around its object's way, all but what leaves its place.
 template <int Dim, class T>
 template <class Leaves>
-auto NeighbourLists<Dim, T>::fill(Index object, const Box& way, std::span<const index::Seen<Dim, T>> around,
-                                  const Leaves& leaves) -> const List&
+void NeighbourLists<Dim, T>::fill(const List& list, std::span<const index::Seen<Dim, T>> around,
+                                  const Leaves& leaves) noexcept
 {
-    List& list = make(object, way, around.size());
-    if (list.count == 0) return list;
-    const index::Ruler<Dim, T> ruler(way);
+    const index::Ruler<Dim, T> ruler(list.bounds);
     std::uint32_t lane = 0;
     for (const index::Seen<Dim, T>& seen : around) {
         if (leaves(Index{seen.id})) continue;
@@ -72,7 +79,6 @@ auto NeighbourLists<Dim, T>::fill(Index object, const Box& way, std::span<const 
     }
     for (; lane < list.count * index::lanes; ++lane)
         list.listings[lane / index::lanes].clear(lane % index::lanes);
-    return list;
 }
 
 template <int Dim, class T>
@@ -94,62 +100,111 @@ void NeighbourLists<Dim, T>::begin_update() noexcept
     if (std::exchange(is_updating_, true)) invalidate_all();
 }
 
+/// The entry has a list that will do.
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::look_at(const Entries<Dim, T>& entries, Entry entry, const List& list,
+                                     Needs& needs) const noexcept
+{
+    if (list.count == 0) {
+        needs.of[entry] = Need::search;
+        return;
+    }
+    needs.of[entry] = Need::lookup;
+    needs.created[entry] = list.created;
+    needs.lookups[raw(entry)] = lookup_in(list, entry, entries.box[entry]);
+}
+
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::find_needs(const State<Dim, T>& state, const Entries<Dim, T>& entries,
+                                        Needs& needs) const
+{
+    const auto look = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        const std::uint64_t last = entries.changed - 1;
+        const auto ahead = [&](std::uint64_t e) {
+            return entries.index[Entry{static_cast<std::uint32_t>(std::min(e, last))}];
+        };
+        for (std::uint64_t e = begin; e < end; ++e) {
+            prefetch_number(ahead(e + 2 * fetch_ahead));
+            prefetch(ahead(e + fetch_ahead));
+            const Entry entry{static_cast<std::uint32_t>(e)};
+            const List* const list = entries.moves_on[entry] ? find(entries.index[entry]) : nullptr;
+            needs.of[entry] = Need::list;
+            needs.lookups[e].count = 0;
+            if (list != nullptr && list->valid && inside(entries.box[entry], list->bounds))
+                look_at(entries, entry, *list, needs);
+        }
+    };
+    process_items(entries.changed, look, {state.executor_for(entries.changed), object_run});
+}
+
 template <int Dim, class T>
 auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>& entries, Arena& arena)
     -> Division
 {
     begin_update();
-    auto& lookups = arena.list<index::Lookup<Dim>>("entries with a list of neighbours");
     auto& unlisted = arena.list<Entry>("entries without a list of neighbours");
     auto& newcomers = arena.list<Entry>("entries that get a list of neighbours");
     auto& ways = arena.list<Box>("ways of entries that get a list of neighbours");
-    auto& created = arena.take<Table<Entry, std::uint32_t>>("updates that made lists of neighbours");
-    created.assign(entries.changed, update_);
-    const bool worth = state.resting.size() >= worth_listing;
+    Needs needs{arena.take<Table<Entry, Need>>("what entries need"),
+                arena.take<std::pmr::vector<index::Lookup<Dim>>>("lookups of entries"),
+                arena.take<Table<Entry, std::uint32_t>>("updates that made lists of neighbours")};
+    needs.created.assign(entries.changed, update_);
+    if (state.resting.size() < worth_listing) {
+        for (std::uint32_t e = 0; e < entries.changed; ++e)
+            unlisted.push_back(Entry{e});
+        return {{}, unlisted, needs.created, 0};
+    }
+    needs.of.resize(entries.changed);
+    needs.lookups.resize(entries.changed);
+    find_needs(state, entries, needs);
+
     // They last for some sixteen updates. All at once would make some updates much longer than others.
-    const std::size_t most_new = calm_ && worth ? entries.changed / 8 + 16 : 0;
-    const auto begin_in = [&](Entry entry, const List& list) {
-        if (list.count == 0) {
-            unlisted.push_back(entry);
-            return;
-        }
-        created[entry] = list.created;
-        lookups.push_back(lookup_in(list, entry, entries.box[entry]));
-    };
-    const auto ahead = [&](std::size_t e) { return entries.index[Entry{static_cast<std::uint32_t>(e)}]; };
+    const std::size_t most_new = calm_ ? entries.changed / 8 + 16 : 0;
+    std::size_t listed = 0;
     for (std::uint32_t e = 0; e < entries.changed; ++e) {
-        if (e + 2 * fetch_ahead < entries.changed) {
-            prefetch_number(ahead(e + 2 * fetch_ahead));
-            prefetch(ahead(e + fetch_ahead));
-        }
         const Entry entry{e};
-        const Index object = entries.index[entry];
-        const List* const list = worth && entries.moves_on[entry] ? find(object) : nullptr;
-        if (list != nullptr && list->valid && inside(entries.box[entry], list->bounds)) {
-            begin_in(entry, *list);
-        } else if (entries.moves_on[entry] && newcomers.size() < most_new) {
+        if (needs.of[entry] == Need::lookup) {
+            ++listed;
+        } else if (needs.of[entry] == Need::list && entries.moves_on[entry] && newcomers.size() < most_new) {
             newcomers.push_back(entry);
-            ways.push_back(way_of(state.objects[object].before(), entries.box[entry]));
+            ways.push_back(way_of(state.objects[entries.index[entry]].before(), entries.box[entry]));
         } else {
             unlisted.push_back(entry);
         }
     }
-    if (newcomers.empty()) return {lookups, unlisted, created, 0};
+    make_lists(state, entries, newcomers, ways, needs);
+    for (const Entry entry : newcomers)
+        if (needs.of[entry] == Need::search) unlisted.push_back(entry);
+    if (listed + newcomers.size() == 0) return {{}, unlisted, needs.created, 0};
+    return {needs.lookups, unlisted, needs.created, newcomers.size()};
+}
 
+/// Lists of what lies around these ways, for these entries.
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::make_lists(State<Dim, T>& state, const Entries<Dim, T>& entries,
+                                        std::span<const Entry> newcomers, std::span<const Box> ways,
+                                        Needs& needs)
+{
+    if (newcomers.empty()) return;
     const bool any_rested = !entries.rested.empty();
     const auto leaves = [&](Index other) {
         return any_rested && state.classes[other] == FilterClass::look &&
                state.objects[other].has(flag::written);
     };
     BoxIndexAccess::look_around(state.resting, ways);
-    for (std::size_t k = 0; k < newcomers.size(); ++k) {
-        if (k + 2 < newcomers.size()) prefetch_listings(entries.index[newcomers[k + 2]]);
-        if (k + 4 < newcomers.size()) prefetch(entries.index[newcomers[k + 4]]);
-        if (k + 8 < newcomers.size()) prefetch_number(entries.index[newcomers[k + 8]]);
-        const Index object = entries.index[newcomers[k]];
-        begin_in(newcomers[k], fill(object, ways[k], BoxIndexAccess::around(state.resting, k), leaves));
-    }
-    return {lookups, unlisted, created, newcomers.size()};
+    for (std::size_t k = 0; k < newcomers.size(); ++k)
+        (void)make(entries.index[newcomers[k]], ways[k], BoxIndexAccess::around(state.resting, k).size());
+    const auto fill_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        for (std::uint64_t k = begin; k < end; ++k) {
+            if (k + 2 < end) prefetch_listings(entries.index[newcomers[k + 2]]);
+            const List& list = *find(entries.index[newcomers[k]]);
+            if (list.count != 0) fill(list, BoxIndexAccess::around(state.resting, k), leaves);
+            look_at(entries, newcomers[k], list, needs);
+        }
+    };
+    constexpr std::size_t per_run = 32; // which take as long as many objects
+    process_items(newcomers.size(), fill_some,
+                  {state.executor_for(newcomers.size() * object_run / per_run), per_run});
 }
 
 /// Room for so many neighbours, in place of the list that the object had.

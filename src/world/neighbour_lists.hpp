@@ -49,10 +49,11 @@ class NeighbourLists
     /// Which entries are searched for in their lists, and which in the index.
     struct Division
     {
-        std::span<const index::Lookup<Dim>> lookups; // entries for which a list of neighbours will do
-        std::span<const Entry> unlisted;             // the others: the index is asked about them
-        const Table<Entry, std::uint32_t>& created;  // of changed entries: the update that made the list
-        std::size_t listed;                          // how many new lists were made
+        // One for each changed entry, of no listings where a list won't do; none if it will do for nobody.
+        std::span<const index::Lookup<Dim>> lookups;
+        std::span<const Entry> unlisted;            // the others: the index is asked about them
+        const Table<Entry, std::uint32_t>& created; // of changed entries: the update that made the list
+        std::size_t listed;                         // how many new lists were made
     };
     /// Divides the changed entries. Makes lists for some that have none, and keep moving as it seems. While
     /// it is called, changed objects that rested have no filter class.
@@ -104,10 +105,21 @@ class NeighbourLists
         return number == none ? nullptr : &lists_[number];
     }
     void begin_update() noexcept;
+    /// What each changed entry needs, worked out by several threads.
+    enum class Need : std::uint8_t
+    {
+        list,   // it has none, or none that will do
+        lookup, // in the list that it has
+        search  // there is too much around it for a list
+    };
+    struct Needs;
     static index::Lookup<Dim> lookup_in(const List& list, Entry entry, const Box& box) noexcept;
+    void look_at(const Entries<Dim, T>& entries, Entry entry, const List& list, Needs& needs) const noexcept;
+    void find_needs(const State<Dim, T>& state, const Entries<Dim, T>& entries, Needs& needs) const;
     template <class Leaves>
-    const List& fill(Index object, const Box& way, std::span<const index::Seen<Dim, T>> around,
-                     const Leaves& leaves);
+    void fill(const List& list, std::span<const index::Seen<Dim, T>> around, const Leaves& leaves) noexcept;
+    void make_lists(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<const Entry> newcomers,
+                    std::span<const Box> ways, Needs& needs);
     List& make(Index object, const Box& bounds, std::size_t neighbours);
     Listing* take(std::uint32_t count);
     void give(Listing* listings, std::uint32_t count) noexcept;

@@ -39,14 +39,13 @@ void sort_by_key(std::pmr::vector<Value>& values, std::pmr::vector<Value>& scrat
     }
 }
 
-/// Ascending by (a, b). By a first, as by a key half as long; the few with the same a, by b.
-inline void sort_pairs(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& scratch)
+/// Pairs that are in order by a, few of each, are put in order by b as well.
+inline void sort_partners(Pair* const begin, const Pair* end)
 {
-    sort_by_key(pairs, scratch, [](const Pair& pair) { return pair.a; });
     constexpr std::ptrdiff_t few = 16;
     const auto less = [](const Pair& x, const Pair& y) { return x.b < y.b; };
-    for (auto first = pairs.begin(), last = first; first != pairs.end(); first = last) {
-        while (last != pairs.end() && last->a == first->a)
+    for (Pair *first = begin, *last = first; first != end; first = last) {
+        while (last != end && last->a == first->a)
             ++last;
         if (last - first > few) {
             std::sort(first, last, less);
@@ -56,6 +55,25 @@ inline void sort_pairs(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& sc
             for (auto to = each; to != first && less(*to, *(to - 1)); --to)
                 std::swap(*to, *(to - 1));
     }
+}
+
+/// Ascending by (a, b). By a first, as by a key half as long.
+inline void sort_pairs(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& scratch)
+{
+    sort_by_key(pairs, scratch, [](const Pair& pair) { return pair.a; });
+    sort_partners(pairs.data(), pairs.data() + pairs.size());
+}
+
+/// The same of some hundred pairs or more; `spare` has room for as many. Returns where they are then.
+inline Pair* sort_pairs(Pair* pairs, Pair* spare, std::size_t count)
+{
+    std::uint32_t differing = 0;
+    for (std::size_t i = 1; i < count; ++i)
+        differing |= pairs[i - 1].a ^ pairs[i].a;
+    const auto by_a = [](const Pair& pair) { return pair.a; };
+    Pair* const sorted = radix_sort<8>(pairs, spare, count, by_a, differing);
+    sort_partners(sorted, sorted + count);
+    return sorted;
 }
 
 } // namespace world

@@ -19,8 +19,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-// Pairs are looked at, and boxes set, in runs of this many.
-constexpr std::size_t run_length = 4096;
+// Pairs are looked at in runs of this many, and objects, of which each takes as long as several pairs.
+constexpr std::size_t run_length = 4096, object_run = 512;
 
 // How many updates an object must stay unchanged before it comes to rest, unless it is parked.
 constexpr std::uint32_t idle_updates = 3;
@@ -130,10 +130,10 @@ struct State
         const auto object = objects[index];
         return object.place() == Place::resting && (shown == nullptr || !object.has(flag::written));
     }
-    /// With fewer than two runs a thread, waking one takes longer than it helps.
+    /// With fewer objects or pairs, waking another thread takes longer than it helps.
     [[nodiscard]] Executor* executor_for(std::size_t items) const noexcept
     {
-        return items < 4 * run_length ? &serial_executor() : executor;
+        return items < 2048 ? &serial_executor() : executor;
     }
     void make_room(std::size_t count)
     {
