@@ -41,20 +41,25 @@ void polish(const Core3& a, const Core3& b, double clear, Gap<3>& gap)
 
 /// Of the size: what overlaps by less nearly touches.
 constexpr double nearly = 1e-6;
+/// Of the size: a plane with as much room surely parts two polytopes, whatever rounds.
+constexpr double parts_polytopes = 1e-14;
 
-/// Whether what gjk() says of two cores needs another look. Among the points of smooth ones, some of which
-/// lie very close, it gets lost where they nearly touch.
+/// Whether what gjk() says of two cores needs another look. Where they nearly touch, rounding leaves few digits
+/// of the direction between them; it then takes another face for the nearest, and gets lost among the points
+/// of smooth ones.
 bool is_doubtful(const Core3& a, const Core3& b, Verdict verdict, const Simplex& simplex, const Gap<3>& gap)
 {
-    if (!a.is_smooth() && !b.is_smooth()) return false;
+    if (verdict == Verdict::unclear) return false;
     const double size = a.reach + b.reach;
     if (verdict == Verdict::touch) return simplex.parted > -nearly * size;
     return gap.distance != HUGE_VAL && gap.distance - simplex.parted > 1e-10 * size;
 }
 /// Has that look: of two cores that are apart or overlap a little, the signed distance is the most by which
 /// any direction parts them. What one search leaves over another one finds, as they get stuck elsewhere.
-Verdict look_closer(const Core3& a, const Core3& b, Gap<3>& gap)
+Verdict look_closer(const Core3& a, const Core3& b, Verdict verdict, const Simplex& simplex, Gap<3>& gap)
 {
+    const Gap<3> known = gap;
+    const double size = a.reach + b.reach;
     bool is_certain = false;
     if (descends(a, b)) {
         is_certain = descend(a, b, HUGE_VAL, gap);
@@ -65,8 +70,22 @@ Verdict look_closer(const Core3& a, const Core3& b, Gap<3>& gap)
     if (!is_certain)
         for (const double clear : {1e-3, 1e-1})
             polish(a, b, clear, gap);
-    if (!(gap.distance > 0)) return Verdict::touch;
+    const bool is_smooth = a.is_smooth() || b.is_smooth();
+    const double parted = is_smooth ? gap.distance : std::max(gap.distance, simplex.parted);
+    if (!(parted > (is_smooth ? 0 : parts_polytopes * size))) return Verdict::touch;
     if (!gap.located) nearest_when_parted(a, b, gap, gap.on_a, gap.on_b);
+    if (is_smooth) return Verdict::apart;
+    // A plane between them says what the distance is at least, two points what it is at most. Where corners or
+    // edges lie side by side and not over each other, the points know it better.
+    const Vec3 way = gap.on_b - gap.on_a;
+    const double far = length(way), most = verdict == Verdict::apart ? known.distance : uncertain(a, b);
+    if (!(far > gap.distance + 1e-11 * size)) return Verdict::apart;
+    if (far <= most) {
+        gap.distance = far;
+        gap.normal = way * (1 / far);
+    } else if (verdict == Verdict::apart) {
+        gap = known;
+    }
     return Verdict::apart;
 }
 /// Of these everything is known in closed form.
@@ -104,7 +123,7 @@ Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Simplex& sim
             return gap.distance > 0 ? Verdict::apart : Verdict::touch;
     }
     if (verdict == Verdict::unclear) verdict = gjk(a, b, {}, enough, {}, simplex, gap);
-    return is_doubtful(a, b, verdict, simplex, gap) ? look_closer(a, b, gap) : verdict;
+    return is_doubtful(a, b, verdict, simplex, gap) ? look_closer(a, b, verdict, simplex, gap) : verdict;
 }
 bool are_sharp_boxes(const Core3& a, const Core3& b)
 {
@@ -132,9 +151,11 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
     if (are_small_polyhedra(a, b)) {
         // A few steps tell most of those apart that are; what is left mostly overlaps.
         const Verdict verdict = gjk(a, b, {}, enough, {.steps = 2}, simplex, gap);
-        if (verdict == Verdict::apart) return;
-        if (polyhedra_gap(a, b, enough, gap)) {
-            if (verdict == Verdict::touch) gap.distance = std::min(0.0, gap.distance);
+        const bool is_sure = !is_doubtful(a, b, verdict, simplex, gap);
+        if (verdict == Verdict::apart && is_sure) return;
+        const bool is_parted = !is_sure && simplex.parted > parts_polytopes * (a.reach + b.reach);
+        if (!is_parted && polyhedra_gap(a, b, enough, gap)) {
+            if (verdict == Verdict::touch && is_sure) gap.distance = std::min(0.0, gap.distance);
             if (gap.distance > enough + uncertain(a, b)) gap.distance = HUGE_VAL;
             if (gap.distance <= 0 || gap.distance == HUGE_VAL) return;
         }
@@ -151,6 +172,7 @@ void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
     bool overlaps = false;
     if (are_small_polyhedra(a, b)) { // without a plane between them after two steps, most overlap
         verdict = gjk(a, b, {}, cores_enough, {.unparted = 2}, simplex, cores);
+        if (is_doubtful(a, b, verdict, simplex, cores)) verdict = Verdict::unclear;
         if (verdict != Verdict::apart) {
             const bool are_boxes = are_sharp_boxes(a, b);
             if (are_boxes && gap_of_boxes(a, b, gap)) return;
