@@ -58,25 +58,19 @@ struct Inside
 {
     double enter = 0, leave = HUGE_VAL;
     int through = -1; ///< the one through which it comes in; none if it begins inside
-    int out = -1;     ///< the one through which it goes out
 
     /// The side is where `height` + t * `rise` <= 0. Returns false once nothing is left.
     bool cut(int side, double height, double rise)
     {
+        if (rise == 0) return height <= 0;
+        const double t = -height / rise;
         if (rise < 0) {
-            const double t = -height / rise;
-            if (t > enter) {
-                enter = t;
-                through = side;
-            }
-        } else if (rise > 0) {
-            const double t = -height / rise;
-            if (t < leave) {
-                leave = t;
-                out = side;
-            }
-        } else if (height > 0) {
-            return false;
+            if (t <= enter) return true;
+            enter = t;
+            through = side;
+        } else {
+            if (t >= leave) return true;
+            leave = t;
         }
         return any();
     }
@@ -270,20 +264,27 @@ struct HullFaces
     }
     [[nodiscard]] bool holds(std::uint32_t f, const Vec3& p, double near) const
     {
+        const Vec3 n = hull.normal(f); // seen along the axis that it is nearest to
+        int along = std::abs(n.x) > std::abs(n.y) ? 0 : 1;
+        if (std::abs(n.z) > std::abs(n[along])) along = 2;
+        const int u = n[along] > 0 ? (along + 1) % 3 : (along + 2) % 3, v = 3 - along - u;
+        const double *const x = hull.x + static_cast<std::size_t>(u) * hull.stride,
+                            *const y = hull.x + static_cast<std::size_t>(v) * hull.stride;
         const std::uint32_t begin = data.loop_begin[f], end = data.loop_begin[f + 1];
-        const Vec3 n = hull.normal(f);
-        Vec3 from = hull.vertex(data.loop[end - 1]), lo = from, hi = from;
+        const std::uint32_t last = data.loop[end - 1];
+        const Vec2 at{p[u], p[v]};
+        Vec2 from{x[last], y[last]}, lo = from, hi = from;
         bool all = true;
         for (std::uint32_t k = begin; k < end; ++k) {
-            const Vec3 to = hull.vertex(data.loop[k]), out = cross(to - from, n);
-            all &= dot(out, p - to) <= near * (std::abs(out.x) + std::abs(out.y) + std::abs(out.z));
-            lo = {std::min(lo.x, to.x), std::min(lo.y, to.y), std::min(lo.z, to.z)};
-            hi = {std::max(hi.x, to.x), std::max(hi.y, to.y), std::max(hi.z, to.z)};
+            const Vec2 to{x[data.loop[k]], y[data.loop[k]]}, side = to - from;
+            all &= cross(side, at - to) >= -near * (std::abs(side.x) + std::abs(side.y));
+            lo = {std::min(lo.x, to.x), std::min(lo.y, to.y)};
+            hi = {std::max(hi.x, to.x), std::max(hi.y, to.y)};
             from = to;
         }
-        for (int d = 0; d < 3; ++d) // past the tip of a face as thin as that, no side says no
-            all &= p[d] >= lo[d] - near && p[d] <= hi[d] + near;
-        return all;
+        // Past the tip of a face as thin as that, no side says no.
+        return all && at.x >= lo.x - near && at.y >= lo.y - near && at.x <= hi.x + near &&
+               at.y <= hi.y + near;
     }
 };
 /// The sides of a polygon, the same way.
@@ -320,15 +321,20 @@ void Caster<Dim>::meet_sides(const Hull& hull, const Shape<Dim>& shape, std::uin
                         dot(hull.normal(i), line_.way)))
             return;
     const std::uint32_t side = static_cast<std::uint32_t>(inside.through);
-    const auto passes = [&](int through, double t) {
-        return through >= 0 && hull.holds(static_cast<std::uint32_t>(through), at(t), 256 * rounding);
+    const auto passes = [&](std::uint32_t through, double t) {
+        return hull.holds(through, at(t), 256 * rounding);
     };
     if (inside.enter > 0) {
         const V<Dim> n = hull.normal(side);
         const double t = std::max(0.0, -hull.height(side, line_.origin) / dot(n, line_.way));
-        if (passes(inside.through, t)) return hit(t, n, part);
-    } else if (passes(inside.through, inside.enter) && passes(inside.out, inside.leave)) {
-        return hit_inside(part);
+        if (passes(side, t)) return hit(t, n, part);
+    } else if (inside.through >= 0 && passes(side, inside.enter)) {
+        for (std::uint32_t i = 0; i < hull.count(); ++i) {
+            const double rise = dot(hull.normal(i), line_.way);
+            if (rise > 0 && -(hull.height(i, line_.origin) - rounding) / rise == inside.leave &&
+                passes(i, inside.leave))
+                return hit_inside(part);
+        }
     }
     meet_by_distance(shape, part);
 }
