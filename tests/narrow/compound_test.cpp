@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Compounds of few and of many children: the answers are those of the children one by one, and a question about
-// one place doesn't ask all of them.
+// Compounds of few and of many children: the answers are those of the children one by one, and a question
+// about one place doesn't ask all of them.
 #include <gtest/gtest.h>
 
 #include <algorithm>

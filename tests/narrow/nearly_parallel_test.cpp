@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Faces and sides that are parallel but for a millionth or a billionth of a radian, and as near to each other:
-// of one that lies over another its lowest corner says what is right.
+// Faces and sides that are parallel but for a millionth or a billionth of a radian, and as near to each
+// other: of one that lies over another its lowest corner says what is right.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -44,9 +44,9 @@ constexpr double nearly = 1e-6;
 /// Of the size: a plane with as much room surely parts two polytopes, whatever rounds.
 constexpr double parts_polytopes = 1e-14;
 
-/// Whether what gjk() says of two cores needs another look. Where they nearly touch, rounding leaves few digits
-/// of the direction between them; it then takes another face for the nearest, and gets lost among the points
-/// of smooth ones.
+/// Whether what gjk() says of two cores needs another look. Where they nearly touch, rounding leaves few
+/// digits of the direction between them; it then takes another face for the nearest, and gets lost among the
+/// points of smooth ones.
 bool is_doubtful(const Core3& a, const Core3& b, Verdict verdict, const Simplex& simplex, const Gap<3>& gap)
 {
     if (verdict == Verdict::unclear) return false;
@@ -75,8 +75,8 @@ Verdict look_closer(const Core3& a, const Core3& b, Verdict verdict, const Simpl
     if (!(parted > (is_smooth ? 0 : parts_polytopes * size))) return Verdict::touch;
     if (!gap.located) nearest_when_parted(a, b, gap, gap.on_a, gap.on_b);
     if (is_smooth) return Verdict::apart;
-    // A plane between them says what the distance is at least, two points what it is at most. Where corners or
-    // edges lie side by side and not over each other, the points know it better.
+    // A plane between them says what the distance is at least, two points what it is at most. Where corners
+    // or edges lie side by side and not over each other, the points know it better.
     const Vec3 way = gap.on_b - gap.on_a;
     const double far = length(way), most = verdict == Verdict::apart ? known.distance : uncertain(a, b);
     if (!(far > gap.distance + 1e-11 * size)) return Verdict::apart;

@@ -76,8 +76,8 @@ void find_contacts_generally(const Placed<Dim>& pair, double margin, FoundList<D
 template <int Dim>
 void find_gap(const Placed<Dim>& pair, double enough, Gap<Dim>& gap);
 
-/// From one position to another one. No coordinate is -0: that would depend on which comes first, and the sign
-/// of a zero decides which of two sides or corners is looked at.
+/// From one position to another one. No coordinate is -0: that would depend on which comes first, and the
+/// sign of a zero decides which of two sides or corners is looked at.
 template <int Dim, class T>
 V<Dim> from_to(const Pose<Dim, T>& a, const Pose<Dim, T>& b)
 {
