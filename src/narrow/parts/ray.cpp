@@ -256,6 +256,7 @@ struct HullFaces
 {
     const HullData<3>& data;
     const Polytope& hull = data.polytope;
+    [[nodiscard]] bool sharp() const { return data.sharp; }
     [[nodiscard]] std::uint32_t count() const { return hull.faces; }
     [[nodiscard]] Vec3 normal(std::uint32_t f) const { return hull.normal(f); }
     [[nodiscard]] double height(std::uint32_t f, const Vec3& p) const
@@ -291,6 +292,7 @@ struct HullFaces
 struct PolygonSides
 {
     const HullData<2>& hull;
+    [[nodiscard]] static bool sharp() { return true; } // holds() is cheap here
     [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(hull.loop.size()); }
     [[nodiscard]] Vec2 normal(std::uint32_t i) const { return hull.normal[i]; }
     [[nodiscard]] double height(std::uint32_t i, const Vec2& p) const
@@ -305,9 +307,9 @@ struct PolygonSides
 };
 
 /// Clips the line to the half-spaces of a hull's sides. These reach past the hull where it is nearly flat: two
-/// of them meet at a rim at an angle so small that rounding, or faces that were merged, decide where. So the
-/// line has to come in through the side itself, and where it begins inside also go out through one. Where
-/// it doesn't, distances decide.
+/// of them meet at a rim at an angle so small that rounding, or faces that were merged, decide where. So if
+/// the hull has a sharp rim, the line has to come in through the side itself, and where it begins inside also
+/// go out through one. Where it doesn't, distances decide.
 template <int Dim>
 template <class Hull>
 void Caster<Dim>::meet_sides(const Hull& hull, const Shape<Dim>& shape, std::uint32_t part)
@@ -322,12 +324,14 @@ void Caster<Dim>::meet_sides(const Hull& hull, const Shape<Dim>& shape, std::uin
             return;
     const std::uint32_t side = static_cast<std::uint32_t>(inside.through);
     const auto passes = [&](std::uint32_t through, double t) {
-        return hull.holds(through, at(t), 256 * rounding);
+        return !hull.sharp() || hull.holds(through, at(t), 256 * rounding);
     };
     if (inside.enter > 0) {
         const V<Dim> n = hull.normal(side);
         const double t = std::max(0.0, -hull.height(side, line_.origin) / dot(n, line_.way));
         if (passes(side, t)) return hit(t, n, part);
+    } else if (!hull.sharp()) {
+        return hit_inside(part);
     } else if (inside.through >= 0 && passes(side, inside.enter)) {
         for (std::uint32_t i = 0; i < hull.count(); ++i) {
             const double rise = dot(hull.normal(i), line_.way);

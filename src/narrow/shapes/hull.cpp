@@ -228,6 +228,9 @@ void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& p
     p.face_stride = face_stride;
     p.edge = data.edge.data();
     p.direction = data.direction.data();
+    for (const Edge& edge : data.edge)
+        data.sharp =
+            data.sharp || (face_count > 0 && dot(p.normal(edge.face[0]), p.normal(edge.face[1])) < -0.99);
     find_outlines(data, points, given_as);
     data.offsets.resize(face_count > 0 ? face_stride : 0, face_count > 0 ? data.offsets[0] : 0);
     p.offset = face_count > 2 ? data.offsets.data() : nullptr;

@@ -64,6 +64,7 @@ struct HullData<3>
     std::vector<Edge> edge;
     std::vector<Vec3> direction;
     double reach = 0;
+    bool sharp = false; ///< two faces that share an edge lie within 8 degrees of each other, back to back
     Polytope polytope;
 };
 
