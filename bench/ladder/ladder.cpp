@@ -36,14 +36,19 @@ template <chapter::Hash hash>
 class PrintedRung final : public Rung
 {
   public:
-    explicit PrintedRung(std::uint32_t most_searches) : most_searches_(most_searches) {}
+    /// With the printed hash alone searches take long: with another, all objects search.
+    explicit PrintedRung(std::uint32_t most_searches)
+        : most_searches_(hash == chapter::Hash::as_printed ? most_searches : ~0u)
+    {
+    }
     void find(Boxes boxes, jostle::Executor& executor) override
     {
         grid_.emplace(level_sizes(boxes), bucket_count(boxes), hash);
         for (const jostle::Aabb3f& box : boxes)
             grid_->add_object(box);
         const auto objects = static_cast<std::uint32_t>(boxes.size());
-        stride_ = std::max(1u, (objects + most_searches_ - 1) / most_searches_);
+        stride_ = objects / most_searches_ + (objects % most_searches_ != 0 ? 1 : 0);
+        stride_ = std::max(1u, stride_);
         searched_ = (objects + stride_ - 1) / stride_;
         grid_->detect_proximity(executor, stride_);
     }

@@ -48,8 +48,8 @@ struct RungInfo
     std::unique_ptr<Rung> (*make)(std::uint32_t most_searches);
 };
 
-/// All rungs, from the printed text upwards. `most_searches` bounds how many objects search in those rungs that take
-/// minutes otherwise: every k-th one then, and times and counts are a k-th.
+/// All rungs, from the printed text upwards. `most_searches` bounds how many objects search on the first one, which
+/// takes hours for a million: every k-th one then, and times and counts are a k-th.
 [[nodiscard]] std::span<const RungInfo> ladder();
 
 /// The cell sizes of the chapter's levels for these boxes: a power of two for each size that occurs.

@@ -46,7 +46,7 @@ def cells():
         0: [(12, 20, 26, 18), (34, 32, 24, 24), (96, 70, 28, 22), (112, 84, 30, 26), (60, 120, 20, 30)],
         1: [(12, 20, 46, 38), (42, 44, 54, 48), (90, 96, 50, 44)],
         2: [(14 + 23 * (i % 6), 14 + 24 * (i // 6) + 5 * (i % 3), 12, 12) for i in range(36)],
-        3: [(64, 46, 30, 28), (44, 70, 32, 26)],
+        3: [(52, 56, 34, 36), (24, 84, 34, 24)],
     }
     for panel, (title, count) in enumerate([("4.1  a grid", 4), ("4.2  cells too small", 10), ("4.3  cells too big", 2),
                                             ("4.4  the southwest cell", 4)]):
@@ -60,7 +60,6 @@ def cells():
             parts.append(f'<line x1="{left}" y1="{top + i * step:g}" x2="{left + size}" y2="{top + i * step:g}" stroke="{grey}"/>')
             parts.append(f'<line x1="{left + i * step:g}" y1="{top}" x2="{left + i * step:g}" y2="{top + size}" stroke="{grey}"/>')
         for index, (x, y, w, h) in enumerate(boxes[panel]):
-            x, y = (x, y) if panel != 3 else [(x, y), (20, 70)][index]
             parts.append(rect(left + x, top + y, w, h, blue if panel != 3 or index == 0 else red, "none", ' stroke-width="1.6"'))
             parts.append(f'<circle cx="{left + x:g}" cy="{top + y:g}" r="2.4" fill="{ink}"/>')
         parts.append(text(left + size / 2, top + size + 20, title, "middle"))
@@ -68,26 +67,26 @@ def cells():
 
 
 def responses():
-    parts, width, row = [], 44, 26
+    parts, left, width, row = [], 160, 44, 26
     for processor in range(2):
         y = 34 + processor * 44
-        parts.append(text(110, y + 17, f"processor {processor + 1} writes", "end"))
+        parts.append(text(left - 12, y + 17, f"processor {processor + 1} writes", "end"))
         for thing in range(6):
             filled = (thing + processor) % 3 != 0
-            parts.append(rect(122 + thing * width, y, width - 6, row, blue if processor == 0 else red,
+            parts.append(rect(left + thing * width, y, width - 6, row, blue if processor == 0 else red,
                               ("#dde8f3" if processor == 0 else "#f6dde0") if filled else "white"))
-    parts.append(f'<line x1="20" y1="122" x2="420" y2="122" stroke="{ink}" stroke-dasharray="5 4"/>')
-    parts.append(text(430, 126, "barrier"))
+    parts.append(f'<line x1="20" y1="122" x2="440" y2="122" stroke="{ink}" stroke-dasharray="5 4"/>')
+    parts.append(text(450, 126, "barrier"))
     for thing in range(6):
-        x = 122 + thing * width + (width - 6) / 2
+        x = left + thing * width + (width - 6) / 2
         parts.append(arrow(x, 106, x, 144))
-        parts.append(rect(122 + thing * width, 146, width - 6, row, ink, "#eeeeee"))
+        parts.append(rect(left + thing * width, 146, width - 6, row, ink, "#eeeeee"))
         parts.append(text(x, 22, f"{thing + 1}", "middle"))
-    parts.append(text(110, 22, "object", "end"))
-    parts.append(text(110, 163, "sum, by object", "end"))
-    parts.append(f'<line x1="20" y1="184" x2="420" y2="184" stroke="{ink}" stroke-dasharray="5 4"/>')
-    parts.append(text(430, 188, "barrier"))
-    return svg(490, 200, *parts)
+    parts.append(text(left - 12, 22, "object", "end"))
+    parts.append(text(left - 12, 163, "sum, by object", "end"))
+    parts.append(f'<line x1="20" y1="184" x2="440" y2="184" stroke="{ink}" stroke-dasharray="5 4"/>')
+    parts.append(text(450, 188, "barrier"))
+    return svg(510, 200, *parts)
 
 
 def ladder():
@@ -109,7 +108,8 @@ def ladder():
         x = place(10 ** power)
         parts.append(f'<line x1="{x:.1f}" y1="{top - 6}" x2="{x:.1f}" y2="{bottom}" stroke="#ddd"/>')
         label = f"{10 ** power:g} ms" if power < 3 else f"{10 ** (power - 3):,} s"
-        parts.append(text(round(x, 1), bottom + 16, label, "middle"))
+        if power != 6: # too near to the next one
+            parts.append(text(round(x, 1), bottom + 16, label, "middle"))
         power += 1
     for index, name in enumerate(names):
         y = top + index * (len(sizes) * bar + 12)
@@ -134,4 +134,4 @@ for name, draw in (("chapter-cells", cells), ("chapter-responses", responses), (
         file.write_text(drawn)
     elif not file.is_file() or file.read_text() != drawn:
         wrong.append(f"{file.name} isn't what would be drawn; run docs/images/chapter.py")
-sys.exit("\n".join(wrong))
+sys.exit("\n".join(wrong) or 0)
