@@ -1,7 +1,6 @@
-// SPDX-License-Identifier: MIT
-// The thesis chapter in one program: objects in a hierarchical hash grid (Alg. 6 to 10), collisions tested by all
-// threads (Alg. 11), responses kept per processor and merged (Alg. 15 and 16). Then today's engine on the same boxes.
-// Usage: chapter [OBJECTS]
+// SPDX-License-Identifier: MIT The thesis chapter in one program: objects in a hierarchical hash grid (Alg. 6
+// to 10), collisions tested by all threads (Alg. 11), responses kept per processor and merged (Alg. 15 and
+// 16). Then today's engine on the same boxes. Usage: chapter [OBJECTS]
 #include <jostle/chapter.hpp>
 #include <jostle/jostle.hpp>
 

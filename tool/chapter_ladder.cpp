@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// jostle chapter --ladder and --cells: what each step from the chapter to the engine brings, and what cell sizes cost.
+// SPDX-License-Identifier: MIT jostle chapter --ladder and --cells: what each step from the chapter to the
+// engine brings, and what cell sizes cost.
 #include "chapter_ladder.hpp"
 
 #include <algorithm>
@@ -33,7 +33,8 @@ constexpr std::uint32_t most_searches = 20'000;
 /// The objects of the all-pairs loops: n (n-1) / 2 tests, as in the chapter's figures.
 constexpr std::uint32_t all_pairs_objects = 9993;
 
-/// The median time of five runs, of fewer where they are slow; the first one counts only if it is the only one.
+/// The median time of five runs, of fewer where they are slow; the first one counts only if it is the only
+/// one.
 template <class Work>
 double median_ms(Work work)
 {

@@ -25,7 +25,8 @@ struct Report
     std::string text;
 };
 
-/// From the printed algorithms to the engine: the rungs, the ways to share work out, the ways to add up responses.
+/// From the printed algorithms to the engine: the rungs, the ways to share work out, the ways to add up
+/// responses.
 [[nodiscard]] Report measure_ladder(const LadderOptions& options);
 
 /// The mended grid with one cell size after the other, and one number of buckets after the other.

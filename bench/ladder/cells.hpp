@@ -22,7 +22,8 @@ inline Cell cell_of(const jostle::Vec3f& position, float cell_size)
     return cell;
 }
 
-/// Alg. 6, mended: the first level whose cells hold the box, so that it lies over at most two of them per axis.
+/// Alg. 6, mended: the first level whose cells hold the box, so that it lies over at most two of them per
+/// axis.
 inline std::uint32_t level_of(const jostle::Aabb3f& box, const std::vector<float>& sizes)
 {
     const float edge =
@@ -52,8 +53,8 @@ inline std::uint32_t bucket_of(const Cell& cell, std::uint32_t level, std::uint3
     return jostle::chapter::bucket_index<3>(cell, level, buckets, jostle::chapter::Hash::mixing);
 }
 
-/// Records of the same bucket side by side, by a counting sort. `each(use)` calls use(bucket, record) for every record,
-/// and is called twice, in the same order.
+/// Records of the same bucket side by side, by a counting sort. `each(use)` calls use(bucket, record) for
+/// every record, and is called twice, in the same order.
 template <class Record>
 class Sorted
 {

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// Rungs 5 and 6: one size of cells, and boxes copied into every cell that they touch, so that nobody looks at a
-// neighbouring cell; then larger cells, in which the copies are sorted along x and swept.
+// SPDX-License-Identifier: MIT Rungs 5 and 6: one size of cells, and boxes copied into every cell that they
+// touch, so that nobody looks at a neighbouring cell; then larger cells, in which the copies are sorted along
+// x and swept.
 #include <algorithm>
 
 #include "bench/ladder/cells.hpp"
@@ -12,8 +12,8 @@ struct Copy
 {
     jostle::Aabb3f box;
     std::uint32_t object;
-    /// One bit for each axis on which the box begins in an earlier cell. The cell of the two greater lower corners is the
-    /// only one in which two boxes that touch have no bit in common: it reports their pair.
+    /// One bit for each axis on which the box begins in an earlier cell. The cell of the two greater lower
+    /// corners is the only one in which two boxes that touch have no bit in common: it reports their pair.
     std::uint32_t flags;
     Cell cell;
 };

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: MIT
-// Rung 4: the mended grid of the chapter, its cells sorted by counting: a bucket is a piece of an array in place of a
-// linked list.
+// SPDX-License-Identifier: MIT Rung 4: the mended grid of the chapter, its cells sorted by counting: a bucket
+// is a piece of an array in place of a linked list.
 #include <algorithm>
 
 #include "bench/ladder/cells.hpp"
@@ -40,7 +39,8 @@ class Counted final : public FoundByProcessor
     [[nodiscard]] Counts counts() const override { return totals(cells_.bytes(), cells_.records.size()); }
 
   private:
-    /// Alg. 10, mended: on its own level what lies ahead of the object, on coarser levels whatever may touch it.
+    /// Alg. 10, mended: on its own level what lies ahead of the object, on coarser levels whatever may touch
+    /// it.
     void search(std::uint32_t i, Found& found) const
     {
         const Record& obj = cells_.records[i];

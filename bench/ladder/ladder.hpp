@@ -12,8 +12,8 @@
 #include "jostle/pair_buffer.hpp"
 
 /// The way from the thesis chapter's broad phase to today's engine, in eight programs that find pairs among
-/// the same boxes. Each changes one thing of the one before it; docs/guide/chapter.md tells what that brought.
-/// For study and measurement: the library uses none of it.
+/// the same boxes. Each changes one thing of the one before it; docs/guide/chapter.md tells what that
+/// brought. For study and measurement: the library uses none of it.
 namespace jostle_ladder {
 
 using Boxes = std::span<const jostle::Aabb3f>;
@@ -48,8 +48,8 @@ struct RungInfo
     std::unique_ptr<Rung> (*make)(std::uint32_t most_searches);
 };
 
-/// All rungs, from the printed text upwards. `most_searches` bounds how many objects search on the first one, which
-/// takes hours for a million: every k-th one then, and times and counts are a k-th.
+/// All rungs, from the printed text upwards. `most_searches` bounds how many objects search on the first one,
+/// which takes hours for a million: every k-th one then, and times and counts are a k-th.
 [[nodiscard]] std::span<const RungInfo> ladder();
 
 /// The cell sizes of the chapter's levels for these boxes: a power of two for each size that occurs.

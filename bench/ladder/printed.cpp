@@ -17,7 +17,8 @@ Printed<Dim, T>::Printed(std::vector<T> cell_size, std::uint32_t max_buckets, ch
 {
 }
 
-// Alg. 6. Objects are linked when all are there (see detect_proximity), so that the buffer may move as it grows.
+// Alg. 6. Objects are linked when all are there (see detect_proximity), so that the buffer may move as it
+// grows.
 template <int Dim, jostle::Coordinate T>
 void Printed<Dim, T>::add_object(const Box& box)
 {

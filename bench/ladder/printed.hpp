@@ -10,14 +10,17 @@
 
 namespace jostle_ladder {
 
-/// Algorithms 6 to 10 to the letter, faults included: what they lose and what they report with itself is to be counted.
+/// Algorithms 6 to 10 to the letter, faults included: what they lose and what they report with itself is to
+/// be counted.
 ///
 /// As printed   the quotient is truncated; the bucket is (x + y + level) % MAX_BUCKETS, negated where that is
-///              negative; a bucket's objects are compared whatever their cell and level; the object itself is passed
-///              over in the four cells, not in the southwest one; a pair is added unless it is there already.
-/// Not printed  the southwest cell in 3D: of the 27 cells around the first one those that come later in the order of
-///              z, y, x, which are the chapter's five cells in 2D. How "already added" is found out: by a hash table.
-///              The lock around both: the text has none (see tests/chapter/printed_test.cpp).
+///              negative; a bucket's objects are compared whatever their cell and level; the object itself is
+///              passed over in the four cells, not in the southwest one; a pair is added unless it is there
+///              already.
+/// Not printed  the southwest cell in 3D: of the 27 cells around the first one those that come later in the
+///              order of z, y, x, which are the chapter's five cells in 2D. How "already added" is found out:
+///              by a hash table. The lock around both: the text has none (see
+///              tests/chapter/printed_test.cpp).
 /// Refused      std::invalid_argument for an object larger than the largest cell, for which Alg. 6 reads
 ///              past the end of cellSize.
 template <int Dim, jostle::Coordinate T>

@@ -64,7 +64,8 @@ class Atomics final : public ResponseWay
     std::vector<std::atomic<Push>> sums_;
 };
 
-/// Fig. 4.8: a row of all objects for each processor, merged behind a barrier; a second barrier ends the merging.
+/// Fig. 4.8: a row of all objects for each processor, merged behind a barrier; a second barrier ends the
+/// merging.
 class PerProcessor final : public ResponseWay
 {
   public:
@@ -83,7 +84,8 @@ class PerProcessor final : public ResponseWay
     std::uint32_t objects_;
 };
 
-/// The library's: a list for each block of work, so that the order of the sums doesn't depend on who did the work.
+/// The library's: a list for each block of work, so that the order of the sums doesn't depend on who did the
+/// work.
 class PerBlock final : public ResponseWay
 {
   public:

@@ -813,10 +813,12 @@ export interface Jostle extends JostlePairs {
   readonly BoxIndex: new (options: IndexOptions) => BoxIndex;
   readonly World: new (options: WorldOptions) => World;
   /**
-   * With allPoints a surface has a contact for each triangle or segment that touches; otherwise those of a body
-   * whose normals are within 5 degrees are one.
+   * With allPoints a surface has a contact for each triangle or segment that touches; otherwise those of a
+   * body whose normals are within 5 degrees are one.
    */
-  readonly ContactFinder: new (options: { dim: Dimension; type?: NumberType; allPoints?: boolean }) => ContactFinder;
+  readonly ContactFinder: new (
+    options: { dim: Dimension; type?: NumberType; allPoints?: boolean },
+  ) => ContactFinder;
   readonly Shapes: new (options?: { dim?: Dimension; shapes?: Shape[] }) => Shapes;
 
   sphere(radius: number, dim?: Dimension): Shape;

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: MIT
-// What algorithms 6 to 10 do as they are printed: bench/ladder/printed.hpp runs them to the letter. The shares are
-// those of docs/guide/chapter.md.
+// SPDX-License-Identifier: MIT What algorithms 6 to 10 do as they are printed: bench/ladder/printed.hpp runs
+// them to the letter. The shares are those of docs/guide/chapter.md.
 #include "bench/ladder/printed.hpp"
 
 #include <gtest/gtest.h>
@@ -118,8 +117,8 @@ TEST(Printed, IsRightWithinOneLevel)
         EXPECT_EQ((compare<2, float>(boxes, *run<2, float>(boxes, one_level, hash)).share_found), 1);
 }
 
-// The southwest cell of (x1, y1) is (x1 - 1, y1 + 1): the same sum, so the object's own bucket, where nobody passes over
-// the object itself.
+// The southwest cell of (x1, y1) is (x1 - 1, y1 + 1): the same sum, so the object's own bucket, where nobody
+// passes over the object itself.
 TEST(Printed, FindsAnObjectThatSpansTwoRowsOfCellsToTouchItself)
 {
     const Boxes<2, float> boxes = {{{0.5f, 0.5f}, {0.9f, 1.2f}}, {{5.2f, 5.2f}, {5.8f, 5.8f}}};
@@ -170,8 +169,8 @@ TEST(Printed, RefusesObjectsLargerThanTheLargestCell)
     EXPECT_THROW(printed.add_object({{0, 0}, {2.5f, 1}}), std::invalid_argument);
 }
 
-// Alg. 10 adds to closePairs from all threads without a lock. An append reads the length, writes the pair there, and
-// writes the length back; two threads that both read before either writes keep one pair of two.
+// Alg. 10 adds to closePairs from all threads without a lock. An append reads the length, writes the pair
+// there, and writes the length back; two threads that both read before either writes keep one pair of two.
 TEST(Printed, AppendingWithoutALockLosesPairs)
 {
     std::atomic<std::size_t> length{0};

@@ -165,8 +165,8 @@ TEST(Simulation, WhatHasSunkIsPushedOut)
 }
 
 // Bodies push each other out until 5 mm of overlap are left, and not only from more than that on: the deepest
-// of piles at rest are 6.0 mm in each other on average. Where what is left alone is twice as much, for all, for
-// those of a block or for a point, it is 9.5 to 10.1 mm.
+// of piles at rest are 6.0 mm in each other on average. Where what is left alone is twice as much, for all,
+// for those of a block or for a point, it is 9.5 to 10.1 mm.
 TEST(Simulation, WhatRestsIsPushedOutAsFarAsPromised)
 {
     double sum = 0;

@@ -463,7 +463,8 @@ void remove_some(jostle::World3f& world, Random random)
     }
 }
 
-// Memory for what users keep is taken by segments, the first of 64 and each further one as large as all before.
+// Memory for what users keep is taken by segments, the first of 64 and each further one as large as all
+// before.
 TEST(Memory, AFailedAddOfUserDataTakesNoId)
 {
     constexpr std::size_t counts[] = {1, 2, 63, 64, 65, 127, 128, 129, 255, 256, 257, 1000};

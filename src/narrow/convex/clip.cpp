@@ -83,7 +83,8 @@ void take_face(const Core3& core, std::uint32_t f, Feature& feature)
         feature.vertex.push_back(hull.outline[k]);
         feature.point.push_back(core.frame * hull.vertex(hull.outline[k]));
     }
-    // A hull's highest corner may be none of the outline's; a flat one has corners on both sides of its plane.
+    // A hull's highest corner may be none of the outline's; a flat one has corners on both sides of its
+    // plane.
     if (hull.offset != nullptr) {
         feature.top = dot(feature.normal, core.frame.p) + hull.offset[f];
         return;

@@ -306,10 +306,10 @@ struct PolygonSides
     }
 };
 
-/// Clips the line to the half-spaces of a hull's sides. These reach past the hull where it is nearly flat: two
-/// of them meet at a rim at an angle so small that rounding, or faces that were merged, decide where. So if
-/// the hull has a sharp rim, the line has to come in through the side itself, and where it begins inside also
-/// go out through one. Where it doesn't, distances decide.
+/// Clips the line to the half-spaces of a hull's sides. These reach past the hull where it is nearly flat:
+/// two of them meet at a rim at an angle so small that rounding, or faces that were merged, decide where. So
+/// if the hull has a sharp rim, the line has to come in through the side itself, and where it begins inside
+/// also go out through one. Where it doesn't, distances decide.
 template <int Dim>
 template <class Hull>
 void Caster<Dim>::meet_sides(const Hull& hull, const Shape<Dim>& shape, std::uint32_t part)

@@ -7,8 +7,8 @@
 JOSTLE_NAMESPACE_BEGIN
 namespace narrow {
 
-/// As core_gap() with a triangle: the distance is more than `enough` where the two are apart by more than that.
-/// Boxes that overlap it are told by their axes.
+/// As core_gap() with a triangle: the distance is more than `enough` where the two are apart by more than
+/// that. Boxes that overlap it are told by their axes.
 void triangle_gap(const Core3& a, const Core3& triangle, double enough, Gap<3>& cores);
 
 /// Where a core is lowest over the front of a triangle's plane.

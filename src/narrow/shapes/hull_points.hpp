@@ -80,8 +80,8 @@ struct PointSet
 /// instead.
 Vec3 products_of(const Vec3& u, const Vec3& v);
 
-/// The corners of the hull of some points in the plane of the axes u and v, counterclockwise; one or two where
-/// all lie in one place or on one line.
+/// The corners of the hull of some points in the plane of the axes u and v, counterclockwise; one or two
+/// where all lie in one place or on one line.
 std::vector<Index> planar_hull(const PointSet& points, int u, int v, std::vector<Index> of);
 
 /// The same for points in the plane with that normal, counterclockwise seen from where it points. It is found
