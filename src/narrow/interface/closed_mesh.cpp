@@ -18,7 +18,7 @@ namespace {
 using Index = std::uint32_t;
 
 /// A side of a triangle as it runs, and against it.
-struct Edge
+struct MeshEdge
 {
     Index low, high, triangle;
     bool up; ///< from low to high
@@ -26,18 +26,18 @@ struct Edge
 
 void check_closed(const MeshData<3>& mesh)
 {
-    std::vector<Edge> sides;
+    std::vector<MeshEdge> sides;
     sides.reserve(3 * mesh.elements.size());
     for (Index e = 0; e < mesh.elements.size(); ++e)
         for (std::size_t i = 0; i < 3; ++i) {
             const Index from = mesh.elements[e][i], to = mesh.elements[e][(i + 1) % 3];
             if (from != to) sides.push_back({std::min(from, to), std::max(from, to), e, from < to});
         }
-    std::sort(sides.begin(), sides.end(), [](const Edge& a, const Edge& b) {
+    std::sort(sides.begin(), sides.end(), [](const MeshEdge& a, const MeshEdge& b) {
         if (a.low != b.low) return a.low < b.low;
         return a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
     });
-    const Edge* open = nullptr;
+    const MeshEdge* open = nullptr;
     for (std::size_t k = 0, end = 0; k < sides.size(); k = end) {
         std::int64_t up = 0;
         for (end = k;

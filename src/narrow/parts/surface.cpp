@@ -140,13 +140,13 @@ double longest_side2(const Vec3& a, const Vec3& b, const Vec3& c)
 
 /// An element with its place.
 template <int Dim>
-struct Piece;
+struct Facet;
 template <>
-struct Piece<3>
+struct Facet<3>
 {
     Vec3 corner[3], across;
     double size2;
-    Piece(const MeshData<3>& mesh, const Mesh<3>::Element& e)
+    Facet(const MeshData<3>& mesh, const Mesh<3>::Element& e)
         : corner{mesh.vertex(e[0]), mesh.vertex(e[1]), mesh.vertex(e[2])},
           across(cross(corner[1] - corner[0], corner[2] - corner[0])),
           size2(longest_side2(corner[0], corner[1], corner[2]))
@@ -164,18 +164,18 @@ struct Piece<3>
         }
         return true;
     }
-    [[nodiscard]] bool is_level_with(const Piece& other) const
+    [[nodiscard]] bool is_level_with(const Facet& other) const
     {
         return length2(cross(across, other.across)) <=
                same_plane * same_plane * length2(across) * length2(other.across);
     }
 };
 template <>
-struct Piece<2>
+struct Facet<2>
 {
     Vec2 corner[2];
     double size2;
-    Piece(const MeshData<2>& mesh, const Mesh<2>::Element& e)
+    Facet(const MeshData<2>& mesh, const Mesh<2>::Element& e)
         : corner{mesh.vertex(e[0]), mesh.vertex(e[1])}, size2(length2(corner[1] - corner[0]))
     {
     }
@@ -187,7 +187,7 @@ struct Piece<2>
         return std::abs(cross(along, p - corner[0])) <= slack * size && at >= -slack * size &&
                at <= size2 + slack * size;
     }
-    [[nodiscard]] bool is_level_with(const Piece& other) const
+    [[nodiscard]] bool is_level_with(const Facet& other) const
     {
         const double turn = cross(corner[1] - corner[0], other.corner[1] - other.corner[0]);
         return turn * turn <= same_plane * same_plane * size2 * other.size2;
@@ -202,7 +202,7 @@ bool another_has(const MeshData<Dim>& mesh, const typename Mesh<Dim>::Element& o
     bool found = false;
     mesh.find_around(p, slack, [&](const typename Mesh<Dim>::Element& e) {
         if (e == own) return false;
-        const Piece<Dim> piece(mesh, e);
+        const Facet<Dim> piece(mesh, e);
         found = !piece.is_needle() && piece.has(p, slack) && wanted(piece);
         return found;
     });
@@ -210,7 +210,7 @@ bool another_has(const MeshData<Dim>& mesh, const typename Mesh<Dim>::Element& o
 }
 
 /// The corner of a piece that is highest along `up`, or the point of its highest side next to p.
-Vec3 highest_point(const Piece<3>& piece, const Vec3& up, const Vec3& p)
+Vec3 highest_point(const Facet<3>& piece, const Vec3& up, const Vec3& p)
 {
     std::size_t order[3] = {0, 1, 2};
     std::sort(order, order + 3, [&](std::size_t i, std::size_t k) {
@@ -220,7 +220,7 @@ Vec3 highest_point(const Piece<3>& piece, const Vec3& up, const Vec3& p)
     if (-dot(up, side) > level * std::sqrt(piece.size2)) return from;
     return from + side * std::max(0.0, std::min(1.0, dot(side, p - from) / length2(side)));
 }
-Vec2 highest_point(const Piece<2>& piece, const Vec2& up, const Vec2&)
+Vec2 highest_point(const Facet<2>& piece, const Vec2& up, const Vec2&)
 {
     return piece.corner[dot(up, piece.corner[1] - piece.corner[0]) > 0 ? 1 : 0];
 }
@@ -232,11 +232,11 @@ bool goes_on_unjoined(const Part<Dim>& part, const V<Dim>& n, const Manifold<Dim
 {
     if (part.surface != Surface::sheet || std::abs(dot(n, part.normal)) > 1 - level * level) return false;
     const MeshData<Dim>& mesh = *part.mesh;
-    const Piece<Dim> own(mesh, part.number);
+    const Facet<Dim> own(mesh, part.number);
     const auto& frame = part.core.frame;
     const V<Dim> up = frame.r.back(-n);
     const V<Dim> p = highest_point(own, up, frame.r.back(manifold.point[0].p - frame.p));
-    return another_has(mesh, part.number, p, straight * std::sqrt(own.size2), [&](const Piece<Dim>& other) {
+    return another_has(mesh, part.number, p, straight * std::sqrt(own.size2), [&](const Facet<Dim>& other) {
         bool higher = false;
         for (const V<Dim>& corner : other.corner)
             higher = higher || dot(up, corner - p) > level * std::sqrt(other.size2);
@@ -338,13 +338,13 @@ template <int Dim>
 bool is_covered(const Part<Dim>& part)
 {
     if (part.mesh == nullptr) return false;
-    const Piece<Dim> own(*part.mesh, part.number);
+    const Facet<Dim> own(*part.mesh, part.number);
     if (!own.is_needle()) return false;
     V<Dim> sum;
     for (const V<Dim>& corner : own.corner)
         sum += corner;
     return another_has(*part.mesh, part.number, sum * (1.0 / Dim), straight * std::sqrt(own.size2),
-                       [](const Piece<Dim>&) { return true; });
+                       [](const Facet<Dim>&) { return true; });
 }
 template bool is_covered(const Part<2>&);
 template bool is_covered(const Part<3>&);
