@@ -161,7 +161,7 @@ TYPED_TEST(TinyNumbers, ShapesAreMetAsPointsAre)
             const double off = right->distance > 1e-6 ? 1e-8 : 2e-2;
             ASSERT_NEAR(got->distance, right->distance, off)
                 << round << " types " << a.type() << ' ' << b.type();
-            if (right->distance > 1e-6) ASSERT_FALSE(touching(a, pose_a, b, pose_b));
+            ASSERT_FALSE(right->distance > 1e-6 && touching(a, pose_a, b, pose_b));
             for (const double x : Answers<Dim>(a, pose_a, b, pose_b).numbers)
                 ASSERT_TRUE(std::abs(x) < HUGE_VAL && x != -12345)
                     << round << " types " << a.type() << ' ' << b.type();
