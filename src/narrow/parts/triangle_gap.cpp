@@ -48,7 +48,8 @@ void triangle_gap(const Core3& a, const Part<3>& triangle, const Lowest& lowest,
 {
     cores.distance = lowest.height;
     if (lowest.height > enough) return;
-    if (!(lowest.height > 0 && is_over(triangle, lowest.p)))
+    // Nearer than that the search has the word, which touching() goes by.
+    if (!(lowest.height > uncertain(a, triangle.core) && is_over(triangle, lowest.p)))
         return triangle_gap(a, triangle.core, enough, cores);
     cores.normal = -lowest.up;
     cores.on_a = lowest.p;
