@@ -1,6 +1,8 @@
-// SPDX-License-Identifier: MIT The thesis chapter in one program: objects in a hierarchical hash grid (Alg. 6
-// to 10), collisions tested by all threads (Alg. 11), responses kept per processor and merged (Alg. 15 and
-// 16). Then today's engine on the same boxes. Usage: chapter [OBJECTS]
+// SPDX-License-Identifier: MIT
+// The thesis chapter in one program: objects in a hierarchical hash grid (Alg. 6 to 10), collisions tested by
+// all threads (Alg. 11), responses kept per processor and merged (Alg. 15 and 16). Then today's engine on the
+// same boxes.
+// Usage: chapter [OBJECTS]
 #include <jostle/chapter.hpp>
 #include <jostle/jostle.hpp>
 
@@ -37,9 +39,9 @@ int main(int count, char** arguments)
 
     jostle::Executor& executor = jostle::default_executor();
     chapter::Grid<3, float> grid({.cell_sizes = {1, 2, 4, 8}, .buckets = objects});
+    // Alg. 6: the level whose cells hold it, the cell of its lower corner, a bucket by hash.
     for (const jostle::Aabb3f& box : boxes)
-        grid.add(
-            box); // Alg. 6: the level whose cells hold it, the cell of its lower corner, a bucket by hash
+        grid.add(box);
     chapter::DenseResponses<int> responses(objects, executor.concurrency());
     grid.process_collision_detection(executor, [&](std::uint32_t processor, const jostle::Pair& pair) {
         responses.add(processor, pair.a, pair.b, 1); // no lock: each processor has a row of its own
@@ -47,7 +49,7 @@ int main(int count, char** arguments)
     });
     const auto collisions = responses.merge(executor);
     const double ms_grid = ms();
-    std::printf("the chapter: %zu pairs, %.1f cells probed and %.1f boxes compared for each, in %.2f ms\n",
+    std::printf("the chapter: %zu pairs, %.1f cells probed and %.1f boxes compared per object, in %.2f ms\n",
                 grid.close_pairs().size(), static_cast<double>(grid.stats().cells) / objects,
                 static_cast<double>(grid.stats().tests) / objects, ms_grid);
     std::printf("the busiest object has %d collisions\n",

@@ -637,8 +637,10 @@ void add_chapter_command(CLI::App& app)
     command->footer(help);
     const auto options = std::make_shared<Options>();
     command
-        ->add_option("-n", options->objects,
-                     "How many objects; 9993 if not given, as in the chapter; several numbers with --ladder")
+        ->add_option(
+            "-n", options->objects,
+            "How many objects: 9993 if not given, whose tests the chapter counts; with --ladder several "
+            "numbers (10000,100000), with --cells 100000")
         ->delimiter(',')
         ->check(CLI::Range(2u, 4'000'000'000u).description(""))
         ->type_name("N");

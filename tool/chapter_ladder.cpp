@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT jostle chapter --ladder and --cells: what each step from the chapter to the
-// engine brings, and what cell sizes cost.
+// SPDX-License-Identifier: MIT
+// jostle chapter --ladder and --cells: what each step from the chapter to the engine brings, and what cell
+// sizes cost.
 #include "chapter_ladder.hpp"
 
 #include <algorithm>
@@ -301,15 +302,15 @@ Report measure_ladder(const LadderOptions& options)
     const std::size_t threads = options.threads.size();
     const std::string first = padded("From the chapter to the engine", 36, true) + padded("boxes", 10);
     report.text =
-        first + thread_heads(options) + "   cells     compared  bytes  (a box)   found   itself\n" +
+        first + thread_heads(options) + "     cells  compared     bytes     found   itself\n" +
         table(report.rows, "find", "rung", threads) + "\n" +
         padded("All pairs, shared out over the threads", 46, true) + thread_heads(options) + "\n" +
         table(report.rows, "sharing", "way", threads) + "\n" +
         padded("Responses of all pairs, added up", 46, true) + thread_heads(options) + "\n" +
         table(report.rows, "responses", "way", threads) +
-        "\nEach frame is built anew from the boxes. 'cells' counts cells looked into, 'compared' pairs of "
-        "boxes,\n"
-        "'itself' boxes that were found to touch themselves. Where not all objects searched, the time is\n"
+        "\nEach frame is built from the boxes. Per box: 'cells' looked into, boxes 'compared', 'bytes' of\n"
+        "memory. 'itself': boxes that were found to touch themselves. Where not all objects searched, the "
+        "time is\n"
         "that of those which did, scaled. docs/guide/chapter.md says what each rung changes.\n";
     return report;
 }
@@ -325,7 +326,8 @@ Report measure_cells(const LadderOptions& options)
         options.buckets.empty() ? std::vector<std::uint32_t>{n} : options.buckets;
     Progress progress("measuring", options.cells.size() * buckets.size());
     report.text = grouped(n) + " boxes (" + options.scene + "), one level of cells, " +
-                  std::to_string(options.threads.back()) + " threads\n" + padded("cell", 10) +
+                  std::to_string(options.threads.back()) +
+                  (options.threads.back() == 1 ? " thread\n" : " threads\n") + padded("cell", 10) +
                   padded("buckets", 12) + padded("time", 12) + padded("cells", 10) + padded("visited", 12) +
                   padded("compared", 12) + padded("too large", 11) + "\n";
     const Threads threads(options.threads.back());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -66,7 +67,7 @@ class Sorted
         each([&](std::uint32_t bucket, const Record&) { ++begin[bucket]; });
         std::uint32_t sum = 0;
         for (std::uint32_t& b : begin)
-            b = sum += b; // the bucket's end, which filling from the back makes its begin
+            b = sum += b; // the bucket's end; filling backwards moves it to the begin
         records.resize(sum);
         std::vector<Record>& to = records;
         each([&](std::uint32_t bucket, const Record& record) { to[--begin[bucket]] = record; });

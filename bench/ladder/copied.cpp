@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT Rungs 5 and 6: one size of cells, and boxes copied into every cell that they
-// touch, so that nobody looks at a neighbouring cell; then larger cells, in which the copies are sorted along
-// x and swept.
+// SPDX-License-Identifier: MIT
+// Rungs 5 and 6: one size of cells, and boxes copied into every cell that they touch, so that nobody looks at
+// a neighbouring cell; then larger cells, in which the copies are sorted along x and swept.
 #include <algorithm>
 
 #include "bench/ladder/cells.hpp"

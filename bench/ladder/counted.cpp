@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT Rung 4: the mended grid of the chapter, its cells sorted by counting: a bucket
-// is a piece of an array in place of a linked list.
+// SPDX-License-Identifier: MIT
+// Rung 4: the mended grid of the chapter, its cells sorted by counting: a bucket is a piece of an array in
+// place of a linked list.
 #include <algorithm>
 
 #include "bench/ladder/cells.hpp"

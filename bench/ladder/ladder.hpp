@@ -11,8 +11,8 @@
 #include "jostle/executor.hpp"
 #include "jostle/pair_buffer.hpp"
 
-/// The way from the thesis chapter's broad phase to today's engine, in eight programs that find pairs among
-/// the same boxes. Each changes one thing of the one before it; docs/guide/chapter.md tells what that
+/// The way from the thesis chapter's broad phase to today's engine, in eight ways to find pairs among the
+/// same boxes, each a step on from the one before; docs/guide/chapter.md tells what that
 /// brought. For study and measurement: the library uses none of it.
 namespace jostle_ladder {
 
@@ -49,7 +49,7 @@ struct RungInfo
 };
 
 /// All rungs, from the printed text upwards. `most_searches` bounds how many objects search on the first one,
-/// which takes hours for a million: every k-th one then, and times and counts are a k-th.
+/// which takes hours for a million: every k-th one then; times and counts are for those only.
 [[nodiscard]] std::span<const RungInfo> ladder();
 
 /// The cell sizes of the chapter's levels for these boxes: a power of two for each size that occurs.

@@ -59,6 +59,7 @@ std::uint32_t Printed<Dim, T>::bucket_of(const Cell& cell, std::uint32_t level) 
 template <int Dim, jostle::Coordinate T>
 void Printed<Dim, T>::detect_proximity(jostle::Executor& executor, std::uint32_t stride)
 {
+    std::fill(grid_.begin(), grid_.end(), nullptr);
     for (Object& object : objects_) { // Alg. 6, lines 7 to 13
         Cell cell;
         for (int d = 0; d < Dim; ++d)
@@ -70,6 +71,8 @@ void Printed<Dim, T>::detect_proximity(jostle::Executor& executor, std::uint32_t
         grid_[object.bucket] = &object;
     }
     close_pairs.clear();
+    added_.clear();
+    probes = candidates = again = selves = 0;
     chapter::on_all_processors(executor, [&](std::uint32_t processor, std::uint32_t processors) {
         detect_proximity_thread(
             chapter::work_interval(processor, processors, static_cast<std::uint32_t>(objects_.size())),

@@ -10,19 +10,21 @@
 
 namespace jostle_ladder {
 
-/// Algorithms 6 to 10 to the letter, faults included: what they lose and what they report with itself is to
-/// be counted.
+/// Algorithms 6 to 10 to the letter, faults included, so that what they lose, and the objects that they pair
+/// with themselves, can be counted.
 ///
-/// As printed   the quotient is truncated; the bucket is (x + y + level) % MAX_BUCKETS, negated where that is
-///              negative; a bucket's objects are compared whatever their cell and level; the object itself is
-///              passed over in the four cells, not in the southwest one; a pair is added unless it is there
-///              already.
-/// Not printed  the southwest cell in 3D: of the 27 cells around the first one those that come later in the
-///              order of z, y, x, which are the chapter's five cells in 2D. How "already added" is found out:
-///              by a hash table. The lock around both: the text has none (see
-///              tests/chapter/printed_test.cpp).
-/// Refused      std::invalid_argument for an object larger than the largest cell, for which Alg. 6 reads
-///              past the end of cellSize.
+/// As printed   the bucket is (x + y + level) % MAX_BUCKETS, negated where that is negative; a bucket's
+///              objects are compared whatever their cell and level; the object itself is passed over in the
+///              four cells, not in the southwest one; a pair is added unless it is there already.
+/// Not printed  how the quotient is rounded: it is truncated, as C does. The southwest cell in 3D: also the
+///              cells before the first one on x or y that come later in the order of z, y, x; in 2D that is
+///              the chapter's fifth cell. How "already added" is known: by a hash table. The lock around
+///              both: the text has none (see tests/chapter/printed_test.cpp).
+/// Mended       one processor, for which Alg. 9 reads intervals[-1]. Pairs are kept as (lesser, greater)
+///              number, and the southwest cell is probed before the rest of its row: the set of pairs is the
+///              same.
+/// Refused      std::invalid_argument for an object larger than the largest cell, for which Alg. 6 reads past
+///              the end of cellSize.
 template <int Dim, jostle::Coordinate T>
 class Printed
 {
@@ -34,7 +36,7 @@ class Printed
             jostle::chapter::Hash hash = jostle::chapter::Hash::as_printed);
 
     void add_object(const Box& box); ///< Alg. 6
-    /// Alg. 9, lines 1 to 16, for every `stride`-th object.
+    /// Alg. 9, lines 1 to 16, for every `stride`-th object. Coordinates have to be far below 2^62 cells.
     void detect_proximity(jostle::Executor& executor, std::uint32_t stride = 1);
 
     std::vector<jostle::Pair> close_pairs; ///< a <= b; equal where an object was found to touch itself

@@ -124,10 +124,10 @@ std::unique_ptr<ResponseWay> make(std::uint32_t objects)
 
 std::span<const ResponseInfo> response_ways()
 {
-    static constexpr ResponseInfo ways[] = {{"a mutex an object", make<Mutexes>},
+    static constexpr ResponseInfo ways[] = {{"a mutex per object", make<Mutexes>},
                                             {"atomic additions", make<Atomics>},
-                                            {"a row a processor, merged (fig. 4.8)", make<PerProcessor>},
-                                            {"a list a block of work, merged", make<PerBlock>}};
+                                            {"a row per processor, merged (fig. 4.8)", make<PerProcessor>},
+                                            {"a list per block of work, merged", make<PerBlock>}};
     return ways;
 }
 

@@ -63,7 +63,9 @@ def cells():
             parts.append(rect(left + x, top + y, w, h, blue if panel != 3 or index == 0 else red, "none", ' stroke-width="1.6"'))
             parts.append(f'<circle cx="{left + x:g}" cy="{top + y:g}" r="2.4" fill="{ink}"/>')
         parts.append(text(left + size / 2, top + size + 20, title, "middle"))
-    return svg(4 * size + 3 * gap + 20, top + size + 32, *parts)
+    words = "dot: the corner that decides an object's cell; blue: the cells that the object probes, red: the southwest one"
+    parts.append(text(10, top + size + 42, words))
+    return svg(4 * size + 3 * gap + 20, top + size + 52, *parts)
 
 
 def responses():
@@ -120,11 +122,13 @@ def ladder():
             parts.append(f'<rect x="{left}" y="{y + k * bar}" width="{end - left:.1f}" height="{bar - 2}" fill="{shades[k]}"/>')
             ms = row["ms"]
             words = f"{ms / 1000:,.0f} s" if ms >= 9950 else f"{ms / 1000:.1f} s" if ms >= 995 else f"{ms:.3g} ms"
+            words += " *" if row["searched"] < n else ""
             parts.append(f'<text x="{end + 4:.1f}" y="{y + k * bar + bar - 2}" font-size="10">{words}</text>')
     for k, n in enumerate(sizes):
         parts.append(f'<rect x="{left + k * 130}" y="6" width="10" height="10" fill="{shades[k]}"/>')
         parts.append(text(left + k * 130 + 15, 16, f"{n:,} boxes"))
-    return svg(right + 60, bottom + 26, *parts)
+    parts.append(text((left + right) / 2, bottom + 34, "one thread, logarithmic scale; * estimated from 20,000 of the searches", "middle"))
+    return svg(right + 60, bottom + 44, *parts)
 
 
 wrong = []

@@ -1,11 +1,15 @@
-// SPDX-License-Identifier: MIT What algorithms 6 to 10 do as they are printed: bench/ladder/printed.hpp runs
-// them to the letter. The shares are those of docs/guide/chapter.md.
+// SPDX-License-Identifier: MIT
+// What algorithms 6 to 10 do as they are printed: bench/ladder/printed.hpp runs them to the letter. The
+// shares are those of docs/guide/chapter.md.
 #include "bench/ladder/printed.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <barrier>
+#include <cmath>
+#include <memory>
 #include <stdexcept>
 #include <thread>
 
@@ -139,7 +143,7 @@ TEST(Printed, FindsAnObjectThatSpansTwoRowsOfCellsToTouchItself)
     EXPECT_EQ((run<2, float>(many, one_level)->selves), spanning);
 }
 
-// Two cells of one bucket show the same pair twice, and a pair within a level is seen from both sides.
+// Two objects of one cell are met from both sides, and any pair again in each further cell of its bucket.
 TEST(Printed, MeetsPairsAgain)
 {
     const Boxes<2, float> boxes = {{{0.1f, 0.1f}, {0.6f, 0.6f}}, {{0.3f, 0.3f}, {0.8f, 0.8f}}};
@@ -160,6 +164,17 @@ TEST(Printed, ThreadsDontChangeWhatIsFound)
         EXPECT_EQ(many->candidates, one->candidates);
         EXPECT_EQ(many->again, one->again);
     }
+}
+
+TEST(Printed, BeginsAgainInEachFrame)
+{
+    const Boxes<2, float> boxes = mixed_sizes<2, float>(300, 8, 15, 6);
+    const auto printed = run<2, float>(boxes, {1, 2, 4, 8});
+    const std::vector<Pair> first = printed->close_pairs;
+    const std::uint64_t candidates = printed->candidates;
+    printed->detect_proximity(serial_executor());
+    EXPECT_EQ(printed->close_pairs, first);
+    EXPECT_EQ(printed->candidates, candidates);
 }
 
 TEST(Printed, RefusesObjectsLargerThanTheLargestCell)

@@ -1,9 +1,10 @@
-// SPDX-License-Identifier: MIT Everything at once: a world lives on while `accept` changes its mind, views
-// follow it, updates fail, it goes back, takes another base, is restored in worlds with other options, and is
-// asked together with another one. Whatever happens, it says what the twin says. How many objects there are,
-// and how many are moved at a time, lies at and beside powers of two and the sizes of the world's blocks.
-//   JOSTLE_WHOLE   how many seeds (30); some thousand for a thorough run
-//   JOSTLE_WHOLE_SEED   the first of them (1): a failure names its seed and update
+// SPDX-License-Identifier: MIT
+// Everything at once: a world lives on while `accept` changes its mind, views follow it, updates fail, it
+// goes back, takes another base, is restored in worlds with other options, and is asked together with another
+// one. Whatever happens, it says what the twin says. How many objects there are, and how many are moved at a
+// time, lies at and beside powers of two and the sizes of the world's blocks. JOSTLE_WHOLE   how many seeds
+// (30); some thousand for a thorough run JOSTLE_WHOLE_SEED   the first of them (1): a failure names its seed
+// and update
 #include <cmath>
 #include <cstdlib>
 
