@@ -133,6 +133,7 @@ inline Support support(const Core3& core, const Vec3& direction)
         best = (d.x > 0 ? 1u : 0u) | (d.y > 0 ? 2u : 0u) | (d.z > 0 ? 4u : 0u);
     } else if (hull.vertices > 3) {
         best = core.kernels->furthest(hull.x, hull.stride, d.x, d.y, d.z);
+        if (best >= hull.vertices) best = 0; // no corner is furthest along what isn't a number
     } else {
         double most = -HUGE_VAL;
         for (std::uint32_t i = 0; i < hull.vertices; ++i) {
