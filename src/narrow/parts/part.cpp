@@ -34,10 +34,6 @@ Answer answer_if(bool contact)
     return contact ? Answer::contact : Answer::none;
 }
 
-} // namespace
-
-namespace {
-
 template <int Dim>
 Answer contact_of_parts(const Part<Dim>& a, const Part<Dim>& b, double margin, Manifold<Dim>& manifold,
                         double& gap)

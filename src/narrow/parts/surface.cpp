@@ -138,7 +138,7 @@ double longest_side2(const Vec3& a, const Vec3& b, const Vec3& c)
     return std::max(length2(b - a), std::max(length2(c - b), length2(a - c)));
 }
 
-/// An element with its place.
+/// An element and where its corners lie.
 template <int Dim>
 struct Facet;
 template <>
@@ -202,27 +202,27 @@ bool another_has(const MeshData<Dim>& mesh, const typename Mesh<Dim>::Element& o
     bool found = false;
     mesh.find_around(p, slack, [&](const typename Mesh<Dim>::Element& e) {
         if (e == own) return false;
-        const Facet<Dim> piece(mesh, e);
-        found = !piece.is_needle() && piece.has(p, slack) && wanted(piece);
+        const Facet<Dim> facet(mesh, e);
+        found = !facet.is_needle() && facet.has(p, slack) && wanted(facet);
         return found;
     });
     return found;
 }
 
-/// The corner of a piece that is highest along `up`, or the point of its highest side next to p.
-Vec3 highest_point(const Facet<3>& piece, const Vec3& up, const Vec3& p)
+/// The corner of a facet that is highest along `up`, or the point of its highest side next to p.
+Vec3 highest_point(const Facet<3>& facet, const Vec3& up, const Vec3& p)
 {
     std::size_t order[3] = {0, 1, 2};
     std::sort(order, order + 3, [&](std::size_t i, std::size_t k) {
-        return dot(up, piece.corner[i]) > dot(up, piece.corner[k]);
+        return dot(up, facet.corner[i]) > dot(up, facet.corner[k]);
     });
-    const Vec3 from = piece.corner[order[0]], side = piece.corner[order[1]] - from;
-    if (-dot(up, side) > level * std::sqrt(piece.size2)) return from;
+    const Vec3 from = facet.corner[order[0]], side = facet.corner[order[1]] - from;
+    if (-dot(up, side) > level * std::sqrt(facet.size2)) return from;
     return from + side * std::max(0.0, std::min(1.0, dot(side, p - from) / length2(side)));
 }
-Vec2 highest_point(const Facet<2>& piece, const Vec2& up, const Vec2&)
+Vec2 highest_point(const Facet<2>& facet, const Vec2& up, const Vec2&)
 {
-    return piece.corner[dot(up, piece.corner[1] - piece.corner[0]) > 0 ? 1 : 0];
+    return facet.corner[dot(up, facet.corner[1] - facet.corner[0]) > 0 ? 1 : 0];
 }
 
 /// Whether another element of a plane goes on where this one ends, without a corner or side that the two
