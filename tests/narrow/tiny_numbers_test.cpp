@@ -182,7 +182,7 @@ TYPED_TEST(TinyNumbers, BoundsOfEllipsoidsHoldThem)
         const auto half = integers<Dim>(random);
         Vec<Dim, double> size;
         for (int d = 0; d < Dim; ++d)
-            size[d] = std::abs(half[d]);
+            size[d] = std::abs(half[static_cast<std::size_t>(d)]);
         Pose<Dim, double> pose;
         pose.rotation = scaled(integers < Dim == 3 ? 4 : 2 > (random), -1070);
         const auto right = bounds(Shape<Dim>::ellipsoid(size), pose);
