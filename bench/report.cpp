@@ -14,8 +14,8 @@
 #include <system_error>
 #include <tuple>
 
-#include "system/system.hpp"
-#include "system/unfinished_file.hpp"
+#include "tool/system/system.hpp"
+#include "tool/system/unfinished_file.hpp"
 
 namespace jostle_bench {
 namespace {

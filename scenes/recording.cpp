@@ -20,7 +20,7 @@
 #include <utility>
 
 #include "jostle/recorder.hpp"
-#include "system/system.hpp"
+#include "tool/system/system.hpp"
 
 using jostle::Aabb;
 using jostle::Coordinate;

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "jostle/box.hpp"
-#include "system/unfinished_file.hpp"
+#include "tool/system/unfinished_file.hpp"
 
 struct ZSTD_DCtx_s;
 

@@ -24,8 +24,8 @@
 #include "options.hpp"
 #include "progress.hpp"
 #include "scenes/scenes.hpp"
-#include "system/system.hpp"
 #include "threads.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -6,8 +6,8 @@
 #include <system_error>
 
 #include "scenes/scenes.hpp"
-#include "system/system.hpp"
 #include "threads.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -25,9 +25,9 @@
 #include "numbers.hpp"
 #include "progress.hpp"
 #include "scenes/recording.hpp"
-#include "system/system.hpp"
 #include "text.hpp"
 #include "threads.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -22,9 +22,9 @@
 #include "scenes/random.hpp"
 #include "scenes/recording.hpp"
 #include "scenes/scenes.hpp"
-#include "system/system.hpp"
 #include "text.hpp"
 #include "threads.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

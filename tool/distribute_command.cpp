@@ -16,7 +16,7 @@
 #include "commands.hpp"
 #include "numbers.hpp"
 #include "scenes/scenes.hpp"
-#include "system/system.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -3,7 +3,7 @@
 
 #include <system_error>
 
-#include "system/system.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -11,8 +11,8 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "jostle/error.hpp"
-#include "system/system.hpp"
 #include "text.hpp"
+#include "tool/system/system.hpp"
 
 namespace {
 

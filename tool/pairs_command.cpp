@@ -19,8 +19,8 @@
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
 #include "progress.hpp"
-#include "system/system.hpp"
 #include "threads.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <mutex>
 
-#include "system/system.hpp"
 #include "text.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -16,8 +16,8 @@
 #include "numbers.hpp"
 #include "page_server.hpp"
 #include "scenes/recording.hpp"
-#include "system/system.hpp"
 #include "text.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -22,8 +22,8 @@
 #include "commands.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
-#include "system/system.hpp"
 #include "text.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -22,8 +22,8 @@
 #include "progress.hpp"
 #include "scenes/recording.hpp"
 #include "simulation/simulation.hpp"
-#include "system/system.hpp"
 #include "threads.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

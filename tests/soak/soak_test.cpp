@@ -26,7 +26,7 @@
 #include "jostle/find_pairs.hpp"
 #include "jostle/world.hpp"
 #include "scenes/random.hpp"
-#include "system/system.hpp"
+#include "tool/system/system.hpp"
 
 namespace {
 

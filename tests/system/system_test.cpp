@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "system/system.hpp"
+#include "tool/system/system.hpp"
 
 #include <gtest/gtest.h>
 #ifdef __linux__

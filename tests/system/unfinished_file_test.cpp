@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "system/unfinished_file.hpp"
+#include "tool/system/unfinished_file.hpp"
 
 #include <gtest/gtest.h>
 #ifndef _WIN32
@@ -15,8 +15,8 @@
 #include <string>
 #include <system_error>
 
-#include "system/system.hpp"
 #include "temporary_folder.hpp"
+#include "tool/system/system.hpp"
 
 using jostle_system::UnfinishedFile;
 namespace fs = std::filesystem;

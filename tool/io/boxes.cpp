@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "input_file.hpp"
-#include "system/system.hpp"
 #include "tool/commands.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

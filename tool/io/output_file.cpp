@@ -7,8 +7,8 @@
 #include <system_error>
 #include <utility>
 
-#include "system/system.hpp"
 #include "tool/commands.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

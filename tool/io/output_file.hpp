@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "system/unfinished_file.hpp"
+#include "tool/system/unfinished_file.hpp"
 
 namespace jostle_tool {
 

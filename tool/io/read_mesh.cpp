@@ -31,9 +31,9 @@
 
 #include "boxes.hpp"
 #include "input_file.hpp"
-#include "system/system.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
+#include "tool/system/system.hpp"
 #include "tool/text.hpp"
 
 namespace jostle_tool {

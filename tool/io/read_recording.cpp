@@ -3,9 +3,9 @@
 
 #include "boxes.hpp"
 #include "scenes/recording.hpp"
-#include "system/system.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_tool {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "system/system.hpp"
+#include "tool/system/system.hpp"
 
 #include <fcntl.h>
 #include <malloc.h>

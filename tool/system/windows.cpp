@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "system/system.hpp"
+#include "tool/system/system.hpp"
 
 #ifndef NOMINMAX
 #define NOMINMAX
@@ -19,7 +19,7 @@
 #include <cstdlib>
 #include <system_error>
 
-#include "system/random_letters.hpp"
+#include "tool/system/random_letters.hpp"
 
 namespace jostle_system {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "system/unfinished_file.hpp"
+#include "tool/system/unfinished_file.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -17,8 +17,8 @@
 #include <system_error>
 #include <utility>
 
-#include "system/random_letters.hpp"
-#include "system/system.hpp"
+#include "tool/system/random_letters.hpp"
+#include "tool/system/system.hpp"
 
 namespace jostle_system {
 

@@ -13,9 +13,9 @@
 #include <system_error>
 #include <utility>
 
-#include "system/random_letters.hpp"
-#include "system/system.hpp"
-#include "system/unfinished_file.hpp"
+#include "tool/system/random_letters.hpp"
+#include "tool/system/system.hpp"
+#include "tool/system/unfinished_file.hpp"
 
 namespace jostle_system {
 
