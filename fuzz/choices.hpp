@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "scenes/random.hpp"
 #include "target.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace fuzz {
 

@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "scenes/random.hpp"
 #include "target.hpp"
+#include "tool/scenes/random.hpp"
 
 int main(int argc, char** argv)
 {

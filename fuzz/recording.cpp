@@ -9,7 +9,7 @@
 
 #include "jostle/recorder.hpp"
 #include "read_file.hpp"
-#include "scenes/recording.hpp"
+#include "tool/scenes/recording.hpp"
 
 namespace {
 

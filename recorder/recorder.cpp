@@ -17,8 +17,8 @@
 #include <string>
 #include <vector>
 
-#include "scenes/random.hpp"
-#include "scenes/recording.hpp"
+#include "tool/scenes/random.hpp"
+#include "tool/scenes/recording.hpp"
 
 namespace {
 

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "scenes/random.hpp"
 #include "simulation/simulation.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace jostle_simulation {
 

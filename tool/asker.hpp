@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/question_peers.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 /// What the benchmarks ask about boxes, and how other systems are asked it.
 namespace jostle_tool {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "jostle/shapes.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 /// What `jostle bench contacts`, `distances` and `plane` make bodies of.
 

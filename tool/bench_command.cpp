@@ -23,8 +23,8 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
-#include "scenes/scenes.hpp"
 #include "threads.hpp"
+#include "tool/scenes/scenes.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "scenes/scenes.hpp"
 #include "threads.hpp"
+#include "tool/scenes/scenes.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {

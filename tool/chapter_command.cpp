@@ -27,8 +27,8 @@
 #include "numbers.hpp"
 #include "pinned_threads.hpp"
 #include "progress.hpp"
-#include "scenes/scenes.hpp"
 #include "threads.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace jostle_tool {
 

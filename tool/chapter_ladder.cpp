@@ -18,9 +18,9 @@
 #include "jostle/process.hpp"
 #include "numbers.hpp"
 #include "progress.hpp"
-#include "scenes/scenes.hpp"
 #include "text.hpp"
 #include "threads.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace jostle_tool {
 namespace {

@@ -24,9 +24,9 @@
 #include "jostle/world.hpp"
 #include "numbers.hpp"
 #include "progress.hpp"
-#include "scenes/recording.hpp"
 #include "text.hpp"
 #include "threads.hpp"
+#include "tool/scenes/recording.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {

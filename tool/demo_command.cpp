@@ -19,11 +19,11 @@
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
 #include "progress.hpp"
-#include "scenes/random.hpp"
-#include "scenes/recording.hpp"
-#include "scenes/scenes.hpp"
 #include "text.hpp"
 #include "threads.hpp"
+#include "tool/scenes/random.hpp"
+#include "tool/scenes/recording.hpp"
+#include "tool/scenes/scenes.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {

@@ -15,7 +15,7 @@
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "numbers.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {

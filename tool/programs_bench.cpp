@@ -27,8 +27,8 @@
 #include "jostle/world.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
-#include "scenes/random.hpp"
 #include "threads.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace jostle_tool {
 

@@ -20,8 +20,8 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
-#include "scenes/scenes.hpp"
 #include "threads.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace jostle_tool {
 

@@ -15,8 +15,8 @@
 #include "io/boxes.hpp"
 #include "numbers.hpp"
 #include "page_server.hpp"
-#include "scenes/recording.hpp"
 #include "text.hpp"
+#include "tool/scenes/recording.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {

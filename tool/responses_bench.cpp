@@ -21,8 +21,8 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "pinned_threads.hpp"
-#include "scenes/scenes.hpp"
 #include "threads.hpp"
+#include "tool/scenes/scenes.hpp"
 #include "turns.hpp"
 
 namespace jostle_tool {

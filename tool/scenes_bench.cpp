@@ -18,8 +18,8 @@
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
-#include "scenes/scenes.hpp"
 #include "threads.hpp"
+#include "tool/scenes/scenes.hpp"
 #include "turns.hpp"
 
 namespace jostle_tool {

@@ -22,9 +22,9 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
-#include "scenes/random.hpp"
-#include "scenes/scenes.hpp"
 #include "threads.hpp"
+#include "tool/scenes/random.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace jostle_tool {
 

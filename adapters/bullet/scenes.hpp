@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "scenes/random.hpp" // before Bullet, whose headers bring a global `seed`
+#include "tool/scenes/random.hpp" // before Bullet, whose headers bring a global `seed`
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletDynamics/Character/btKinematicCharacterController.h>

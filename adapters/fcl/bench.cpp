@@ -24,7 +24,7 @@
 #include <string>
 #include <vector>
 
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace {
 

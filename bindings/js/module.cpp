@@ -18,7 +18,7 @@
 #include "engine/tuner.hpp"
 #include "jostle/chapter.hpp"
 #include "jostle/jostle.h"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 // ---- Callbacks: `context` is the number of a function in callbacks.js --------------------------------
 

@@ -19,7 +19,7 @@
 #include "jostle/mpi.hpp"
 #include "partition.hpp"
 #include "region.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace {
 

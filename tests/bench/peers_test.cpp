@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "jostle/find_pairs.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace {
 

@@ -13,7 +13,7 @@
 
 #include "bench/distance_peers.hpp"
 #include "jostle/contact.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace {
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "brute_force.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace {
 

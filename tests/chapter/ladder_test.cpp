@@ -6,7 +6,7 @@
 
 #include "bench/ladder/responses.hpp"
 #include "scene.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 using namespace jostle;
 using namespace chapter_test;

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "scene.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 using namespace jostle;
 using namespace chapter_test;

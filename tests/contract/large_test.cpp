@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "harness.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace contract {
 namespace {

@@ -15,7 +15,7 @@
 #include "engine/tuner.hpp"
 #include "jostle/periodic.hpp"
 #include "pairs/pair_finder_access.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 using namespace jostle;
 

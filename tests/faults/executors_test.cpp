@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "jostle/jostle.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace faults {
 namespace {

@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "jostle/fcl_tree.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "jostle/mpi.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 int main(int count, char** arguments)
 {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Files that one platform wrote are read by all: the golden ones hold small_scene(), frame after frame.
 #include "golden.hpp"
-#include "scenes/recording.hpp"
 #include "tool/io/boxes.hpp"
 #include "tool/io/input_file.hpp"
+#include "tool/scenes/recording.hpp"
 
 namespace platforms_test {
 namespace {

@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "jostle/box.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 /// What lies in tests/platforms/golden: made on one machine, and the same on all of them.
 namespace platforms_test {

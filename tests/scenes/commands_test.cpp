@@ -20,8 +20,8 @@
 #include <nlohmann/json.hpp>
 
 #include "jostle/find_pairs.hpp"
-#include "scenes/recording.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/recording.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace fs = std::filesystem;
 using nlohmann::json;

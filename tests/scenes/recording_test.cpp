@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "scenes/recording.hpp"
+#include "tool/scenes/recording.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -20,8 +20,8 @@
 #include <vector>
 
 #include "jostle/recorder.hpp"
-#include "scenes/random.hpp"
-#include "scenes/scenes.hpp"
+#include "tool/scenes/random.hpp"
+#include "tool/scenes/scenes.hpp"
 
 using namespace jostle;
 using namespace jostle_scenes;

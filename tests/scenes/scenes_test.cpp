@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scenes/recording.hpp"
+#include "tool/scenes/recording.hpp"
 
 namespace {
 

@@ -25,7 +25,7 @@
 
 #include "jostle/find_pairs.hpp"
 #include "jostle/world.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 #include "tool/system/system.hpp"
 
 namespace {

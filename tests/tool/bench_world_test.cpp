@@ -8,8 +8,8 @@
 #include "jostle/box_index.hpp"
 #include "jostle/find_pairs.hpp"
 #include "run_tool.hpp"
-#include "scenes/scenes.hpp"
 #include "tool/asker.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace tool_test {
 namespace {

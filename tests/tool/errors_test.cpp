@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "run_tool.hpp"
-#include "scenes/recording.hpp"
+#include "tool/scenes/recording.hpp"
 
 namespace tool_test {
 namespace {

@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "run_tool.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace tool_test {
 namespace {

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "run_tool.hpp"
-#include "scenes/recording.hpp"
+#include "tool/scenes/recording.hpp"
 
 namespace tool_test {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // jostle pairs on pipes, on other things that are read once, and without its standard streams.
 #include "run_tool.hpp"
-#include "scenes/recording.hpp"
+#include "tool/scenes/recording.hpp"
 
 namespace tool_test {
 namespace {

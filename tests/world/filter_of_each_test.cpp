@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "jostle/jostle.hpp"
-#include "scenes/random.hpp"
 #include "tests/contract/error_of.hpp"
+#include "tool/scenes/random.hpp"
 
 using namespace jostle;
 using contract::error_of;

@@ -9,8 +9,8 @@
 
 #include "churn.hpp"
 #include "jostle/contact.hpp"
-#include "scenes/scenes.hpp"
 #include "tests/global_new.hpp"
+#include "tool/scenes/scenes.hpp"
 #include "world/arena.hpp"
 
 #if JOSTLE_OWN_NEW

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "jostle/world.hpp"
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 /// What a World answers to, written to be obviously right: every box against all that begin before it ends
 /// along x, and an explicit set of the pairs that there are.

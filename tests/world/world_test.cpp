@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "jostle/world.hpp"
-#include "scenes/scenes.hpp"
 #include "tests/contract/error_of.hpp"
 #include "tests/world/events.hpp"
+#include "tool/scenes/scenes.hpp"
 
 namespace world_tests {
 namespace {

@@ -2,9 +2,9 @@
 #include <stdexcept>
 
 #include "boxes.hpp"
-#include "scenes/recording.hpp"
 #include "tool/commands.hpp"
 #include "tool/progress.hpp"
+#include "tool/scenes/recording.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {

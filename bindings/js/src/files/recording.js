@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Recordings of moving boxes, .jrec: version 1, which `jostle simulate --record` writes, is compressed,
-// version 2, of jostle::Recorder, is plain. Both are described in scenes/recording.cpp and
+// version 2, of jostle::Recorder, is plain. Both are described in tool/scenes/recording.cpp and
 // docs/guide/tool.md.
 import { describe } from "../core.js";
 import { refuse } from "../error.js";

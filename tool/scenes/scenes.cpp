@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "scenes/scenes.hpp"
+#include "tool/scenes/scenes.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "scenes/random.hpp"
+#include "tool/scenes/random.hpp"
 
 namespace jostle_scenes {
 

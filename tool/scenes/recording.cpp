@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "scenes/recording.hpp"
+#include "tool/scenes/recording.hpp"
 
 #ifdef JOSTLE_WITH_ZSTD
 #include <zstd.h>
