@@ -20,9 +20,9 @@
 #include "options.hpp"
 #include "page_server.hpp"
 #include "progress.hpp"
-#include "simulation/simulation.hpp"
 #include "threads.hpp"
 #include "tool/scenes/recording.hpp"
+#include "tool/simulation/simulation.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bindings/js/module.hpp"
-#include "simulation/simulation.hpp"
+#include "tool/simulation/simulation.hpp"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include "golden.hpp"
 #include "jostle/jostle.hpp"
 #include "jostle/recorder.hpp"
-#include "simulation/simulation.hpp"
+#include "tool/simulation/simulation.hpp"
 
 namespace platforms_test {
 namespace {

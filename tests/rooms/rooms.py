@@ -44,7 +44,7 @@ ALLOWED = {
 # Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first.
 FOLDERS = {"narrow": ["shapes", "kernels", "convex", "parts", "interface"]}
 # Where the rooms beside src/ lie; one may lie in another.
-OUTSIDE = {"bench": "bench", "tool": "tool", "system": "tool/system", "scenes": "tool/scenes", "simulation": "simulation",
+OUTSIDE = {"bench": "bench", "tool": "tool", "system": "tool/system", "scenes": "tool/scenes", "simulation": "tool/simulation",
            "recorder": "recorder", "examples": "examples", "adapters": "adapters", "distributed": "distributed"}
 # The one file with variables of threads: it says why.
 PER_THREAD = PROJECT / "src" / "base" / "per_thread.hpp"

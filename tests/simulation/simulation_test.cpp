@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "jostle/contact.hpp"
-#include "simulation/scenes.hpp"
-#include "simulation/simulation.hpp"
-#include "simulation/solve.hpp"
 #include "tests/process/executors.hpp"
+#include "tool/simulation/scenes.hpp"
+#include "tool/simulation/simulation.hpp"
+#include "tool/simulation/solve.hpp"
 
 namespace {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "simulation/scenes.hpp"
+#include "tool/simulation/scenes.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "simulation/simulation.hpp"
 #include "tool/scenes/random.hpp"
+#include "tool/simulation/simulation.hpp"
 
 namespace jostle_simulation {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "simulation/implementation.hpp"
+#include "tool/simulation/implementation.hpp"
 
 namespace jostle_simulation {
 

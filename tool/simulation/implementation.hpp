@@ -10,9 +10,9 @@
 #include "jostle/contact.hpp"
 #include "jostle/process.hpp"
 #include "jostle/responses.hpp"
-#include "simulation/scenes.hpp"
-#include "simulation/simulation.hpp"
-#include "simulation/solve.hpp"
+#include "tool/simulation/scenes.hpp"
+#include "tool/simulation/simulation.hpp"
+#include "tool/simulation/solve.hpp"
 
 // What a simulation consists of, and the stages of a step. Contacts are shared out in blocks, and what
 // concerns a block's points lies together:

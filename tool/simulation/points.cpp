@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "simulation/implementation.hpp"
+#include "tool/simulation/implementation.hpp"
 
 namespace jostle_simulation {
 

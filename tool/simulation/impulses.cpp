@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "base/prefetch.hpp"
-#include "simulation/implementation.hpp"
+#include "tool/simulation/implementation.hpp"
 
 namespace jostle_simulation {
 

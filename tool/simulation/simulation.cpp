@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "simulation/simulation.hpp"
+#include "tool/simulation/simulation.hpp"
 
 #include <chrono>
 #include <cstring>
 #include <memory>
 
-#include "simulation/implementation.hpp"
+#include "tool/simulation/implementation.hpp"
 
 namespace jostle_simulation {
 

@@ -2,7 +2,7 @@
 // The arithmetic of an iteration. Compiled once per instruction set: see simd/targets.hpp. The same bits come
 // out of each: every point's numbers go through the same operations, however many points a vector holds.
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "simulation/solve.cpp"
+#define HWY_TARGET_INCLUDE "tool/simulation/solve.cpp"
 #include "simd/targets.hpp"
 
 #ifndef JOSTLE_SIMULATION_SOLVE_ONCE
@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "simulation/solve.hpp"
+#include "tool/simulation/solve.hpp"
 
 namespace jostle_simulation {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "jostle/find_pairs.hpp"
-#include "simulation/scenes.hpp"
+#include "tool/simulation/scenes.hpp"
 
 namespace jostle_simulation {
 
