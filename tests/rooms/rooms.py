@@ -45,7 +45,7 @@ ALLOWED = {
 FOLDERS = {"narrow": ["shapes", "kernels", "convex", "parts", "interface"]}
 # Where the rooms beside src/ lie; one may lie in another.
 OUTSIDE = {"bench": "bench", "tool": "tool", "system": "tool/system", "scenes": "tool/scenes", "simulation": "tool/simulation",
-           "recorder": "recorder", "examples": "examples", "adapters": "adapters", "distributed": "distributed"}
+           "recorder": "tool/data", "examples": "examples", "adapters": "adapters", "distributed": "distributed"}
 # The one file with variables of threads: it says why.
 PER_THREAD = PROJECT / "src" / "base" / "per_thread.hpp"
 THREAD_LOCAL = re.compile(r"^(?!\s*//).*\bthread_local\b", re.MULTILINE)

@@ -22,7 +22,7 @@ import tempfile
 import time
 
 GOLDEN = pathlib.Path(__file__).resolve().parent.parent / "platforms" / "golden"
-DATA = pathlib.Path(__file__).resolve().parent.parent.parent / "data"
+DATA = pathlib.Path(__file__).resolve().parent.parent.parent / "tool" / "data"
 WITHOUT_TIMES = ("isa", "bytes", "preempted")  # of a row: what another system may have in another way, as times
 
 

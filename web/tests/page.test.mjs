@@ -189,7 +189,7 @@ function ofFile(name, bytes, ...options) {
     return error.stderr.toString();
   }
 }
-const bytesOf = (name) => path.join(source, "data", name);
+const bytesOf = (name) => path.join(source, "tool", "data", name);
 
 test("files: a recording, a table, an array and a mesh show the native command's pairs", async () => {
   await onPage(still("uniform", 1000, 1), desktop, async (page) => {
