@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "fuzz/target.hpp"
+#include "tests/fuzz/target.hpp"
 
 namespace {
 
