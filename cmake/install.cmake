@@ -13,7 +13,7 @@ install(TARGETS jostle jostle_bullet jostle_fcl EXPORT jostleTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT library)
-install(DIRECTORY include/jostle adapters/bullet/include/jostle adapters/fcl/include/jostle DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h*")
+install(DIRECTORY include/jostle extras/bullet/include/jostle extras/fcl/include/jostle DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h*")
 if(NOT JOSTLE_HAS_MEMORY_RESOURCE)
   install(DIRECTORY include/missing DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/jostle COMPONENT development)
 endif()

@@ -29,7 +29,7 @@ class Jostle(ConanFile):
                                 for part in ("MAJOR", "MINOR", "PATCH"))
 
     def export_sources(self):
-        for pattern in ("CMakeLists.txt", "*.md", "LICENSE", "include/*", "src/*", "adapters/*", "cmake/*", "docs/*", "examples/*",
+        for pattern in ("CMakeLists.txt", "*.md", "LICENSE", "include/*", "src/*", "extras/bullet/*", "extras/fcl/*", "cmake/*", "docs/*", "examples/*",
                         "tests/c/reach.txt"):
             copy(self, pattern, str(self._root), self.export_sources_folder)
 

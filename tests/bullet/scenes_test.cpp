@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Whole simulations by Bullet: the same bits with the adapter as with its slow twin, on any number of
 // threads.
-#include "adapters/bullet/scenes.hpp"
+#include "extras/bullet/scenes.hpp"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>

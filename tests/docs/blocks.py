@@ -201,7 +201,7 @@ for page in pages:
 compile_snippets("plain", snippets["plain"], [])
 for name, (needed, more, at_hand) in others.items():
     if needed.exists():
-        compile_snippets(name, snippets[name], [f"-I{source / 'adapters' / name / 'include'}", *more], at_hand)
+        compile_snippets(name, snippets[name], [f"-I{source / 'extras' / name / 'include'}", *more], at_hand)
     else:
         print(f"{needed} is missing, so {len(snippets[name])} blocks aren't compiled; ./test docs installs it")
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // jostle_bench_bullet [SCENE [SIZE [STEPS [REPEATS]]]]
 //
-// What broad phases take for the scenes of adapters/bullet/scenes.hpp. A simulation with btDbvtBroadphase is
+// What broad phases take for the scenes of extras/bullet/scenes.hpp. A simulation with btDbvtBroadphase is
 // recorded call by call, all but questions. Then the very same calls are made to each broad phase, in turn,
 // and for each step the least time of all repeats counts. Beside it: whole steps of a simulation with each.
 // The floor is what no broad phase can be faster than: it searches for nothing, because it has been told.
-#include "adapters/bullet/scenes.hpp"
+#include "extras/bullet/scenes.hpp"
 
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
 
