@@ -62,9 +62,9 @@ if(TARGET jostle_mpi)
   install(TARGETS jostle_mpi EXPORT jostleMpiTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)
-  install(FILES distributed/include/jostle/mpi.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/jostle COMPONENT development)
+  install(FILES extras/mpi/include/jostle/mpi.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/jostle COMPONENT development)
   install(EXPORT jostleMpiTargets NAMESPACE jostle:: DESTINATION ${package_dir} COMPONENT development)
-  install(FILES distributed/zoltan.cmake DESTINATION ${package_dir} COMPONENT development)
+  install(FILES extras/mpi/zoltan.cmake DESTINATION ${package_dir} COMPONENT development)
 endif()
 
 file(RELATIVE_PATH jostle_pc_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})

@@ -36,7 +36,7 @@ std::filesystem::path program_for_ranks()
 {
     std::error_code unknown;
     const std::filesystem::path here = jostle_system::this_program().parent_path();
-    for (const char* const place : {"jostle_distribute", "../distributed/jostle_distribute"})
+    for (const char* const place : {"jostle_distribute", "../extras/mpi/jostle_distribute"})
         if (std::filesystem::exists(here / place, unknown)) return (here / place).lexically_normal();
     throw UsageError("distribute: this build has no MPI; install libopenmpi-dev, openmpi-bin and "
                      "libtrilinos-zoltan-dev, configure and build again");

@@ -34,7 +34,7 @@ others = {"bullet": (pathlib.Path("/usr/include/bullet"), ["-isystem", "/usr/inc
     jostle::Recorder<3, btScalar>& recorder, std::vector<jostle::Aabb<3, btScalar>>& boxes"""),
           "fcl": (pathlib.Path("/usr/include/fcl"), ["-isystem", "/usr/include/eigen3"], ""),
           "mpi": (pathlib.Path("/usr/include/x86_64-linux-gnu/mpi/mpi.h"),
-                  [f"-I{source / 'distributed' / 'include'}", "-isystem", "/usr/include/x86_64-linux-gnu/mpi"],
+                  [f"-I{source / 'extras' / 'mpi' / 'include'}", "-isystem", "/usr/include/x86_64-linux-gnu/mpi"],
                   "int count, char** arguments, int provided, std::uint64_t id")}
 known = {"cpp", "console", "python", "bash", "js", "c", "cmake", "text", "json"}
 run_elsewhere = {"c": {"docs/guide/c.md"}, ">>>": {"docs/guide/python.md", "docs/start/python.md"},

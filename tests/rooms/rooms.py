@@ -40,13 +40,13 @@ ALLOWED = {
     "examples": ["jostle"],
     "bullet": ["scenes", "jostle"],
     "fcl": ["scenes", "jostle"],
-    "distributed": ["scenes", "jostle"],
+    "mpi": ["scenes", "jostle"],
 }
 # Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first.
 FOLDERS = {"narrow": ["shapes", "kernels", "convex", "parts", "interface"]}
 # Where the rooms beside src/ lie; one may lie in another.
 OUTSIDE = {"bench": "bench", "tool": "tool", "system": "tool/system", "scenes": "tool/scenes", "simulation": "tool/simulation",
-           "recorder": "tool/data", "examples": "examples", "bullet": "extras/bullet", "fcl": "extras/fcl", "distributed": "distributed"}
+           "recorder": "tool/data", "examples": "examples", "bullet": "extras/bullet", "fcl": "extras/fcl", "mpi": "extras/mpi"}
 # The one file with variables of threads: it says why.
 PER_THREAD = PROJECT / "src" / "base" / "per_thread.hpp"
 THREAD_LOCAL = re.compile(r"^(?!\s*//).*\bthread_local\b", re.MULTILINE)

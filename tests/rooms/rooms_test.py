@@ -10,7 +10,7 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 PROJECT = HERE.parent.parent
-PARTS = ("src", "include", "bench", "tool", "distributed", "extras", "examples", "docs/images",
+PARTS = ("src", "include", "bench", "tool", "extras", "examples", "docs/images",
          "tests/rooms")
 
 
