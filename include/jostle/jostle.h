@@ -7,7 +7,7 @@
 /// docs/decisions/021-a-c-interface.md has the reasons. What things mean stands in the C++ headers beside
 /// this one: each part names its own.
 ///
-/// One rule for all functions, so that a binding can be generated (bindings/jostle.json is this header as
+/// One rule for all functions, so that a binding can be generated (extras/jostle.json is this header as
 /// JSON):
 ///
 /// Name      jostle_OBJECT_VERB, with the object as the first parameter. Then what is read, then options,

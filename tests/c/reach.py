@@ -141,7 +141,7 @@ def main():
         print("\n".join(sorted(found)))
         return 0
     reach, only_in_c = read_reach()
-    in_c = {function["name"] for function in json.loads((PROJECT / "bindings" / "jostle.json").read_text())["functions"]}
+    in_c = {function["name"] for function in json.loads((PROJECT / "extras" / "jostle.json").read_text())["functions"]}
     faults = []
     for name in sorted(found):
         if name not in reach and name.rpartition("::")[0] + "::*" not in reach:

@@ -22,7 +22,7 @@ done
 # What threads.sed mends.
 if grep -q 'import(' jostle/dist/jostle-threads.worker.js ||
     grep -qE 'new URL\("jostle-threads.worker|Blocking on the main thread' jostle/dist/jostle-threads.js; then
-    echo "bindings/js/threads.sed doesn't fit emscripten's glue"
+    echo "extras/js/threads.sed doesn't fit emscripten's glue"
     exit 1
 fi
 cd consumer

@@ -37,7 +37,7 @@ def build(source, built, scratch):
         archive.extractall(scratch)
     unpacked = sdist.with_name(sdist.name.removesuffix(".tar.gz"))
     # All that a build of the library needs is in it; the build itself would take minutes.
-    run("cmake", "-S", unpacked / "bindings/python", "-B", scratch / "whole", "-G", "Ninja",
+    run("cmake", "-S", unpacked / "extras/python", "-B", scratch / "whole", "-G", "Ninja",
         f"-DPython3_EXECUTABLE={sys.executable}", stdout=subprocess.DEVNULL)
     asked = subprocess.run(["ninja", "-C", scratch / "whole", "-t", "inputs", "_core"], check=True, capture_output=True,
                            text=True).stdout
@@ -80,7 +80,7 @@ def memory(source, scratch, environment):
     told = scratch / "valgrind.xml"
     run("valgrind", "--xml=yes", f"--xml-file={told}", "--leak-check=full", "--show-leak-kinds=definite,indirect",
         "--num-callers=40", venv_python(scratch), "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", MEMORY_TESTS,
-        source / "bindings/python/tests", cwd=scratch, env={**environment, "PYTHONMALLOC": "malloc"})
+        source / "extras/python/tests", cwd=scratch, env={**environment, "PYTHONMALLOC": "malloc"})
     ours = 0
     for error in xml.etree.ElementTree.parse(told).iter("error"):
         if is_ours(error):
@@ -99,7 +99,7 @@ def main():
     if what == "build":
         build(source, pathlib.Path(sys.argv[3]).resolve(), scratch)
     elif what == "test":
-        run(venv_python(scratch), "-m", "pytest", "-q", "-p", "no:cacheprovider", source / "bindings/python/tests", cwd=scratch,
+        run(venv_python(scratch), "-m", "pytest", "-q", "-p", "no:cacheprovider", source / "extras/python/tests", cwd=scratch,
             env=environment)
     elif what == "memory":
         memory(source, scratch, environment)
@@ -109,7 +109,7 @@ def main():
             env={**environment, "LD_PRELOAD": str(pathlib.Path(sys.argv[4]).resolve())})
     elif what == "types":
         config = source / "pyproject.toml"
-        run(sys.executable, "-m", "mypy", "--config-file", config, "--cache-dir", scratch / "mypy", source / "bindings/python/jostle",
+        run(sys.executable, "-m", "mypy", "--config-file", config, "--cache-dir", scratch / "mypy", source / "extras/python/jostle",
             cwd=scratch)
         run(sys.executable, "-m", "mypy", "--config-file", config, "--cache-dir", scratch / "mypy", "--python-executable",
             venv_python(scratch), source / "tests/python/typed_program.py", cwd=scratch)

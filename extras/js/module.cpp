@@ -11,11 +11,11 @@
 #include <string_view>
 #include <vector>
 
-#include "bindings/js/module.hpp"
 #include "engine/brick_store.hpp"
 #include "engine/sample.hpp"
 #include "engine/scatter.hpp"
 #include "engine/tuner.hpp"
+#include "extras/js/module.hpp"
 #include "jostle/chapter.hpp"
 #include "jostle/jostle.h"
 #include "tool/scenes/scenes.hpp"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "bindings/js/module.hpp"
+#include "extras/js/module.hpp"
 
 namespace {
 

@@ -2,7 +2,7 @@
 // What finding pairs takes in node beside what people use in JavaScript today: the same moving boxes, in one
 // run.
 //
-//     bindings/js/build build/package && cd bindings/js/bench && npm install
+//     extras/js/build build/package && cd extras/js/bench && npm install
 //     npm install --no-save ../../../build/package && node compare.js [boxes...]
 //
 // Each frame all boxes move, and each system is given the new boxes and asked for all pairs: the time

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Where the members of the C interface's structs lie in a WebAssembly module, for the JavaScript that fills them in.
 
-    bindings/js/describe.py --write   writes bindings/js/src/structs.js from bindings/jostle.json
-    bindings/js/describe.py --check   fails if that is out of date
-    bindings/js/describe.py --exports FILE   writes what the modules export, as emscripten's linker wants it: what the sources call;
+    extras/js/describe.py --write   writes extras/js/src/structs.js from extras/jostle.json
+    extras/js/describe.py --check   fails if that is out of date
+    extras/js/describe.py --exports FILE   writes what the modules export, as emscripten's linker wants it: what the sources call;
                                              FILE-pairs has what jostle-pairs.wasm needs
 """
 
@@ -52,7 +52,7 @@ def line(begin, members):
 
 
 def structs(described):
-    lines = ["// SPDX-License-Identifier: MIT", "// Written by bindings/js/describe.py: sizes of structs, and offsets of their members.", ""]
+    lines = ["// SPDX-License-Identifier: MIT", "// Written by extras/js/describe.py: sizes of structs, and offsets of their members.", ""]
     for name, (size, offsets) in layouts(described).items():
         members = ", ".join(f"{member}: {offset}" for member, offset in offsets.items())
         lines += line(f"export const {name}", f"sizeof: {size}, {members}")
@@ -89,7 +89,7 @@ def main():
     if given.write:
         STRUCTS.write_text(text)
     if given.check and STRUCTS.read_text() != text:
-        sys.exit(f"{STRUCTS} is out of date: bindings/js/describe.py --write")
+        sys.exit(f"{STRUCTS} is out of date: extras/js/describe.py --write")
 
 
 if __name__ == "__main__":

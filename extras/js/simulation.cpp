@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "bindings/js/module.hpp"
+#include "extras/js/module.hpp"
 #include "tool/simulation/simulation.hpp"
 
 namespace {

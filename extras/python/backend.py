@@ -22,7 +22,7 @@ import zipfile
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 # Of the source: what the library and the package are built from, and what says how.
-PARTS = ("include", "src", "cmake", "bindings", "docs/guide", "CMakeLists.txt", "pyproject.toml", "LICENSE")
+PARTS = ("include", "src", "cmake", "extras/python", "docs/guide", "CMakeLists.txt", "pyproject.toml", "LICENSE")
 # What every system has that runs C++ programs; everything else that the module needs goes into the wheel.
 SYSTEM = re.compile(r"^(libc|libm|libdl|librt|libpthread|libstdc\+\+|libgcc_s|ld-linux.*|linux-vdso)\.so")
 

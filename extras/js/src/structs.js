@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Written by bindings/js/describe.py: sizes of structs, and offsets of their members.
+// Written by extras/js/describe.py: sizes of structs, and offsets of their members.
 
 export const jostle_error = { sizeof: 512, status: 0, callback_result: 4, index: 8, message: 16 };
 export const jostle_values = { sizeof: 24, data: 0, count: 8, stride: 16 };

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 """The C interface as JSON, for those who generate bindings.
 
-    bindings/describe.py --write   writes bindings/jostle.json from include/jostle/jostle.h
-    bindings/describe.py --check   fails if that is out of date, or if a declaration breaks the header's rules
+    extras/describe.py --write   writes extras/jostle.json from include/jostle/jostle.h
+    extras/describe.py --check   fails if that is out of date, or if a declaration breaks the header's rules
 
 What is in it: constants, handles, types, structs with their members, callbacks, and functions with their
 parameters. A parameter has a type as in C, and "in" or "out". The comment of each is its "doc".
@@ -17,7 +17,7 @@ import sys
 
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
 HEADER = PROJECT / "include" / "jostle" / "jostle.h"
-JSON = PROJECT / "bindings" / "jostle.json"
+JSON = PROJECT / "extras" / "jostle.json"
 
 TYPES = r"(?:const )?(?:unsigned )?\w+(?: ?\*(?: ?const ?\*)?\*?)?"
 
@@ -199,7 +199,7 @@ def main():
     if given.write:
         JSON.write_text(text)
     elif not JSON.exists() or JSON.read_text() != text:
-        found.append("bindings/jostle.json is out of date: run bindings/describe.py --write")
+        found.append("extras/jostle.json is out of date: run extras/describe.py --write")
     print("\n".join(found) if found else f"{len(described['functions'])} functions, "
           f"{len(described['structs'])} structs, {len(described['handles'])} handles")
     return 1 if found else 0

@@ -9,7 +9,7 @@
 #include "jostle/jostle.h"
 
 // What the files of the WebAssembly modules share. Their functions keep to the C interface's rules, a
-// status and `error`, and are called by bindings/js/src/ alone.
+// status and `error`, and are called by extras/js/src/ alone.
 
 #define JOSTLE_JS extern "C" __attribute__((used, visibility("default")))
 
