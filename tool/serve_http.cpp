@@ -34,8 +34,9 @@ std::filesystem::path page_folder(const std::filesystem::path& given)
     }
     for (const std::filesystem::path& folder : {installed("page"), std::filesystem::path(JOSTLE_PAGE)})
         if (!folder.empty() && is_page(folder)) return folder;
-    throw UsageError("the page isn't built; web/build, in Jostle's source, builds it (it installs emscripten "
-                     "and npm), or give the folder of one with --page");
+    throw UsageError(
+        "the page isn't built; extras/web/build, in Jostle's source, builds it (it installs emscripten "
+        "and npm), or give the folder of one with --page");
 }
 
 /// A path as part of an address.

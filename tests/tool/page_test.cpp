@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // jostle replay and jostle simulate --watch, asked over HTTP as the page asks them. The page itself, in a
-// browser, is for web/tests/.
+// browser, is for extras/web/tests/.
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -193,9 +193,10 @@ TEST_F(Page, ReplayWithoutAPageSaysWhatBuildsIt)
         with_page_at(nullptr);
         const Result result = wait(running_);
         EXPECT_EQ(result.exit_code, 2);
-        EXPECT_EQ(result.err,
-                  "jostle: the page isn't built; web/build, in Jostle's source, builds it (it installs "
-                  "emscripten and npm), or give the folder of one with --page\n");
+        EXPECT_EQ(
+            result.err,
+            "jostle: the page isn't built; extras/web/build, in Jostle's source, builds it (it installs "
+            "emscripten and npm), or give the folder of one with --page\n");
     }
     with_page_at("page"); // as installed
     await_address();

@@ -1,5 +1,5 @@
-// Makes the moving picture of the README from the page: node web/picture.mjs DIR docs/images/page.webp
-// DIR is what web/build wrote. Needs chromium, and img2webp of Debian's package webp.
+// Makes the moving picture of the README from the page: node extras/web/picture.mjs DIR docs/images/page.webp
+// DIR is what extras/web/build wrote. Needs chromium, and img2webp of Debian's package webp.
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, rmSync, statSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -9,7 +9,7 @@ import { chromium } from "playwright-core";
 import { preview } from "vite";
 
 const [folder, out] = process.argv.slice(2).map((name) => path.resolve(name));
-if (out === undefined) throw new Error("say what and where: node web/picture.mjs DIR OUT.webp");
+if (out === undefined) throw new Error("say what and where: node extras/web/picture.mjs DIR OUT.webp");
 const pictures = 24; // forward, and then back again, so that it has no end
 const [width, height] = [800, 420];
 

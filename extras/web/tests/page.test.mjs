@@ -1,5 +1,5 @@
-// The page in Chromium, on a screen's and on a phone's size: node --test web/tests
-//   JOSTLE_PAGE    the folder that web/build wrote
+// The page in Chromium, on a screen's and on a phone's size: node --test extras/web/tests
+//   JOSTLE_PAGE    the folder that extras/web/build wrote
 //   JOSTLE_TOOL    the command jostle, whose answers the page's are compared with
 //   JOSTLE_SOURCE  the project
 import assert from "node:assert/strict";
@@ -17,7 +17,7 @@ import { PNG } from "pngjs";
 import { preview } from "vite";
 
 const { JOSTLE_PAGE: folder, JOSTLE_TOOL: tool, JOSTLE_SOURCE: source } = process.env;
-const web = path.join(source, "web");
+const web = path.join(source, "extras", "web");
 const scratch = path.join(tmpdir(), `jostle-page-${process.pid}`);
 const isolated = {
   "Cross-Origin-Opener-Policy": "same-origin",
