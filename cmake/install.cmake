@@ -9,7 +9,8 @@ else()
   set(jostle_doc_folder jostle)
 endif()
 
-install(TARGETS jostle jostle_bullet jostle_fcl EXPORT jostleTargets
+list(TRANSFORM jostle_parts PREPEND jostle_ OUTPUT_VARIABLE part_targets)
+install(TARGETS jostle ${part_targets} jostle_bullet jostle_fcl EXPORT jostleTargets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT library)
@@ -26,10 +27,10 @@ install(CODE "execute_process(COMMAND \"${CMAKE_COMMAND}\" -D \"SOURCE=${PROJECT
 # A static library hands on to its consumer what it is itself linked with; a shared one keeps that to itself.
 set(jostle_find_dependencies "")
 set(jostle_pc_requires "")
-set(jostle_pc_libs "-ljostle")
-if(jostle_type STREQUAL "STATIC_LIBRARY")
+set(jostle_pc_libs "")
+if(NOT BUILD_SHARED_LIBS)
   string(APPEND jostle_find_dependencies "find_dependency(Threads)\n")
-  set(jostle_pc_libs "-ljostle -pthread")
+  set(jostle_pc_libs " -pthread")
   # For programs in C and other languages, whose linkers know nothing of C++.
   set(jostle_cxx_runtime ${CMAKE_CXX_IMPLICIT_LINK_LIBRARIES})
   list(FILTER jostle_cxx_runtime INCLUDE REGEX "^(stdc\\+\\+|c\\+\\+|c\\+\\+abi|m)$")
@@ -68,9 +69,23 @@ if(TARGET jostle_mpi)
 endif()
 
 file(RELATIVE_PATH jostle_pc_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
-configure_file(cmake/jostle.pc.in ${CMAKE_CURRENT_BINARY_DIR}/jostle.pc @ONLY)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/jostle.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+# jostle_install_pc(NAME DESCRIPTION LIBRARY...): those of the libraries for which a shared build has the one.
+function(jostle_install_pc name description)
+  set(libraries ${ARGN})
+  if(BUILD_SHARED_LIBS)
+    set(libraries jostle)
+  endif()
+  list(TRANSFORM libraries PREPEND "-l")
+  list(JOIN libraries " " libraries)
+  configure_file(cmake/jostle.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+endfunction()
+jostle_install_pc(jostle "${PROJECT_DESCRIPTION}" jostle jostle_contacts jostle_world jostle_pairs)
+jostle_install_pc(jostle-pairs "Which boxes touch" jostle_pairs)
+jostle_install_pc(jostle-world "Boxes with identity, events and queries" jostle_world jostle_pairs)
+jostle_install_pc(jostle-contacts "Contacts of shapes" jostle_contacts jostle_world jostle_pairs)
+jostle_install_pc(jostle-chapter "The thesis chapter's algorithms, for study" jostle_chapter jostle_pairs)
 
-if(jostle_for_system AND jostle_type STREQUAL "SHARED_LIBRARY")
+if(jostle_for_system AND BUILD_SHARED_LIBS)
   include(cmake/debian.cmake)
 endif()

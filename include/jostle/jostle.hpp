@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// All of Jostle. Each header can be included on its own, and brings what it needs.
+/// All of Jostle but chapter.hpp, which has the algorithms of the thesis chapter that it grew from, for study.
+/// Each header can be included on its own, and brings what it needs.
 ///
 /// | header                | what it is for                                                      | settled |
 /// |-----------------------|---------------------------------------------------------------------|---------|
@@ -24,7 +25,6 @@
 /// | error.hpp             | what bad data is answered with                                      | yes     |
 /// | executor.hpp          | the threads that Jostle runs on                                     | yes     |
 /// | function_ref.hpp      | references to callbacks                                             | yes     |
-/// | chapter.hpp           | the thesis chapter that Jostle grew from, for study                 | no      |
 /// | version.hpp           | the version, and macros of the headers' own                         | yes     |
 ///
 /// Settled: programs that use it will compile with 1.0. "Mostly": what is there stays; shapes and results may
@@ -33,7 +33,6 @@
 #include "jostle/box.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/cast.hpp"
-#include "jostle/chapter.hpp"
 #include "jostle/closed_mesh.hpp"
 #include "jostle/contact.hpp"
 #include "jostle/error.hpp"

@@ -2,6 +2,7 @@
 // Templates of the public headers, put to use: check_headers.cmake looks at their warnings. Never run.
 #include <vector>
 
+#include "jostle/chapter.hpp"
 #include "jostle/jostle.hpp"
 
 template struct jostle::Aabb<2, double>;
