@@ -485,8 +485,8 @@ class JOSTLE_API World
 
     /// What the world is: objects, ids, filters, who rests, what `accept` refused, user data and the slots of
     /// pairs. Not what is queued, nor the lists of the last update. The same bytes on every machine; their
-    /// layout: the source's src/world/snapshot.cpp, and snapshot_bytes.hpp for what it has in common with
-    /// that of changes. About 44 bytes and 60 ns an object.
+    /// layout: the source's src/world/saved/snapshot.cpp, and snapshot_bytes.hpp for what it has in common
+    /// with that of changes. About 44 bytes and 60 ns an object.
     [[nodiscard]] std::vector<std::byte> save() const;
     /// Becomes the world that was saved, with its margin; executor, memory, `accept` and whether pairs have
     /// slots stay as they are here. If pairs have slots in this world and had none in the saved one, they

@@ -3,10 +3,10 @@
 // Changes and Refusals take back when they go. Then all is taken over by steps that can't fail.
 #include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
-#include "world/candidates.hpp"
-#include "world/events.hpp"
 #include "world/implementation.hpp"
-#include "world/rest.hpp"
+#include "world/update/candidates.hpp"
+#include "world/update/events.hpp"
+#include "world/update/rest.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The interface of World: arguments are checked, commands queued, results shown. What an update does stands
-// in update.cpp, questions and snapshots in files of their own.
+// in update.cpp, questions and snapshots in folders of their own.
 #include "jostle/world.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 #include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
 #include "world/implementation.hpp"
-#include "world/writer.hpp"
+#include "world/update/writer.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 

@@ -7,7 +7,7 @@
 
 #include "jostle/world.hpp"
 #include "target.hpp"
-#include "world/snapshot_bytes.hpp"
+#include "world/saved/snapshot_bytes.hpp"
 
 namespace {
 

@@ -42,8 +42,12 @@ ALLOWED = {
     "fcl": ["scenes", "jostle"],
     "mpi": ["scenes", "jostle"],
 }
-# Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first.
-FOLDERS = {"narrow": ["shapes", "kernels", "convex", "parts", "interface"]}
+# Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first, or where
+# the room's own name stands.
+FOLDERS = {
+    "narrow": ["shapes", "kernels", "convex", "parts", "interface"],
+    "world": ["objects", "update", "kept", "world", "queries", "saved"],
+}
 # Where the rooms beside src/ lie; one may lie in another.
 OUTSIDE = {"bench": "bench", "tool": "tool", "system": "tool/system", "scenes": "tool/scenes", "simulation": "tool/simulation",
            "recorder": "tool/data", "examples": "examples", "bullet": "extras/bullet", "fcl": "extras/fcl", "mpi": "extras/mpi"}

@@ -10,8 +10,8 @@
 
 #include "churn.hpp"
 #include "events.hpp"
-#include "world/key_set.hpp"
-#include "world/sort_keys.hpp"
+#include "world/objects/key_set.hpp"
+#include "world/update/sort_keys.hpp"
 
 namespace world_tests {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "events.hpp"
 #include "same_objects.hpp"
-#include "world/change_log.hpp"
+#include "world/kept/change_log.hpp"
 
 namespace world_tests {
 namespace {

@@ -11,7 +11,7 @@
 #include "jostle/contact.hpp"
 #include "tests/global_new.hpp"
 #include "tool/scenes/scenes.hpp"
-#include "world/arena.hpp"
+#include "world/update/arena.hpp"
 
 #if JOSTLE_OWN_NEW
 namespace world_tests {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "schedules.hpp"
-#include "world/commands.hpp"
+#include "world/update/commands.hpp"
 
 namespace world_tests {
 namespace {

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <memory_resource>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "jostle/world.hpp"
+#include "world/objects/segments.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// What the user keeps with each object: 64 bits, by index. Any thread may call everything at any time,
+/// except what an update does. Takes no memory before something is kept or removed.
+class UserData
+{
+  public:
+    explicit UserData(std::pmr::memory_resource* memory)
+        : of_(memory), removed_(memory), removed_next_(memory), noted_(memory), note_of_(memory)
+    {
+    }
+
+    void set(std::uint32_t index, std::uint64_t data)
+    {
+        std::atomic<std::uint64_t>* place = of_.find(index);
+        if (notes_.load(std::memory_order_acquire)) {
+            const std::lock_guard lock(mutex_);
+            if (data == of(index)) return;
+            prepare(index, data);
+            put(index, data);
+            return;
+        }
+        if (place == nullptr) {
+            if (data == 0) return;
+            const std::lock_guard lock(mutex_);
+            make(index);
+            place = of_.find(index);
+        }
+        place->store(data, std::memory_order_relaxed);
+    }
+    /// Of all these objects; if it fails, of none.
+    void set(std::span<const ObjectId> ids, std::uint64_t data)
+    {
+        const std::lock_guard lock(mutex_);
+        for (const ObjectId id : ids)
+            if (data != of(id.index)) prepare(id.index, data);
+        for (const ObjectId id : ids)
+            put(id.index, data);
+    }
+    [[nodiscard]] std::uint64_t of(std::uint32_t index) const noexcept
+    {
+        const std::atomic<std::uint64_t>* const place = of_.find(index);
+        return place == nullptr ? 0 : place->load(std::memory_order_relaxed);
+    }
+    /// Whether anything was ever set.
+    [[nodiscard]] bool any() const noexcept { return any_.load(std::memory_order_acquire); }
+
+    // In an update: first who will be removed by it, ascending by index, then that it has happened.
+    void begin_removal() noexcept { removed_next_.clear(); }
+    void note_removal(ObjectId id) { removed_next_.push_back({id, of(id.index)}); }
+    void end_removal() noexcept { removed_.swap(removed_next_); }
+    /// Of an object that the last update removed; null if it didn't.
+    [[nodiscard]] const std::uint64_t* of_removed(ObjectId id) const noexcept
+    {
+        const auto at = std::partition_point(removed_.begin(), removed_.end(),
+                                             [id](const Removed& each) { return each.id.index < id.index; });
+        return at != removed_.end() && at->id == id ? &at->data : nullptr;
+    }
+    void forget_removed() noexcept { removed_.clear(); }
+
+    // Once somebody wants to know what was set since:
+
+    struct Note
+    {
+        std::uint32_t index;
+        std::uint64_t data; // that there was
+    };
+    void begin_notes() noexcept
+    {
+        const std::lock_guard lock(mutex_);
+        for (const Note& note : noted_)
+            note_of_[note.index].store(0, std::memory_order_relaxed);
+        noted_.clear();
+        notes_.store(true, std::memory_order_release);
+    }
+    /// Those whose data may be others than they were. Appends to `indices`.
+    template <class List>
+    void list_noted(List& indices) const
+    {
+        const std::lock_guard lock(mutex_);
+        for (const Note& note : noted_)
+            indices.push_back(note.index);
+    }
+    [[nodiscard]] std::uint64_t then(std::uint32_t index) const
+    {
+        const std::lock_guard lock(mutex_);
+        const std::atomic<std::uint32_t>* const note = note_of_.find(index);
+        const std::uint32_t number = note == nullptr ? 0 : note->load(std::memory_order_relaxed);
+        return number == 0 ? of(index) : noted_[number - 1].data;
+    }
+    /// So that put() can't fail.
+    void expect(std::uint32_t index, std::uint64_t data)
+    {
+        const std::lock_guard lock(mutex_);
+        if (data != of(index)) prepare(index, data);
+    }
+    void put(std::uint32_t index, std::uint64_t data) noexcept
+    {
+        if (data != of(index)) of_[index].store(data, std::memory_order_relaxed);
+    }
+
+  private:
+    void make(std::uint32_t index)
+    {
+        of_.make(index);
+        any_.store(true, std::memory_order_release);
+    }
+    void prepare(std::uint32_t index, std::uint64_t data)
+    {
+        if (data != 0) make(index);
+        if (!notes_.load(std::memory_order_relaxed)) return;
+        note_of_.make(index);
+        if (note_of_[index].load(std::memory_order_relaxed) != 0) return;
+        noted_.push_back({index, of(index)});
+        note_of_[index].store(static_cast<std::uint32_t>(noted_.size()), std::memory_order_relaxed);
+    }
+    struct Removed
+    {
+        ObjectId id;
+        std::uint64_t data;
+    };
+    Segments<std::uint64_t> of_;
+    mutable std::mutex mutex_; // held while it grows, or notes are taken
+    std::atomic<bool> any_{false};
+    std::pmr::vector<Removed> removed_, removed_next_;
+    std::atomic<bool> notes_{false};
+    std::pmr::vector<Note> noted_;
+    Segments<std::uint32_t> note_of_; // by index: one more than its place among them; 0 where there is none
+};
+
+} // namespace world
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: MIT
+// Views: a world that has the objects of another one as questions see them, so that they can be asked while
+// the other one is updated. A view that follows again looks at what has changed since, if that was noted.
+#include <algorithm>
+
+#include "base/instantiate.hpp"
+#include "index/box_index_access.hpp"
+#include "world/implementation.hpp"
+#include "world/kept/records.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+/// An object as questions see it: after apply(), that is where it will be.
+template <int Dim, class T>
+Record<Dim, T> shown_record(const State<Dim, T>& state, std::uint32_t end, std::uint32_t i) noexcept
+{
+    Record<Dim, T> record;
+    if (i >= end) return record;
+    const Index index{i};
+    const auto object = state.objects[index];
+    if (!object.has(flag::alive)) return record;
+    Place place = object.place();
+    if (object.has(flag::written)) place = object.is_there() ? Place::active : Place::disabled;
+    record.generation = state.ids.generation(i);
+    record.numbers = object.numbers();
+    record.box = object.now();
+    record.state =
+        static_cast<std::uint32_t>(place) |
+        (object.state() & (flag::alive | flag::enabled | flag::is_static | flag::has_reach | flag::odd));
+    if (record.has(flag::has_reach)) record.reach = state.objects.reach(index);
+    return record;
+}
+
+/// One call of follow().
+template <int Dim, class T>
+class Follow
+{
+  public:
+    using Implementation = typename World<Dim, T>::Implementation;
+
+    Follow(Implementation& view, const Implementation& of)
+        : view_(view), work_(*view.follows), state_(view.state), of_(of.state), log_(of.change_log)
+    {
+        work_.changed.clear();
+        work_.gone.clear();
+        work_.come.clear();
+        work_.come_boxes.clear();
+    }
+
+    void run()
+    {
+        ChangeLog::Position here;
+        const auto touched = log_.since(work_.position, here);
+        const std::uint32_t end_then = state_.index_end(), end = of_.index_end();
+        state_.make_room(end);
+        state_.ids.make_room(end);
+        state_.ids.set_end(std::max(end_then, end));
+        if (touched) {
+            auto& indices = work_.touched;
+            indices.assign(touched->begin(), touched->end());
+            std::sort(indices.begin(), indices.end());
+            indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+            for (const std::uint32_t index : indices)
+                follow(index, end);
+        } else {
+            for (std::uint32_t index = 0; index < std::max(end_then, end); ++index)
+                follow(index, end);
+        }
+        state_.ids.set_end(end);
+        list_active();
+        BoxIndexAccess::tree(state_.resting).erase(work_.gone);
+        if (!work_.come.empty()) BoxIndexAccess::tree(state_.resting).insert(work_.come, work_.come_boxes);
+        if (!state_.refused.empty() || !of_.refused.empty()) state_.refused = of_.refused;
+        if (of_.shown != nullptr)
+            state_.refused.erase_if([&](Key key) { return !is_shown_refused(of_, pair_of(key)); });
+
+        view_.stats = describe(state_, view_.last_lists());
+        view_.stats.bytes_reserved = view_.bytes();
+        work_.position = here;
+        view_.change_log.count_update();
+        view_.note(work_.changed, {});
+        view_.masked_indexes.note(work_.gone, work_.come);
+    }
+
+  private:
+    void follow(std::uint32_t i, std::uint32_t end)
+    {
+        const Record<Dim, T> then = shown_record(state_,
+                                                 static_cast<std::uint32_t>(state_.objects.capacity()), i),
+                             now = shown_record(of_, end, i);
+        if (same_record(then, now)) return;
+        if (now.has(flag::has_reach)) state_.objects.make_room_for_reach(Index{i});
+        work_.changed.push_back(Index{i});
+        if (then.place() == Place::resting) work_.gone.push_back(i);
+        if (now.place() == Place::resting) {
+            work_.come.push_back(i);
+            work_.come_boxes.push_back(now.box);
+        }
+        Census census{state_.alive, state_.disabled, state_.odd, 0};
+        census.remove(then);
+        census.add(now);
+        state_.alive = census.alive;
+        state_.disabled = census.disabled;
+        state_.odd = census.odd;
+        put_record(state_, Index{i}, now);
+        state_.ids.set(i, now.generation);
+    }
+    void list_active()
+    {
+        auto& active = state_.active;
+        active.clear();
+        const auto list = [&](Index index) {
+            if (state_.objects[index].place() == Place::active) active.push_back({index, 0});
+        };
+        of_.each_active(list);
+        if (of_.shown != nullptr)
+            for (const Index index : of_.shown->objects())
+                list(index);
+        const auto less = [](const auto& a, const auto& b) { return a.index < b.index; };
+        const auto same = [](const auto& a, const auto& b) { return a.index == b.index; };
+        if (!std::is_sorted(active.begin(), active.end(), less))
+            std::sort(active.begin(), active.end(), less);
+        active.erase(std::unique(active.begin(), active.end(), same), active.end());
+    }
+
+    Implementation& view_;
+    Following<Dim, T>& work_;
+    State<Dim, T>& state_;
+    const State<Dim, T>& of_;
+    const ChangeLog& log_;
+};
+
+/// A view without objects, which has followed nobody.
+template <int Dim, class T>
+void empty_view(typename World<Dim, T>::Implementation& view) noexcept
+{
+    State<Dim, T>& state = view.state;
+    for (std::uint32_t i = 0; i < state.index_end(); ++i) {
+        state.objects[Index{i}].set_state(0);
+        state.ids.set(i, 0);
+    }
+    state.active.clear();
+    state.refused.clear();
+    state.resting.clear();
+    state.alive = state.disabled = state.odd = 0;
+    view.active_index.forget();
+    view.change_log.drop();
+    view.follows->position = {};
+    view.stats = describe(state, view.last_lists());
+}
+
+} // namespace
+} // namespace world
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::follow(const World& other)
+{
+    std::unique_ptr<Implementation> fresh; // the old one in the end, which outlives its `call`
+    const world::ChangingCall call = implementation_->begin_change();
+    const Implementation& of = *other.implementation_;
+    if (&of == implementation_.get())
+        throw Error(ErrorCode::invalid_argument,
+                    "a World can't follow itself; make another one that follows it");
+    if (of.in_use.load(std::memory_order_acquire))
+        throw Error(
+            ErrorCode::invalid_argument,
+            "the World to be followed is in use by another call, such as update(); call follow() between "
+            "two updates");
+    if (!implementation_->follows) {
+        fresh = std::make_unique<Implementation>(implementation_->state.options);
+        fresh->follows.emplace(&fresh->memory);
+        world::Follow<Dim, T>(*fresh, of).run();
+        implementation_.swap(fresh);
+        return;
+    }
+    try {
+        world::Follow<Dim, T>(*implementation_, of).run();
+    } catch (...) {
+        world::empty_view<Dim, T>(*implementation_);
+        throw;
+    }
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T) template JOSTLE_API void World<Dim, T>::follow(const World&);
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,371 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "base/box.hpp"
+#include "jostle/error.hpp"
+#include "world/kept/records.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+// Snapshots and changes begin with a header of 48 bytes: eight letters that say which of the two it is, then
+// version, dimensions, bytes of a coordinate and 0 as 32-bit numbers, then the size of what follows the
+// header, the checksum of both (its own place counted as 0), and the checksum of the base of changes (0 of a
+// snapshot) as 64-bit ones. All numbers little-endian, coordinates as IEEE 754.
+constexpr std::size_t snapshot_header = 48, size_at = 24, checksum_at = 32, base_at = 40;
+
+/// What a kind of bytes is called, how it begins and in which versions it is read.
+struct SnapshotKind
+{
+    char letters[8];
+    const char* name;
+    std::uint32_t version;
+};
+// 4 where objects that rest have moved of late, 3 where there are odd boxes, 2 where there are user data or
+// slots, else 1.
+constexpr SnapshotKind whole_snapshot = {{'j', 'o', 's', 't', 'l', 'e', 'w', 'd'}, "snapshot", 4};
+// 2 where objects that rest have moved of late, else 1.
+constexpr SnapshotKind changes_since = {{'j', 'o', 's', 't', 'l', 'e', 'c', 'h'}, "changes", 2};
+
+/// Words of 8 bytes, the last filled up with zeros. Each step is a bijection of the sum so far, so a change
+/// within one word always shows.
+[[nodiscard]] inline std::uint64_t checksum(std::span<const std::byte> bytes) noexcept
+{
+    std::uint64_t sum = 0x9e3779b97f4a7c15u;
+    for (std::size_t i = 0; i < bytes.size(); i += 8) {
+        std::uint64_t word = 0;
+        const std::size_t count = std::min<std::size_t>(8, bytes.size() - i);
+        for (std::size_t k = 0; k < count; ++k)
+            word |= std::to_integer<std::uint64_t>(bytes[i + k]) << (8 * k);
+        sum = (sum ^ (i == checksum_at ? 0 : word)) * 0xbf58476d1ce4e5b9u;
+        sum ^= sum >> 32;
+    }
+    return sum;
+}
+
+class SnapshotWriter
+{
+  public:
+    std::vector<std::byte> bytes;
+
+    template <class N>
+    void put(N number)
+    {
+        using Bits = std::conditional_t<sizeof(N) == 4, std::uint32_t, std::uint64_t>;
+        static_assert(sizeof(N) == sizeof(Bits));
+        Bits bits;
+        std::memcpy(&bits, &number, sizeof bits);
+        std::byte out[sizeof bits];
+        for (std::size_t k = 0; k < sizeof bits; ++k)
+            out[k] = static_cast<std::byte>(bits >> (8 * k));
+        bytes.insert(bytes.end(), out, out + sizeof bits);
+    }
+    template <int Dim, class T>
+    void put(const Aabb<Dim, T>& box)
+    {
+        for (int d = 0; d < Dim; ++d) {
+            put(box.lo[d]);
+            put(box.hi[d]);
+        }
+    }
+    void set(std::size_t at, std::uint64_t number)
+    {
+        for (std::size_t k = 0; k < 8; ++k)
+            bytes[at + k] = static_cast<std::byte>(number >> (8 * k));
+    }
+    template <int Dim, class T>
+    void begin(const SnapshotKind& kind, std::uint32_t version, std::uint64_t base)
+    {
+        for (const char letter : kind.letters)
+            bytes.push_back(static_cast<std::byte>(letter));
+        put(version);
+        put(static_cast<std::uint32_t>(Dim));
+        put(static_cast<std::uint32_t>(sizeof(T)));
+        put(std::uint32_t{0});
+        put(std::uint64_t{0}); // size and checksum, for later
+        put(std::uint64_t{0});
+        put(base);
+    }
+    void end()
+    {
+        set(size_at, bytes.size() - snapshot_header);
+        set(checksum_at, checksum(bytes));
+    }
+};
+
+class SnapshotReader
+{
+  public:
+    SnapshotReader(const SnapshotKind& kind, std::span<const std::byte> bytes) : kind_(kind), bytes_(bytes) {}
+
+    [[noreturn]] void refuse(const std::string& why) const
+    {
+        throw Error(ErrorCode::bad_snapshot, std::string(kind_.name) + ": " + why);
+    }
+    void demand(bool good, const char* why) const
+    {
+        if (!good) refuse(std::string(why) + " near byte " + std::to_string(at_));
+    }
+    template <class N>
+    N get()
+    {
+        using Bits = std::conditional_t<sizeof(N) == 4, std::uint32_t, std::uint64_t>;
+        demand(bytes_.size() - at_ >= sizeof(Bits), "the end is missing");
+        Bits bits = 0;
+        for (std::size_t k = 0; k < sizeof bits; ++k)
+            bits |= static_cast<Bits>(std::to_integer<Bits>(bytes_[at_ + k]) << (8 * k));
+        at_ += sizeof bits;
+        N number;
+        std::memcpy(&number, &bits, sizeof number);
+        return number;
+    }
+    /// How many things of at least `size` bytes follow.
+    std::uint64_t get_count(std::size_t size)
+    {
+        const auto count = get<std::uint64_t>();
+        demand(count <= (bytes_.size() - at_) / size, "a list is longer than what is left");
+        return count;
+    }
+    /// One that may be odd.
+    template <int Dim, class T>
+    Aabb<Dim, T> get_box()
+    {
+        Aabb<Dim, T> box;
+        for (int d = 0; d < Dim; ++d) {
+            box.lo[d] = get<T>();
+            box.hi[d] = get<T>();
+        }
+        return box;
+    }
+    void demand_end() const { demand(at_ == bytes_.size(), "more bytes follow the end"); }
+
+    struct Header
+    {
+        std::uint32_t version;
+        std::uint64_t base;
+    };
+    /// Checks all but what follows the header.
+    template <int Dim, class T>
+    Header read_header()
+    {
+        if (bytes_.size() < snapshot_header)
+            refuse("there are " + std::to_string(bytes_.size()) + " bytes; even the header takes " +
+                   std::to_string(snapshot_header));
+        const auto begins_as = [&](const SnapshotKind& kind) {
+            return std::memcmp(bytes_.data(), kind.letters, sizeof kind.letters) == 0;
+        };
+        if (!begins_as(kind_)) {
+            if (begins_as(changes_since)) refuse("these are changes since a base, and no whole snapshot");
+            if (begins_as(whole_snapshot)) refuse("this is a whole snapshot, and no changes since a base");
+            refuse("its first bytes are wrong: it is something else, or damaged");
+        }
+        (void)get<std::uint64_t>();
+        const auto version = get<std::uint32_t>(), dim = get<std::uint32_t>(),
+                   coordinate = get<std::uint32_t>(), reserved = get<std::uint32_t>();
+        const auto length = get<std::uint64_t>(), sum = get<std::uint64_t>(), base = get<std::uint64_t>();
+        if (version == 0 || version > kind_.version)
+            refuse("the version is " + std::to_string(version) + "; this library reads versions 1 to " +
+                   std::to_string(kind_.version));
+        if (dim != Dim || coordinate != sizeof(T))
+            refuse("the world saved has " + std::to_string(dim) + " dimensions and coordinates of " +
+                   std::to_string(coordinate) + " bytes; this one has " + std::to_string(Dim) + " and " +
+                   std::to_string(sizeof(T)));
+        if (length != bytes_.size() - snapshot_header)
+            refuse("there are " + std::to_string(bytes_.size()) + " bytes, but " +
+                   std::to_string(length + snapshot_header) + " were saved");
+        if (checksum(bytes_) != sum || reserved != 0)
+            refuse("the checksum says that there was an alteration");
+        return {version, base};
+    }
+
+  private:
+    const SnapshotKind& kind_;
+    std::span<const std::byte> bytes_;
+    std::size_t at_ = 0;
+};
+
+/// The bits of an object's state in a snapshot. They are part of the format: what a bit means never changes,
+/// whichever bits `flag` has in memory.
+namespace saved {
+constexpr std::uint32_t place = 3; // the two bits of `Place`
+constexpr std::uint32_t alive = 1u << 2, enabled = 1u << 3, is_static = 1u << 4;
+constexpr std::uint32_t has_reach = 1u << 5; // box, displacement and margin follow
+constexpr std::uint32_t has_data = 1u << 7;  // user data follow; from version 2 on
+constexpr std::uint32_t odd = 1u << 16;      // from version 3 on
+constexpr std::uint32_t all = place | alive | enabled | is_static | has_reach | odd; // but for has_data
+
+struct Meaning
+{
+    std::uint32_t bit, in_memory;
+};
+constexpr Meaning meanings[] = {{alive, flag::alive},
+                                {enabled, flag::enabled},
+                                {is_static, flag::is_static},
+                                {has_reach, flag::has_reach},
+                                {odd, flag::odd}};
+} // namespace saved
+static_assert(0 == static_cast<int>(Place::none) && 1 == static_cast<int>(Place::disabled) &&
+                  2 == static_cast<int>(Place::active) && 3 == static_cast<int>(Place::resting),
+              "the places are part of the format, too");
+static_assert(saved::place == flag::place, "the place is handed on as it is");
+
+/// The state in memory of an object that has these bits in a snapshot, and the other way round.
+constexpr std::uint32_t state_of(std::uint32_t bits) noexcept
+{
+    std::uint32_t state = bits & saved::place;
+    for (const auto& [bit, in_memory] : saved::meanings)
+        if ((bits & bit) != 0) state |= in_memory;
+    return state;
+}
+constexpr std::uint32_t bits_of(std::uint32_t state) noexcept
+{
+    std::uint32_t bits = state & saved::place;
+    for (const auto& [bit, in_memory] : saved::meanings)
+        if ((state & in_memory) != 0) bits |= bit;
+    return bits;
+}
+
+/// In the list of active objects, how many updates one has been idle; for those that are parked, from this
+/// number on, whose turn comes when. In the last version of each kind, those that rest and have moved of late
+/// are among them.
+constexpr std::uint32_t first_turn = idle_updates + 1;
+
+/// One of that list, whose object has this place, is possible.
+[[nodiscard]] constexpr bool may_be_listed(Place place, std::uint32_t idle, bool with_shifted) noexcept
+{
+    return place == Place::active || (with_shifted && place == Place::resting && idle < shifted_updates);
+}
+
+/// With its generation in front; of no object, that alone.
+template <int Dim, class T>
+void write_record(SnapshotWriter& out, const Record<Dim, T>& record)
+{
+    out.put(record.generation);
+    if (record.generation == 0) return;
+    out.put(bits_of(record.state) | (record.data != 0 ? saved::has_data : 0u));
+    if (record.data != 0) out.put(record.data);
+    out.put(record.numbers.category);
+    out.put(record.numbers.mask);
+    out.put(record.numbers.owner);
+    out.put(record.box);
+    if (!record.has(flag::has_reach)) return;
+    out.put(record.reach.box);
+    for (const T by : record.reach.displacement)
+        out.put(by);
+    out.put(record.reach.margin);
+}
+
+template <class T>
+T read_margin(SnapshotReader& in)
+{
+    const T margin = in.get<T>();
+    in.demand(margin >= 0 && margin <= std::numeric_limits<T>::max(), "a margin is negative or not finite");
+    return margin;
+}
+
+/// `version` is that of a whole snapshot.
+template <int Dim, class T>
+Record<Dim, T> read_record(SnapshotReader& in, std::uint32_t version)
+{
+    Record<Dim, T> record;
+    record.generation = in.get<std::uint32_t>();
+    if (record.generation == 0) return record;
+    auto bits = in.get<std::uint32_t>();
+    record.state = state_of(bits);
+    if (version > 1 && (bits & saved::has_data) != 0) {
+        record.data = in.get<std::uint64_t>();
+        bits &= ~saved::has_data;
+    }
+    const bool is_odd = record.has(flag::odd);
+    const bool is_there =
+        (record.state & (flag::alive | flag::enabled | flag::odd)) == (flag::alive | flag::enabled);
+    in.demand((bits & ~saved::all) == 0 && record.has(flag::alive) && record.place() != Place::none &&
+                  is_there == (record.place() != Place::disabled) && (version > 2 || !is_odd),
+              "the state of an object is impossible");
+    record.numbers.category = in.get<std::uint32_t>();
+    record.numbers.mask = in.get<std::uint32_t>();
+    record.numbers.owner = in.get<std::uint32_t>();
+    record.box = in.template get_box<Dim, T>();
+    in.demand(valid(record.box) != is_odd, "a box is NaN or inverted, or is only said to be");
+    if (!record.has(flag::has_reach)) return record;
+    Reach<Dim, T>& reach = record.reach;
+    reach.box = in.template get_box<Dim, T>();
+    for (T& by : reach.displacement)
+        by = in.get<T>();
+    reach.margin = read_margin<T>(in);
+    in.demand(reach.is_odd() == is_odd && (is_odd || same(reach.bounds(), record.box)),
+              "the bounds of an object don't follow from its box");
+    return record;
+}
+
+/// Active objects ascending, parked ones among them with their turns, and those that rest and have moved.
+template <int Dim, class T, class List>
+void write_active(SnapshotWriter& out, const State<Dim, T>& state, List& active)
+{
+    active.assign(state.active.begin(), state.active.end());
+    std::uint32_t turn = first_turn;
+    state.parked.each([&](Index index) {
+        active.push_back({index, turn++});
+        return true;
+    });
+    active.insert(active.end(), state.shifted.begin(), state.shifted.end());
+    std::sort(active.begin(), active.end(), [](const auto& x, const auto& y) { return x.index < y.index; });
+    out.put(std::uint64_t{active.size()});
+    for (const auto& each : active) {
+        out.put(raw(each.index));
+        out.put(each.idle);
+    }
+}
+
+/// Reads what that wrote into lists that are empty, parked ones by their turns. `place_of` tells the place of
+/// an index, none where there is no object; `count_of_active` how many have the place active.
+template <class List, class PlaceOf>
+void read_active(SnapshotReader& in, bool with_shifted, const PlaceOf& place_of,
+                 std::uint64_t count_of_active, List& active, List& parked, List& shifted)
+{
+    const std::uint64_t count = in.get_count(8);
+    std::uint64_t least = 0;
+    for (std::uint64_t k = 0; k < count; ++k) {
+        const auto index = in.get<std::uint32_t>(), idle = in.get<std::uint32_t>();
+        const Place place = place_of(index);
+        in.demand(least <= index && may_be_listed(place, idle, with_shifted),
+                  "the list of active objects doesn't fit the objects");
+        least = std::uint64_t{index} + 1;
+        List& list = place == Place::resting ? shifted : idle < first_turn ? active : parked;
+        list.push_back({Index{index}, idle});
+    }
+    in.demand(count - shifted.size() == count_of_active,
+              "the list of active objects doesn't fit the objects");
+    std::sort(parked.begin(), parked.end(), [](const auto& x, const auto& y) {
+        return x.idle != y.idle ? x.idle < y.idle : x.index < y.index;
+    });
+}
+
+/// These are the lists from now on. The objects are there, and none has a flag of a list.
+template <int Dim, class T, class List>
+void put_active(State<Dim, T>& state, const List& active, const List& parked, const List& shifted)
+{
+    state.active.assign(active.begin(), active.end());
+    state.shifted.assign(shifted.begin(), shifted.end());
+    for (const auto& each : shifted)
+        state.objects[each.index].set(flag::shifted);
+    for (const auto& each : parked) {
+        state.parked.stage(each.index, state.objects[each.index].now());
+        state.objects[each.index].set(flag::parked);
+    }
+    state.parked.keep_staged(parked.size());
+}
+
+} // namespace world
+JOSTLE_NAMESPACE_END

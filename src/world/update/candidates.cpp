@@ -1,0 +1,588 @@
+// SPDX-License-Identifier: MIT
+// Finding the pairs of changed objects: among all that is active by the engine behind PairFinder, and with
+// what rests by lists of neighbours or the index.
+#include "world/update/candidates.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <utility>
+
+#include "base/block_buffer_access.hpp"
+#include "base/buffer.hpp"
+#include "base/instantiate.hpp"
+#include "index/box_index_access.hpp"
+#include "index/kernels/kernels.hpp"
+#include "jostle/process.hpp"
+#include "pairs/pair_finder_access.hpp"
+#include "pairs/sort_pairs.hpp"
+#include "world/update/sort_keys.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+// Up to this many boxes all pairs are tried at once. (The engine has a limit of its own, engine::few_boxes.)
+constexpr std::size_t few_to_try = 24;
+
+// So few against many idle ones are tried one by one: a grid for all would be made for them alone.
+constexpr std::size_t few_movers = 8;
+
+/// Finds pairs of a position in `boxes` and a place in `parked` whose boxes touch.
+template <int Dim, class T>
+void find_parked(const Parked<Dim, T>& parked, std::span<const Aabb<Dim, T>> boxes, PairFinder& finder,
+                 PairBuffer& buffer, std::pmr::vector<Pair>& found)
+{
+    const std::span<const Aabb<Dim, T>> others = parked.boxes();
+    if (others.empty() || boxes.empty()) return;
+    if (boxes.size() > few_movers) {
+        PairFinderAccess::find(finder, BoxView<Dim, T>(boxes), BoxView<Dim, T>(others), {}, buffer);
+        for (const std::span<const Pair> block : buffer.blocks())
+            found.insert(found.end(), block.begin(), block.end());
+        return;
+    }
+    constexpr std::uint32_t at_once = 64;
+    const auto count = static_cast<std::uint32_t>(others.size());
+    for (std::uint32_t first = 0; first < count; first += at_once) {
+        const std::uint32_t here = std::min(at_once, count - first);
+        for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+            // Most are apart along the first axis already.
+            std::uint64_t beside = 0;
+            for (std::uint32_t k = 0; k < here; ++k) {
+                bool is = boxes[i].lo[0] <= others[first + k].hi[0];
+                is &= others[first + k].lo[0] <= boxes[i].hi[0];
+                beside |= std::uint64_t{is} << k;
+            }
+            for (; beside != 0; beside &= beside - 1) {
+                const std::uint32_t place = first + static_cast<std::uint32_t>(std::countr_zero(beside));
+                if (overlaps_branchless(boxes[i], others[place])) found.push_back({i, place});
+            }
+        }
+    }
+}
+
+/// While it lives, what has changed and rested has no filter class. It is still in the index as it was, and
+/// found there; whoever finds something without a class looks at the object, and sees that it is found as a
+/// changed one already.
+template <int Dim, class T>
+class WithoutClass
+{
+  public:
+    WithoutClass(State<Dim, T>& state, std::span<const std::uint32_t> rested, Arena& arena)
+        : classes_(state.classes),
+          rested_(rested),
+          kept_(arena.list<FilterClass>("filters of changed objects that rested"))
+    {
+        kept_.reserve(rested.size());
+        for (const std::uint32_t index : rested)
+            kept_.push_back(std::exchange(classes_[Index{index}], FilterClass::look));
+    }
+    WithoutClass(const WithoutClass&) = delete;
+    WithoutClass& operator=(const WithoutClass&) = delete;
+    ~WithoutClass()
+    {
+        for (std::size_t k = 0; k < rested_.size(); ++k)
+            classes_[Index{rested_[k]}] = kept_[k];
+    }
+
+  private:
+    FilterClasses& classes_;
+    std::span<const std::uint32_t> rested_;
+    std::pmr::vector<FilterClass>& kept_;
+};
+
+template <int Dim, class T>
+class Search
+{
+  public:
+    using Box = Aabb<Dim, T>;
+    using Boxes = BoxView<Dim, T>;
+
+    Search(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
+           NeighbourLists<Dim, T>& neighbour_lists, NearPairs<Dim, T>* near_pairs, Arena& arena)
+        : state_(state),
+          entries_(entries),
+          finder_(finder),
+          neighbour_lists_(neighbour_lists),
+          near_pairs_(near_pairs),
+          arena_(arena),
+          found_(arena.take<PairBuffer>("pairs as they were found")),
+          near_found_(arena.list<std::span<const Pair>>("near pairs that touch, in blocks")),
+          all_pass_(state.classes.all_pass())
+    {
+        found_.clear();
+    }
+
+    void among_active();
+    void among_parked();
+    void among_resting();
+    /// All that was found, in the memory of `to`, and what was done for it.
+    void tell(Candidates& candidates, PairBuffer& to)
+    {
+        candidates.touching = sorted(to);
+        candidates.looked_at = looked_at_;
+        candidates.rejected = rejected_;
+        candidates.listed = listed_;
+        candidates.padded = padded_;
+    }
+
+  private:
+    using Division = typename NeighbourLists<Dim, T>::Division;
+
+    void count(std::uint64_t looked_at, std::uint64_t kept) noexcept
+    {
+        looked_at_.fetch_add(looked_at, std::memory_order_relaxed);
+        rejected_.fetch_add(looked_at - kept, std::memory_order_relaxed);
+    }
+    [[nodiscard]] bool pass(Entry a, Entry b) const noexcept
+    {
+        return pass(entries_.filter[a], entries_.index[a], entries_.filter[b], entries_.index[b]);
+    }
+    [[nodiscard]] bool pass(FilterClass class_a, Index a, FilterClass class_b, Index b) const noexcept
+    {
+        if (class_a != FilterClass::look && class_b != FilterClass::look)
+            return state_.classes.pass(class_a, class_b);
+        return passes(state_.objects[a].filter(), state_.objects[b].filter());
+    }
+    Pair* select_entries(Pair* first, const Pair* last, std::size_t first_b) noexcept;
+    template <class EntryOf>
+    std::uint32_t select_resting(Pair* first, const Pair* last, const Division& division,
+                                 const EntryOf& entry_of) noexcept;
+    void among(std::span<const Box> boxes);
+    void between(std::span<const Box> moved, std::span<const Box> idle);
+    void take(const PairBuffer& pairs)
+    {
+        for (const std::span<const Pair> block : pairs.blocks())
+            PairBufferAccess(found_).append(block);
+    }
+    void try_all(std::span<const Box> boxes);
+    void try_each(std::span<const Box> moved, std::span<const Box> idle);
+    void among_near();
+    Pair* select_near(std::uint32_t slot, Pair* to, std::uint64_t& looked_at) const noexcept;
+    std::span<Pair> sorted(PairBuffer& to);
+    std::span<Pair> sorted_found(PairBuffer& to);
+    void sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& spare, std::span<Pair> to);
+    void find_listed(const Division& division);
+    void find_unlisted(const Division& division);
+
+    State<Dim, T>& state_;
+    const Entries<Dim, T>& entries_;
+    PairFinder& finder_;
+    NeighbourLists<Dim, T>& neighbour_lists_;
+    NearPairs<Dim, T>* const near_pairs_; // null: not to be used
+    Arena& arena_;
+    PairBuffer& found_; // pairs of indices, in memory of those that found them
+    std::pmr::vector<std::span<const Pair>>& near_found_; // others, ascending
+    const bool all_pass_;
+    std::atomic<std::uint64_t> looked_at_{0}, rejected_{0};
+    std::uint64_t listed_ = 0, padded_ = 0;
+};
+
+/// Of pairs of entries, the second ones counted from `first_b`, keeps those that agree, as pairs of indices.
+template <int Dim, class T>
+Pair* Search<Dim, T>::select_entries(Pair* const first, const Pair* last, std::size_t first_b) noexcept
+{
+    Pair* kept = first;
+    for (const Pair* pair = first; pair != last; ++pair) {
+        const Entry a{pair->a}, b{pair->b + static_cast<std::uint32_t>(first_b)};
+        if (!all_pass_ && !pass(a, b)) continue;
+        *kept++ = pair_of(entries_.index[a], entries_.index[b]);
+    }
+    count(static_cast<std::uint64_t>(last - first), static_cast<std::uint64_t>(kept - first));
+    return kept;
+}
+
+template <int Dim, class T>
+void Search<Dim, T>::try_all(std::span<const Box> boxes)
+{
+    Pair* const tried = PairBufferAccess(arena_.take<PairBuffer>("pairs of few entries"))
+                            .chunk(0, few_to_try * few_to_try / 2)
+                            .data();
+    Pair* end = tried;
+    for (std::uint32_t i = 0; i < boxes.size(); ++i)
+        for (std::uint32_t j = i + 1; j < boxes.size(); ++j)
+            if (overlaps_branchless(boxes[i], boxes[j])) *end++ = {i, j};
+    PairBufferAccess(found_).append({tried, select_entries(tried, end, 0)});
+}
+
+template <int Dim, class T>
+void Search<Dim, T>::try_each(std::span<const Box> moved, std::span<const Box> idle)
+{
+    auto& tried = arena_.list<Pair>("pairs of few changed entries and idle ones");
+    for (std::uint32_t i = 0; i < moved.size(); ++i)
+        for (std::uint32_t j = 0; j < idle.size(); ++j)
+            if (overlaps_branchless(moved[i], idle[j])) tried.push_back({i, j});
+    Pair* const end = select_entries(tried.data(), tried.data() + tried.size(), entries_.changed);
+    PairBufferAccess(found_).append({tried.data(), end});
+}
+
+/// Of the near pairs whose first object has this slot, those that touch and agree, as pairs of indices.
+template <int Dim, class T>
+Pair* Search<Dim, T>::select_near(std::uint32_t slot, Pair* to, std::uint64_t& looked_at) const noexcept
+{
+    const NearPairs<Dim, T>& kept = *near_pairs_;
+    const Entry entry = kept.entry(slot);
+    const Box box = kept.box(slot);
+    const std::uint32_t index = raw(kept.index(slot));
+    const bool is_changed = raw(entry) < entries_.changed;
+    for (const std::uint32_t other : kept.partners(slot)) {
+        bool touches = is_changed;
+        touches |= raw(kept.entry(other)) < entries_.changed;
+        touches &= overlaps_branchless(box, kept.box(other));
+        looked_at += touches;
+        *to = {index, raw(kept.index(other))};
+        if (all_pass_ || !touches)
+            to += touches;
+        else
+            to += pass(entry, kept.entry(other));
+    }
+    return to;
+}
+
+/// Pairs of changed objects with each other and with idle ones, all of which are padded.
+template <int Dim, class T>
+void Search<Dim, T>::among_near()
+{
+    constexpr std::uint32_t per_run = 256;
+    const NearPairs<Dim, T>& kept = *near_pairs_;
+    const std::uint32_t slots = kept.slots();
+    near_found_.resize((slots + per_run - 1) / per_run);
+    Pair* const pairs =
+        arena_.take<Buffer<Pair>>("near pairs that touch").reserve(kept.partners_before(slots));
+    const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        Pair* const first = pairs + kept.partners_before(static_cast<std::uint32_t>(begin));
+        Pair* to = first;
+        std::uint64_t looked_at = 0;
+        for (std::uint64_t slot = begin; slot < end; ++slot)
+            to = select_near(static_cast<std::uint32_t>(slot), to, looked_at);
+        near_found_[work.block] = {first, to};
+        count(looked_at, static_cast<std::uint64_t>(to - first));
+    };
+    process_items(slots, select, {state_.executor_for(slots), per_run});
+}
+
+/// Pairs of changed objects with each other and with idle ones.
+template <int Dim, class T>
+void Search<Dim, T>::among_active()
+{
+    if (near_pairs_ != nullptr && near_pairs_->follow(state_, entries_, finder_, padded_, arena_)) {
+        among_near();
+        return;
+    }
+    // Idle objects among themselves are known; many of them are better kept apart.
+    const std::span<const Box> all(entries_.box.values());
+    const std::span<const Box> moved = all.first(entries_.changed), idle = all.subspan(entries_.changed);
+    if (idle.size() <= moved.size()) {
+        among(all);
+    } else {
+        among(moved);
+        between(moved, idle);
+    }
+}
+
+/// Pairs of the entries from the first on that have these boxes.
+template <int Dim, class T>
+void Search<Dim, T>::among(std::span<const Box> boxes)
+{
+    if (boxes.size() <= few_to_try) {
+        try_all(boxes);
+        return;
+    }
+    // Where the entries are all objects, from the first one on, they have the same numbers.
+    const bool same_numbers = all_pass_ && entries_.changed == entries_.size() &&
+                              raw(entries_.index.values().back()) == entries_.size() - 1;
+    const auto select = [&](Pair* first, Pair* last) { return select_entries(first, last, 0); };
+    PairFinderAccess::Selection wanted;
+    if (!same_numbers) wanted = select;
+    auto& pairs = arena_.take<PairBuffer>("pairs among entries");
+    PairFinderAccess::find(finder_, Boxes(boxes), wanted, pairs);
+    if (same_numbers) count(pairs.size(), pairs.size());
+    take(pairs);
+}
+
+/// Pairs of a changed entry and an idle one.
+template <int Dim, class T>
+void Search<Dim, T>::between(std::span<const Box> moved, std::span<const Box> idle)
+{
+    if (moved.size() <= few_movers) {
+        try_each(moved, idle);
+        return;
+    }
+    const auto select = [&](Pair* first, Pair* last) {
+        return select_entries(first, last, entries_.changed);
+    };
+    auto& pairs = arena_.take<PairBuffer>("pairs of changed entries and idle ones");
+    PairFinderAccess::find(finder_, Boxes(moved), Boxes(idle), select, pairs);
+    take(pairs);
+}
+
+/// Pairs of changed objects with parked ones.
+template <int Dim, class T>
+void Search<Dim, T>::among_parked()
+{
+    const std::span<const Box> moved = std::span<const Box>(entries_.box.values()).first(entries_.changed);
+    auto& pairs = arena_.list<Pair>("pairs of changed entries and parked objects");
+    find_parked(state_.parked, moved, finder_,
+                arena_.take<PairBuffer>("pairs with parked objects, in blocks"), pairs);
+    Pair* kept = pairs.data();
+    std::uint64_t candidates = 0;
+    for (const Pair& pair : pairs) {
+        const Entry entry{pair.a};
+        const Index index = entries_.index[entry], other = state_.parked.index(pair.b);
+        // What has changed is found as such.
+        if (other == Parked<Dim, T>::nobody || state_.objects[other].has(flag::written)) continue;
+        ++candidates;
+        if (all_pass_ || pass(entries_.filter[entry], index, state_.classes[other], other))
+            *kept++ = pair_of(index, other);
+    }
+    const auto count_kept = static_cast<std::size_t>(kept - pairs.data());
+    count(candidates, count_kept);
+    PairBufferAccess(found_).append({pairs.data(), count_kept});
+}
+
+/// Of pairs of an entry and a resting object keeps those that agree, as pairs of indices.
+template <int Dim, class T>
+template <class EntryOf>
+std::uint32_t Search<Dim, T>::select_resting(Pair* const first, const Pair* last, const Division& division,
+                                             const EntryOf& entry_of) noexcept
+{
+    const bool any_rested = !entries_.rested.empty();
+    Pair* kept = first;
+    std::uint64_t candidates = 0;
+    for (const Pair* each = first; each != last; ++each) {
+        const Entry entry = entry_of(each->a);
+        const Index index = entries_.index[entry], other{each->b};
+        // What a list holds and has moved or woken up since is found elsewhere, if anywhere; what does so in
+        // this update, as a changed one.
+        if (neighbour_lists_.has_left(other, division.created[entry])) continue;
+        bool agree = true;
+        if (any_rested || !all_pass_) {
+            const FilterClass class_of_other = state_.classes[other];
+            if (class_of_other == FilterClass::look && state_.objects[other].has(flag::written)) continue;
+            agree = pass(entries_.filter[entry], index, class_of_other, other);
+        }
+        ++candidates;
+        if (agree) *kept++ = pair_of(index, other);
+    }
+    count(candidates, static_cast<std::uint64_t>(kept - first));
+    return static_cast<std::uint32_t>(kept - first);
+}
+
+/// Pairs of changed and resting objects.
+template <int Dim, class T>
+void Search<Dim, T>::among_resting()
+{
+    const WithoutClass<Dim, T> without_class(state_, entries_.rested, arena_);
+    const Division division = neighbour_lists_.divide(state_, entries_, arena_);
+    listed_ = division.listed;
+    if (!division.lookups.empty()) find_listed(division);
+    if (!division.unlisted.empty()) find_unlisted(division);
+}
+
+template <int Dim, class T>
+void Search<Dim, T>::find_listed(const Division& division)
+{
+    const std::span<const index::Lookup<Dim>> lookups = division.lookups;
+    const std::size_t runs = (lookups.size() + object_run - 1) / object_run;
+    auto& first_of_run = arena_.list<std::uint64_t>("room for what runs find in lists");
+    auto& kept_of_run = arena_.list<std::uint32_t>("pairs that runs find in lists");
+    kept_of_run.resize(runs);
+    std::uint64_t room = 0;
+    for (std::size_t k = 0; k < lookups.size(); ++k) {
+        if (k % object_run == 0) first_of_run.push_back(room);
+        room += lookups[k].count * index::lanes;
+    }
+    Pair* const pairs =
+        arena_.take<Buffer<Pair>>("pairs found in lists").reserve(static_cast<std::size_t>(room));
+    const auto& kernels = index::kernels_for<Dim, T>(state_.options.instruction_set);
+    const auto overlaps_object = [&](std::uint32_t entry, std::uint32_t index) {
+        return overlaps_branchless(entries_.box[Entry{entry}], state_.objects[Index{index}].now());
+    };
+    const auto look_up = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        Pair* const to = pairs + first_of_run[work.block];
+        const std::size_t count = kernels.look_up(&lookups[begin], end - begin, overlaps_object, to);
+        kept_of_run[work.block] =
+            select_resting(to, to + count, division, [](std::uint32_t entry) { return Entry{entry}; });
+    };
+    process_items(lookups.size(), look_up, {state_.executor_for(lookups.size()), object_run});
+    for (std::size_t run = 0; run < runs; ++run)
+        PairBufferAccess(found_).append({pairs + first_of_run[run], kept_of_run[run]});
+}
+
+template <int Dim, class T>
+void Search<Dim, T>::find_unlisted(const Division& division)
+{
+    // Where what rests lies in one place, such as the ground below, most come nowhere near.
+    const Box hull = BoxIndexAccess::tree(state_.resting).hull();
+    auto& unlisted = arena_.list<Entry>("entries to be asked about");
+    auto& boxes = arena_.list<Box>("boxes of these");
+    unlisted.resize(division.unlisted.size());
+    boxes.resize(division.unlisted.size());
+    std::size_t asked = 0;
+    for (const Entry entry : division.unlisted) {
+        const Box& box = entries_.box[entry];
+        unlisted[asked] = entry;
+        boxes[asked] = box;
+        asked += overlaps_branchless(box, hull);
+    }
+    if (asked == 0) return;
+    unlisted.resize(asked);
+    boxes.resize(asked);
+    auto& pairs = arena_.list<Pair>("pairs found in the index");
+    state_.resting.join(boxes, pairs);
+    auto& kept_of_run = arena_.list<std::uint32_t>("pairs that runs find in the index");
+    kept_of_run.resize((pairs.size() + run_length - 1) / run_length);
+    const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
+        kept_of_run[work.block] = select_resting(pairs.data() + begin, pairs.data() + end, division,
+                                                 [&](std::uint32_t number) { return unlisted[number]; });
+    };
+    process_items(pairs.size(), select, {state_.executor_for(pairs.size()), run_length});
+    for (std::size_t run = 0; run < kept_of_run.size(); ++run)
+        PairBufferAccess(found_).append({pairs.data() + run * run_length, kept_of_run[run]});
+}
+
+template <int Dim, class T>
+std::span<Pair> Search<Dim, T>::sorted(PairBuffer& to)
+{
+    if (near_found_.empty()) return sorted_found(to);
+    const std::span<const Pair> found = sorted_found(arena_.take<PairBuffer>("other pairs, sorted"));
+    std::size_t count = found.size();
+    for (const std::span<const Pair> block : near_found_)
+        count += block.size();
+    Pair* const first = PairBufferAccess(to).chunk(0, count).data();
+    Pair* end = first;
+    const Pair* next = found.data();
+    const Pair* const found_end = next + found.size();
+    for (const std::span<const Pair> block : near_found_) {
+        const Pair* from = block.data();
+        const Pair* const block_end = from + block.size();
+        while (from != block_end && next != found_end) {
+            const bool takes_found = *next < *from;
+            *end++ = takes_found ? *next : *from;
+            next += takes_found;
+            from += !takes_found;
+        }
+        end = std::copy(from, block_end, end);
+    }
+    end = std::copy(next, found_end, end);
+    return {first, end};
+}
+
+/// What was found, but for near pairs.
+template <int Dim, class T>
+std::span<Pair> Search<Dim, T>::sorted_found(PairBuffer& to)
+{
+    if (found_.size() == 0) return {};
+    // The counting sort goes through all objects, if in parallel; the other through the pairs several times.
+    const std::uint64_t count = found_.size(), objects = state_.ids.end();
+    if (count >= objects ||
+        (count >= objects / 8 && count >= 16 * run_length && state_.executor->concurrency() > 1)) {
+        arena_.take<PairSorter>("sorter of pairs")
+            .sort(found_, objects, *state_.executor, state_.options.instruction_set, to);
+        return PairBufferAccess(to).chunk(0, 0).first(to.size());
+    }
+    const std::span<Pair> sorted = PairBufferAccess(to).chunk(0, count).first(count);
+    auto& pairs = arena_.list<Pair>("pairs being sorted");
+    auto& spare = arena_.list<Pair>("pairs being sorted, in another order");
+    if (count >= run_length) {
+        sort_in_parts(pairs, spare, sorted);
+        return sorted;
+    }
+    for (const std::span<const Pair> block : found_.blocks())
+        pairs.insert(pairs.end(), block.begin(), block.end());
+    sort_pairs(pairs, spare);
+    std::copy(pairs.begin(), pairs.end(), sorted.begin());
+    return sorted;
+}
+
+/// In parts by their first objects, each of which is sorted by one thread.
+template <int Dim, class T>
+void Search<Dim, T>::sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& spare,
+                                   std::span<Pair> to)
+{
+    constexpr std::uint32_t parts = 16;
+    std::uint32_t shift = 0;
+    while ((state_.ids.end() - 1) >> shift >= parts)
+        ++shift;
+    pairs.resize(to.size());
+    spare.resize(to.size());
+    std::size_t end[parts] = {};
+    const auto each_pair = [&](const auto& visit) {
+        for (const std::span<const Pair> block : found_.blocks())
+            for (const Pair& pair : block)
+                visit(pair);
+    };
+    each_pair([&](const Pair& pair) { ++end[pair.a >> shift]; });
+    exclusive_sum(end, parts);
+    each_pair([&](const Pair& pair) { pairs[end[pair.a >> shift]++] = pair; });
+    const auto sort_part = [&](std::uint64_t part, std::uint64_t, Work) {
+        const std::size_t first = part == 0 ? 0 : end[part - 1], count = end[part] - first;
+        const Pair* const sorted = sort_pairs(pairs.data() + first, spare.data() + first, count);
+        std::copy_n(sorted, count, to.data() + first);
+    };
+    process_items(parts, sort_part, {state_.executor_for(to.size()), 1});
+}
+
+} // namespace
+
+template <int Dim, class T>
+Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
+                NeighbourLists<Dim, T>& neighbour_lists, NearPairs<Dim, T>* near_pairs, PairBuffer& to,
+                Arena& arena)
+{
+    Candidates candidates;
+    Search<Dim, T> search(state, entries, finder, neighbour_lists, near_pairs, arena);
+    if (entries.changed != 0) {
+        const auto t0 = Clock::now();
+        search.among_active();
+        search.among_parked();
+        const auto t1 = Clock::now();
+        candidates.us_active = microseconds(t0, t1);
+        if (state.resting.size() != 0) {
+            search.among_resting();
+            candidates.us_resting = microseconds(t1, Clock::now());
+        }
+    }
+    search.tell(candidates, to);
+    return candidates;
+}
+
+template <int Dim, class T>
+std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>& changes,
+                                     const Entries<Dim, T>& entries, PairFinder& finder, Arena& arena)
+{
+    if (entries.stirring.empty()) return {};
+    const std::span<const Aabb<Dim, T>> boxes(entries.boxes_before);
+    auto& pairs = arena.list<Pair>("old pairs of stirring objects");
+    // All filters that objects have, or had, are of a class.
+    const bool all_pass = state.classes.all_pass();
+    const auto take = [&](Index a, Index b) {
+        if (a == b || (state.objects[b].has(flag::written) && b < a)) return; // found from the other side
+        if (all_pass || passes(changes.old_filter(a), changes.old_filter(b))) pairs.push_back(pair_of(a, b));
+    };
+    auto& joined = arena.list<Pair>("stirring objects and what rested around them");
+    if (state.resting.size() != 0) state.resting.join(boxes, joined);
+    for (std::size_t k = 0; k < joined.size(); ++k) {
+        if (k + fetch_ahead < joined.size()) state.objects[Index{joined[k + fetch_ahead].b}].prefetch_state();
+        take(entries.stirring[joined[k].a], Index{joined[k].b});
+    }
+    auto& beside = arena.list<Pair>("stirring objects and what was parked around them");
+    find_parked(state.parked, boxes, finder,
+                arena.take<PairBuffer>("stirring objects and parked ones, in blocks"), beside);
+    for (const Pair& pair : beside)
+        if (const Index other = state.parked.index(pair.b); other != Parked<Dim, T>::nobody)
+            take(entries.stirring[pair.a], other);
+    sort_pairs(pairs, arena.list<Pair>("old pairs of stirring objects, in another order"));
+    return pairs;
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template Candidates find(State<Dim, T>&, const Entries<Dim, T>&, PairFinder&, NeighbourLists<Dim, T>&,   \
+                             NearPairs<Dim, T>*, PairBuffer&, Arena&);                                       \
+    template std::span<const Pair> find_old_pairs(State<Dim, T>&, const Changes<Dim, T>&,                    \
+                                                  const Entries<Dim, T>&, PairFinder&, Arena&);
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace world
+JOSTLE_NAMESPACE_END

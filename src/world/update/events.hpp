@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "world/objects/pair_lists.hpp"
+#include "world/objects/state.hpp"
+#include "world/update/arena.hpp"
+#include "world/update/candidates.hpp"
+#include "world/update/entries.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// The pairs that `accept` now refuses, and those that it no longer refuses. Unless they are kept, the
+/// destructor restores the refused pairs of before.
+class Refusals
+{
+  public:
+    Refusals(KeySet& refused, Arena& arena)
+        : refused_(&refused),
+          added_(arena.list<Key>("pairs that are refused now")),
+          removed_(arena.list<Key>("pairs that are no longer refused"))
+    {
+    }
+    Refusals(Refusals&& other) noexcept
+        : refused_(std::exchange(other.refused_, nullptr)), added_(other.added_), removed_(other.removed_)
+    {
+    }
+    Refusals& operator=(Refusals&&) = delete;
+    ~Refusals()
+    {
+        if (refused_ == nullptr) return;
+        for (const Key key : added_)
+            refused_->erase(key);
+    }
+    [[nodiscard]] bool has(Key key) const noexcept { return refused_->contains(key); }
+    /// At once: nothing can fail later.
+    void add(Key key)
+    {
+        added_.push_back(key);
+        if (!refused_->insert(key)) added_.pop_back();
+    }
+    [[nodiscard]] std::span<const Key> added() const noexcept { return added_; }
+    [[nodiscard]] std::span<const Key> removed() const noexcept { return removed_; }
+    /// When they are kept.
+    void remove(Key key) { removed_.push_back(key); }
+    void keep() noexcept
+    {
+        for (const Key key : removed_)
+            refused_->erase(key);
+        refused_ = nullptr;
+    }
+
+  private:
+    KeySet* refused_;
+    std::pmr::vector<Key>& added_;
+    std::pmr::vector<Key>& removed_;
+};
+
+/// The stage `judge` of an update: compares the pairs that touch now with those that did. Fills `next`;
+/// `old_pairs` are those of objects that wake up, which `last` doesn't have. Asks `accept`. `touching` lies
+/// in the memory of `next.persisted`, where those that persist stay.
+template <int Dim, class T>
+[[nodiscard]] Refusals judge(State<Dim, T>& state, const Changes<Dim, T>& changes,
+                             const Entries<Dim, T>& entries, std::span<Pair> touching,
+                             std::span<const Pair> old_pairs, const Lists& last, Lists& next, Arena& arena);
+
+} // namespace world
+JOSTLE_NAMESPACE_END

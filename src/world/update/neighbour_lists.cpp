@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: MIT
+#include "world/update/neighbour_lists.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+#include "base/instantiate.hpp"
+#include "index/box_index_access.hpp"
+#include "jostle/process.hpp"
+#include "pairs/pair_finder_access.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+// With fewer resting objects the index is as quick as a list.
+constexpr std::size_t worth_listing = 64;
+
+/// Around the way that an object takes: as far on as it would come in some updates, and a bit back.
+template <int Dim, class T>
+Aabb<Dim, T> way_of(const Aabb<Dim, T>& before, const Aabb<Dim, T>& now) noexcept
+{
+    constexpr T updates = 16;
+    Aabb<Dim, T> way = now;
+    for (int d = 0; d < Dim; ++d) {
+        const T step = now.lo[d] - before.lo[d], size = now.hi[d] - now.lo[d];
+        const T length = step < 0 ? -step : step;
+        // Not so far that there would be much more around it than at it.
+        const T ahead = std::min(updates * length, size), back = std::min(length, size);
+        way.lo[d] -= step < 0 ? ahead : back;
+        way.hi[d] += step < 0 ? back : ahead;
+        if (!(way.lo[d] <= now.lo[d] && way.hi[d] >= now.hi[d])) { // infinite sizes
+            way.lo[d] = now.lo[d];
+            way.hi[d] = now.hi[d];
+        }
+    }
+    return way;
+}
+
+} // namespace
+
+template <int Dim, class T>
+NeighbourLists<Dim, T>::~NeighbourLists()
+{
+    for (Listing* chunk : chunks_)
+        memory_->deallocate(chunk, listings_per_chunk * sizeof(Listing), alignof(Listing));
+}
+
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::prefetch_listings(Index object) const noexcept
+{
+    const List* const list = find(object);
+    if (list == nullptr) return;
+    for (std::size_t at = 0; at < list->count * sizeof(Listing); at += 64)
+        jostle::prefetch(reinterpret_cast<const char*>(list->listings) + at);
+}
+
+template <int Dim, class T>
+struct NeighbourLists<Dim, T>::Needs
+{
+    Table<Entry, Need>& of;
+    std::pmr::vector<index::Lookup<Dim>>& lookups; // by entry
+    Table<Entry, std::uint32_t>& created;
+};
+
+/// Of what has been seen around its object's way, all but what leaves its place.
+template <int Dim, class T>
+template <class Leaves>
+void NeighbourLists<Dim, T>::fill(const List& list, std::span<const index::Seen<Dim, T>> around,
+                                  const Leaves& leaves) noexcept
+{
+    const index::Ruler<Dim, T> ruler(list.bounds);
+    std::uint32_t lane = 0;
+    for (const index::Seen<Dim, T>& seen : around) {
+        if (leaves(Index{seen.id})) continue;
+        list.listings[lane / index::lanes].set(lane % index::lanes, ruler, seen.box, seen.id);
+        ++lane;
+    }
+    for (; lane < list.count * index::lanes; ++lane)
+        list.listings[lane / index::lanes].clear(lane % index::lanes);
+}
+
+template <int Dim, class T>
+index::Lookup<Dim> NeighbourLists<Dim, T>::lookup_in(const List& list, Entry entry, const Box& box) noexcept
+{
+    const index::Ruler<Dim, T> ruler(list.bounds);
+    index::Lookup<Dim> lookup = {list.listings, list.count, raw(entry), {}, {}};
+    for (int d = 0; d < Dim; ++d) {
+        lookup.lo[d] = ruler.measure(d, box.lo[d]);
+        lookup.hi[d] = ruler.measure(d, box.hi[d]);
+    }
+    return lookup;
+}
+
+/// Lists of an update that failed leave out what was to move or to wake up.
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::begin_update() noexcept
+{
+    if (std::exchange(is_updating_, true)) invalidate_all();
+}
+
+/// The entry has a list that will do.
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::look_at(const Entries<Dim, T>& entries, Entry entry, const List& list,
+                                     Needs& needs) const noexcept
+{
+    if (list.count == 0) {
+        needs.of[entry] = Need::search;
+        return;
+    }
+    needs.of[entry] = Need::lookup;
+    needs.created[entry] = list.created;
+    needs.lookups[raw(entry)] = lookup_in(list, entry, entries.box[entry]);
+}
+
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::find_needs(const State<Dim, T>& state, const Entries<Dim, T>& entries,
+                                        Needs& needs) const
+{
+    const auto look = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        const std::uint64_t last = entries.changed - 1;
+        const auto ahead = [&](std::uint64_t e) {
+            return entries.index[Entry{static_cast<std::uint32_t>(std::min(e, last))}];
+        };
+        for (std::uint64_t e = begin; e < end; ++e) {
+            prefetch_number(ahead(e + 2 * fetch_ahead));
+            prefetch(ahead(e + fetch_ahead));
+            const Entry entry{static_cast<std::uint32_t>(e)};
+            const List* const list = entries.moves_on[entry] ? find(entries.index[entry]) : nullptr;
+            needs.of[entry] = Need::list;
+            needs.lookups[e].count = 0;
+            if (list != nullptr && list->valid && inside(entries.box[entry], list->bounds))
+                look_at(entries, entry, *list, needs);
+        }
+    };
+    process_items(entries.changed, look, {state.executor_for(entries.changed), object_run});
+}
+
+template <int Dim, class T>
+auto NeighbourLists<Dim, T>::divide(State<Dim, T>& state, const Entries<Dim, T>& entries, Arena& arena)
+    -> Division
+{
+    begin_update();
+    auto& unlisted = arena.list<Entry>("entries without a list of neighbours");
+    auto& newcomers = arena.list<Entry>("entries that get a list of neighbours");
+    auto& ways = arena.list<Box>("ways of entries that get a list of neighbours");
+    Needs needs{arena.take<Table<Entry, Need>>("what entries need"),
+                arena.take<std::pmr::vector<index::Lookup<Dim>>>("lookups of entries"),
+                arena.take<Table<Entry, std::uint32_t>>("updates that made lists of neighbours")};
+    needs.created.assign(entries.changed, update_);
+    if (state.resting.size() < worth_listing) {
+        for (std::uint32_t e = 0; e < entries.changed; ++e)
+            unlisted.push_back(Entry{e});
+        return {{}, unlisted, needs.created, 0};
+    }
+    needs.of.resize(entries.changed);
+    needs.lookups.resize(entries.changed);
+    find_needs(state, entries, needs);
+
+    // They last for some sixteen updates. All at once would make some updates much longer than others.
+    const std::size_t most_new = calm_ ? entries.changed / 8 + 16 : 0;
+    std::size_t listed = 0;
+    for (std::uint32_t e = 0; e < entries.changed; ++e) {
+        const Entry entry{e};
+        if (needs.of[entry] == Need::lookup) {
+            ++listed;
+        } else if (needs.of[entry] == Need::list && entries.moves_on[entry] && newcomers.size() < most_new) {
+            newcomers.push_back(entry);
+            ways.push_back(way_of(state.objects[entries.index[entry]].before(), entries.box[entry]));
+        } else {
+            unlisted.push_back(entry);
+        }
+    }
+    make_lists(state, entries, newcomers, ways, needs);
+    for (const Entry entry : newcomers)
+        if (needs.of[entry] == Need::search) unlisted.push_back(entry);
+    if (listed + newcomers.size() == 0) return {{}, unlisted, needs.created, 0};
+    return {needs.lookups, unlisted, needs.created, newcomers.size()};
+}
+
+/// Lists of what lies around these ways, for these entries.
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::make_lists(State<Dim, T>& state, const Entries<Dim, T>& entries,
+                                        std::span<const Entry> newcomers, std::span<const Box> ways,
+                                        Needs& needs)
+{
+    if (newcomers.empty()) return;
+    const bool any_rested = !entries.rested.empty();
+    const auto leaves = [&](Index other) {
+        return any_rested && state.classes[other] == FilterClass::look &&
+               state.objects[other].has(flag::written);
+    };
+    BoxIndexAccess::look_around(state.resting, ways);
+    for (std::size_t k = 0; k < newcomers.size(); ++k)
+        (void)make(entries.index[newcomers[k]], ways[k], BoxIndexAccess::around(state.resting, k).size());
+    const auto fill_some = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        for (std::uint64_t k = begin; k < end; ++k) {
+            if (k + 2 < end) prefetch_listings(entries.index[newcomers[k + 2]]);
+            const List& list = *find(entries.index[newcomers[k]]);
+            if (list.count != 0) fill(list, BoxIndexAccess::around(state.resting, k), leaves);
+            look_at(entries, newcomers[k], list, needs);
+        }
+    };
+    constexpr std::size_t per_run = 32; // which take as long as many objects
+    process_items(newcomers.size(), fill_some,
+                  {state.executor_for(newcomers.size() * object_run / per_run), per_run});
+}
+
+/// Room for so many neighbours, in place of the list that the object had.
+template <int Dim, class T>
+auto NeighbourLists<Dim, T>::make(Index object, const Box& bounds, std::size_t neighbours) -> List&
+{
+    std::uint32_t number = list_of_[object];
+    if (number == none) {
+        if (free_.empty()) {
+            lists_.push_back({});
+            free_.reserve(lists_.capacity());
+            free_.push_back(static_cast<std::uint32_t>(lists_.size() - 1));
+        }
+        number = free_.back();
+        lists_[number] = {bounds, 0, 0, false, nullptr};
+    }
+    List& list = lists_[number];
+    list.valid = false;
+    const auto wanted = static_cast<std::uint32_t>((neighbours + index::lanes - 1) / index::lanes);
+    const std::uint32_t count = wanted > most_listings ? 0 : std::max(1u, wanted);
+    if (count != list.count) {
+        Listing* const fresh = count != 0 ? take(count) : nullptr;
+        give(list.listings, list.count);
+        list.listings = fresh;
+        list.count = count;
+    }
+    if (list_of_[object] == none) {
+        free_.pop_back();
+        list_of_[object] = number;
+    }
+    list.bounds = bounds;
+    list.created = update_;
+    list.valid = true;
+    return list;
+}
+
+template <int Dim, class T>
+auto NeighbourLists<Dim, T>::take(std::uint32_t count) -> Listing*
+{
+    Listing*& first = unused_[count];
+    if (first != nullptr) {
+        Listing* const taken = first;
+        first = *reinterpret_cast<Listing**>(taken);
+        return taken;
+    }
+    if (left_ < count) {
+        chunks_.push_back(nullptr);
+        try {
+            chunks_.back() = static_cast<Listing*>(
+                memory_->allocate(listings_per_chunk * sizeof(Listing), alignof(Listing)));
+        } catch (...) {
+            chunks_.pop_back();
+            throw;
+        }
+        while (left_ > 0) { // a remnant of the last chunk
+            give(fresh_, 1);
+            ++fresh_;
+            --left_;
+        }
+        fresh_ = chunks_.back();
+        left_ = listings_per_chunk;
+    }
+    Listing* const taken = fresh_;
+    fresh_ += count;
+    left_ -= count;
+    return taken;
+}
+
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::give(Listing* listings, std::uint32_t count) noexcept
+{
+    if (listings == nullptr) return;
+    new (listings) Listing*(unused_[count]);
+    unused_[count] = listings;
+}
+
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::drop(Index object) noexcept
+{
+    if (raw(object) >= list_of_.size() || list_of_[object] == none) return;
+    List& list = lists_[list_of_[object]];
+    give(list.listings, list.count);
+    list = {list.bounds, 0, 0, false, nullptr};
+    free_.push_back(list_of_[object]);
+    list_of_[object] = none;
+}
+
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::invalidate_all() noexcept
+{
+    for (List& list : lists_)
+        list.valid = false;
+}
+
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::invalidate(std::span<const Box> settling, std::size_t changed,
+                                        PairFinder& finder, Arena& arena)
+{
+    calm_ = 8 * settling.size() <= changed;
+    if (settling.empty() || lists_.size() == free_.size()) return;
+    if (!calm_ && settling.size() > 64) {
+        invalidate_all();
+        return;
+    }
+    auto& bounds = arena.list<Box>("bounds of lists of neighbours");
+    auto& numbers = arena.list<std::uint32_t>("numbers of lists of neighbours");
+    for (std::uint32_t number = 0; number < lists_.size(); ++number)
+        if (lists_[number].valid) {
+            bounds.push_back(lists_[number].bounds);
+            numbers.push_back(number);
+        }
+    if (bounds.size() * settling.size() <= 4096) {
+        for (const Box& box : settling)
+            for (std::size_t number = 0; number < bounds.size(); ++number)
+                if (overlaps_branchless(box, bounds[number])) lists_[numbers[number]].valid = false;
+        return;
+    }
+    std::mutex mutex;
+    const auto select = [&](Pair* first, Pair* last) {
+        const std::lock_guard lock(mutex);
+        for (const Pair* pair = first; pair != last; ++pair)
+            lists_[numbers[pair->b]].valid = false;
+        return first;
+    };
+    PairFinderAccess::find(finder, BoxView<Dim, T>(settling), BoxView<Dim, T>(std::span<const Box>(bounds)),
+                           select, arena.take<PairBuffer>("pairs of settling objects and lists"));
+}
+
+template <int Dim, class T>
+void NeighbourLists<Dim, T>::count_update() noexcept
+{
+    is_updating_ = false;
+    if (++update_ != ~std::uint32_t{0} - 1) return;
+    invalidate_all(); // numbers begin again
+    for (std::uint32_t& at : rested_at_.values())
+        at = at == not_resting ? not_resting : 0;
+    update_ = 1;
+    last_waking_ = 0;
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T) template class NeighbourLists<Dim, T>;
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace world
+JOSTLE_NAMESPACE_END

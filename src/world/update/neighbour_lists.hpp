@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory_resource>
+#include <span>
+#include <vector>
+
+#include "index/kernels/kernels.hpp"
+#include "index/listing.hpp"
+#include "jostle/find_pairs.hpp"
+#include "world/objects/state.hpp"
+#include "world/update/arena.hpp"
+#include "world/update/entries.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// Lists for objects that keep moving: each has the resting objects near the path that the object seems to
+/// take, with the measures of their boxes. While it stays on that path, it can touch only objects in the
+/// list, and going through one or two listings of 16 is many times faster than a search of the index. Only a
+/// cache: the results don't depend on it.
+template <int Dim, class T>
+class NeighbourLists
+{
+  public:
+    using Box = Aabb<Dim, T>;
+
+    explicit NeighbourLists(std::pmr::memory_resource* memory)
+        : memory_(memory),
+          list_of_(memory),
+          lists_(memory),
+          free_(memory),
+          chunks_(memory),
+          rested_at_(memory)
+    {
+    }
+    NeighbourLists(const NeighbourLists&) = delete;
+    NeighbourLists& operator=(const NeighbourLists&) = delete;
+    ~NeighbourLists();
+
+    void make_room(std::size_t objects)
+    {
+        list_of_.grow(objects, none);
+        rested_at_.grow(objects);
+    }
+
+    /// Which entries are searched for in their lists, and which in the index.
+    struct Division
+    {
+        // One for each changed entry, of no listings where a list won't do; none if it will do for nobody.
+        std::span<const index::Lookup<Dim>> lookups;
+        std::span<const Entry> unlisted;            // the others: the index is asked about them
+        const Table<Entry, std::uint32_t>& created; // of changed entries: the update that made the list
+        std::size_t listed;                         // how many new lists were made
+    };
+    /// Divides the changed entries. Makes lists for some that have none, and keep moving as it seems. While
+    /// it is called, changed objects that rested have no filter class.
+    [[nodiscard]] Division divide(State<Dim, T>& state, const Entries<Dim, T>& entries, Arena& arena);
+    /// Whether an object has left its place in the index since a list was made that may still hold it.
+    [[nodiscard]] bool has_left(Index object, std::uint32_t created) const noexcept
+    {
+        return created < last_waking_ && rested_at_[object] > created;
+    }
+
+    /// Lists that objects about to settle or to shift belong into are of no more use. `changed`: how many
+    /// objects did.
+    void invalidate(std::span<const Box> settling, std::size_t changed, PairFinder& finder, Arena& arena);
+    void invalidate_all() noexcept;
+
+    // When an update is committed:
+    void note_waking(Index object) noexcept
+    {
+        rested_at_[object] = not_resting;
+        last_waking_ = update_;
+    }
+    void note_settling(Index object) noexcept
+    {
+        rested_at_[object] = update_ + 1;
+        drop(object);
+    }
+    void drop(Index object) noexcept;
+    void count_update() noexcept;
+
+  private:
+    using Listing = index::Listing<Dim>;
+    static constexpr std::uint32_t none = ~std::uint32_t{0}, not_resting = ~std::uint32_t{0};
+    /// Objects with more around them are searched for in the index.
+    static constexpr std::uint32_t most_listings = 4;
+    static constexpr std::size_t listings_per_chunk = 128;
+
+    struct List
+    {
+        Box bounds;
+        std::uint32_t created; // the update; objects that came to rest later aren't in it
+        std::uint32_t count;   // of listings; 0: there were too many neighbours
+        bool valid;
+        Listing* listings;
+    };
+
+    [[nodiscard]] const List* find(Index object) const noexcept
+    {
+        const std::uint32_t number = list_of_[object];
+        return number == none ? nullptr : &lists_[number];
+    }
+    void begin_update() noexcept;
+    /// What each changed entry needs, worked out by several threads.
+    enum class Need : std::uint8_t
+    {
+        list,   // it has none, or none that will do
+        lookup, // in the list that it has
+        search  // there is too much around it for a list
+    };
+    struct Needs;
+    static index::Lookup<Dim> lookup_in(const List& list, Entry entry, const Box& box) noexcept;
+    void look_at(const Entries<Dim, T>& entries, Entry entry, const List& list, Needs& needs) const noexcept;
+    void find_needs(const State<Dim, T>& state, const Entries<Dim, T>& entries, Needs& needs) const;
+    template <class Leaves>
+    void fill(const List& list, std::span<const index::Seen<Dim, T>> around, const Leaves& leaves) noexcept;
+    void make_lists(State<Dim, T>& state, const Entries<Dim, T>& entries, std::span<const Entry> newcomers,
+                    std::span<const Box> ways, Needs& needs);
+    List& make(Index object, const Box& bounds, std::size_t neighbours);
+    Listing* take(std::uint32_t count);
+    void give(Listing* listings, std::uint32_t count) noexcept;
+    void prefetch_number(Index object) const noexcept { jostle::prefetch(&list_of_[object]); }
+    void prefetch(Index object) const noexcept
+    {
+        if (list_of_[object] != none) jostle::prefetch(&lists_[list_of_[object]]);
+    }
+    void prefetch_listings(Index object) const noexcept;
+
+    std::pmr::memory_resource* memory_;
+    Table<Index, std::uint32_t> list_of_;
+    std::pmr::vector<List> lists_;
+    std::pmr::vector<std::uint32_t> free_; // of these; there is room for all
+    std::pmr::vector<Listing*> chunks_;
+    std::array<Listing*, most_listings + 1> unused_ = {}; // by number of listings: a list of runs
+    Listing* fresh_ = nullptr;
+    std::size_t left_ = 0; // behind it
+
+    std::uint32_t update_ = 1;
+    std::uint32_t last_waking_ = 0;         // the last update in which any woke up
+    bool is_updating_ = false;              // from the search on until it is committed
+    bool calm_ = true;                      // few objects came to rest in the last update
+    Table<Index, std::uint32_t> rested_at_; // the first update that can find it resting
+};
+
+} // namespace world
+JOSTLE_NAMESPACE_END

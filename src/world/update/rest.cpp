@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: MIT
+#include "world/update/rest.hpp"
+
+#include <algorithm>
+
+#include "base/instantiate.hpp"
+#include "index/box_index_access.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+namespace {
+
+// So many may come to rest in any update besides those that are due ...
+constexpr std::size_t least_settling = 32;
+// ... and for each object that changes, up to `most_counted` of them, one of so many that are parked: that
+// takes about as long as comparing the object with all of them does. More are compared at once.
+constexpr std::size_t compared_per_settling = 1024, most_counted = 8;
+
+/// How many may come to rest besides those that are due: about as many as have changed, so that no update
+/// takes much longer than what it is asked to do.
+std::size_t most_settling(std::size_t changed, std::size_t parked) noexcept
+{
+    const std::size_t counted = std::clamp(changed, std::size_t{1}, most_counted);
+    return std::max({least_settling, changed, parked * counted / compared_per_settling});
+}
+
+/// Whether other objects change in each update, so many of them that they couldn't move within the index.
+/// Whoever came to rest would soon wake up again there, which takes longer than to stay active.
+template <int Dim, class T>
+bool is_restless(const State<Dim, T>& state, std::size_t waking) noexcept
+{
+    std::size_t waiting = 0, stirring = waking;
+    for (const auto& each : state.active) {
+        if (each.idle + 1 != idle_updates) continue;
+        ++waiting;
+        stirring += state.objects[each.index].has(flag::written) ? 1 : 0;
+    }
+    return stirring > least_settling && stirring * resting_per_changed > state.resting.size() + waiting;
+}
+
+/// Goes through changed objects, and unless these are being parked, active ones; both lists ascend. Who comes
+/// to rest isn't in the index: what changed, and so may be, stays active, or shifts.
+template <int Dim, class T>
+void choose(State<Dim, T>& state, std::span<const Index> changed, bool parks, bool restless, std::size_t most,
+            Rest<Dim, T>& rest)
+{
+    const auto place_changed = [&](Index index) {
+        const auto object = state.objects[index];
+        if (!object.is_there() || object.has(flag::shifting)) return;
+        if (object.place() != Place::none)
+            rest.active.push_back({index, 0});
+        else if (object.has(flag::is_static) && rest.settling.size() < most)
+            rest.settling.push_back(raw(index));
+        else
+            rest.active.push_back({index, due});
+    };
+    const auto place_idle = [&](const typename State<Dim, T>::Active& each) {
+        if (each.idle + 1 < idle_updates)
+            rest.active.push_back({each.index, each.idle + 1});
+        else if (restless && each.idle != due)
+            rest.active.push_back(each);
+        else if (each.idle == due || rest.settling.size() < most)
+            rest.settling.push_back(raw(each.index));
+        else
+            state.parked.stage(each.index, state.objects[each.index].now());
+    };
+    const auto end = state.active.end();
+    auto active = parks ? end : state.active.begin();
+    auto next = changed.begin();
+    rest.active.reserve(static_cast<std::size_t>(end - active) + changed.size());
+    while (active != end || next != changed.end()) {
+        if (next == changed.end() || (active != end && active->index < *next)) {
+            place_idle(*active++);
+            continue;
+        }
+        if (active != end && active->index == *next) ++active;
+        place_changed(*next++);
+    }
+    if (!parks) return;
+    for (const auto& each : state.active)
+        if (each.idle == due && !state.objects[each.index].has(flag::written))
+            rest.settling.push_back(raw(each.index));
+}
+
+} // namespace
+
+template <int Dim, class T>
+Rest<Dim, T> plan_rest(State<Dim, T>& state, const Changes<Dim, T>& changes, const Entries<Dim, T>& entries,
+                       NeighbourLists<Dim, T>& neighbour_lists, PairFinder& finder, Arena& arena)
+{
+    Rest<Dim, T> rest = {entries.all_of_active,
+                         arena.list<typename State<Dim, T>::Active>("objects that will be active"),
+                         arena.list<std::uint32_t>("objects that come to rest"), entries.shifting,
+                         arena.list<Aabb<Dim, T>>("boxes of objects that come to rest or shift")};
+    // Who has waited longest comes first. Those that are due come on top: not many more than had been added
+    // in the update before, which took longer.
+    const std::size_t most = most_settling(changes.objects().size(), state.parked.size());
+    state.parked.each([&](Index index) {
+        if (!state.objects[index].has(flag::written)) rest.settling.push_back(raw(index));
+        return rest.settling.size() < most;
+    });
+    if (!rest.same_active) {
+        const bool restless = !entries.parks && is_restless(state, entries.waking.size());
+        choose(state, changes.objects(), entries.parks, restless, most, rest);
+    }
+    rest.parking = entries.parks ? entries.parking : state.parked.staged().size();
+    for (const std::uint32_t index : rest.settling)
+        rest.boxes.push_back(state.objects[Index{index}].now());
+    for (const std::uint32_t index : rest.shifting)
+        rest.boxes.push_back(state.objects[Index{index}].now());
+    reserve_more(state.shifted, rest.shifting.size());
+    neighbour_lists.invalidate(rest.boxes, changes.objects().size(), finder, arena);
+    return rest;
+}
+
+template <int Dim, class T>
+void settle(State<Dim, T>& state, const Rest<Dim, T>& rest)
+{
+    const std::span<const Aabb<Dim, T>> boxes(rest.boxes);
+    const std::span<const std::uint32_t> settling(rest.settling);
+    index::Tree<Dim, T>& resting = BoxIndexAccess::tree(state.resting);
+    if (!settling.empty()) resting.insert(settling, boxes.first(settling.size()));
+    if (rest.shifting.empty()) return;
+    try {
+        resting.move(rest.shifting, boxes.subspan(settling.size()));
+    } catch (...) {
+        resting.erase(settling);
+        throw;
+    }
+}
+
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    template void settle(State<Dim, T>&, const Rest<Dim, T>&);                                               \
+    template Rest<Dim, T> plan_rest(State<Dim, T>&, const Changes<Dim, T>&, const Entries<Dim, T>&,          \
+                                    NeighbourLists<Dim, T>&, PairFinder&, Arena&);
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
+} // namespace world
+JOSTLE_NAMESPACE_END

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <memory_resource>
+#include <vector>
+
+#include "base/checks.hpp"
+#include "world/update/changes.hpp"
+
+JOSTLE_NAMESPACE_BEGIN
+namespace world {
+
+/// An object that apply() has written to, and whether it was in the world before.
+struct Noted
+{
+    Index index;
+    bool was_alive;
+};
+
+/// Writes what commands say into objects, and has Changes keep what they were.
+template <int Dim, class T>
+class Writer
+{
+  public:
+    using Box = Aabb<Dim, T>;
+
+    Writer(State<Dim, T>& state, Changes<Dim, T>& changes, Arena& arena);
+
+    /// Announces commands of so many queues; if there is only one, it has this number. They may be about the
+    /// same objects as commands of other queues, also of earlier ones. If `noted` isn't null, it gets the
+    /// objects that are written to from now on, with their old state.
+    void begin(std::uint32_t queues, std::uint32_t number, std::pmr::vector<Noted>* noted);
+    /// Whose commands come now: numbered from 1.
+    void set_queue(std::uint32_t queue) noexcept { queue_ = queue; }
+    void add(const Addition<Dim, T>& addition);
+    void apply(const Command<Dim, T>& command);
+    void move(ObjectId id, const Box& box);
+
+    /// Objects that several queues have commands about, or whose commands have a sequence.
+    [[nodiscard]] bool any_contested() const noexcept { return any_contested_; }
+
+    /// Whether a command has removed an object.
+    [[nodiscard]] bool any_removed() const noexcept { return any_removed_; }
+
+    /// Notes the object as written to, before that is done.
+    void touch(Index index);
+
+    // One property of an object that can be written:
+    void set_box(Index index, const Box& box);
+    void set_displacement(Index index, const T* displacement);
+    /// The object's and the world's together.
+    void set_margin(Index index, T margin);
+    void set_filter(Index index, const ObjectFilter& filter);
+
+  private:
+    using Object = typename Objects<Dim, T>::Object;
+
+    [[nodiscard]] bool open(ObjectId id);
+    void contest(Object object) noexcept;
+    void resize(Index index, const Box& size);
+    void set_bounds(Index index);
+    Reach<Dim, T>& reach_of(Index index);
+
+    State<Dim, T>& state_;
+    Changes<Dim, T>& changes_;
+    bool several_queues_ = false;
+    bool any_contested_ = false;
+    bool any_removed_ = false;
+    std::uint32_t queue_ = 0, only_queue_ = 0; // the one that commands came of, until there are several
+    std::pmr::vector<Noted>* noted_ = nullptr;
+    Table<Index, std::uint32_t>& queue_of_; // that wrote to an object of this update
+};
+
+/// Does over what was done to contested objects: for each property the greatest sequence wins, among equal
+/// ones of one queue the last, and of several queues a choice by the values.
+template <int Dim, class T>
+void settle_contests(State<Dim, T>& state, Changes<Dim, T>& changes, Writer<Dim, T>& writer,
+                     const Queues<Dim, T>& queues, const Moves<Dim, T>& moves, std::uint32_t own_queue,
+                     Arena& arena);
+
+/// What commands have changed since the last update, and the writer that continues it.
+template <int Dim, class T>
+struct Applied
+{
+    Applied(State<Dim, T>& state, Arena& arena) : changes(state, arena), writer(state, changes, arena) {}
+
+    Changes<Dim, T> changes;
+    Writer<Dim, T> writer;
+    std::size_t added = 0, removed = 0; // objects, as far as apply() shows them
+};
+
+/// The stage `apply` of an update: what was taken from the queues, and `moves`, are applied to the objects.
+template <int Dim, class T>
+void apply(State<Dim, T>& state, Queues<Dim, T>& queues, const Moves<Dim, T>& moves, Applied<Dim, T>& applied,
+           Arena& arena);
+/// A part of it, ahead of the update: what was taken, for questions. `noted` becomes the objects that this
+/// call has written to.
+template <int Dim, class T>
+void apply_ahead(State<Dim, T>& state, Queues<Dim, T>& queues, Applied<Dim, T>& applied,
+                 std::pmr::vector<Noted>& noted, Arena& arena);
+
+/// Throws unless the box is one, or the world takes odd boxes.
+template <int Dim, class T>
+void check_box(const State<Dim, T>& state, const Aabb<Dim, T>& box, ObjectId id)
+{
+    if (!state.options.ignore_odd_boxes) jostle::check_box(box, id.index, "of object ");
+}
+
+} // namespace world
+JOSTLE_NAMESPACE_END
