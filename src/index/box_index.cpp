@@ -11,14 +11,14 @@
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
 #include "base/per_thread.hpp"
-#include "index/answers.hpp"
 #include "index/box_index_access.hpp"
-#include "index/check.hpp"
-#include "index/join.hpp"
 #include "index/kernels/kernels.hpp"
-#include "index/odd_boxes.hpp"
-#include "index/pair_answers.hpp"
-#include "index/tree.hpp"
+#include "index/queries/answers.hpp"
+#include "index/queries/check.hpp"
+#include "index/queries/join.hpp"
+#include "index/queries/pair_answers.hpp"
+#include "index/tree/odd_boxes.hpp"
+#include "index/tree/tree.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 

@@ -7,7 +7,7 @@
 #include <type_traits>
 
 #include "index/kernels/kernels.hpp"
-#include "index/tree.hpp"
+#include "index/tree/tree.hpp"
 #include "jostle/box_index.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

@@ -9,8 +9,8 @@
 #include "base/checks.hpp"
 #include "base/exact_floats.hpp"
 #include "base/instantiate.hpp"
-#include "index/key_order.hpp"
-#include "index/odd_boxes.hpp"
+#include "index/tree/key_order.hpp"
+#include "index/tree/odd_boxes.hpp"
 #include "jostle/error.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

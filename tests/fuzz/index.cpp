@@ -3,7 +3,7 @@
 // boxes.
 #include "choices.hpp"
 #include "index/box_index_access.hpp"
-#include "index/tree.hpp"
+#include "index/tree/tree.hpp"
 #include "tests/index/twin.hpp"
 
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "index/key_order.hpp"
+#include "index/tree/key_order.hpp"
 #include "jostle/executor.hpp"
 #include "jostle/spatial_order.hpp"
 #include "tests/contract/error_of.hpp"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "index/box_index_access.hpp"
-#include "index/tree.hpp"
+#include "index/tree/tree.hpp"
 #include "jostle/executor.hpp"
 #include "tests/contract/counting_memory.hpp"
 #include "tests/index/twin.hpp"

@@ -45,6 +45,7 @@ ALLOWED = {
 # Rooms in folders: each folder may include itself and those before it. What lies beside the folders comes first, or where
 # the room's own name stands.
 FOLDERS = {
+    "index": ["nodes", "kernels", "tree", "queries", "index"],
     "narrow": ["shapes", "kernels", "convex", "parts", "interface"],
     "world": ["objects", "update", "kept", "world", "queries", "saved"],
 }

@@ -15,7 +15,7 @@
 
 #include "base/radix.hpp"
 #include "index/kernels/kernels.hpp"
-#include "index/key.hpp"
+#include "index/nodes/key.hpp"
 #endif
 
 HWY_BEFORE_NAMESPACE();

@@ -6,11 +6,11 @@
 
 #include "base/buffer.hpp"
 #include "base/prefetch.hpp"
-#include "index/groups.hpp"
-#include "index/key.hpp"
-#include "index/listing.hpp"
-#include "index/queue.hpp"
-#include "index/two.hpp"
+#include "index/nodes/groups.hpp"
+#include "index/nodes/key.hpp"
+#include "index/nodes/listing.hpp"
+#include "index/nodes/queue.hpp"
+#include "index/nodes/two.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/query.hpp"
 

@@ -9,8 +9,8 @@
 
 #include "base/instantiate.hpp"
 #include "index/box_index_access.hpp"
-#include "index/check.hpp"
-#include "index/pair_answers.hpp"
+#include "index/queries/check.hpp"
+#include "index/queries/pair_answers.hpp"
 #include "world/implementation.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

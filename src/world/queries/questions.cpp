@@ -9,9 +9,9 @@
 
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
-#include "index/answers.hpp"
 #include "index/box_index_access.hpp"
-#include "index/check.hpp"
+#include "index/queries/answers.hpp"
+#include "index/queries/check.hpp"
 #include "world/implementation.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

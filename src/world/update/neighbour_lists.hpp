@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "index/kernels/kernels.hpp"
-#include "index/listing.hpp"
+#include "index/nodes/listing.hpp"
 #include "jostle/find_pairs.hpp"
 #include "world/objects/state.hpp"
 #include "world/update/arena.hpp"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "index/groups.hpp"
+#include "index/nodes/groups.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

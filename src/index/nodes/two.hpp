@@ -5,7 +5,7 @@
 #include <memory_resource>
 
 #include "base/buffer.hpp"
-#include "index/groups.hpp"
+#include "index/nodes/groups.hpp"
 #include "jostle/query.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

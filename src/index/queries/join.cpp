@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "index/join.hpp"
+#include "index/queries/join.hpp"
 
 #include <algorithm>
 #include <bit>
 #include <memory>
 
 #include "base/radix.hpp"
-#include "index/answers.hpp"
+#include "index/queries/answers.hpp"
 #include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

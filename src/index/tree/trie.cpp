@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include "index/trie.hpp"
+#include "index/tree/trie.hpp"
 
 #include <algorithm>
 
 #include "base/instantiate.hpp"
-#include "index/page.hpp"
-#include "index/wide.hpp"
+#include "index/tree/page.hpp"
+#include "index/tree/wide.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "index/parts.hpp"
+#include "index/tree/parts.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "index/page.hpp"
+#include "index/tree/page.hpp"
 #include "base/instantiate.hpp"
 
 #include <algorithm>

@@ -6,9 +6,9 @@
 #include <memory>
 #include <span>
 
-#include "index/answers.hpp"
 #include "index/kernels/kernels.hpp"
-#include "index/queue.hpp"
+#include "index/nodes/queue.hpp"
+#include "index/queries/answers.hpp"
 #include "jostle/query.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

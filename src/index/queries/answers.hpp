@@ -12,7 +12,7 @@
 #include "base/box.hpp"
 #include "base/radix.hpp"
 #include "index/kernels/kernels.hpp"
-#include "index/tree.hpp"
+#include "index/tree/tree.hpp"
 #include "jostle/process.hpp"
 #include "jostle/query.hpp"
 

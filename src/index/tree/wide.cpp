@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "index/wide.hpp"
+#include "index/tree/wide.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "index/tree.hpp"
+#include "index/tree/tree.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -7,10 +7,10 @@
 
 #include "base/box.hpp"
 #include "base/prefetch.hpp"
-#include "index/page.hpp"
-#include "index/trie.hpp"
-#include "index/validate.hpp"
-#include "index/wide.hpp"
+#include "index/tree/page.hpp"
+#include "index/tree/trie.hpp"
+#include "index/tree/validate.hpp"
+#include "index/tree/wide.hpp"
 #include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

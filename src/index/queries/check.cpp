@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "index/check.hpp"
+#include "index/queries/check.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 
 #include "base/buffer.hpp"
 #include "index/kernels/kernels.hpp"
-#include "index/tree.hpp"
+#include "index/tree/tree.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

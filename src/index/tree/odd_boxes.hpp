@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/box.hpp"
-#include "index/tree.hpp"
+#include "index/tree/tree.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

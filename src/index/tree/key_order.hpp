@@ -13,7 +13,7 @@
 #include "base/buffer.hpp"
 #include "base/radix.hpp"
 #include "index/kernels/kernels.hpp"
-#include "index/key.hpp"
+#include "index/nodes/key.hpp"
 #include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "index/key_order.hpp"
-#include "index/parts.hpp"
+#include "index/tree/key_order.hpp"
+#include "index/tree/parts.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "index/parts.hpp"
+#include "index/tree/parts.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "index/build.hpp"
+#include "index/tree/build.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -7,9 +7,9 @@
 
 #include "base/instantiate.hpp"
 #include "base/prefetch.hpp"
-#include "index/key_order.hpp"
-#include "index/page.hpp"
-#include "index/wide.hpp"
+#include "index/tree/key_order.hpp"
+#include "index/tree/page.hpp"
+#include "index/tree/wide.hpp"
 #include "jostle/process.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

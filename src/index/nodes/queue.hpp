@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/buffer.hpp"
-#include "index/groups.hpp"
+#include "index/nodes/groups.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

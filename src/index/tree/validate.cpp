@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "index/validate.hpp"
+#include "index/tree/validate.hpp"
 
 #include <bit>
 #include <vector>
 
 #include "base/box.hpp"
 #include "base/instantiate.hpp"
-#include "index/trie.hpp"
+#include "index/tree/trie.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "index/groups.hpp"
 #include "index/kernels/kernels.hpp"
-#include "index/key.hpp"
-#include "index/pool.hpp"
+#include "index/nodes/groups.hpp"
+#include "index/nodes/key.hpp"
+#include "index/tree/pool.hpp"
 #include "jostle/box_index.hpp"
 
 JOSTLE_NAMESPACE_BEGIN

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "index/build.hpp"
-#include "index/parts.hpp"
+#include "index/tree/build.hpp"
+#include "index/tree/parts.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/function_ref.hpp"
 
