@@ -96,10 +96,9 @@ if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER-}" ] && command -v ccache >/dev/null; the
     export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 fi
 
-# build PRESET TARGET...: configures where that is due and builds with visible progress.
-build() {
+# configure PRESET: where that is due.
+configure() {
     local preset=$1 dir=build/$1 key
-    shift
     # What CMake found, or didn't, stays so until it is asked again.
     key=$(cat CMakePresets.json cmake/bootstrap.sh | sha256sum)$PWD$(ls -d /usr/include/bullet /usr/include/fcl /usr/include/trilinos 2>/dev/null | tr '\n' ' ')$(command -v wine qemu-aarch64 qemu-s390x em++ chromium npm tsc rustc go luajit abidiff valgrind mypy pytest-3 mkdocs doxygen mpiexec | tr '\n' ' ')
     if [ ! -f "$dir/build.ninja" ] || [ "$(cat "$dir/configured" 2>/dev/null)" != "$key" ]; then
@@ -115,6 +114,13 @@ build() {
         }
         echo "$key" >"$dir/configured" || fail_build "can't write to $dir"
     fi
+}
+
+# build PRESET TARGET...: configures where that is due and builds with visible progress.
+build() {
+    local dir=build/$1
+    configure "$1"
+    shift
     NINJA_STATUS='[%f/%t, %es] ' cmake --build "$dir" --parallel "$(job_count)" --target "$@" >&2 ||
         fail_build "the build failed; the compiler's first message is above. If the sources are unchanged, remove $dir and try again"
 }
