@@ -41,7 +41,8 @@ def build(source, built, scratch):
         f"-DPython3_EXECUTABLE={sys.executable}", stdout=subprocess.DEVNULL)
     asked = subprocess.run(["ninja", "-C", scratch / "whole", "-t", "inputs", "_core"], check=True, capture_output=True,
                            text=True).stdout
-    wanted = sum(1 for file in (source / "src").rglob("*.cpp"))
+    # The chapter's algorithms, a library of their own, aren't for Python.
+    wanted = sum(1 for file in (source / "src").rglob("*.cpp") if file.parent.name != "chapter")
     compiled = len(set(re.findall(r"/src/\S+\.cpp$", asked, re.MULTILINE)))
     if compiled != wanted:
         sys.exit(f"of {wanted} source files of the library the source distribution compiles {compiled}")
