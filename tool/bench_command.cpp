@@ -9,9 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench/report.hpp"
 #include "bench_options.hpp"
 #include "bench_systems.hpp"
@@ -23,6 +20,7 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 #include "tool/system/system.hpp"
@@ -156,7 +154,8 @@ double size_ratio(std::span<const Aabb<Dim, T>> boxes)
 class Results
 {
   public:
-    Results(const Options& options, bool table) : options_(options), table_(table)
+    Results(const Options& options, RowsFile& file)
+        : options_(options), file_(file), table_(file.beside_table())
     {
         if (table_)
             std::printf("%-14s %10s %7s  %-10s %10s %9s %9s %11s  %s\n", "scene", "n", "threads", "system",
@@ -189,31 +188,30 @@ class Results
                                     }))));
         row.size_ratio = rounded(size_ratio(boxes));
 
-        nlohmann::ordered_json json;
-        json["system"] = row.system;
-        json["scene"] = row.scene;
-        json["n"] = row.n;
-        json["threads"] = row.threads;
-        json["median_ms"] = row.median_ms;
-        json["min_ms"] = row.min_ms;
-        json["max_ms"] = row.max_ms;
-        json["pairs"] = row.pairs;
-        json["checksum"] = row.checksum;
-        json["stages"] = nlohmann::ordered_json::object();
-        for (const auto& [name, stage_ms] : row.stages)
-            json["stages"][name] = stage_ms;
-        json["dim"] = Dim;
-        json["type"] = sizeof(T) == sizeof(float) ? "float" : "double";
-        if (system == "jostle") json["isa"] = jostle::name(options_.instruction_set);
-        json["seed"] = options_.seed;
-        json["frames"] = samples.size();
-        json["preempted"] = std::count_if(samples.begin(), samples.end(),
-                                          [](const Sample& sample) { return sample.preempted; });
+        JsonRow json;
+        json.set("system", row.system);
+        json.set("scene", row.scene);
+        json.set("n", row.n);
+        json.set("threads", row.threads);
+        json.set("median_ms", row.median_ms);
+        json.set("min_ms", row.min_ms);
+        json.set("max_ms", row.max_ms);
+        json.set("pairs", row.pairs);
+        json.set("checksum", row.checksum);
+        json.set("stages", row_of(row.stages));
+        json.set("dim", Dim);
+        json.set("type", sizeof(T) == sizeof(float) ? "float" : "double");
+        if (system == "jostle") json.set("isa", jostle::name(options_.instruction_set));
+        json.set("seed", options_.seed);
+        json.set("frames", samples.size());
+        json.set("preempted", std::count_if(samples.begin(), samples.end(),
+                                            [](const Sample& sample) { return sample.preempted; }));
         // Under threads x median_ms on a busy machine: then the cores weren't there.
-        json["cpu_ms"] = rounded(median(of_all(samples, [](const Sample& sample) { return sample.cpu_ms; })));
-        json["size_ratio"] = row.size_ratio;
-        if (differs) json["differs"] = true;
-        json_.push_back(std::move(json));
+        json.set("cpu_ms",
+                 rounded(median(of_all(samples, [](const Sample& sample) { return sample.cpu_ms; }))));
+        json.set("size_ratio", row.size_ratio);
+        if (differs) json.set("differs", true);
+        file_.add(json);
 
         if (table_) print(row, differs, has_answer);
         rows_.push_back(std::move(row));
@@ -226,7 +224,6 @@ class Results
     /// After the last system of one scene and size.
     void next_scene() { answers_.clear(); }
 
-    [[nodiscard]] const nlohmann::ordered_json& json() const { return json_; }
     [[nodiscard]] std::span<const jostle_bench::ReportRow> rows() const { return rows_; }
     [[nodiscard]] const std::string& difference() const { return difference_; }
 
@@ -277,8 +274,8 @@ class Results
     }
 
     const Options& options_;
+    RowsFile& file_;
     bool table_;
-    nlohmann::ordered_json json_ = nlohmann::ordered_json::array();
     std::vector<jostle_bench::ReportRow> rows_;
     std::vector<Answer> answers_; // of the first system on the present scene
     std::string first_system_;
@@ -390,7 +387,7 @@ void run(Options options)
         throw UsageError("--peers: the other systems work on float; leave --double out");
     check_report(options.report, options.json);
     RowsFile file(options.json);
-    Results results(options, options.json != "-");
+    Results results(options, file);
     for (const std::string& name : options.scenes)
         for (const std::uint64_t n : options.sizes) {
             if (options.dim == 2 && options.with_double)
@@ -402,7 +399,7 @@ void run(Options options)
             else
                 measure_scene<3, float>(options, name, n, results);
         }
-    file.write(results.json());
+    file.write();
     if (!options.report.empty()) write_page(results.rows(), about(options), options.report);
     if (!results.difference().empty()) throw std::runtime_error(results.difference());
 }
@@ -439,64 +436,36 @@ Examples:
 
 } // namespace
 
-void add_bench_command(CLI::App& app)
+void add_bench_command(const Command& app)
 {
-    CLI::App* command = app.add_subcommand("bench", "How long a frame of moving boxes takes");
-    command->footer(help());
+    const Command command = app.add("bench", "How long a frame of moving boxes takes", help());
     const auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scenes, "Which scenes; the seven usual ones if none is given")
-        ->type_name("");
-    add_sizes_option(*command, options->sizes, "100000");
-    add_thread_counts_option(*command, options->threads);
-    add_number_option(*command, "--frames", options->frames, 1u, 100'000u, "How many frames are counted (20)")
-        ->type_name("F");
-    add_engine_option(*command, options->engine);
-    add_number_option(*command, "--dim", options->dim, 2, 3, "2 or 3 dimensions (3)")->type_name("D");
-    command->add_flag("--double", options->with_double, "Coordinates in double rather than float");
-    add_seed_option(*command, options->seed, "Other boxes of the same kind (1)");
-    command
-        ->add_option_function<std::string>(
-            "--isa",
-            [options](const std::string& name) {
-                std::string known;
-                for (const InstructionSet set : jostle::supported_instruction_sets()) {
-                    if (name == jostle::name(set)) {
-                        options->instruction_set = set;
-                        return;
-                    }
-                    known += (known.empty() ? "" : ", ") + std::string(jostle::name(set));
-                }
-                throw CLI::ValidationError("--isa", name + " is not on this machine; choose from " + known);
-            },
-            "Instruction set of the default engine; the best there is if not given")
-        ->type_name("NAME");
-    add_rows_file_option(*command, options->json);
-    command->add_flag("--peers{all}", options->peers,
-                      "Other systems as well, where the build has them; --peers=embree,floor: only these");
-    command->add_option("--report", options->report, "Write tables and plots as one HTML page; wants gnuplot")
-        ->type_name("FILE");
-    add_bench_world_command(*command);
-    add_bench_questions_command(*command);
-    add_bench_contacts_command(*command);
-    add_bench_distances_command(*command);
-    add_bench_plane_command(*command);
-    add_bench_responses_command(*command);
-    add_bench_scenes_command(*command);
-    add_bench_programs_command(*command);
-    // Each part has options of its own: what stands before its name would be lost.
-    command->require_subcommand(0, 1);
-    for (CLI::App* part : command->get_subcommands([](const CLI::App*) { return true; }))
-        part->preparse_callback([command, part](std::size_t) {
-            for (const CLI::Option* option : command->get_options())
-                if (option->count() > 0 && option != command->get_help_ptr())
-                    throw UsageError(
-                        (option->get_positional() ? option->results().front() : option->get_name()) +
-                        " has no effect before " + part->get_name() +
-                        "; what that takes stands after it: see jostle bench " + part->get_name() +
-                        " --help");
-        });
-    command->callback([command, options] {
-        if (command->get_subcommands().empty()) run(*options); // else that one was asked for
+    command.texts("SCENE", options->scenes, "Which scenes; the seven usual ones if none is given");
+    add_sizes_option(command, options->sizes, "100000");
+    add_thread_counts_option(command, options->threads);
+    command.number("--frames", options->frames, 1, 100'000, "F", "How many frames are counted (20)");
+    add_engine_option(command, options->engine);
+    command.number("--dim", options->dim, 2, 3, "D", "2 or 3 dimensions (3)");
+    command.flag("--double", options->with_double, "Coordinates in double rather than float");
+    command.seed(options->seed, "Other boxes of the same kind (1)");
+    add_isa_option(command, options->instruction_set,
+                   "Instruction set of the default engine; the best there is if not given");
+    add_rows_file_option(command, options->json);
+    command.flag("--peers{all}", options->peers,
+                 "Other systems as well, where the build has them; --peers=embree,floor: only these");
+    command.text("--report", options->report, "FILE",
+                 "Write tables and plots as one HTML page; wants gnuplot");
+    add_bench_world_command(command);
+    add_bench_questions_command(command);
+    add_bench_contacts_command(command);
+    add_bench_distances_command(command);
+    add_bench_plane_command(command);
+    add_bench_responses_command(command);
+    add_bench_scenes_command(command);
+    add_bench_programs_command(command);
+    command.refuse_options_before_parts();
+    command.on_run([command, options] {
+        if (!command.part_is_chosen()) run(*options); // else that one was asked for
     });
 }
 

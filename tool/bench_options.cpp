@@ -5,35 +5,28 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "options.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 #include "tool/system/system.hpp"
 
 namespace jostle_tool {
 
-void add_sizes_option(CLI::App& command, std::vector<std::uint64_t>& sizes, const std::string& preset)
+void add_sizes_option(const Command& command, std::vector<std::uint64_t>& sizes, const std::string& preset)
 {
-    command.add_option("-n", sizes, "How many boxes, 1 to 10,000,000; several with commas (" + preset + ")")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
-        ->type_name("N");
+    command.numbers("-n", sizes, 1, 10'000'000, "N",
+                    "How many boxes, 1 to 10,000,000; several with commas (" + preset + ")");
 }
 
-void add_thread_counts_option(CLI::App& command, std::vector<std::uint32_t>& threads)
+void add_thread_counts_option(const Command& command, std::vector<std::uint32_t>& threads)
 {
-    command
-        .add_option("--threads", threads, "How many threads, several with commas; one per core if not given")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(1u, Threads::most).description(""))
-        ->type_name("T");
+    command.numbers("--threads", threads, 1, Threads::most, "T",
+                    "How many threads, several with commas; one per core if not given");
 }
 
-void add_rows_file_option(CLI::App& command, std::string& file)
+void add_rows_file_option(const Command& command, std::string& file)
 {
-    command.add_option("--json", file, "Write the rows as JSON; - is stdout, then without the table")
-        ->type_name("FILE");
+    command.text("--json", file, "FILE", "Write the rows as JSON; - is stdout, then without the table");
 }
 
 void check_scenes(const std::vector<std::string>& names)
@@ -80,21 +73,6 @@ void check_for_peers([[maybe_unused]] bool wanted)
             "--peers: this build has no peers; install the packages of bench/packages, configure "
             "with cmake -DJOSTLE_BENCH=ON and build again");
 #endif
-}
-
-RowsFile::RowsFile(const std::string& name)
-{
-    if (!name.empty()) file_.emplace(name);
-}
-
-void RowsFile::write(const nlohmann::ordered_json& rows)
-{
-    if (!file_) return;
-    file_->write("[\n");
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        file_->write(rows[i].dump() + (i + 1 < rows.size() ? ",\n" : "\n"));
-    file_->write("]\n");
-    file_->commit();
 }
 
 } // namespace jostle_tool

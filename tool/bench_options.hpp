@@ -2,30 +2,25 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench/report.hpp"
 #include "commands.hpp"
-#include "io/output_file.hpp"
 
 /// What `jostle bench` and its subcommands have in common.
 
 namespace jostle_tool {
 
 /// -n: how many boxes, one or several.
-void add_sizes_option(CLI::App& command, std::vector<std::uint64_t>& sizes, const std::string& preset);
+void add_sizes_option(const Command& command, std::vector<std::uint64_t>& sizes, const std::string& preset);
 
 /// --threads: one number or several. 0, one per core, stays if it isn't given.
-void add_thread_counts_option(CLI::App& command, std::vector<std::uint32_t>& threads);
+void add_thread_counts_option(const Command& command, std::vector<std::uint32_t>& threads);
 
 /// --json: where a RowsFile goes.
-void add_rows_file_option(CLI::App& command, std::string& file);
+void add_rows_file_option(const Command& command, std::string& file);
 
 /// Throws a UsageError for the name of a scene that there isn't.
 void check_scenes(const std::vector<std::string>& names);
@@ -61,17 +56,5 @@ std::vector<const Entry*> choose(const std::vector<std::string>& names, const En
     }
     return chosen;
 }
-
-/// Rows of JSON, one a line, which versions and compares well.
-class RowsFile
-{
-  public:
-    /// Before the work: a file that can't be written is said at once. Nothing is written if `name` is empty.
-    explicit RowsFile(const std::string& name);
-    void write(const nlohmann::ordered_json& rows);
-
-  private:
-    std::optional<OutputFile> file_;
-};
 
 } // namespace jostle_tool

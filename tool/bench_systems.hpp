@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,7 +14,6 @@
 #include "jostle/world.hpp"
 
 #ifdef JOSTLE_WITH_PEERS
-#include <CLI/CLI.hpp>
 
 #include "bench/peers.hpp"
 #include "commands.hpp"
@@ -113,7 +113,10 @@ std::vector<std::unique_ptr<jostle_bench::Peer<Dim>>> peers_named(const std::str
     std::string known;
     for (const auto& peer : peers)
         known += (known.empty() ? "" : ",") + std::string(peer->info().name);
-    const std::vector<std::string> names = CLI::detail::split(list, ',');
+    std::vector<std::string> names;
+    std::istringstream words(list);
+    for (std::string name; std::getline(words, name, ',');)
+        names.push_back(name);
     for (const std::string& name : names)
         if (std::none_of(peers.begin(), peers.end(),
                          [&](const auto& peer) { return name == peer->info().name; }))

@@ -13,9 +13,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench_options.hpp"
 #include "chapter_ladder.hpp"
 #include "clock.hpp"
@@ -25,8 +22,10 @@
 #include "jostle/find_pairs.hpp"
 #include "jostle/responses.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 #include "pinned_threads.hpp"
 #include "progress.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 
@@ -403,9 +402,9 @@ Results measure_all(std::uint32_t objects, std::uint32_t thread_count)
     return r;
 }
 
-nlohmann::ordered_json to_json(const Results& r)
+std::string to_json(const Results& r)
 {
-    auto rows = nlohmann::ordered_json::array();
+    std::vector<JsonRow> rows;
     const auto add_rows = [&](const std::vector<Row>& from) {
         for (const Row& row : from) {
             const auto add = [&](std::uint32_t threads, const Measured& measured) {
@@ -433,7 +432,7 @@ nlohmann::ordered_json to_json(const Results& r)
                         {"tests", r.zigzag[processor]}});
     }
     add_rows(r.pieces);
-    return rows;
+    return indented(rows);
 }
 
 /// printf into a string.
@@ -574,9 +573,6 @@ Report measure(const Options& options)
 /// What goes together, and in which order.
 void check(const Options& options)
 {
-    const auto refuse = [](const char* option, const std::string& why) {
-        throw CLI::ValidationError(option, why);
-    };
     if (options.ladder && !options.cells.empty())
         refuse("--cells", "goes without --ladder: give one of the two");
     if (!options.ladder && options.objects.size() > 1)
@@ -599,7 +595,7 @@ void run(const Options& options)
     if (!options.json.empty()) json.emplace(options.json);
     const Report report = measure(options);
     if (json) {
-        json->write(report.rows.dump(1) + "\n");
+        json->write(report.rows + "\n");
         json->commit();
     }
     if (options.json != "-") {
@@ -631,38 +627,24 @@ Examples:
 
 } // namespace
 
-void add_chapter_command(CLI::App& app)
+void add_chapter_command(const Command& app)
 {
-    CLI::App* command = app.add_subcommand("chapter", "The thesis chapter's figures on this machine");
-    command->footer(help);
+    const Command command = app.add("chapter", "The thesis chapter's figures on this machine", help);
     const auto options = std::make_shared<Options>();
-    command
-        ->add_option(
-            "-n", options->objects,
-            "How many objects: 9993 if not given, whose tests the chapter counts; with --ladder several "
-            "numbers (10000,100000), with --cells 100000")
-        ->delimiter(',')
-        ->check(CLI::Range(2u, 4'000'000'000u).description(""))
-        ->type_name("N");
-    command->add_flag("--ladder", options->ladder,
-                      "Step by step from the printed broad phase to today's engine");
-    command
-        ->add_option("--cells", options->cells, "The grid with each of these cell sizes, of 100,000 objects")
-        ->delimiter(',')
-        ->type_name("SIZE");
-    command
-        ->add_option("--buckets", options->buckets,
-                     "With --cells: each of these numbers of buckets; as many as objects")
-        ->delimiter(',')
-        ->check(CLI::Range(1u, 1'000'000'000u).description(""))
-        ->type_name("N");
-    command->add_option("--scene", options->scene, "With --ladder or --cells: one of jostle bench's scenes")
-        ->type_name("NAME");
-    add_threads_option(*command, options->threads);
-    command
-        ->add_option("--json", options->json, "Also write rows of JSON to this file; - is stdout, JSON only")
-        ->type_name("FILE");
-    command->callback([options] { run(*options); });
+    command.spaced_numbers(
+        "-n", options->objects, 2u, 4'000'000'000u, "N",
+        "How many objects: 9993 if not given, whose tests the chapter counts; with --ladder several "
+        "numbers (10000,100000), with --cells 100000");
+    command.flag("--ladder", options->ladder, "Step by step from the printed broad phase to today's engine");
+    command.spaced_numbers("--cells", options->cells, "SIZE",
+                           "The grid with each of these cell sizes, of 100,000 objects");
+    command.spaced_numbers("--buckets", options->buckets, 1u, 1'000'000'000u, "N",
+                           "With --cells: each of these numbers of buckets; as many as objects");
+    command.text("--scene", options->scene, "NAME", "With --ladder or --cells: one of jostle bench's scenes");
+    command.threads(options->threads);
+    command.text("--json", options->json, "FILE",
+                 "Also write rows of JSON to this file; - is stdout, JSON only");
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

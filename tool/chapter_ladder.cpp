@@ -10,6 +10,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include <nlohmann/json.hpp>
+
 #include "bench/ladder/ladder.hpp"
 #include "bench/ladder/responses.hpp"
 #include "clock.hpp"
@@ -286,7 +288,7 @@ std::string thread_heads(const LadderOptions& options)
 Report measure_ladder(const LadderOptions& options)
 {
     Report report;
-    report.rows = Json::array();
+    Json rows = Json::array();
     const std::span<const ladder::RungInfo> rungs = ladder::ladder();
     const std::size_t ways = rungs.size() + ladder::response_ways().size();
     Progress progress("measuring", (ways * options.objects.size() + 4) * options.threads.size());
@@ -294,31 +296,31 @@ Report measure_ladder(const LadderOptions& options)
         const jostle_scenes::Scene<3, float> scene(options.scene, n);
         const std::vector<jostle::Pair> truth = all_pairs(scene.boxes());
         for (const ladder::RungInfo& info : rungs)
-            measure_rung(info, options, scene.boxes(), truth, report.rows, progress);
-        measure_responses(options, n, truth, report.rows, progress);
+            measure_rung(info, options, scene.boxes(), truth, rows, progress);
+        measure_responses(options, n, truth, rows, progress);
     }
-    measure_sharing(options, report.rows, progress);
+    measure_sharing(options, rows, progress);
 
     const std::size_t threads = options.threads.size();
     const std::string first = padded("From the chapter to the engine", 36, true) + padded("boxes", 10);
     report.text =
         first + thread_heads(options) + "     cells  compared     bytes     found   itself\n" +
-        table(report.rows, "find", "rung", threads) + "\n" +
+        table(rows, "find", "rung", threads) + "\n" +
         padded("All pairs, shared out over the threads", 46, true) + thread_heads(options) + "\n" +
-        table(report.rows, "sharing", "way", threads) + "\n" +
-        padded("Responses of all pairs, added up", 46, true) + thread_heads(options) + "\n" +
-        table(report.rows, "responses", "way", threads) +
+        table(rows, "sharing", "way", threads) + "\n" + padded("Responses of all pairs, added up", 46, true) +
+        thread_heads(options) + "\n" + table(rows, "responses", "way", threads) +
         "\nEach frame is built from the boxes. Per box: 'cells' looked into, boxes 'compared', 'bytes' of\n"
         "memory. 'itself': boxes that were found to touch themselves. Where not all objects searched, the "
         "time is\n"
         "that of those which did, scaled. docs/guide/chapter.md says what each rung changes.\n";
+    report.rows = rows.dump(1);
     return report;
 }
 
 Report measure_cells(const LadderOptions& options)
 {
     Report report;
-    report.rows = Json::array();
+    Json rows = Json::array();
     const std::uint32_t n = options.objects.front();
     const jostle_scenes::Scene<3, float> scene(options.scene, n);
     const std::vector<jostle::Pair> truth = all_pairs(scene.boxes());
@@ -347,17 +349,17 @@ Report measure_cells(const LadderOptions& options)
                     larger += grid.level(i) == 1 ? 1 : 0;
             });
             const auto a_box = [n](std::uint64_t count) { return static_cast<double>(count) / n; };
-            report.rows.push_back({{"what", "cells"},
-                                   {"scene", options.scene},
-                                   {"n", n},
-                                   {"threads", threads.count()},
-                                   {"cell", cell},
-                                   {"buckets", bucket_count},
-                                   {"ms", rounded(ms)},
-                                   {"probes_per_box", rounded(a_box(stats.cells))},
-                                   {"visited_per_box", rounded(a_box(stats.visited))},
-                                   {"candidates_per_box", rounded(a_box(stats.tests))},
-                                   {"too_large", larger}});
+            rows.push_back({{"what", "cells"},
+                            {"scene", options.scene},
+                            {"n", n},
+                            {"threads", threads.count()},
+                            {"cell", cell},
+                            {"buckets", bucket_count},
+                            {"ms", rounded(ms)},
+                            {"probes_per_box", rounded(a_box(stats.cells))},
+                            {"visited_per_box", rounded(a_box(stats.visited))},
+                            {"candidates_per_box", rounded(a_box(stats.tests))},
+                            {"too_large", larger}});
             char size[32];
             std::snprintf(size, sizeof size, "%g", static_cast<double>(cell));
             report.text += padded(size, 10) + padded(grouped(bucket_count), 12) + padded(of_ms(ms), 12) +
@@ -371,6 +373,7 @@ Report measure_cells(const LadderOptions& options)
         "with.\n"
         "'cells', 'visited' and 'compared' are means of a box: cells probed, objects met in their buckets,\n"
         "boxes compared.\n";
+    report.rows = rows.dump(1);
     return report;
 }
 

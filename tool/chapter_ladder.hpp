@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 namespace jostle_tool {
 
 /// What `jostle chapter --ladder` and `--cells` measure.
@@ -21,7 +19,7 @@ struct LadderOptions
 
 struct Report
 {
-    nlohmann::ordered_json rows;
+    std::string rows; ///< JSON
     std::string text;
 };
 

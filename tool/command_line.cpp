@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "jostle/version.hpp"
+#include "options.hpp"
 
 namespace jostle_tool {
 
@@ -37,15 +38,16 @@ void add_commands(CLI::App& app)
     app.set_version_flag("--version", version, "Print the version and exit");
     app.require_subcommand(1);
     app.failure_message([](const CLI::App*, const CLI::Error&) { return std::string(); });
-    add_pairs_command(app);
-    add_bench_command(app);
-    add_chapter_command(app);
-    add_compare_command(app);
-    add_demo_command(app);
-    add_simulate_command(app);
-    add_replay_command(app);
-    add_report_command(app);
-    add_distribute_command(app);
+    const Command command(app);
+    add_pairs_command(command);
+    add_bench_command(command);
+    add_chapter_command(command);
+    add_compare_command(command);
+    add_demo_command(command);
+    add_simulate_command(command);
+    add_replay_command(command);
+    add_report_command(command);
+    add_distribute_command(command);
     app.footer(R"(Examples:
   jostle pairs boxes.csv            the touching pairs of a file of boxes
   jostle bench uniform -n 1000000   how long a million boxes take
@@ -85,6 +87,13 @@ void run(CLI::App& app, int argc, const char* const* argv)
         }
         throw UsageError(std::string(error.what()) + "; see " + name_of_chosen(app) + " --help");
     }
+}
+
+void run(int argc, const char* const* argv)
+{
+    CLI::App app;
+    add_commands(app);
+    run(app, argc, argv);
 }
 
 } // namespace jostle_tool

@@ -14,4 +14,7 @@ void add_commands(CLI::App& app);
 /// throws.
 void run(CLI::App& app, int argc, const char* const* argv);
 
+/// The same with all of add_commands().
+void run(int argc, const char* const* argv);
+
 } // namespace jostle_tool

@@ -4,11 +4,9 @@
 #include <stdexcept>
 #include <string>
 
-namespace CLI {
-class App;
-}
-
 namespace jostle_tool {
+
+class Command;
 
 /// The user's fault: a bad file, number or option. main() prints `jostle: message` as one line and exits
 /// with 2. Say where (FILE:ROW:COLUMN, as far as there are rows), what, and what to do.
@@ -19,24 +17,24 @@ class UsageError : public std::runtime_error
 };
 
 // Each adds one subcommand, whose callback does the work and throws what goes wrong.
-void add_pairs_command(CLI::App& app);
-void add_bench_command(CLI::App& app);
-void add_chapter_command(CLI::App& app);
-void add_compare_command(CLI::App& app);
-void add_demo_command(CLI::App& app);
-void add_simulate_command(CLI::App& app);
-void add_replay_command(CLI::App& app);
-void add_report_command(CLI::App& app);
-void add_distribute_command(CLI::App& app);
+void add_pairs_command(const Command& app);
+void add_bench_command(const Command& app);
+void add_chapter_command(const Command& app);
+void add_compare_command(const Command& app);
+void add_demo_command(const Command& app);
+void add_simulate_command(const Command& app);
+void add_replay_command(const Command& app);
+void add_report_command(const Command& app);
+void add_distribute_command(const Command& app);
 
-void add_bench_world_command(CLI::App& bench);     // jostle bench world
-void add_bench_questions_command(CLI::App& bench); // jostle bench questions
-void add_bench_responses_command(CLI::App& bench); // jostle bench responses
-void add_bench_programs_command(CLI::App& bench);  // jostle bench programs
+void add_bench_world_command(const Command& bench);     // jostle bench world
+void add_bench_questions_command(const Command& bench); // jostle bench questions
+void add_bench_responses_command(const Command& bench); // jostle bench responses
+void add_bench_programs_command(const Command& bench);  // jostle bench programs
 
-void add_bench_scenes_command(CLI::App& bench);    // jostle bench scenes
-void add_bench_contacts_command(CLI::App& bench);  // jostle bench contacts
-void add_bench_distances_command(CLI::App& bench); // jostle bench distances
-void add_bench_plane_command(CLI::App& bench);     // jostle bench plane
+void add_bench_scenes_command(const Command& bench);    // jostle bench scenes
+void add_bench_contacts_command(const Command& bench);  // jostle bench contacts
+void add_bench_distances_command(const Command& bench); // jostle bench distances
+void add_bench_plane_command(const Command& bench);     // jostle bench plane
 
 } // namespace jostle_tool

@@ -10,9 +10,6 @@
 #include <variant>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench/report.hpp"
 #include "bench_options.hpp"
 #include "bench_systems.hpp"
@@ -23,7 +20,9 @@
 #include "jostle/spatial_order.hpp"
 #include "jostle/world.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 #include "progress.hpp"
+#include "rows.hpp"
 #include "text.hpp"
 #include "threads.hpp"
 #include "tool/scenes/recording.hpp"
@@ -431,29 +430,26 @@ std::string disagreement(const std::vector<Measured>& all)
 
 void write_rows(RowsFile& file, const std::string& name, const std::vector<Measured>& all, std::uint64_t n)
 {
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const Measured& m : all) {
         const jostle_bench::ReportRow row = report_row(m, "", n);
-        nlohmann::ordered_json json;
-        json["system"] = row.system;
-        json["file"] = printable(name); // JSON is UTF-8, and names needn't be
-        json["n"] = row.n;
-        json["threads"] = row.threads;
-        json["median_ms"] = row.median_ms;
-        json["min_ms"] = row.min_ms;
-        json["max_ms"] = row.max_ms;
-        json["bytes"] = m.bytes;
+        JsonRow json;
+        json.set("system", row.system);
+        json.set("file", printable(name)); // JSON is UTF-8, and names needn't be
+        json.set("n", row.n);
+        json.set("threads", row.threads);
+        json.set("median_ms", row.median_ms);
+        json.set("min_ms", row.min_ms);
+        json.set("max_ms", row.max_ms);
+        json.set("bytes", m.bytes);
         if (m.has_answer) {
-            json["pairs"] = row.pairs;
-            json["checksum"] = row.checksum;
+            json.set("pairs", row.pairs);
+            json.set("checksum", row.checksum);
         }
-        json["stages"] = nlohmann::ordered_json::object();
-        for (const auto& [stage, ms] : row.stages)
-            json["stages"][stage] = rounded(ms);
-        json["frames"] = m.ms.size();
-        rows.push_back(std::move(json));
+        json.set("stages", row_of(row.stages));
+        json.set("frames", m.ms.size());
+        file.add(json);
     }
-    file.write(rows);
+    file.write();
 }
 
 void write_report_of(const std::string& name, const std::vector<Measured>& all, std::uint64_t n,
@@ -593,24 +589,20 @@ Examples:
 
 } // namespace
 
-void add_compare_command(CLI::App& app)
+void add_compare_command(const Command& app)
 {
-    CLI::App* command = app.add_subcommand("compare", "What every system takes on your own boxes");
-    command->footer(help);
+    const Command command = app.add("compare", "What every system takes on your own boxes", help);
     const auto options = std::make_shared<Options>();
-    command->add_option("FILE", options->files, "A recording, or files of boxes, one a frame")
-        ->required()
-        ->type_name("");
-    add_thread_counts_option(*command, options->threads);
-    add_number_option(*command, "--frames", options->frames, std::uint64_t{1}, ~std::uint64_t{0},
-                      "No more frames of the recording than this")
-        ->type_name("F");
-    add_rows_file_option(*command, options->json);
-    command->add_flag("--peers{all}", options->peers,
-                      "Other systems as well, where the build has them; --peers=embree,bullet: only these");
-    command->add_option("--report", options->report, "Write tables and plots as one HTML page; wants gnuplot")
-        ->type_name("FILE");
-    command->callback([options] { run(*options); });
+    command.required("FILE", options->files, "", "A recording, or files of boxes, one a frame");
+    add_thread_counts_option(command, options->threads);
+    command.number("--frames", options->frames, 1, ~std::uint64_t{0}, "F",
+                   "No more frames of the recording than this");
+    add_rows_file_option(command, options->json);
+    command.flag("--peers{all}", options->peers,
+                 "Other systems as well, where the build has them; --peers=embree,bullet: only these");
+    command.text("--report", options->report, "FILE",
+                 "Write tables and plots as one HTML page; wants gnuplot");
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

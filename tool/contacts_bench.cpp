@@ -7,9 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench/contact_peers.hpp"
 #include "bench_bodies.hpp"
 #include "bench_options.hpp"
@@ -18,6 +15,7 @@
 #include "jostle/contact.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -293,7 +291,7 @@ Measured measure_jostle(const PairScene& scene, std::uint32_t frames, jostle::Ex
 class Table
 {
   public:
-    explicit Table(bool shown) : shown_(shown)
+    explicit Table(RowsFile& file) : file_(file), shown_(file.beside_table())
     {
         if (shown_)
             std::printf("%-19s %8s %7s  %-8s %10s %9s %9s %9s %9s\n", "pair", "pairs", "threads", "system",
@@ -304,17 +302,17 @@ class Table
     {
         const double to_ns = 1e6 / static_cast<double>(scene.pairs.size());
         const double median_ns = median(measured.ms) * to_ns;
-        nlohmann::ordered_json json;
-        json["system"] = system;
-        json["pair"] = combination.name;
-        json["pairs"] = scene.pairs.size();
-        json["threads"] = threads;
-        json["median_ns"] = std::round(median_ns * 10) / 10;
-        json["min_ns"] = std::round(measured.ms.front() * to_ns * 10) / 10;
-        json["max_ns"] = std::round(measured.ms.back() * to_ns * 10) / 10;
-        json["touching"] = measured.counts.touching;
-        json["points"] = measured.counts.points;
-        rows.push_back(json);
+        JsonRow json;
+        json.set("system", system);
+        json.set("pair", combination.name);
+        json.set("pairs", scene.pairs.size());
+        json.set("threads", threads);
+        json.set("median_ns", std::round(median_ns * 10) / 10);
+        json.set("min_ns", std::round(measured.ms.front() * to_ns * 10) / 10);
+        json.set("max_ns", std::round(measured.ms.back() * to_ns * 10) / 10);
+        json.set("touching", measured.counts.touching);
+        json.set("points", measured.counts.points);
+        file_.add(json);
         if (!shown_) return;
         std::printf("%-19s %8zu %7u  %-8s %10.1f %9.1f %9.1f %9llu %9llu", combination.name,
                     scene.pairs.size(), threads, system, median_ns, measured.ms.front() * to_ns,
@@ -324,9 +322,9 @@ class Table
         std::printf("\n");
         std::fflush(stdout);
     }
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
 
   private:
+    RowsFile& file_;
     bool shown_;
 };
 
@@ -336,7 +334,7 @@ void run(const Options& options)
         choose(options.combinations, all_combinations, "pair of shapes that is measured");
     check_for_peers(options.peers);
     RowsFile file(options.json);
-    Table table(options.json != "-");
+    Table table(file);
     for (const Combination* combination : wanted) {
         const std::uint64_t count = std::max<std::uint64_t>(1, options.pairs / combination->pairs_divisor);
         const std::unique_ptr<PairScene> scene = make_scene(*combination, count, options.seed);
@@ -362,16 +360,15 @@ void run(const Options& options)
 #endif
         }
     }
-    file.write(table.rows);
+    file.write();
 }
 
 } // namespace
 
-void add_bench_contacts_command(CLI::App& bench)
+void add_bench_contacts_command(const Command& bench)
 {
-    CLI::App* command =
-        bench.add_subcommand("contacts", "How long the detailed test of a pair of shapes takes");
-    command->footer(
+    const Command command = bench.add(
+        "contacts", "How long the detailed test of a pair of shapes takes",
         R"(Pairs: of spheres, boxes, capsules, cylinders, cones, ellipsoids, hulls (32 corners each), and a mesh (20,000
 triangles). Bodies are about 1 m; gaps are spread from -0.1 to 0.1 m, so that half of the pairs touch. Timed is all
 that it takes to get from poses to contact points; in the rows `points`, to the deepest point of each contact
@@ -383,19 +380,16 @@ Examples:
   jostle bench contacts box-box hull-hull --threads 1,2
   jostle bench contacts --peers --json -)");
     const auto options = std::make_shared<Options>();
-    command->add_option("PAIR", options->combinations, "Which pairs of shapes; all if none is given")
-        ->type_name("");
-    add_number_option(
-        *command, "-n", options->pairs, std::uint64_t{1}, std::uint64_t{10'000'000},
-        "How many pairs (20000); of hulls, cylinders, cones and ellipsoids half, of meshes a quarter as many")
-        ->type_name("N");
-    add_thread_counts_option(*command, options->threads);
-    add_number_option(*command, "--frames", options->frames, 1u, 100'000u, "How many frames are counted (15)")
-        ->type_name("F");
-    add_seed_option(*command, options->seed, "Other bodies of the same kind (1)");
-    command->add_flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
-    add_rows_file_option(*command, options->json);
-    command->callback([options] { run(*options); });
+    command.texts("PAIR", options->combinations, "Which pairs of shapes; all if none is given");
+    command.number("-n", options->pairs, 1, 10'000'000, "N",
+                   "How many pairs (20000); of hulls, cylinders, cones and ellipsoids half, of meshes a "
+                   "quarter as many");
+    add_thread_counts_option(command, options->threads);
+    command.number("--frames", options->frames, 1, 100'000, "F", "How many frames are counted (15)");
+    command.seed(options->seed, "Other bodies of the same kind (1)");
+    command.flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
+    add_rows_file_option(command, options->json);
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

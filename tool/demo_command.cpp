@@ -11,13 +11,12 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "clock.hpp"
 #include "commands.hpp"
 #include "installed.hpp"
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 #include "progress.hpp"
 #include "text.hpp"
 #include "threads.hpp"
@@ -264,21 +263,15 @@ Examples:
 
 } // namespace
 
-void add_demo_command(CLI::App& app)
+void add_demo_command(const Command& app)
 {
-    CLI::App* command =
-        app.add_subcommand("demo", "Recorded moving boxes, then a million: timed and checked");
-    command->footer(help);
+    const Command command = app.add("demo", "Recorded moving boxes, then a million: timed and checked", help);
     const auto options = std::make_shared<Options>();
-    command->add_option("--recording", options->recording, "Play this recording (.jrec)")->type_name("FILE");
-    add_number_option(*command, "-n", options->boxes, 1u, 10'000'000u,
-                      "How many boxes in the second part (1,000,000)")
-        ->type_name("N");
-    add_number_option(*command, "--frames", options->frames, 1u, 100'000u,
-                      "How many of its frames are counted (10)")
-        ->type_name("F");
-    add_threads_option(*command, options->threads);
-    command->callback([options] { run(*options); });
+    command.text("--recording", options->recording, "FILE", "Play this recording (.jrec)");
+    command.number("-n", options->boxes, 1, 10'000'000, "N", "How many boxes in the second part (1,000,000)");
+    command.number("--frames", options->frames, 1, 100'000, "F", "How many of its frames are counted (10)");
+    command.threads(options->threads);
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

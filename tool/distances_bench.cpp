@@ -9,9 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench/distance_peers.hpp"
 #include "bench_bodies.hpp"
 #include "bench_options.hpp"
@@ -20,6 +17,7 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "pair_timings.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -216,7 +214,7 @@ void run(const PairOptions& options)
         choose(options.combinations, all_combinations, "pair of shapes that is measured");
     check_for_peers(options.peers);
     RowsFile file(options.json);
-    PairTimings table(options.json != "-");
+    PairTimings table(file);
     for (const Combination* combination : wanted) {
         const std::uint64_t count = std::max<std::uint64_t>(1, options.pairs / combination->pairs_divisor);
         const std::unique_ptr<Scene> scene = make_scene(*combination, count, options.seed);
@@ -306,16 +304,15 @@ void run(const PairOptions& options)
         }
 #endif
     }
-    file.write(table.rows);
+    file.write();
 }
 
 } // namespace
 
-void add_bench_distances_command(CLI::App& bench)
+void add_bench_distances_command(const Command& bench)
 {
-    CLI::App* command = bench.add_subcommand(
-        "distances", "How long the distance of two shapes takes, whether they touch, and when they will");
-    command->footer(
+    const Command command = bench.add(
+        "distances", "How long the distance of two shapes takes, whether they touch, and when they will",
         R"(Pairs: of spheres, capsules, boxes, cylinders, cones, ellipsoids, hulls of 24 corners, and closed
 meshes of 1936 (link) and 50,176 triangles (mesh). Bodies are about 1 m, in double; gaps are spread from 0.02 to
 0.5 m, and the greatest distance asked for is open. One thread.
@@ -332,11 +329,11 @@ Examples:
   jostle bench distances capsule-capsule mesh-mesh
   jostle bench distances --peers --json -)");
     const auto options = std::make_shared<PairOptions>();
-    add_pair_options(*command, *options,
+    add_pair_options(command, *options,
                      "How many pairs (10000); of hulls, cylinders, cones and ellipsoids a quarter, of "
                      "meshes 1 to 5 of 1000 as many",
                      "Other bodies of the same kind (1)", "Bullet and FCL as well, where the build has them");
-    command->callback([options] { run(*options); });
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

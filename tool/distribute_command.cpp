@@ -9,12 +9,13 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
+#include "rows.hpp"
 #include "tool/scenes/scenes.hpp"
 #include "tool/system/system.hpp"
 
@@ -94,47 +95,34 @@ void distribute(const Options& options)
     for (const std::uint32_t ranks : options.predict)
         command.push_back(std::to_string(ranks));
     std::istringstream text(output_of(command));
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (std::string line; std::getline(text, line);) {
-        rows.push_back(nlohmann::ordered_json::parse(line));
-        if (options.json != "-") print(rows.back());
+        const auto row = nlohmann::ordered_json::parse(line);
+        file.add_text(row.dump());
+        if (file.beside_table()) print(row);
     }
-    file.write(rows);
+    file.write();
 }
 
 } // namespace
 
-void add_distribute_command(CLI::App& app)
+void add_distribute_command(const Command& app)
 {
-    auto options = std::make_shared<Options>();
-    CLI::App* const command = app.add_subcommand(
-        "distribute", "One scene over many ranks of MPI, on this machine, beside an all-gather of its boxes");
-    command->add_option("scene", options->scene, "The scene (uniform)")->type_name("SCENE");
-    command->add_option("-n", options->objects, "How many boxes, 1 to 10,000,000 (100,000)")
-        ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{10'000'000}).description(""))
-        ->type_name("N");
-    command->add_option("--ranks", options->ranks, "How many ranks, 1 to 256 (2)")
-        ->check(CLI::Range(1u, 256u).description(""))
-        ->type_name("R");
-    command->add_option("--threads", options->threads, "How many threads in each rank (1)")
-        ->check(CLI::Range(1u, 1024u).description(""))
-        ->type_name("T");
-    command->add_option("--frames", options->frames, "How many frames are timed (20)")
-        ->check(CLI::Range(1u, 100'000u).description(""))
-        ->type_name("F");
-    command->add_option("--seed", options->seed, "Of the scene (1)")->type_name("SEED");
-    command
-        ->add_option("--predict", options->predict,
-                     "Times nothing: counts what so many ranks would search and send, several with commas")
-        ->delimiter(',')
-        ->allow_extra_args(false)
-        ->check(CLI::Range(1u, 4096u).description(""))
-        ->type_name("R");
-    add_rows_file_option(*command, options->json);
-    command->footer(R"(Examples:
+    const auto options = std::make_shared<Options>();
+    const Command command = app.add(
+        "distribute", "One scene over many ranks of MPI, on this machine, beside an all-gather of its boxes",
+        R"(Examples:
   jostle distribute uniform -n 1000000 --ranks 2
   jostle distribute clustered -n 1000000 --predict 64,256,1000)");
-    command->callback([options] { distribute(*options); });
+    command.text("scene", options->scene, "SCENE", "The scene (uniform)");
+    command.number("-n", options->objects, 1, 10'000'000, "N", "How many boxes, 1 to 10,000,000 (100,000)");
+    command.number("--ranks", options->ranks, 1, 256, "R", "How many ranks, 1 to 256 (2)");
+    command.number("--threads", options->threads, 1, 1024, "T", "How many threads in each rank (1)");
+    command.number("--frames", options->frames, 1, 100'000, "F", "How many frames are timed (20)");
+    command.number("--seed", options->seed, 0, ~std::uint64_t{0}, "SEED", "Of the scene (1)");
+    command.numbers("--predict", options->predict, 1u, 4096u, "R",
+                    "Times nothing: counts what so many ranks would search and send, several with commas");
+    add_rows_file_option(command, options->json);
+    command.on_run([options] { distribute(*options); });
 }
 
 } // namespace jostle_tool

@@ -6,10 +6,44 @@
 #include <exception>
 #include <mutex>
 
-#include "jostle/find_pairs.hpp"
+#include "options.hpp"
 #include "progress.hpp"
 
 namespace jostle_tool {
+
+void add_engine_option(const Command& command, Engine& engine)
+{
+    const auto choose = [&engine](const std::string& name) {
+        if (name == "default")
+            engine = Engine::fast;
+        else if (name == "chapter")
+            engine = Engine::chapter;
+        else if (name == "brute")
+            engine = Engine::brute;
+        else
+            refuse("--engine", name + " is not known; choose default, chapter or brute");
+    };
+    command.choice(
+        "--engine", choose, "ENGINE",
+        "What finds the pairs: default, chapter (the chapter's parallel hierarchical grid) or brute "
+        "(every box against every other)");
+}
+
+void add_isa_option(const Command& command, jostle::InstructionSet& set, const std::string& help)
+{
+    const auto choose = [&set](const std::string& name) {
+        std::string known;
+        for (const jostle::InstructionSet supported : jostle::supported_instruction_sets()) {
+            if (name == jostle::name(supported)) {
+                set = supported;
+                return;
+            }
+            known += (known.empty() ? "" : ", ") + std::string(jostle::name(supported));
+        }
+        refuse("--isa", name + " is not on this machine; choose from " + known);
+    };
+    command.choice("--isa", choose, "NAME", help);
+}
 
 template <int Dim, jostle::Coordinate T>
 std::vector<jostle::Pair> find_pairs_brute(const jostle::BoxView<Dim, T>& boxes, jostle::Executor& executor)

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "jostle/box.hpp"
 #include "jostle/executor.hpp"
-#include "jostle/pair_buffer.hpp"
+#include "jostle/find_pairs.hpp"
 
 namespace jostle_tool {
+
+class Command;
 
 /// Whose pairs: they are the same, found in different ways.
 enum class Engine
@@ -22,24 +22,10 @@ enum class Engine
 };
 
 /// The option --engine, the same in all commands.
-inline void add_engine_option(CLI::App& command, Engine& engine)
-{
-    const auto choose = [&engine](const std::string& name) {
-        if (name == "default")
-            engine = Engine::fast;
-        else if (name == "chapter")
-            engine = Engine::chapter;
-        else if (name == "brute")
-            engine = Engine::brute;
-        else
-            throw CLI::ValidationError("--engine", name + " is not known; choose default, chapter or brute");
-    };
-    command
-        .add_option_function<std::string>("--engine", choose,
-                                          "What finds the pairs: default, chapter (the chapter's parallel "
-                                          "hierarchical grid) or brute (every box against every other)")
-        ->type_name("ENGINE");
-}
+void add_engine_option(const Command& command, Engine& engine);
+
+/// The option --isa.
+void add_isa_option(const Command& command, jostle::InstructionSet& set, const std::string& help);
 
 /// All pairs by the definition (jostle::find_pairs_brute_force), the work cut into blocks for the executor.
 /// Ascending by (a, b). Shows its progress. Errors as there.

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "jostle/error.hpp"
@@ -37,9 +35,7 @@ int main(int argc, char** argv)
         std::vector<const char*> words;
         for (const std::string& argument : arguments)
             words.push_back(argument.c_str());
-        CLI::App app;
-        jostle_tool::add_commands(app);
-        jostle_tool::run(app, static_cast<int>(words.size()), words.data());
+        jostle_tool::run(static_cast<int>(words.size()), words.data());
         // What went to stdout may still find the disk full.
         if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
         return fail(exit_usage, "stdout: can't be written; make room, or write elsewhere");

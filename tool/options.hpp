@@ -1,35 +1,100 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <charconv>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace jostle_tool {
 
-/// An option that takes a whole number from `least` to `most`; `value` stays as it is if it isn't given.
-template <class Number, class Value>
-CLI::Option* add_number_option(CLI::App& command, const std::string& name, Value& value, Number least,
-                               Number most, const std::string& help)
+/// A command while it is said what it takes: its options, its parts, and what it does. What options set must
+/// live as long as the command.
+///
+/// It hides the library that reads arguments, which takes longer to compile than most commands: only
+/// options.cpp and command_line.cpp include that.
+class Command
 {
-    const auto set = [&value, name, least, most](const std::string& text) {
-        Number number{};
-        const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
-        if (result.ec != std::errc() || result.ptr != text.data() + text.size() || number < least ||
-            number > most)
-            throw CLI::ValidationError(name, text + " is not a whole number from " + std::to_string(least) +
-                                                 " to " + std::to_string(most));
-        value = number;
-    };
-    return command.add_option_function<std::string>(name, set, help);
-}
+  public:
+    explicit Command(CLI::App& app) : app_(&app) {}
 
-/// --seed.
-inline void add_seed_option(CLI::App& command, std::uint64_t& seed, const std::string& help)
-{
-    add_number_option(command, "--seed", seed, std::uint64_t{0}, ~std::uint64_t{0}, help)->type_name("S");
-}
+    /// A command below this one; `footer` is what its help ends with.
+    [[nodiscard]] Command add(const std::string& name, const std::string& summary,
+                              const std::string& footer) const;
+    /// What it does, once all of its arguments are understood.
+    void on_run(std::function<void()> work) const;
+
+    // Options, or positions if the name has no hyphen. `word` is what help calls the value.
+
+    void text(const std::string& name, std::string& value, const std::string& word,
+              const std::string& help) const;
+    void text(const std::string& name, std::optional<std::string>& value, const std::string& word,
+              const std::string& help) const;
+    void text(const std::string& name, std::filesystem::path& value, const std::string& word,
+              const std::string& help) const;
+    void required(const std::string& name, std::string& value, const std::string& word,
+                  const std::string& help) const;
+    /// Any number of positions.
+    void texts(const std::string& name, std::vector<std::string>& values, const std::string& help) const;
+    /// One or more.
+    void required(const std::string& name, std::vector<std::string>& values, const std::string& word,
+                  const std::string& help) const;
+
+    void flag(const std::string& name, bool& value, const std::string& help) const;
+    /// `name{TEXT}`: the value is TEXT if none is given.
+    void flag(const std::string& name, std::string& value, const std::string& help) const;
+
+    /// `choose` takes the value, or calls refuse().
+    void choice(const std::string& name, std::function<void(const std::string&)> choose,
+                const std::string& word, const std::string& help) const;
+
+    /// A whole number; `value` stays as it is if it isn't given.
+    template <class Number>
+    void number(const std::string& name, Number& value, std::uint64_t least, std::uint64_t most,
+                const std::string& word, const std::string& help) const
+    {
+        whole_number(
+            name, [&value](std::uint64_t number) { value = static_cast<Number>(number); }, least, most, word,
+            help);
+    }
+    void whole_number(const std::string& name, std::function<void(std::uint64_t)> set, std::uint64_t least,
+                      std::uint64_t most, const std::string& word, const std::string& help) const;
+    /// Any number from one to another.
+    void number_between(const std::string& name, double& value, double least, double most,
+                        const std::string& word, const std::string& help) const;
+
+    /// Several numbers, with commas between them.
+    void numbers(const std::string& name, std::vector<std::uint32_t>& values, std::uint32_t least,
+                 std::uint32_t most, const std::string& word, const std::string& help) const;
+    void numbers(const std::string& name, std::vector<std::uint64_t>& values, std::uint64_t least,
+                 std::uint64_t most, const std::string& word, const std::string& help) const;
+    /// The same, or with spaces between them: for commands without positions.
+    void spaced_numbers(const std::string& name, std::vector<std::uint32_t>& values, std::uint32_t least,
+                        std::uint32_t most, const std::string& word, const std::string& help) const;
+    void spaced_numbers(const std::string& name, std::vector<float>& values, const std::string& word,
+                        const std::string& help) const;
+
+    /// --seed.
+    void seed(std::uint64_t& seed, const std::string& help) const;
+    /// --threads, the same in all commands. `threads` stays 0 if it isn't given.
+    void threads(std::uint32_t& threads) const;
+
+    /// It has parts, of which one at most is chosen, each with options of its own: of this command's those
+    /// are refused that stand before a part's name, and would be lost. After all of both were added.
+    void refuse_options_before_parts() const;
+    [[nodiscard]] bool part_is_chosen() const;
+
+  private:
+    CLI::App* app_;
+};
+
+/// Refuses what was given for an option; the message ends with where help is.
+[[noreturn]] void refuse(const std::string& option, const std::string& why);
 
 } // namespace jostle_tool

@@ -3,19 +3,15 @@
 
 #include <chrono>
 
-#include <CLI/CLI.hpp>
-
 #include "io/npy_header.hpp"
 #include "options.hpp"
 
 namespace jostle_tool {
 
-void add_page_options(CLI::App& command, PageOptions& options)
+void add_page_options(const Command& command, PageOptions& options)
 {
-    add_number_option(command, "--port", options.port, 1u, 65'535u, "Serve there; any free port if not given")
-        ->type_name("P");
-    command.add_option("--page", options.page, "The page's folder, as ./run web --build DIR writes it")
-        ->type_name("DIR");
+    command.number("--port", options.port, 1, 65'535, "P", "Serve there; any free port if not given");
+    command.text("--page", options.page, "DIR", "The page's folder, as ./run web --build DIR writes it");
 }
 
 void LiveFrames::show(std::uint64_t frame, std::span<const jostle::Aabb3f> boxes)

@@ -11,11 +11,9 @@
 
 #include "jostle/box.hpp"
 
-namespace CLI {
-class App;
-}
-
 namespace jostle_tool {
+
+class Command;
 
 /// Options of the commands that show something on the page.
 struct PageOptions
@@ -23,7 +21,7 @@ struct PageOptions
     std::filesystem::path page; ///< its folder; empty: where it was installed or built
     std::uint32_t port = 0;     ///< 0: any that is free
 };
-void add_page_options(CLI::App& command, PageOptions& options);
+void add_page_options(const Command& command, PageOptions& options);
 
 /// Boxes that move while somebody looks: the newest frame, for whoever asks for it.
 ///

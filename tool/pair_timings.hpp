@@ -10,12 +10,10 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench_options.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
+#include "rows.hpp"
 
 /// How `jostle bench distances` and `jostle bench plane` time questions about pairs, and show the times.
 
@@ -30,18 +28,14 @@ struct PairOptions
     bool peers = false;
     std::string json;
 };
-inline void add_pair_options(CLI::App& command, PairOptions& options, const std::string& pairs,
+inline void add_pair_options(const Command& command, PairOptions& options, const std::string& pairs,
                              const std::string& seed, const std::string& peers)
 {
-    command.add_option("PAIR", options.combinations, "Which pairs of shapes; all if none is given")
-        ->type_name("");
-    add_number_option(command, "-n", options.pairs, std::uint64_t{1}, std::uint64_t{10'000'000}, pairs)
-        ->type_name("N");
-    add_number_option(command, "--repetitions", options.repetitions, 1u, 100'000u,
-                      "How often each is asked (7)")
-        ->type_name("R");
-    add_seed_option(command, options.seed, seed);
-    command.add_flag("--peers", options.peers, peers);
+    command.texts("PAIR", options.combinations, "Which pairs of shapes; all if none is given");
+    command.number("-n", options.pairs, 1, 10'000'000, "N", pairs);
+    command.number("--repetitions", options.repetitions, 1, 100'000, "R", "How often each is asked (7)");
+    command.seed(options.seed, seed);
+    command.flag("--peers", options.peers, peers);
     add_rows_file_option(command, options.json);
 }
 
@@ -65,7 +59,7 @@ std::vector<double> measure(std::size_t pairs, std::uint32_t repetitions, const 
 class PairTimings
 {
   public:
-    explicit PairTimings(bool shown) : shown_(shown)
+    explicit PairTimings(RowsFile& file) : file_(file), shown_(file.beside_table())
     {
         if (shown_)
             std::printf("%-19s %-11s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
@@ -74,16 +68,16 @@ class PairTimings
     void add(const char* system, const char* pair, const char* question, std::size_t pairs,
              const std::vector<double>& ns, double mean, double reference_ns)
     {
-        nlohmann::ordered_json json;
-        json["system"] = system;
-        json["pair"] = pair;
-        json["question"] = question;
-        json["pairs"] = pairs;
-        json["median_ns"] = std::round(median(ns) * 10) / 10;
-        json["min_ns"] = std::round(ns.front() * 10) / 10;
-        json["max_ns"] = std::round(ns.back() * 10) / 10;
-        json["mean"] = rounded(mean);
-        rows.push_back(json);
+        JsonRow json;
+        json.set("system", system);
+        json.set("pair", pair);
+        json.set("question", question);
+        json.set("pairs", pairs);
+        json.set("median_ns", std::round(median(ns) * 10) / 10);
+        json.set("min_ns", std::round(ns.front() * 10) / 10);
+        json.set("max_ns", std::round(ns.back() * 10) / 10);
+        json.set("mean", rounded(mean));
+        file_.add(json);
         if (!shown_) return;
         std::printf("%-19s %-11s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", pair, question, pairs, system,
                     median(ns), ns.front(), ns.back(), mean);
@@ -91,9 +85,9 @@ class PairTimings
         std::printf("\n");
         std::fflush(stdout);
     }
-    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
 
   private:
+    RowsFile& file_;
     bool shown_;
 };
 

@@ -6,9 +6,6 @@
 #include <filesystem>
 #include <memory>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "clock.hpp"
 #include "commands.hpp"
 #include "engines.hpp"
@@ -18,7 +15,9 @@
 #include "jostle/chapter.hpp"
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 #include "progress.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/system/system.hpp"
 
@@ -158,14 +157,14 @@ void run(const Options& options)
     const double ms_write = watch.lap();
     if (!options.stats) return;
 
-    nlohmann::ordered_json report;
-    report["objects"] = objects;
-    report["pairs"] = found.count;
-    report["checksum"] = hex(found.checksum);
-    report["threads"] = threads.count();
-    report["ms"] = {{"read", ms_read}, {"find", ms_find}, {"write", write ? ms_write : 0.0}};
+    const JsonRow ms{{"read", ms_read}, {"find", ms_find}, {"write", write ? ms_write : 0.0}};
+    const JsonRow report{{"objects", objects},
+                         {"pairs", found.count},
+                         {"checksum", hex(found.checksum)},
+                         {"threads", threads.count()},
+                         {"ms", ms}};
     OutputFile stdout_file("-");
-    stdout_file.write(report.dump() + "\n");
+    stdout_file.write(report.text() + "\n");
     stdout_file.commit();
 }
 
@@ -187,25 +186,21 @@ Examples:
 
 } // namespace
 
-void add_pairs_command(CLI::App& app)
+void add_pairs_command(const Command& app)
 {
-    CLI::App* command = app.add_subcommand("pairs", "All pairs of touching boxes of a file");
-    command->footer(help);
+    const Command command = app.add("pairs", "All pairs of touching boxes of a file", help);
     const auto options = std::make_shared<Options>();
-    command->add_option("FILE", options->in, "The boxes")->required()->type_name("");
-    command->add_option("-o,--output", options->out, "Where the pairs go: .csv, .npy or .jsonl; - is stdout")
-        ->type_name("OUT");
-    command->add_flag(
-        "--stats", options->stats,
-        "Print one JSON object: objects, pairs, checksum, threads, ms. Without -o the pairs are "
-        "counted and not kept");
-    add_engine_option(*command, options->engine);
-    add_threads_option(*command, options->threads);
-    command->add_flag("--parts", options->read.parts, "Meshes: one box per part as the scene places it");
-    add_number_option(*command, "--frame", options->read.frame, 0u, ~0u,
-                      "Recordings: the frame, from 0; the first if not given")
-        ->type_name("K");
-    command->callback([options] { run(*options); });
+    command.required("FILE", options->in, "", "The boxes");
+    command.text("-o,--output", options->out, "OUT", "Where the pairs go: .csv, .npy or .jsonl; - is stdout");
+    command.flag("--stats", options->stats,
+                 "Print one JSON object: objects, pairs, checksum, threads, ms. Without -o the pairs are "
+                 "counted and not kept");
+    add_engine_option(command, options->engine);
+    command.threads(options->threads);
+    command.flag("--parts", options->read.parts, "Meshes: one box per part as the scene places it");
+    command.number("--frame", options->read.frame, 0, ~0u, "K",
+                   "Recordings: the frame, from 0; the first if not given");
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-
 #include "bench/plane_peers.hpp"
 #include "bench_bodies.hpp"
 #include "bench_options.hpp"
@@ -18,6 +16,7 @@
 #include "jostle/contact.hpp"
 #include "options.hpp"
 #include "pair_timings.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 
 namespace jostle_tool {
@@ -124,7 +123,7 @@ void run(const PairOptions& options)
         choose(options.combinations, all_combinations, "pair of shapes that is measured");
     check_for_peers(options.peers);
     RowsFile file(options.json);
-    PairTimings table(options.json != "-");
+    PairTimings table(file);
     for (const Combination* combination : wanted) {
         const std::uint64_t count = options.pairs;
         const std::unique_ptr<Scene> made = make_scene(*combination, count, options.seed);
@@ -187,16 +186,15 @@ void run(const PairOptions& options)
         (void)distance, (void)touching, (void)overlap;
 #endif
     }
-    file.write(table.rows);
+    file.write();
 }
 
 } // namespace
 
-void add_bench_plane_command(CLI::App& bench)
+void add_bench_plane_command(const Command& bench)
 {
-    CLI::App* command = bench.add_subcommand(
-        "plane", "How long the distance of two shapes in 2D takes, whether they touch, and their contact");
-    command->footer(
+    const Command command = bench.add(
+        "plane", "How long the distance of two shapes in 2D takes, whether they touch, and their contact",
         R"(Pairs: two circles, capsules, boxes, triangles, octagons, polygons of 24 or 100 corners, or ellipses.
 Bodies are about 1 m, in double; gaps are spread from 0.02 to 0.5 m, and the greatest distance asked for is
 open. One thread.
@@ -211,9 +209,9 @@ Examples:
   jostle bench plane boxes octagons
   jostle bench plane --peers --json -)");
     const auto options = std::make_shared<PairOptions>();
-    add_pair_options(*command, *options, "How many pairs (10000)", "Other poses of the same kind (1)",
+    add_pair_options(command, *options, "How many pairs (10000)", "Other poses of the same kind (1)",
                      "Box2D as well, where the build has it");
-    command->callback([options] { run(*options); });
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

@@ -12,9 +12,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench/distance_peers.hpp"
 #include "bench/program_peers.hpp"
 #include "bench_options.hpp"
@@ -27,6 +24,7 @@
 #include "jostle/world.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/random.hpp"
 
@@ -744,7 +742,7 @@ std::vector<NamedParts> run_peers(const Options& options, const std::string& pro
 class Table
 {
   public:
-    explicit Table(bool print) : print_(print)
+    explicit Table(RowsFile& file) : file_(file), print_(file.beside_table())
     {
         if (print_)
             std::printf("%-8s %8s  %-20s %-8s %12s %12s\n", "program", "threads", "part", "system",
@@ -777,34 +775,31 @@ class Table
             }
             if (!part.ours_alone) total += median(part.ms);
             print(program, threads, part.name, system, median(part.ms),
-                  *std::min_element(part.ms.begin(), part.ms.end()), times, same);
-            rows_.back()["answer"] = std::abs(part.answer) < 1e9 ? rounded(part.answer) : part.answer;
+                  *std::min_element(part.ms.begin(), part.ms.end()), times, same, part.answer);
         }
         print(program, threads, "total", system, total, total,
-              ours == nullptr ? std::nullopt : std::optional(total / total_ours), true);
+              ours == nullptr ? std::nullopt : std::optional(total / total_ours), true, {});
     }
-    [[nodiscard]] const nlohmann::ordered_json& json() const { return rows_; }
     [[nodiscard]] const std::string& difference() const { return difference_; }
 
   private:
     void print(const char* program, std::uint32_t threads, const char* part, const std::string& system,
-               double ms, double least, const std::optional<double>& times, bool same)
+               double ms, double least, const std::optional<double>& times, bool same,
+               const std::optional<double>& answer)
     {
-        rows_.push_back({{"system", system},
-                         {"program", program},
-                         {"part", part},
-                         {"threads", threads},
-                         {"median_ms", rounded(ms)},
-                         {"min_ms", rounded(least)}});
+        JsonRow row{{"system", system},   {"program", program},       {"part", part},
+                    {"threads", threads}, {"median_ms", rounded(ms)}, {"min_ms", rounded(least)}};
+        if (answer) row.set("answer", std::abs(*answer) < 1e9 ? rounded(*answer) : *answer);
+        file_.add(row);
         if (!print_) return;
         std::printf("%-8s %8u  %-20s %-8s %12.3f %12.3f", program, threads, part, system.c_str(), ms, least);
         if (times) std::printf(" %6.1fx%s", *times, same ? "" : "  DIFFERENT");
         std::printf("\n");
         std::fflush(stdout);
     }
+    RowsFile& file_;
     bool print_;
     std::string difference_;
-    nlohmann::ordered_json rows_ = nlohmann::ordered_json::array();
 };
 
 void run(const Options& options)
@@ -812,7 +807,7 @@ void run(const Options& options)
     const std::vector<const Program*> wanted = choose(options.programs, programs, "program that is measured");
     check_for_peers(options.peers);
     RowsFile file(options.json);
-    Table table(options.json != "-");
+    Table table(file);
     for (const Program* program : wanted)
         for (const std::uint32_t count : options.threads) {
             const Threads threads(count);
@@ -824,21 +819,20 @@ void run(const Options& options)
                 table.add(program->name, 1, name, theirs, &ours);
 #endif
         }
-    file.write(table.json());
+    file.write();
     if (!table.difference().empty()) throw std::runtime_error(table.difference());
 }
 
 } // namespace
 
-void add_bench_programs_command(CLI::App& bench)
+void add_bench_programs_command(const Command& bench)
 {
-    CLI::App* command =
-        bench.add_subcommand("programs", "What whole programs take: a game server, grains, a planner");
     std::string help = "Programs:\n";
     for (const Program& program : programs)
         help += "  " + std::string(program.name) + std::string(10 - std::string(program.name).size(), ' ') +
                 program.summary + "\n";
-    command->footer(help + R"(
+    const Command command =
+        bench.add("programs", "What whole programs take: a game server, grains, a planner", help + R"(
 Each row is one part of a program, once: a tick's moves with their events, who sees whom, shots; a search for a
 Verlet list, forces summed up; what touches the rock, the arm itself, the first link that does, distances. The
 total is the sum of the parts that all systems may have; beside it stands how many times ours of the same parts it
@@ -854,18 +848,15 @@ Examples:
   jostle bench programs server --peers
   jostle bench programs --size 0.1 --threads 1,2 --json -)");
     const auto options = std::make_shared<Options>();
-    command->add_option("PROGRAM", options->programs, "Which programs; all if none is given")->type_name("");
-    command->add_option("--size", options->size, "How many times as many objects as above (1)")
-        ->check(CLI::Range(0.001, 100.0).description(""))
-        ->type_name("X");
-    add_thread_counts_option(*command, options->threads);
-    add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
-                      "How often each part is done (7)")
-        ->type_name("R");
-    add_seed_option(*command, options->seed, "Other objects of the same kind (1)");
-    command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
-    add_rows_file_option(*command, options->json);
-    command->callback([options] { run(*options); });
+    command.texts("PROGRAM", options->programs, "Which programs; all if none is given");
+    command.number_between("--size", options->size, 0.001, 100.0, "X",
+                           "How many times as many objects as above (1)");
+    add_thread_counts_option(command, options->threads);
+    command.number("--repetitions", options->repetitions, 1, 100'000, "R", "How often each part is done (7)");
+    command.seed(options->seed, "Other objects of the same kind (1)");
+    command.flag("--peers", options->peers, "Other systems as well, where the build has them");
+    add_rows_file_option(command, options->json);
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

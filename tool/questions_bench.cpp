@@ -8,9 +8,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "asker.hpp"
 #include "bench/question_peers.hpp"
 #include "bench_options.hpp"
@@ -20,6 +17,7 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 
@@ -90,7 +88,7 @@ double median_of(std::uint32_t repetitions, const Run& run)
 class Table
 {
   public:
-    explicit Table(bool print) : print_(print)
+    explicit Table(RowsFile& file) : file_(file), print_(file.beside_table())
     {
         if (!print_) return;
         std::printf("%-10s %10s %8s %-10s %-8s %12s %12s %8s\n", "scene", "n", "threads", "question",
@@ -116,37 +114,36 @@ class Table
             std::printf("\n");
             std::fflush(stdout);
         }
-        rows_.push_back({{"system", system},
-                         {"scene", scene},
-                         {"n", n},
-                         {"threads", threads},
-                         {"question", row.name},
-                         {"questions", row.batch.questions},
-                         {"us_each", rounded(each)},
-                         {"results", answers.results},
-                         {"checksum", std::to_string(answers.checksum)}});
+        file_.add({{"system", system},
+                   {"scene", scene},
+                   {"n", n},
+                   {"threads", threads},
+                   {"question", row.name},
+                   {"questions", row.batch.questions},
+                   {"us_each", rounded(each)},
+                   {"results", answers.results},
+                   {"checksum", std::to_string(answers.checksum)}});
     }
     void add_build(const std::string& scene, std::uint64_t n, std::uint32_t threads, double ms)
     {
         if (print_)
             std::printf("%-10s %10llu %8u %-10s %-8s %9.3f ms\n", scene.c_str(),
                         static_cast<unsigned long long>(n), threads, "build", "jostle", ms);
-        rows_.push_back({{"system", "jostle"},
-                         {"scene", scene},
-                         {"n", n},
-                         {"threads", threads},
-                         {"question", "build"},
-                         {"ms", rounded(ms)}});
+        file_.add({{"system", "jostle"},
+                   {"scene", scene},
+                   {"n", n},
+                   {"threads", threads},
+                   {"question", "build"},
+                   {"ms", rounded(ms)}});
     }
-    [[nodiscard]] const nlohmann::ordered_json& json() const { return rows_; }
     [[nodiscard]] const std::string& difference() const { return difference_; }
 
   private:
+    RowsFile& file_;
     bool print_;
     double ours_ = 0;
     Answers expected_;
     std::string difference_;
-    nlohmann::ordered_json rows_ = nlohmann::ordered_json::array();
 };
 
 double ask_ours(const BoxIndex3f& index, const Row& row, const Questions& questions,
@@ -262,26 +259,26 @@ void run(const Options& options)
     check_for_peers(options.peers);
     check_scenes(options.scenes);
     RowsFile file(options.json);
-    Table table(options.json != "-");
+    Table table(file);
     for (const std::string& scene : options.scenes)
         for (const std::uint64_t n : options.sizes)
             measure(options, scene, n, table);
-    file.write(table.json());
+    file.write();
     if (!table.difference().empty()) throw std::runtime_error(table.difference());
 }
 
 } // namespace
 
-void add_bench_questions_command(CLI::App& bench)
+void add_bench_questions_command(const Command& bench)
 {
-    CLI::App* command = bench.add_subcommand("questions", "How long rays, regions and nearest objects take");
     std::string help = "Questions:\n";
     for (const Row& row : rows) {
         char line[160];
         std::snprintf(line, sizeof line, "  %-10s %s\n", row.name, row.summary);
         help += line;
     }
-    command->footer(help + R"(
+    const Command command =
+        bench.add("questions", "How long rays, regions and nearest objects take", help + R"(
 The boxes lie still; places and directions are random, near some box. Asked in batches, on all threads. Ours are
 sorted lists, the others' are lists in any order. All systems must find the same: if they don't, the exit status is 1.
 
@@ -290,17 +287,15 @@ Examples:
   jostle bench questions powerlaw -n 100000 --threads 1,2
   jostle bench questions --peers --json -)");
     const auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scenes, "Which scenes, as in jostle bench (uniform)")
-        ->type_name("");
-    add_sizes_option(*command, options->sizes, "10000,100000,1000000");
-    add_thread_counts_option(*command, options->threads);
-    add_number_option(*command, "--repetitions", options->repetitions, 1u, 100'000u,
-                      "How often each batch is asked; the median counts (5). None again after a second")
-        ->type_name("R");
-    add_seed_option(*command, options->seed, "Other boxes and questions of the same kind (1)");
-    add_rows_file_option(*command, options->json);
-    command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
-    command->callback([options] { run(*options); });
+    command.texts("SCENE", options->scenes, "Which scenes, as in jostle bench (uniform)");
+    add_sizes_option(command, options->sizes, "10000,100000,1000000");
+    add_thread_counts_option(command, options->threads);
+    command.number("--repetitions", options->repetitions, 1, 100'000, "R",
+                   "How often each batch is asked; the median counts (5). None again after a second");
+    command.seed(options->seed, "Other boxes and questions of the same kind (1)");
+    add_rows_file_option(command, options->json);
+    command.flag("--peers", options->peers, "Other systems as well, where the build has them");
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

@@ -8,12 +8,11 @@
 #include <string>
 #include <variant>
 
-#include <CLI/CLI.hpp>
-
 #include "commands.hpp"
 #include "interrupt.hpp"
 #include "io/boxes.hpp"
 #include "numbers.hpp"
+#include "options.hpp"
 #include "page_server.hpp"
 #include "text.hpp"
 #include "tool/scenes/recording.hpp"
@@ -75,16 +74,14 @@ Examples:
 
 } // namespace
 
-void add_replay_command(CLI::App& app)
+void add_replay_command(const Command& app)
 {
-    CLI::App* command = app.add_subcommand("replay", "Shows a file of boxes in your browser");
-    command->footer(help);
+    const Command command = app.add("replay", "Shows a file of boxes in your browser", help);
     const auto options = std::make_shared<Options>();
-    command
-        ->add_option("FILE", options->file, "A recording (.jrec), boxes (.csv, .npy) or a mesh (.obj, .glb)")
-        ->required();
-    add_page_options(*command, options->page);
-    command->callback([options] { run(*options); });
+    command.required("FILE", options->file, "TEXT",
+                     "A recording (.jrec), boxes (.csv, .npy) or a mesh (.obj, .glb)");
+    add_page_options(command, options->page);
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

@@ -15,13 +15,13 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "bench/report.hpp"
 #include "commands.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
+#include "options.hpp"
 #include "text.hpp"
 #include "tool/system/system.hpp"
 
@@ -226,14 +226,13 @@ Examples:
 
 } // namespace
 
-void add_report_command(CLI::App& app)
+void add_report_command(const Command& app)
 {
-    CLI::App* command = app.add_subcommand("report", "Saved measurements as one HTML page, with plots");
-    command->footer(help);
+    const Command command = app.add("report", "Saved measurements as one HTML page, with plots", help);
     const auto options = std::make_shared<Options>();
-    command->add_option("FILE", options->files, "Measurements (.json)")->required()->expected(1, -1);
-    command->add_option("-o", options->out, "The page (report.html)")->type_name("FILE");
-    command->callback([options] { run(*options); });
+    command.required("FILE", options->files, "TEXT", "Measurements (.json)");
+    command.text("-o", options->out, "FILE", "The page (report.html)");
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

@@ -11,9 +11,6 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/find_pairs.hpp"
@@ -21,6 +18,7 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "pinned_threads.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 #include "turns.hpp"
@@ -236,9 +234,9 @@ std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
 
 /// 0 is what doesn't apply to a row: null.
 template <class Number>
-nlohmann::ordered_json if_known(Number number)
+JsonRow::Value if_known(Number number)
 {
-    return number == 0 ? nlohmann::ordered_json() : nlohmann::ordered_json(number);
+    return number == 0 ? JsonRow::Value(nullptr) : JsonRow::Value(number);
 }
 
 void run(const Options& options)
@@ -247,7 +245,7 @@ void run(const Options& options)
     const Threads threads(options.threads);
     std::vector<Row> rows = measure_responses(options, threads.executor(), threads.count());
     const double ours = rows.front().ms;
-    if (options.json != "-") {
+    if (file.beside_table()) {
         std::printf("A frame of impulses (24 bytes) on both objects of each pair, %u objects, %u threads:\n",
                     options.objects, threads.count());
         for (const Row& row : rows)
@@ -259,19 +257,18 @@ void run(const Options& options)
     }
     for (const Row& row : measure_balance(options, threads.count()))
         rows.push_back(row);
-    if (options.json != "-")
+    if (file.beside_table())
         for (std::size_t i = 3; i < rows.size(); i += 2)
             std::printf("  %-30s %9.3f ms %9.3f ms %9.2f efficiency\n", rows[i].system.c_str(), rows[i].ms,
                         rows[i + 1].ms, rows[i + 1].efficiency);
-    auto all = nlohmann::ordered_json::array();
     for (const Row& row : rows)
-        all.push_back({{"part", row.part},
-                       {"system", row.system},
-                       {"threads", row.threads},
-                       {"median_ms", rounded(row.ms)},
-                       {"bytes", if_known(row.bytes)},
-                       {"efficiency", if_known(rounded(row.efficiency))}});
-    file.write(all);
+        file.add({{"part", row.part},
+                  {"system", row.system},
+                  {"threads", row.threads},
+                  {"median_ms", rounded(row.ms)},
+                  {"bytes", if_known(row.bytes)},
+                  {"efficiency", if_known(rounded(row.efficiency))}});
+    file.write();
 }
 
 constexpr const char* help =
@@ -284,19 +281,16 @@ Examples:
 
 } // namespace
 
-void add_bench_responses_command(CLI::App& bench)
+void add_bench_responses_command(const Command& bench)
 {
-    CLI::App* command =
-        bench.add_subcommand("responses", "What sharing out work on pairs costs, and adding up what it does");
-    command->footer(help);
+    const Command command =
+        bench.add("responses", "What sharing out work on pairs costs, and adding up what it does", help);
     const auto options = std::make_shared<Options>();
-    add_number_option(*command, "-n", options->objects, 1u, 10'000'000u, "How many objects (100000)")
-        ->type_name("N");
-    add_number_option(*command, "--frames", options->frames, 1u, 10'000u, "How many frames are counted (15)")
-        ->type_name("F");
-    add_threads_option(*command, options->threads);
-    add_rows_file_option(*command, options->json);
-    command->callback([options] { run(*options); });
+    command.number("-n", options->objects, 1, 10'000'000, "N", "How many objects (100000)");
+    command.number("--frames", options->frames, 1, 10'000, "F", "How many frames are counted (15)");
+    command.threads(options->threads);
+    add_rows_file_option(command, options->json);
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

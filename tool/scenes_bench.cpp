@@ -9,15 +9,13 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "bench_options.hpp"
 #include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 #include "turns.hpp"
@@ -97,28 +95,27 @@ void run(const Options& options)
 {
     RowsFile file(options.json);
     const Threads threads(options.threads);
-    if (options.json != "-")
+    if (file.beside_table())
         std::printf("%7s %9s %8s %11s %11s %11s %13s\n", "n", "scenes", "threads", "find_scenes", "find each",
                     "parts", "a scene");
-    auto all = nlohmann::ordered_json::array();
     for (const std::uint64_t n : options.sizes) {
         const Row row = measure(options, n, threads.executor(), threads.count());
-        if (options.json != "-") {
+        if (file.beside_table()) {
             std::printf("%7llu %9llu %8u %8.3f ms %8.3f ms %8.3f ms %10.3f us\n",
                         static_cast<unsigned long long>(row.n), static_cast<unsigned long long>(row.scenes),
                         row.threads, row.together, row.one_by_one, row.parts,
                         row.together * 1e3 / static_cast<double>(row.scenes));
             std::fflush(stdout);
         }
-        all.push_back({{"n", row.n},
-                       {"scenes", row.scenes},
-                       {"threads", row.threads},
-                       {"pairs", row.pairs},
-                       {"median_ms", rounded(row.together)},
-                       {"one_by_one_ms", rounded(row.one_by_one)},
-                       {"parts_ms", rounded(row.parts)}});
+        file.add({{"n", row.n},
+                  {"scenes", row.scenes},
+                  {"threads", row.threads},
+                  {"pairs", row.pairs},
+                  {"median_ms", rounded(row.together)},
+                  {"one_by_one_ms", rounded(row.one_by_one)},
+                  {"parts_ms", rounded(row.parts)}});
     }
-    file.write(all);
+    file.write();
 }
 
 constexpr const char* help =
@@ -132,19 +129,16 @@ Examples:
 
 } // namespace
 
-void add_bench_scenes_command(CLI::App& bench)
+void add_bench_scenes_command(const Command& bench)
 {
-    CLI::App* command = bench.add_subcommand("scenes", "What many small scenes in one call take");
-    command->footer(help);
+    const Command command = bench.add("scenes", "What many small scenes in one call take", help);
     const auto options = std::make_shared<Options>();
-    add_sizes_option(*command, options->sizes, "2,16,64,128,256,1000");
-    add_number_option(*command, "--boxes", options->boxes, 1u, 10'000'000u, "How many boxes in all (262144)")
-        ->type_name("N");
-    add_number_option(*command, "--frames", options->frames, 1u, 10'000u, "How many frames are counted (15)")
-        ->type_name("F");
-    add_threads_option(*command, options->threads);
-    add_rows_file_option(*command, options->json);
-    command->callback([options] { run(*options); });
+    add_sizes_option(command, options->sizes, "2,16,64,128,256,1000");
+    command.number("--boxes", options->boxes, 1, 10'000'000, "N", "How many boxes in all (262144)");
+    command.number("--frames", options->frames, 1, 10'000, "F", "How many frames are counted (15)");
+    command.threads(options->threads);
+    add_rows_file_option(command, options->json);
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool

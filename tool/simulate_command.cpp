@@ -10,16 +10,15 @@
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "commands.hpp"
+#include "engines.hpp"
 #include "interrupt.hpp"
 #include "io/output_file.hpp"
 #include "numbers.hpp"
 #include "options.hpp"
 #include "page_server.hpp"
 #include "progress.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/recording.hpp"
 #include "tool/simulation/simulation.hpp"
@@ -218,19 +217,19 @@ void run(const Options& options)
         std::fflush(stdout);
     }
     if (json) {
-        nlohmann::ordered_json ms;
+        JsonRow ms;
         for (std::size_t k = 0; k < StageTimes::count; ++k)
-            ms[StageTimes::names[k]] = rounded(typical.ms[k]);
-        ms["frame"] = rounded(median(all.total));
-        const nlohmann::ordered_json line = {{"hash", hash},
-                                             {"frames", frames},
-                                             {"bodies", options.bodies},
-                                             {"pairs", simulation.pairs()},
-                                             {"contacts", simulation.contacts()},
-                                             {"energy_first", energy_first},
-                                             {"energy_last", energy_last},
-                                             {"ms", ms}};
-        json->write(line.dump() + "\n");
+            ms.set(StageTimes::names[k], rounded(typical.ms[k]));
+        ms.set("frame", rounded(median(all.total)));
+        const JsonRow line = {{"hash", hash},
+                              {"frames", frames},
+                              {"bodies", options.bodies},
+                              {"pairs", simulation.pairs()},
+                              {"contacts", simulation.contacts()},
+                              {"energy_first", energy_first},
+                              {"energy_last", energy_last},
+                              {"ms", ms}};
+        json->write(line.text() + "\n");
         json->commit();
     }
     if (watched && !interrupted) watched->end();
@@ -256,63 +255,45 @@ Examples:
 
 } // namespace
 
-void add_simulate_command(CLI::App& app)
+void add_simulate_command(const Command& app)
 {
-    CLI::App* command = app.add_subcommand("simulate", "Bodies that fall, collide and come to rest");
-    command->footer(help());
+    const Command command = app.add("simulate", "Bodies that fall, collide and come to rest", help());
     const auto options = std::make_shared<Options>();
     std::string known;
     for (const auto& info : jostle_simulation::scene_list())
         known += (known.empty() ? "" : ", ") + std::string(info.name);
-    command
-        ->add_option_function<std::string>(
-            "--scene",
-            [options, known](const std::string& name) {
-                for (const auto& info : jostle_simulation::scene_list())
-                    if (name == info.name) {
-                        options->scene = name;
-                        return;
-                    }
-                throw CLI::ValidationError("--scene", name + " is not known; choose " + known);
-            },
-            "Which bodies: " + known + " (spheres)")
-        ->type_name("NAME");
-    add_number_option(*command, "-n", options->bodies, 1u, 10'000'000u, "How many bodies (10000)")
-        ->type_name("N");
-    add_number_option(*command, "--frames", options->frames, 1u, most_frames, "How many frames (300)")
-        ->each([options](const std::string&) { options->frames_given = true; })
-        ->type_name("F");
-    add_seed_option(*command, options->seed, "Other bodies of the same kind (1)");
-    add_threads_option(*command, options->threads);
-    command
-        ->add_option_function<std::string>(
-            "--isa",
-            [options](const std::string& name) {
-                std::string supported;
-                for (const jostle::InstructionSet set : jostle::supported_instruction_sets()) {
-                    if (name == jostle::name(set)) {
-                        options->instruction_set = set;
-                        return;
-                    }
-                    supported += (supported.empty() ? "" : ", ") + std::string(jostle::name(set));
+    command.choice(
+        "--scene",
+        [options, known](const std::string& name) {
+            for (const auto& info : jostle_simulation::scene_list())
+                if (name == info.name) {
+                    options->scene = name;
+                    return;
                 }
-                throw CLI::ValidationError("--isa",
-                                           name + " is not on this machine; choose from " + supported);
-            },
-            "Instruction set; the best there is if not given")
-        ->type_name("NAME");
-    command->add_option("--record", options->record, "Record the boxes of the bodies, frame by frame (.jrec)")
-        ->type_name("FILE");
-    command
-        ->add_option("--json", options->json,
-                     "Write the result as a line of JSON; - is stdout, then without the table")
-        ->type_name("FILE");
-    command->add_flag(
+            refuse("--scene", name + " is not known; choose " + known);
+        },
+        "NAME", "Which bodies: " + known + " (spheres)");
+    command.number("-n", options->bodies, 1, 10'000'000, "N", "How many bodies (10000)");
+    command.whole_number(
+        "--frames",
+        [options](std::uint64_t frames) {
+            options->frames = static_cast<std::uint32_t>(frames);
+            options->frames_given = true;
+        },
+        1, most_frames, "F", "How many frames (300)");
+    command.seed(options->seed, "Other bodies of the same kind (1)");
+    command.threads(options->threads);
+    add_isa_option(command, options->instruction_set, "Instruction set; the best there is if not given");
+    command.text("--record", options->record, "FILE",
+                 "Record the boxes of the bodies, frame by frame (.jrec)");
+    command.text("--json", options->json, "FILE",
+                 "Write the result as a line of JSON; - is stdout, then without the table");
+    command.flag(
         "--watch", options->watch,
         "Show it in your browser, at the pace of real time; without --frames until Ctrl-C, which ends it "
         "after a whole frame");
-    add_page_options(*command, options->page);
-    command->callback([options] {
+    add_page_options(command, options->page);
+    command.on_run([options] {
         if (!options->watch && (options->page.port != 0 || !options->page.page.empty()))
             throw UsageError("--port and --page are for --watch; add that, or leave them out");
         run(*options);

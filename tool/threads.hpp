@@ -5,10 +5,7 @@
 #include <memory>
 #include <string>
 
-#include <CLI/CLI.hpp>
-
 #include "jostle/executor.hpp"
-#include "options.hpp"
 
 #ifdef JOSTLE_TOOL_WITH_TBB
 #include <tbb/global_control.h>
@@ -46,13 +43,5 @@ class Threads
 #endif
     std::unique_ptr<jostle::Executor> executor_;
 };
-
-/// The option --threads, the same in all commands. `threads` stays 0 if it isn't given.
-inline void add_threads_option(CLI::App& command, std::uint32_t& threads)
-{
-    add_number_option(command, "--threads", threads, 1u, Threads::most,
-                      "How many threads; one per core if not given")
-        ->type_name("T");
-}
 
 } // namespace jostle_tool

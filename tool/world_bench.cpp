@@ -9,9 +9,6 @@
 #include <string_view>
 #include <vector>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
-
 #include "asker.hpp"
 #include "bench_options.hpp"
 #include "bench_systems.hpp"
@@ -22,6 +19,7 @@
 #include "numbers.hpp"
 #include "options.hpp"
 #include "progress.hpp"
+#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/random.hpp"
 #include "tool/scenes/scenes.hpp"
@@ -622,7 +620,7 @@ Measurement measure(WorldSystem& system, Motion motion, std::uint32_t frames, Pr
 class Table
 {
   public:
-    explicit Table(bool shown) : shown_(shown)
+    explicit Table(RowsFile& file) : file_(file), shown_(file.beside_table())
     {
         if (shown_)
             std::printf("%-10s %10s %7s  %-10s %10s %9s %9s %9s %11s\n", "scene", "n", "threads", "system",
@@ -636,28 +634,26 @@ class Table
             return rounded(m.ms[std::min(
                 m.ms.size() - 1, static_cast<std::size_t>(share * static_cast<double>(m.ms.size())))]);
         };
-        nlohmann::ordered_json row;
-        row["system"] = system;
-        row["scene"] = scene.name;
-        row["n"] = n;
-        row["threads"] = threads;
-        row["median_ms"] = rounded(median(m.ms));
-        row["min_ms"] = at(0);
-        row["p99_ms"] = at(0.99);
-        row["max_ms"] = at(1);
-        if (scene.asked) row["questions"] = scene.asked->questions;
-        row[scene.asked ? "results" : "pairs"] = m.answer.found;
-        row["checksum"] = hex(m.answer.checksum);
-        row["stages"] = nlohmann::ordered_json::object();
-        for (const auto& [name, ms] : m.stages)
-            row["stages"][name] = rounded(ms);
-        if (m.bytes != 0) row["bytes"] = m.bytes;
-        row["moved"] = moved;
-        row["dim"] = 3;
-        row["type"] = "float";
-        row["frames"] = m.ms.size();
+        JsonRow row;
+        row.set("system", system);
+        row.set("scene", scene.name);
+        row.set("n", n);
+        row.set("threads", threads);
+        row.set("median_ms", rounded(median(m.ms)));
+        row.set("min_ms", at(0));
+        row.set("p99_ms", at(0.99));
+        row.set("max_ms", at(1));
+        if (scene.asked) row.set("questions", scene.asked->questions);
+        row.set(scene.asked ? "results" : "pairs", m.answer.found);
+        row.set("checksum", hex(m.answer.checksum));
+        row.set("stages", row_of(m.stages));
+        if (m.bytes != 0) row.set("bytes", m.bytes);
+        row.set("moved", moved);
+        row.set("dim", 3);
+        row.set("type", "float");
+        row.set("frames", m.ms.size());
         if (answered_ && !(answer_ == m.answer)) {
-            row["differs"] = true;
+            row.set("differs", true);
             difference_ = std::string("scene ") + scene.name + ", n = " + std::to_string(n) + ": " + system +
                           " finds " + std::to_string(m.answer.found) + ", jostle " +
                           std::to_string(answer_.found);
@@ -677,18 +673,17 @@ class Table
                         grouped(m.answer.found).c_str(), remark.c_str());
             std::fflush(stdout);
         }
-        rows_.push_back(std::move(row));
+        file_.add(row);
     }
     void next_scene() { answered_ = false; }
-    [[nodiscard]] const nlohmann::ordered_json& rows() const { return rows_; }
     [[nodiscard]] const std::string& difference() const { return difference_; }
 
   private:
+    RowsFile& file_;
     bool shown_;
     bool answered_ = false;
     Answer answer_;
     std::string difference_;
-    nlohmann::ordered_json rows_ = nlohmann::ordered_json::array();
 };
 
 void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t n, Table& table)
@@ -783,28 +778,27 @@ void run(const Options& options)
     const std::vector<const SceneInfo*> wanted = choose(options.scenes, scenes, "scene of bench world");
     check_for_peers(options.peers);
     RowsFile file(options.json);
-    Table table(options.json != "-");
+    Table table(file);
     for (const SceneInfo* info : wanted)
         for (const std::uint64_t n : options.sizes) {
             measure_scene(options, *info, info->objects != 0 ? info->objects : n, table);
             if (info->objects != 0) break;
         }
-    file.write(table.rows());
+    file.write();
     if (!table.difference().empty()) throw std::runtime_error(table.difference());
 }
 
 } // namespace
 
-void add_bench_world_command(CLI::App& bench)
+void add_bench_world_command(const Command& bench)
 {
-    CLI::App* command = bench.add_subcommand("world", "How long updates of a world take, and questions");
     std::string help = "Scenes:\n";
     for (const SceneInfo& info : scenes) {
         char line[160];
         std::snprintf(line, sizeof line, "  %-10s %s\n", info.name, info.summary);
         help += line;
     }
-    command->footer(help + R"(
+    const Command command = bench.add("world", "How long updates of a world take, and questions", help + R"(
 Timed is all that an update takes: handing over the boxes that moved, finding what became of their pairs, and
 the lists of pairs that began, persist and ended. Where questions are timed, so is bringing the index of the
 objects that move up to date (stage index); other systems' structures are built anew outside the time. The rows
@@ -816,16 +810,14 @@ Examples:
   jostle bench world resting -n 100000 --threads 1,2
   jostle bench world static-1m --peers --json -)");
     const auto options = std::make_shared<Options>();
-    command->add_option("SCENE", options->scenes, "Which scenes; all if none is given")->type_name("");
-    add_sizes_option(*command, options->sizes, "10000,100000,1000000");
-    add_thread_counts_option(*command, options->threads);
-    add_number_option(*command, "--frames", options->frames, 1u, 100'000u,
-                      "How many updates are counted (200)")
-        ->type_name("F");
-    add_seed_option(*command, options->seed, "Other boxes of the same kind (1)");
-    add_rows_file_option(*command, options->json);
-    command->add_flag("--peers", options->peers, "Other systems as well, where the build has them");
-    command->callback([options] { run(*options); });
+    command.texts("SCENE", options->scenes, "Which scenes; all if none is given");
+    add_sizes_option(command, options->sizes, "10000,100000,1000000");
+    add_thread_counts_option(command, options->threads);
+    command.number("--frames", options->frames, 1, 100'000, "F", "How many updates are counted (200)");
+    command.seed(options->seed, "Other boxes of the same kind (1)");
+    add_rows_file_option(command, options->json);
+    command.flag("--peers", options->peers, "Other systems as well, where the build has them");
+    command.on_run([options] { run(*options); });
 }
 
 } // namespace jostle_tool
