@@ -46,9 +46,9 @@ class Commands : public testing::Test
     ~Commands() override { fs::remove_all(folder); }
 
     /// `arguments` as a shell takes them.
-    Result run(const std::string& arguments) const
+    Result run(const std::string& arguments, const std::string& program = JOSTLE_TOOL_PATH) const
     {
-        const std::string command = "cd '" + folder.string() + "' && '" JOSTLE_TOOL_PATH "' " + arguments +
+        const std::string command = "cd '" + folder.string() + "' && '" + program + "' " + arguments +
                                     " >out.txt 2>err.txt </dev/null";
         const int status = std::system(command.c_str());
         Result result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, text("out.txt"), text("err.txt")};
@@ -211,6 +211,16 @@ TEST_F(Commands, DemoPlaysTheRecordingOfTheRepository)
                              "boxes checked against brute force", "Next:\n"})
         EXPECT_NE(result.out.find(part), std::string::npos) << part << "\n" << result.out;
     EXPECT_LT(std::count(result.out.begin(), result.out.end(), '\n'), 40);
+}
+
+TEST_F(Commands, DemoIsAProgramOfItsOwnAsWell)
+{
+    const Result result = run("", JOSTLE_DEMO_PATH);
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    for (const char* part :
+         {"tumble.jrec: 1,500 boxes, 220 frames", "1,000,000 boxes, all moving", "Next:\n"})
+        EXPECT_NE(result.out.find(part), std::string::npos) << part << "\n" << result.out;
+    expect_usage_error(run("-n 100", JOSTLE_DEMO_PATH), "jostle_demo takes no arguments; jostle demo does");
 }
 
 TEST_F(Commands, DemoPlaysOtherRecordingsAndSaysWhatIsWrongWithThem)
