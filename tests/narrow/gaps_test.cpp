@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "narrow/interface/answers.hpp"
+#include "narrow/math.hpp"
 #include "narrow/parts/pair.hpp"
 #include "tests/narrow/random_pairs.hpp"
 
@@ -295,6 +296,73 @@ TEST(ClosedForms, TouchWhereThereIsAContact)
         }
     }
     EXPECT_GT(edges, 1000);
+}
+
+/// The least value of a function of [-1, 1] that has one valley.
+template <class Function>
+double least_of(const Function& function)
+{
+    double lo = -1, hi = 1;
+    for (int step = 0; step < 80; ++step) {
+        const double third = (hi - lo) / 3;
+        if (function(lo + third) <= function(hi - third))
+            hi -= third;
+        else
+            lo += third;
+    }
+    return function((lo + hi) / 2);
+}
+
+// A capsule is as near to a triangle as the nearest of the balls in it.
+TEST(ClosedForms, CapsulesAreAsNearToTrianglesAsTheirBalls)
+{
+    Random random(79);
+    int apart = 0, level = 0;
+    for (int round = 0; round < 4000; ++round) {
+        // In common axes: the capsule along y, the triangle often in a plane along y or nearly, or thin.
+        const bool along = random.chance(0.4);
+        const double slope = along && random.chance(0.5) ? std::pow(10, random.uniform(-14, -2)) : 0;
+        std::vector<Vec3d> corners(3);
+        for (Vec3d& corner : corners) {
+            for (double& x : corner)
+                x = random.chance(0.2) ? std::round(random.uniform(-1, 1)) : random.uniform(-1, 1);
+            if (along) corner[2] = slope * corner[1];
+        }
+        if (random.chance(0.1)) {
+            corners[2] = corners[0];
+            corners[2][random.below(3)] += std::pow(10, random.uniform(-6, -1));
+        }
+        const Mesh3 triangle(corners, {{0, 1, 2}});
+        const Shape3 mesh(triangle);
+        const double half = random.chance(0.1) ? 0 : random.uniform(0.1, 1), radius = 0.05;
+        const Pose3d pose = random.pose<double>(5);
+        const narrow::Mat3 turn = narrow::rotation(pose);
+        const narrow::Vec3 middle{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-0.5, 0.5)};
+        const auto placed = [&](double y) {
+            const narrow::Vec3 p = turn * (middle + narrow::Vec3{0, y, 0});
+            Pose3d there = pose;
+            there.position = {pose.position[0] + p.x, pose.position[1] + p.y, pose.position[2] + p.z};
+            return there;
+        };
+        const auto to_ball = [&](double t) {
+            return distance(Shape3::sphere(radius), placed(t * half), mesh, pose, INFINITY)->distance;
+        };
+        const auto found = distance(Shape3::capsule(half, radius), placed(0), mesh, pose, INFINITY);
+        ASSERT_TRUE(found);
+        if (found->distance + radius < 1e-6) continue; // the axis passes through
+        ASSERT_NEAR(found->distance, least_of(to_ball), 2e-9) << "round " << round;
+        const auto is_within = [&](double most) {
+            return distance(Shape3::capsule(half, radius), placed(0), mesh, pose, most).has_value();
+        };
+        ASSERT_TRUE(is_within(std::max(0.0, found->distance + 1e-9))) << round;
+        if (found->distance > 1e-9) {
+            ASSERT_FALSE(is_within(found->distance - 1e-9)) << round;
+        }
+        ++apart;
+        level += along ? 1 : 0;
+    }
+    EXPECT_GT(apart, 2500);
+    EXPECT_GT(level, 1000);
 }
 
 } // namespace

@@ -130,15 +130,106 @@ Vec3 nearest_of_round(const Core3& core, const Vec3& p)
     return aside > radius ? Vec3{rim.x, y, rim.z} : Vec3{p.x, y, p.z};
 }
 
+bool is_segment(const Core3& core)
+{
+    return !core.is_smooth() && core.polytope.vertices == 2;
+}
+bool is_triangle(const Core3& core)
+{
+    return !core.is_smooth() && core.polytope.vertices == 3;
+}
+Vec3 nearest_of_triangle(const Core3& core, const Vec3& p)
+{
+    return nearest_of_triangle({core.polytope.vertex(0), core.polytope.vertex(1), core.polytope.vertex(2)},
+                               p);
+}
+
+/// Two points, and the square of their distance.
+struct Closest
+{
+    Vec3 on_a, on_b;
+    double square = HUGE_VAL;
+};
+/// Where two segments, from p along `way` and from c along `side`, are nearest to each other, if that is nearer
+/// than `best`. Source: as round_gap().
+void take_nearer(const Vec3& p, const Vec3& way, const Vec3& c, const Vec3& side, Closest& best)
+{
+    const auto part = [](double x) { return std::max(0.0, std::min(1.0, x)); };
+    const Vec3 across = cross(way, side), from_p = c - p;
+    const double square = length2(across), size_a = length2(way), size_b = length2(side);
+    double s = square > 1e-28 * size_a * size_b ? part(dot(cross(from_p, side), across) / square) : 0;
+    const double t = part(dot(side, way * s - from_p) / size_b);
+    s = part(dot(way, side * t + from_p) / size_a);
+    const Closest here{p + way * s, c + side * t};
+    const double distance = length2(here.on_b - here.on_a);
+    if (distance < best.square) best = {here.on_a, here.on_b, distance};
+}
+/// The gap between a segment and a triangle that has a plane: as point_gap().
+Verdict segment_gap(const Core3& a, const Core3& b, const Vec3& shift, double enough, Gap<3>& gap)
+{
+    Vec3 end[2];
+    for (std::uint32_t i = 0; i < 2; ++i)
+        end[i] = b.frame.r.back(a.frame * a.polytope.vertex(i) - shift - b.frame.p);
+    Vec3 corner[3]; // counterclockwise, seen from where the normal leads
+    for (std::uint32_t i = 0; i < 3; ++i)
+        corner[i] = b.polytope.vertex(b.polytope.outline[i]);
+    const Vec3 n = b.polytope.normal(0), way = end[1] - end[0];
+    const double height[2] = {dot(n, end[0] - corner[0]), dot(n, end[1] - corner[0])};
+    const bool crosses = height[0] * height[1] <= 0;
+    const double least = crosses ? 0 : std::min(std::abs(height[0]), std::abs(height[1]));
+    const Vec3 crossing = end[0] - way * (crosses ? height[0] / (height[1] - height[0]) : 0);
+    // Of the triangle's sides only those that an end is beyond can be nearest.
+    bool over[2] = {true, true}, passes = crosses;
+    Vec3 from[3], along[3];
+    int sides = 0;
+    for (std::uint32_t i = 0; i < 3; ++i) {
+        const Vec3 c = corner[i], side = corner[i == 2 ? 0 : i + 1] - c, out = cross(side, n);
+        const double beyond[2] = {dot(out, end[0] - c), dot(out, end[1] - c)};
+        const double both = std::min(beyond[0], beyond[1]), size = length2(side);
+        if (both > 0 && both * both > (enough * enough * (1 + 1e-12) - least * least) * size) {
+            gap.distance = HUGE_VAL;
+            return Verdict::apart;
+        }
+        passes &= dot(out, crossing - c) <= 0;
+        over[0] &= beyond[0] <= 0;
+        over[1] &= beyond[1] <= 0;
+        from[sides] = c;
+        along[sides] = side;
+        sides += std::max(beyond[0], beyond[1]) > 0 ? 1 : 0;
+    }
+    if (passes) return Verdict::unclear;
+    Closest best;
+    for (const int i : {0, 1})
+        if (over[i] && height[i] * height[i] < best.square)
+            best = {end[i], end[i] - n * height[i], height[i] * height[i]};
+    for (int i = 0; i < sides && best.square > least * least; ++i)
+        take_nearer(end[0], way, from[i], along[i], best);
+    const double distance = std::sqrt(best.square), extent = length(end[0]) + a.reach + b.reach;
+    if (!(distance > core_touch * extent)) return Verdict::unclear;
+    const Vec3 on_b = b.frame * best.on_b;
+    gap = {distance > enough ? HUGE_VAL : distance, b.frame.r * ((best.on_b - best.on_a) * (1 / distance)),
+           b.frame * best.on_a + shift, on_b};
+    return Verdict::apart;
+}
+
+/// From b to a, moved: where the search begins. A triangle is a piece of a surface whose origin may be far.
+Vec3 first_way(const Core3& a, const Core3& b, const Vec3& shift)
+{
+    Vec3 from = a.frame.p - shift, to = b.frame.p;
+    if (is_triangle(a)) from = a.frame * nearest_of_triangle(a, a.frame.r.back(to - from)) - shift;
+    if (is_triangle(b)) to = b.frame * nearest_of_triangle(b, b.frame.r.back(from - to));
+    const Vec3 way = from - to;
+    return length2(way) > 0 ? way : Vec3{1, 0, 0};
+}
+
 } // namespace
 
 Verdict point_gap(const Vec3& p, const Core3& b, double enough, Gap<3>& gap)
 {
     const Vec3 local = b.frame.r.back(p - b.frame.p);
     Vec3 nearest;
-    if (!b.is_smooth() && b.polytope.vertices == 3)
-        nearest =
-            nearest_of_triangle({b.polytope.vertex(0), b.polytope.vertex(1), b.polytope.vertex(2)}, local);
+    if (is_triangle(b))
+        nearest = nearest_of_triangle(b, local);
     else if (b.smooth == Smooth::cylinder || b.smooth == Smooth::cone)
         nearest = nearest_of_round(b, local);
     else
@@ -184,8 +275,12 @@ void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
             return Verdict::apart;
         }
     }
-    Vec3 v = a.frame.p - b.frame.p - shift;
-    if (length2(v) == 0) v = {1, 0, 0};
+    if (is_segment(a) && is_triangle(b) && b.polytope.faces > 0 &&
+        segment_gap(a, b, shift, enough, gap) == Verdict::apart) {
+        s.parted = gap.distance;
+        return Verdict::apart;
+    }
+    Vec3 v = first_way(a, b, shift);
     const bool have_corners = !a.is_smooth() && !b.is_smooth();
     double least = HUGE_VAL, extent = 0;
     double& widest = s.parted = -HUGE_VAL;
