@@ -238,6 +238,7 @@ Core3::Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where,
     polytope.x = coordinates_;
     polytope.stride = lanes;
     polytope.vertices = 3;
+    polytope.middle = (a + b + c) * (1.0 / 3);
     put(coordinates_, 1, b);
     put(coordinates_, 2, c);
     for (const std::uint32_t i : {0u, 3u, 4u, 5u, 6u, 7u})

@@ -20,6 +20,8 @@ Region<Dim> region_of(const Shape<Dim>& shape, const V<Dim>& at, const Frame<Dim
         region.lo[d] = p[d] - reach;
         region.hi[d] = p[d] + reach;
     }
+    region.middle = p;
+    region.ball = with_rounding(reach, p);
     return region;
 }
 
@@ -83,7 +85,9 @@ void for_each_triangle(const HeightData& field, const Region<3>& region, const R
                     high = std::max(high, field.heights[v]);
                 const double low[3] = {x * field.spacing_x, field.floor, z * field.spacing_z};
                 const double top[3] = {low[0] + field.spacing_x, high, low[2] + field.spacing_z};
-                if (range.time > 0 ? region.meets(low, top, range) : region.lo[1] <= high + range.reach)
+                if (range.time > 0
+                        ? region.meets(low, top, range)
+                        : region.lo[1] <= high + range.reach && region.ball_meets(low, top, range.reach))
                     visit(number + (second ? 1u : 0u), corners);
             }
         }

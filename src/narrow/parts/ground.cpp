@@ -37,16 +37,13 @@ bool in_column(const Part<3>& triangle, const Vec3& p)
 
 Vec3 centre_of(const Core3& core)
 {
-    Vec3 sum;
     if (core.smooth == Smooth::custom) { // which needn't hold its own origin
+        Vec3 sum;
         for (const Vec3& axis : {core.frame.r.x, core.frame.r.y, core.frame.r.z})
             sum += furthest(core, axis) + furthest(core, -axis);
         return sum * (1.0 / 6);
     }
-    if (core.is_smooth()) return core.frame.p; // which point of a disc is furthest along its axis is rounding
-    for (std::uint32_t i = 0; i < core.polytope.vertices; ++i)
-        sum += core.polytope.vertex(i);
-    return core.frame * (sum * (1.0 / core.polytope.vertices));
+    return core.frame * core.polytope.middle;
 }
 
 /// A triangle of a height field with the ground below it, seen from a's position.
@@ -81,9 +78,9 @@ class Solid final : public CustomShape<3>
 bool is_below(const Part<3>& ground, const Core3& core)
 {
     const Frame<3>& frame = ground.core.frame;
-    if (dot(frame.r.y, furthest(core, frame.r.y) - frame.p) + core.radius < ground.field->floor) return false;
     const Vec3 centre = centre_of(core);
     if (!(dot(ground.normal, centre - ground.first_corner()) < 0 && in_column(ground, centre))) return false;
+    if (dot(frame.r.y, furthest(core, frame.r.y) - frame.p) + core.radius < ground.field->floor) return false;
     if (dot(frame.r.y, centre - frame.p) >= ground.field->floor) return true;
     // What rises from further down may reach up beside the column.
     const Solid solid(ground);

@@ -179,6 +179,10 @@ Region<3> region_of(const Part<3>& part, const Frame<3>& frame)
     if (part.half_space) return everywhere<3>();
     Region<3> region;
     const Core3& core = part.core;
+    if (part.surface != Surface::ground) {
+        region.middle = frame.r.back(core.frame.p - frame.p);
+        region.ball = with_rounding(core.reach + core.radius, region.middle);
+    }
     const Vec3 axes[3] = {frame.r.x, frame.r.y, frame.r.z};
     for (int d = 0; d < 3; ++d) {
         const double shift = dot(axes[d], frame.p),

@@ -19,12 +19,15 @@ struct Range
     double time = 0;
     bool nearest_first = false; ///< in which order a compound's children come; else by their numbers
 };
-/// A box in a shape's local axes: where the other shape is, and how it moves.
+/// A box in a shape's local axes: where the other shape is, and how it moves. What doesn't move lies within a
+/// ball, too.
 template <int Dim>
 struct Region
 {
     double lo[Dim], hi[Dim];
     V<Dim> way = {};
+    V<Dim> middle = {}; ///< of the ball
+    double ball = HUGE_VAL;
 
     /// The box around its whole way.
     [[nodiscard]] Region swept(double time) const
@@ -44,6 +47,16 @@ struct Region
         for (int d = 0; d < Dim; ++d)
             apart |= int{lo2[d] > hi[d] + range.reach} | int{lo[d] > hi2[d] + range.reach};
         return apart == 0;
+    }
+    /// Whether the ball comes within reach of such a box.
+    [[nodiscard]] bool ball_meets(const double* lo2, const double* hi2, double reach) const
+    {
+        double square = 0;
+        for (int d = 0; d < Dim; ++d) {
+            const double along = std::max(0.0, std::max(lo2[d] - middle[d], middle[d] - hi2[d]));
+            square += along * along;
+        }
+        return !(square > (ball + reach) * (ball + reach));
     }
     /// How far a box is away; below 0 if they overlap, by no more than that.
     [[nodiscard]] double gap(const double* lo2, const double* hi2) const
@@ -78,6 +91,12 @@ struct Region
         return enter <= leave + 1e-12 * range.time; // rounding
     }
 };
+/// A ball's radius, and what the tests of parts call a touch: a gap of less than a billionth of their size.
+template <class Vector>
+double with_rounding(double ball, const Vector& middle)
+{
+    return ball + 4e-9 * (ball + length(middle));
+}
 /// As far as numbers go, but not infinite: a reach may be, and infinity less infinity is no number.
 template <int Dim>
 Region<Dim> everywhere()

@@ -224,6 +224,9 @@ void finish(HullData<3>& data, const std::vector<Vec3>& given, const PointSet& p
     p.directions = static_cast<Index>(data.direction.size());
     p.x = data.coordinates.data();
     p.stride = stride;
+    for (Index i = 0; i < count; ++i)
+        p.middle += p.vertex(i);
+    p.middle = p.middle * (1.0 / count);
     p.nx = data.normals.data();
     p.face_stride = face_stride;
     p.edge = data.edge.data();

@@ -46,6 +46,7 @@ struct Polytope
     const std::uint32_t* outline = nullptr;
     const Edge* edge = nullptr;
     const Vec3* direction = nullptr; ///< of edges, unit, parallel ones once
+    Vec3 middle;                     ///< of the vertices; 0 of smooth cores
 
     [[nodiscard]] Vec3 vertex(std::uint32_t i) const { return {x[i], x[stride + i], x[2 * stride + i]}; }
     [[nodiscard]] Vec3 normal(std::uint32_t f) const
