@@ -163,6 +163,12 @@ void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
     if (gap_if_apart(a, b, enough, simplex, gap) != Verdict::apart) overlap(a, b, simplex, gap);
 }
 
+Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
+{
+    Simplex simplex;
+    return gap_if_apart(a, b, enough, simplex, gap);
+}
+
 void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap)
 {
     Simplex simplex;

@@ -12,7 +12,10 @@ namespace narrow {
 /// further apart than `enough`. The points are set where the distance is above 0.
 void core_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
 
-/// The same with radii, and with points also where the two overlap.
+/// The same of cores that are apart; else it says touch, and the gap may be anything.
+Verdict gap_if_apart(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
+
+/// The same as core_gap() with radii, and with points also where the two overlap.
 void convex_gap(const Core3& a, const Core3& b, double enough, Gap<3>& gap);
 
 /// Returns whether there is a contact, a gap of up to `margin` included.

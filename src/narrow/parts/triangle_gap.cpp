@@ -22,6 +22,18 @@ bool is_over(const Part<3>& triangle, const Vec3& p)
     return over;
 }
 
+/// Whether the axes of a box tell how it overlaps a triangle, or that it is further away than `enough`.
+bool told_by_axes(const Core3& box, const Core3& triangle, double enough, Gap<3>& cores)
+{
+    const Vec3 half = box.polytope.vertex(7); // the last corner
+    Vec3 corner[3];
+    for (std::uint32_t i = 0; i < 3; ++i)
+        corner[i] = box.frame.r.back(triangle.frame * triangle.polytope.vertex(i) - box.frame.p);
+    cores.distance = box_triangle(half, corner, enough, cores.normal);
+    cores.normal = box.frame.r * cores.normal;
+    return cores.distance <= 0 || cores.distance > enough;
+}
+
 } // namespace
 
 Lowest lowest_over(const Core3& a, const Part<3>& triangle)
@@ -32,16 +44,7 @@ Lowest lowest_over(const Core3& a, const Part<3>& triangle)
 
 void triangle_gap(const Core3& a, const Core3& triangle, double enough, Gap<3>& cores)
 {
-    if (a.is_box) {
-        const Vec3 half = a.polytope.vertex(7); // the last corner
-        Vec3 corner[3];
-        for (std::uint32_t i = 0; i < 3; ++i)
-            corner[i] = a.frame.r.back(triangle.frame * triangle.polytope.vertex(i) - a.frame.p);
-        cores.distance = box_triangle(half, corner, enough, cores.normal);
-        cores.normal = a.frame.r * cores.normal;
-        if (cores.distance <= 0 || cores.distance > enough) return;
-    }
-    core_gap(a, triangle, enough, cores);
+    if (!(a.is_box && told_by_axes(a, triangle, enough, cores))) core_gap(a, triangle, enough, cores);
 }
 
 void triangle_gap(const Core3& a, const Part<3>& triangle, const Lowest& lowest, double enough, Gap<3>& cores)
@@ -49,11 +52,13 @@ void triangle_gap(const Core3& a, const Part<3>& triangle, const Lowest& lowest,
     cores.distance = lowest.height;
     if (lowest.height > enough) return;
     // Nearer than that the search has the word, which touching() goes by.
-    if (!(lowest.height > uncertain(a, triangle.core) && is_over(triangle, lowest.p)))
-        return triangle_gap(a, triangle.core, enough, cores);
-    cores.normal = -lowest.up;
-    cores.on_a = lowest.p;
-    cores.on_b = lowest.p - lowest.up * lowest.height;
+    if (lowest.height > uncertain(a, triangle.core) && is_over(triangle, lowest.p)) {
+        cores.normal = -lowest.up;
+        cores.on_a = lowest.p;
+        cores.on_b = lowest.p - lowest.up * lowest.height;
+    } else if (!(a.is_box && told_by_axes(a, triangle.core, enough, cores))) {
+        if (gap_if_apart(a, triangle.core, enough, cores) != Verdict::apart) cores.distance = 0;
+    }
 }
 
 } // namespace narrow

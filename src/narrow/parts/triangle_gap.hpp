@@ -20,7 +20,7 @@ struct Lowest
 };
 Lowest lowest_over(const Core3& a, const Part<3>& triangle);
 /// The same by the plane where it tells: a core that is over it is at least that far away, and just as far if
-/// its lowest point is over the triangle.
+/// its lowest point is over the triangle. How deep cores overlap isn't said: the distance is 0 or less.
 void triangle_gap(const Core3& a, const Part<3>& triangle, const Lowest& lowest, double enough,
                   Gap<3>& cores);
 
