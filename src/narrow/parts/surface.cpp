@@ -194,35 +194,45 @@ struct Facet<2>
     }
 };
 
-/// Whether an element that has width, and isn't `own`, passes through p, and what it `wanted` is so.
+/// Whether an element that has width, and isn't `own`, passes through p, and what it `wanted` is so. Those
+/// that have the vertex `but` don't count.
 template <int Dim, class Wanted>
-bool another_has(const MeshData<Dim>& mesh, const typename Mesh<Dim>::Element& own, const V<Dim>& p,
-                 double slack, const Wanted& wanted)
+bool another_has(const MeshData<Dim>& mesh, const typename Mesh<Dim>::Element& own, std::uint32_t but,
+                 const V<Dim>& p, double slack, const Wanted& wanted)
 {
     bool found = false;
     mesh.find_around(p, slack, [&](const typename Mesh<Dim>::Element& e) {
-        if (e == own) return false;
+        if (e == own || std::find(e.begin(), e.end(), but) != e.end()) return false;
         const Facet<Dim> facet(mesh, e);
         found = !facet.is_needle() && facet.has(p, slack) && wanted(facet);
         return found;
     });
     return found;
 }
+constexpr std::uint32_t no_vertex = ~0u;
 
+/// Where a facet is highest, and the vertex that is there.
+template <int Dim>
+struct Highest
+{
+    V<Dim> p;
+    std::uint32_t vertex;
+};
 /// The corner of a facet that is highest along `up`, or the point of its highest side next to p.
-Vec3 highest_point(const Facet<3>& facet, const Vec3& up, const Vec3& p)
+Highest<3> highest_point(const Part<3>& part, const Facet<3>& facet, const Vec3& up, const Vec3& p)
 {
     std::size_t order[3] = {0, 1, 2};
     std::sort(order, order + 3, [&](std::size_t i, std::size_t k) {
         return dot(up, facet.corner[i]) > dot(up, facet.corner[k]);
     });
     const Vec3 from = facet.corner[order[0]], side = facet.corner[order[1]] - from;
-    if (-dot(up, side) > level * std::sqrt(facet.size2)) return from;
-    return from + side * std::max(0.0, std::min(1.0, dot(side, p - from) / length2(side)));
+    if (-dot(up, side) > level * std::sqrt(facet.size2)) return {from, part.number[order[0]]};
+    return {from + side * std::max(0.0, std::min(1.0, dot(side, p - from) / length2(side))), no_vertex};
 }
-Vec2 highest_point(const Facet<2>& facet, const Vec2& up, const Vec2&)
+Highest<2> highest_point(const Part<2>& part, const Facet<2>& facet, const Vec2& up, const Vec2&)
 {
-    return facet.corner[dot(up, facet.corner[1] - facet.corner[0]) > 0 ? 1 : 0];
+    const std::size_t end = dot(up, facet.corner[1] - facet.corner[0]) > 0 ? 1 : 0;
+    return {facet.corner[end], part.number[end]};
 }
 
 /// Whether another element of a plane goes on where this one ends, without a corner or side that the two
@@ -235,13 +245,16 @@ bool goes_on_unjoined(const Part<Dim>& part, const V<Dim>& n, const Manifold<Dim
     const Facet<Dim> own(mesh, part.number);
     const auto& frame = part.core.frame;
     const V<Dim> up = frame.r.back(-n);
-    const V<Dim> p = highest_point(own, up, frame.r.back(manifold.point[0].p - frame.p));
-    return another_has(mesh, part.number, p, straight * std::sqrt(own.size2), [&](const Facet<Dim>& other) {
-        bool higher = false;
-        for (const V<Dim>& corner : other.corner)
-            higher = higher || dot(up, corner - p) > level * std::sqrt(other.size2);
-        return higher && other.is_level_with(own);
-    });
+    const Highest<Dim> top = highest_point(part, own, up, frame.r.back(manifold.point[0].p - frame.p));
+    const V<Dim>& p = top.p;
+    // Those that share the corner have been asked by beyond().
+    return another_has(mesh, part.number, top.vertex, p, straight * std::sqrt(own.size2),
+                       [&](const Facet<Dim>& other) {
+                           bool higher = false;
+                           for (const V<Dim>& corner : other.corner)
+                               higher = higher || dot(up, corner - p) > level * std::sqrt(other.size2);
+                           return higher && other.is_level_with(own);
+                       });
 }
 
 /// What of a core lies over the element on that side of it.
@@ -343,7 +356,7 @@ bool is_covered(const Part<Dim>& part)
     V<Dim> sum;
     for (const V<Dim>& corner : own.corner)
         sum += corner;
-    return another_has(*part.mesh, part.number, sum * (1.0 / Dim), straight * std::sqrt(own.size2),
+    return another_has(*part.mesh, part.number, no_vertex, sum * (1.0 / Dim), straight * std::sqrt(own.size2),
                        [](const Facet<Dim>&) { return true; });
 }
 template bool is_covered(const Part<2>&);
