@@ -268,6 +268,7 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
     SmallVector<Corner, 24> room[2];
     SmallVector<Corner, 24>* now = &room[0];
     SmallVector<Corner, 24>* later = &room[1];
+    SmallVector<double, 24> inside; // how far each corner is on the inner side, times the side's length
     const std::uint16_t face_a = feature_id(face_feature, a.id), face_b = feature_id(face_feature, b.id);
     // b's loop runs clockwise as a sees it: backwards, side i - 1 leads from corner i.
     const std::size_t sides_a = a.point.size(), sides_b = b.point.size();
@@ -281,13 +282,20 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
         const std::size_t after = i + 1 == sides_a ? 0 : i + 1;
         const Vec2 to = clip.lateral.flat(a.point[after]);
         const Vec2 side = to - from;
-        next.clear();
         const std::size_t size = polygon.size();
-        double here = cross(side, polygon[0].p - from);
+        inside.resize(size);
+        bool cuts = false;
         for (std::size_t k = 0; k < size; ++k) {
-            const Corner& corner = polygon[k];
-            const Corner& other = polygon[k + 1 == size ? 0 : k + 1];
-            const double there = cross(side, other.p - from);
+            inside[k] = cross(side, polygon[k].p - from);
+            cuts |= !(inside[k] >= 0);
+        }
+        from = to;
+        if (!cuts) continue;
+        next.clear();
+        for (std::size_t k = 0; k < size; ++k) {
+            const std::size_t k_after = k + 1 == size ? 0 : k + 1;
+            const Corner &corner = polygon[k], &other = polygon[k_after];
+            const double here = inside[k], there = inside[k_after];
             if (here >= 0) next.push_back(corner);
             if ((here >= 0) != (there >= 0)) {
                 const double t = here / (here - there);
@@ -305,10 +313,8 @@ void clip_faces(Clip& clip, const Feature& a, const Feature& b)
                 made.side = here >= 0 ? static_cast<std::uint32_t>(i) | of_a : corner.side;
                 next.push_back(made);
             }
-            here = there;
         }
         std::swap(now, later);
-        from = to;
     }
     const SmallVector<Corner, 24>& polygon = *now;
     const Slope height_a(clip.lateral, a), height_b(clip.lateral, b);

@@ -93,17 +93,20 @@ class Merger
     }
     /// The first of the points that measures most, but for rounding.
     template <class Measure>
-    std::size_t greatest(const Measure& measure) const
+    std::size_t greatest(const Measure& measure)
     {
+        measured_.resize(points_.size());
         double most = -HUGE_VAL;
-        for (std::size_t i = 0; i < points_.size(); ++i)
-            most = std::max(most, measure(points_[i]));
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            measured_[i] = measure(points_[i]);
+            most = std::max(most, measured_[i]);
+        }
         std::size_t i = 0;
-        while (measure(points_[i]) < most - slack_)
+        while (measured_[i] < most - slack_)
             ++i;
         return i;
     }
-    [[nodiscard]] std::size_t furthest_from(std::size_t from) const
+    [[nodiscard]] std::size_t furthest_from(std::size_t from)
     {
         const V<Dim> p = points_[from].p;
         return greatest([&](const Point& point) { return length(point.p - p); });
@@ -172,6 +175,7 @@ class Merger
     double slack_;
     SmallVector<bool, 64> is_left_;
     SmallVector<Point, 64> points_; // of those that are alike
+    SmallVector<double, 64> measured_;
 };
 
 } // namespace
