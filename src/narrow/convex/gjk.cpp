@@ -150,8 +150,8 @@ struct Closest
     Vec3 on_a, on_b;
     double square = HUGE_VAL;
 };
-/// Where two segments, from p along `way` and from c along `side`, are nearest to each other, if that is nearer
-/// than `best`. Source: as round_gap().
+/// Where two segments, from p along `way` and from c along `side`, are nearest to each other, if that is
+/// nearer than `best`. Source: as round_gap().
 void take_nearer(const Vec3& p, const Vec3& way, const Vec3& c, const Vec3& side, Closest& best)
 {
     const auto part = [](double x) { return std::max(0.0, std::min(1.0, x)); };
@@ -212,14 +212,10 @@ Verdict segment_gap(const Core3& a, const Core3& b, const Vec3& shift, double en
     return Verdict::apart;
 }
 
-/// From b to a, moved: where the search begins. A triangle is a piece of a surface whose origin may be far.
-Vec3 first_way(const Core3& a, const Core3& b, const Vec3& shift)
+/// Where the search begins: a triangle is a piece of a surface, whose origin may be far.
+Vec3 piece_middle(const Core3& core)
 {
-    Vec3 from = a.frame.p - shift, to = b.frame.p;
-    if (is_triangle(a)) from = a.frame * nearest_of_triangle(a, a.frame.r.back(to - from)) - shift;
-    if (is_triangle(b)) to = b.frame * nearest_of_triangle(b, b.frame.r.back(from - to));
-    const Vec3 way = from - to;
-    return length2(way) > 0 ? way : Vec3{1, 0, 0};
+    return is_triangle(core) ? core.frame * core.polytope.middle : core.frame.p;
 }
 
 } // namespace
@@ -280,7 +276,8 @@ void point_depth(const Vec3& p, const Core3& b, Gap<3>& gap)
         s.parted = gap.distance;
         return Verdict::apart;
     }
-    Vec3 v = first_way(a, b, shift);
+    Vec3 v = piece_middle(a) - piece_middle(b) - shift;
+    if (length2(v) == 0) v = {1, 0, 0};
     const bool have_corners = !a.is_smooth() && !b.is_smooth();
     double least = HUGE_VAL, extent = 0;
     double& widest = s.parted = -HUGE_VAL;
