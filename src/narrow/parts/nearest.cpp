@@ -55,6 +55,7 @@ class SearchSide
         const std::uint32_t i = at % BoxRows::size;
         return rows.half[0][i] + rows.half[1][i] + rows.half[2][i];
     }
+    [[nodiscard]] bool is_part() const { return part_ != nullptr; }
     [[nodiscard]] bool is_half_space() const { return part_ != nullptr && part_->half_space; }
     [[nodiscard]] const Part<3>& half_space() const { return *part_; }
     /// The number of a leaf's part.
@@ -97,26 +98,35 @@ Frame<3> seen_from(const Frame<3>& other, const Frame<3>& frame)
             other.r.back(frame.p - other.p)};
 }
 
+OrientedBox box_from(OrientedBox box, const Frame<3>& there)
+{
+    box.centre = there * box.centre;
+    box.axes = there.r * box.axes;
+    return box;
+}
+
 /// Two boxes, of which one is about to be opened: its children are held against the other.
 struct Opening
 {
     const SearchSide &open, &other;
     bool open_b; ///< the box that is opened is b's
     std::uint32_t at_open, at_other;
-    const Frame<3>& there; ///< the other's frame, seen from that of the one that is opened
+    const Frame<3>& there;       ///< the other's frame, seen from that of the one that is opened
+    const OrientedBox& part_box; ///< of a single part, as the mesh sees it
 
     [[nodiscard]] const BoxRows& rows() const { return open.node_below(at_open).boxes; }
-    [[nodiscard]] OrientedBox other_box() const
+    /// Calls use(box) with the other box, as the one that is opened sees it.
+    template <class Use>
+    auto with_other_box(const Use& use) const
     {
-        OrientedBox box = other.box(at_other);
-        box.centre = there * box.centre;
-        box.axes = there.r * box.axes;
-        return box;
+        return other.is_part() ? use(part_box) : use(box_from(other.box(at_other), there));
     }
     /// As the kernel `bounds`.
     std::uint32_t bounds(const Kernels& kernels, double limit, double (&key)[BoxRows::size]) const
     {
-        if (!other.is_half_space()) return kernels.bounds(rows(), other_box(), limit, key);
+        if (!other.is_half_space())
+            return with_other_box(
+                [&](const OrientedBox& box) { return kernels.bounds(rows(), box, limit, key); });
         half_space_bounds(key);
         std::uint32_t within = 0;
         for (std::uint32_t i = 0; i < BoxRows::size; ++i) {
@@ -127,7 +137,8 @@ struct Opening
     }
     void approaches(const Kernels& kernels, BoxApproaches& out) const
     {
-        if (!other.is_half_space()) return kernels.approaches(rows(), other_box(), out);
+        if (!other.is_half_space())
+            return with_other_box([&](const OrientedBox& box) { kernels.approaches(rows(), box, out); });
         half_space_bounds(out.distance);
         const Vec3 normal = open.frame.r.back(other.half_space().normal);
         for (std::uint32_t i = 0; i < BoxRows::size; ++i)
@@ -166,6 +177,9 @@ void search(const SearchSide& a, const SearchSide& b, Judge& judge)
         std::uint32_t at_a, at_b;
     };
     const Frame<3> a_from_b = seen_from(b.frame, a.frame), b_from_a = seen_from(a.frame, b.frame);
+    const OrientedBox part_box = a.is_part()   ? box_from(a.box(0), a_from_b)
+                                 : b.is_part() ? box_from(b.box(0), b_from_a)
+                                               : OrientedBox{};
     SmallVector<Item, 256> waiting;
     waiting.push_back({-HUGE_VAL, 0, 0});
     while (!waiting.empty()) {
@@ -178,8 +192,8 @@ void search(const SearchSide& a, const SearchSide& b, Judge& judge)
             continue;
         }
         const bool open_b = leaf_a || (!leaf_b && b.size(item.at_b) >= a.size(item.at_a));
-        const Opening opening = open_b ? Opening{b, a, true, item.at_b, item.at_a, a_from_b}
-                                       : Opening{a, b, false, item.at_a, item.at_b, b_from_a};
+        const Opening opening = open_b ? Opening{b, a, true, item.at_b, item.at_a, a_from_b, part_box}
+                                       : Opening{a, b, false, item.at_a, item.at_b, b_from_a, part_box};
         double keys[BoxRows::size];
         std::uint32_t wanted = judge.keys(opening, keys);
         wanted &= (1u << opening.open.node_below(opening.at_open).count) - 1;
