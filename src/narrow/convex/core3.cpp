@@ -239,21 +239,23 @@ Core3::Core3(const Vec3& a, const Vec3& b, const Vec3& c, const Frame<3>& where,
     polytope.stride = lanes;
     polytope.vertices = 3;
     polytope.middle = (a + b + c) * (1.0 / 3);
+    std::fill_n(coordinates_, lanes, a.x);
+    std::fill_n(coordinates_ + lanes, lanes, a.y);
+    std::fill_n(coordinates_ + std::size_t{2} * lanes, lanes, a.z);
     put(coordinates_, 1, b);
     put(coordinates_, 2, c);
-    for (const std::uint32_t i : {0u, 3u, 4u, 5u, 6u, 7u})
-        put(coordinates_, i, a);
     polytope.edge = triangle_edge;
     polytope.edges = 3;
     polytope.direction = directions_;
-    const Vec3 corner[] = {a, b, c};
-    for (std::uint32_t i = 0; i < 3; ++i) // of any length: only who tries edges asks for their directions
-        directions_[i] = corner[(i + 1) % 3] - corner[i];
+    const Vec3 ab = b - a, bc = c - b, ca = a - c;
+    directions_[0] = ab; // of any length: only who tries edges asks for their directions
+    directions_[1] = bc;
+    directions_[2] = ca;
     polytope.directions = 3;
-    const Vec3 n = cross(b - a, c - a);
+    const Vec3 n = cross(ab, -ca);
     const double size = length(n);
     // Thinner than this and the normal is noise: then it is a segment.
-    const double widest = std::max({length2(b - a), length2(c - b), length2(a - c)});
+    const double widest = std::max({length2(ab), length2(bc), length2(ca)});
     if (size > 1e-13 * widest) {
         const Vec3 unit = n * (1 / size);
         for (int d = 0; d < 3; ++d) {

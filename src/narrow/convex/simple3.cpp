@@ -534,19 +534,23 @@ double box_triangle(const Vec3& half, const Vec3 (&corner)[3], double enough, Ve
         }
     }
     const double by = 1e-10 * (half.x + half.y + half.z + std::sqrt(length2(edge[0]) + length2(edge[1])));
+    const double size2[3] = {length2(edge[0]), length2(edge[1]), length2(edge[2])};
     for (int i = 0; i < 3; ++i) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const int j = i == 2 ? 0 : i + 1, k = i == 0 ? 2 : i - 1;
+        const double half_j = half[j], half_k = half[k];
+        const double at_j[3] = {corner[0][j], corner[1][j], corner[2][j]};
+        const double at_k[3] = {corner[0][k], corner[1][k], corner[2][k]};
         for (int e = 0; e < 3; ++e) {
             // Axis i x edge e; both its ends are equally far along.
-            const double u = -edge[e][k], v = edge[e][j];
+            const int after = e == 2 ? 0 : e + 1, before = e == 0 ? 2 : e - 1;
+            const double u = at_k[e] - at_k[after], v = at_j[after] - at_j[e];
             const double square = u * u + v * v;
-            if (!(square > 1e-14 * length2(edge[e]))) continue;
-            const Vec3 &p = corner[e], &q = corner[(e + 2) % 3];
-            const double one = p[j] * u + p[k] * v, other = q[j] * u + q[k] * v;
+            if (!(square > 1e-14 * size2[e])) continue;
+            const double one = at_j[e] * u + at_k[e] * v, other = at_j[before] * u + at_k[before] * v;
             const double lo = std::min(one, other), hi = std::max(one, other);
             const double inverse = 1 / std::sqrt(square);
             const double separation =
-                (std::max(lo, -hi) - (half[j] * std::abs(u) + half[k] * std::abs(v))) * inverse;
+                (std::max(lo, -hi) - (half_j * std::abs(u) + half_k * std::abs(v))) * inverse;
             if (separation > enough) return separation;
             if (separation > best + by) {
                 best = separation;
