@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// All of Jostle but chapter.hpp, which has the algorithms of the thesis chapter that it grew from, for study.
+/// All of Jostle but chapter.hpp: the algorithms of the thesis chapter that it grew from, for study.
 /// Each header can be included on its own, and brings what it needs.
 ///
 /// | header                | what it is for                                                      | settled |
