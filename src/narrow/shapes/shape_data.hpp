@@ -113,14 +113,17 @@ struct MeshData
     template <class Visit>
     void find_around(const V<Dim>& p, double slack, Visit&& visit) const
     {
+        double lo[Dim], hi[Dim];
+        for (int d = 0; d < Dim; ++d)
+            lo[d] = p[d] - slack, hi[d] = p[d] + slack;
         for (std::uint32_t n = 0; n < nodes.size();) {
             const TreeNode& node = nodes[n];
-            bool apart = false;
+            int apart = 0; // which is hard to predict: no branches
             for (int d = 0; d < Dim; ++d)
-                apart = apart || p[d] + slack < node.lo[d] || p[d] - slack > node.hi[d];
-            for (std::uint32_t k = 0; !apart && k < node.count; ++k)
+                apart |= int{hi[d] < node.lo[d]} | int{lo[d] > node.hi[d]};
+            for (std::uint32_t k = 0; apart == 0 && k < node.count; ++k)
                 if (visit(elements[order[node.first + k]])) return;
-            n = apart ? node.skip : n + 1;
+            n = apart != 0 ? node.skip : n + 1;
         }
     }
 };
