@@ -141,15 +141,15 @@ struct Four
             to[i] = raw[i];
     }
 };
-inline Four operator+(const Four& a, const Four& b)
+[[maybe_unused]] inline Four operator+(const Four& a, const Four& b)
 {
     return {{a.raw[0] + b.raw[0], a.raw[1] + b.raw[1], a.raw[2] + b.raw[2], a.raw[3] + b.raw[3]}};
 }
-inline Four operator-(const Four& a, const Four& b)
+[[maybe_unused]] inline Four operator-(const Four& a, const Four& b)
 {
     return {{a.raw[0] - b.raw[0], a.raw[1] - b.raw[1], a.raw[2] - b.raw[2], a.raw[3] - b.raw[3]}};
 }
-inline void transpose(Four (&rows)[4])
+[[maybe_unused]] inline void transpose(Four (&rows)[4])
 {
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < i; ++j) {

@@ -135,7 +135,8 @@ std::uint64_t sweep(const SortedBrick& brick, std::uint32_t first, std::uint32_t
         unsigned behind1 = 0xffffu << (i + 2 - j);
         const std::uint32_t end = std::max(brick.window_end[i], brick.window_end[i + 1]);
         while (j < end) {
-            if (out.end - out.next < sweep_room || out.tie_count > tie_capacity - sweep_room) {
+            if (static_cast<std::size_t>(out.end - out.next) < sweep_room ||
+                out.tie_count > tie_capacity - sweep_room) {
                 if (!out.make_room(out)) return steps;
             }
             const std::uint32_t stop = std::min(end, j + sweep_segment * step_size);

@@ -35,7 +35,10 @@ struct Found
     };
 
     Found() noexcept {}
-    [[nodiscard]] bool has_room() const noexcept { return items + capacity - next >= lanes; }
+    [[nodiscard]] bool has_room() const noexcept
+    {
+        return static_cast<std::size_t>(items + capacity - next) >= lanes;
+    }
 };
 
 /// A ray or a sweep as the kernels want it.

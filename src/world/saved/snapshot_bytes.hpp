@@ -23,7 +23,7 @@ namespace world {
 // version, dimensions, bytes of a coordinate and 0 as 32-bit numbers, then the size of what follows the
 // header, the checksum of both (its own place counted as 0), and the checksum of the base of changes (0 of a
 // snapshot) as 64-bit ones. All numbers little-endian, coordinates as IEEE 754.
-constexpr std::size_t snapshot_header = 48, size_at = 24, checksum_at = 32, base_at = 40;
+inline constexpr std::size_t snapshot_header = 48, size_at = 24, checksum_at = 32, base_at = 40;
 
 /// What a kind of bytes is called, how it begins and in which versions it is read.
 struct SnapshotKind
