@@ -60,7 +60,8 @@ def main():
     if part == "all":
         objects += [compile_file(source, *includes, "-I", PROJECT / "src", "-Wno-psabi")
                     for source in sorted((PROJECT / "tool" / "simulation").glob("*.cpp"))]
-    stranger = folder / ("stranger.js" if "em++" in given.compiler else "stranger")
+    ending = {"em++": ".js", "mingw": ".exe"}
+    stranger = folder / ("stranger" + "".join(each for kind, each in ending.items() if kind in given.compiler))
     run(given.compiler, *flags, *objects, "-o", stranger, *given.link)
     printed = run(*given.run, stranger, stdout=subprocess.PIPE).stdout.split("\n")
     table = (HERE.parent / "platforms" / "golden" / "table.txt").read_text().split("\n")
