@@ -9,8 +9,8 @@
 #define JOSTLE_UNUSED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 #if defined(JOSTLE_AMALGAMATED) && defined(__MINGW32__) && !defined(__clang__) &&                            \
     !defined(JOSTLE_UNALIGNED_VECTOR_MOVES)
-// Windows keeps stacks aligned to 16 bytes only, and g++ moves vectors of 32 as if it were more (GCC bug 54412)
-// unless the assembler is told to move them otherwise, as CMake tells it.
+// Windows keeps stacks aligned to 16 bytes only, and g++ moves vectors of 32 as if it were more (GCC bug
+// 54412), unless the assembler is told to move them otherwise, as CMake tells it.
 #define HWY_DISABLED_TARGETS (JOSTLE_UNUSED_TARGETS | HWY_AVX2 | HWY_AVX3)
 #else
 #define HWY_DISABLED_TARGETS JOSTLE_UNUSED_TARGETS
