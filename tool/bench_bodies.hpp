@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "bench/contact_peers.hpp"
 #include "jostle/shapes.hpp"
 #include "tool/scenes/random.hpp"
 
@@ -47,6 +48,45 @@ class RandomBodies : public jostle_scenes::Random
         return q;
     }
 };
+
+/// A body that its numbers say all of: no hull and no mesh.
+inline jostle::Shape3 shape_of(const jostle_bench::BodyShape& body)
+{
+    using jostle::Shape3, jostle_bench::BodyKind;
+    switch (body.kind) {
+    case BodyKind::sphere:
+        return Shape3::sphere(body.radius);
+    case BodyKind::capsule:
+        return Shape3::capsule(body.half_length, body.radius);
+    case BodyKind::cylinder:
+        return Shape3::cylinder(body.half_length, body.radius);
+    case BodyKind::cone:
+        return Shape3::cone(body.half_length, body.radius);
+    case BodyKind::box:
+        return Shape3::box(body.half);
+    case BodyKind::ellipsoid:
+        return Shape3::ellipsoid(body.half);
+    default:
+        return {};
+    }
+}
+
+/// A closed surface of 4 rings^2 triangles: place(i, j) is the point of ring i, from pole to pole, in sector
+/// j of 2 rings.
+template <class Place>
+void close_surface(std::uint32_t rings, const Place& place, std::vector<jostle::Vec<3, double>>& points,
+                   std::vector<std::array<std::uint32_t, 3>>& triangles)
+{
+    const std::uint32_t sectors = 2 * rings;
+    for (std::uint32_t i = 0; i <= rings; ++i)
+        for (std::uint32_t j = 0; j < sectors; ++j) {
+            points.push_back(place(i, j));
+            if (i == rings) continue;
+            const std::uint32_t k = (j + 1) % sectors, at = i * sectors, below = at + sectors;
+            triangles.push_back({at + j, below + j, below + k});
+            triangles.push_back({at + j, below + k, at + k});
+        }
+}
 
 /// The surface of a hull, for systems that take it as triangles of its vertices().
 inline std::vector<std::array<std::uint32_t, 3>> triangles_of(const jostle::ConvexHull<3>& hull)

@@ -127,9 +127,9 @@ Measurement measure(System<Dim, T>& system, Scene<Dim, T> scene, std::uint32_t f
 }
 
 template <class Value>
-std::vector<double> of_all(const std::vector<Sample>& samples, Value value)
+auto of_all(const std::vector<Sample>& samples, Value value)
 {
-    std::vector<double> values;
+    std::vector<decltype(value(samples.front()))> values;
     for (const Sample& sample : samples)
         values.push_back(value(sample));
     return values;
@@ -169,33 +169,13 @@ class Results
         const bool differs = has_answer && !agrees(system, scene, boxes.size(), measurement.answers);
         const std::vector<Sample>& samples = measurement.samples;
         const std::vector<double> ms = of_all(samples, [](const Sample& sample) { return sample.ms; });
-        jostle_bench::ReportRow row;
-        row.system = system;
-        row.scene = scene;
-        row.n = boxes.size();
-        row.threads = threads;
-        row.median_ms = rounded(median(ms));
-        row.min_ms = rounded(*std::min_element(ms.begin(), ms.end()));
-        row.max_ms = rounded(*std::max_element(ms.begin(), ms.end()));
-        // Of a frame that every system has got to, however early it stopped.
-        const Answer& answer = measurement.answers[warm_up];
-        row.pairs = answer.found;
-        row.checksum = hex(answer.checksum);
-        for (std::size_t k = 0; k < samples.front().stages.size(); ++k)
-            row.stages.emplace_back(samples.front().stages[k].first,
-                                    rounded(median(of_all(samples, [k](const Sample& sample) {
-                                        return sample.stages[k].second;
-                                    }))));
+        // The answer is of a frame that every system has got to, however early it stopped.
+        jostle_bench::ReportRow row =
+            report_row(system, scene, boxes.size(), threads, ms, measurement.answers[warm_up],
+                       of_all(samples, [](const Sample& sample) { return sample.stages; }));
         row.size_ratio = rounded(size_ratio(boxes));
 
-        JsonRow json;
-        json.set("system", row.system);
-        json.set("scene", row.scene);
-        json.set("n", row.n);
-        json.set("threads", row.threads);
-        json.set("median_ms", row.median_ms);
-        json.set("min_ms", row.min_ms);
-        json.set("max_ms", row.max_ms);
+        JsonRow json = json_row(row, "scene");
         json.set("pairs", row.pairs);
         json.set("checksum", row.checksum);
         json.set("stages", row_of(row.stages));
@@ -252,12 +232,7 @@ class Results
 
     void print(const jostle_bench::ReportRow& row, bool differs, bool has_answer) const
     {
-        std::string remark;
-        for (const auto& [name, ms] : row.stages) {
-            char text[64];
-            std::snprintf(text, sizeof text, "%s%s %.3f", remark.empty() ? "" : ", ", name.c_str(), ms);
-            remark += text;
-        }
+        std::string remark = text_of(row.stages, ", ");
         if (row.system != "jostle") // beside ours of the same scene, size and threads
             for (const jostle_bench::ReportRow& other : rows_)
                 if (other.system == "jostle" && other.scene == row.scene && other.n == row.n &&

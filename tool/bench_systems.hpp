@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdio>
 #include <memory>
 #include <span>
 #include <sstream>
@@ -10,8 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "bench/report.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/world.hpp"
+#include "numbers.hpp"
+#include "rows.hpp"
 
 #ifdef JOSTLE_WITH_PEERS
 
@@ -26,12 +30,64 @@ namespace jostle_tool {
 /// Milliseconds by the name of a stage.
 using Stages = std::vector<std::pair<std::string, double>>;
 
+/// As tables show them.
+inline std::string text_of(const Stages& stages, const std::string& between)
+{
+    std::string text;
+    for (const auto& [name, ms] : stages) {
+        char stage[64];
+        std::snprintf(stage, sizeof stage, "%s %.3f", name.c_str(), ms);
+        text += (text.empty() ? "" : between) + stage;
+    }
+    return text;
+}
+
+/// The median of each stage over some frames; there is at least one.
+inline Stages typical(const std::vector<Stages>& frames)
+{
+    Stages result;
+    for (std::size_t k = 0; k < frames.front().size(); ++k) {
+        std::vector<double> ms;
+        for (const Stages& stages : frames)
+            ms.push_back(stages[k].second);
+        result.emplace_back(frames.front()[k].first, rounded(median(std::move(ms))));
+    }
+    return result;
+}
+
 /// What a system found in a frame: pairs, or what it was asked for.
 struct Answer
 {
     std::uint64_t found = 0, checksum = 0;
     friend bool operator==(const Answer&, const Answer&) = default;
 };
+
+/// What frames took, as reports have it.
+inline jostle_bench::ReportRow report_row(const std::string& system, const std::string& scene,
+                                          std::uint64_t n, std::uint32_t threads,
+                                          const std::vector<double>& ms, const Answer& answer,
+                                          const std::vector<Stages>& stages)
+{
+    const auto [least, most] = std::minmax_element(ms.begin(), ms.end());
+    return {system,
+            scene,
+            n,
+            threads,
+            rounded(median(ms)),
+            rounded(*least),
+            rounded(*most),
+            answer.found,
+            hex(answer.checksum),
+            typical(stages)};
+}
+
+/// How JSON has it; `of` says what the scene is called there.
+inline JsonRow json_row(const jostle_bench::ReportRow& row, const std::string& of)
+{
+    return {
+        {"system", row.system},       {of, row.scene},        {"n", row.n},          {"threads", row.threads},
+        {"median_ms", row.median_ms}, {"min_ms", row.min_ms}, {"max_ms", row.max_ms}};
+}
 
 template <int Dim, class T>
 class System

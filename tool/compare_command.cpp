@@ -215,19 +215,6 @@ Measured measure_finder(const std::string& name, const Threads& threads, const M
     });
 }
 
-/// Median ms of each stage.
-Stages typical_stages(const Measured& measured)
-{
-    Stages typical;
-    for (std::size_t k = 0; k < measured.stages.front().size(); ++k) {
-        std::vector<double> ms;
-        for (const Stages& stages : measured.stages)
-            ms.push_back(stages[k].second);
-        typical.emplace_back(measured.stages.front()[k].first, median(ms));
-    }
-    return typical;
-}
-
 /// The boxes in the order in which they lie along space in the first frame.
 template <int Dim, class T>
 Motion<Dim, T> by_place(const Motion<Dim, T>& motion)
@@ -342,13 +329,7 @@ void print(const std::vector<Measured>& all)
                 "MB", "pairs", "");
     for (const Measured& m : all) {
         std::string remark;
-        if (m.system == "jostle" || m.system == "world") {
-            for (const auto& [name, ms] : typical_stages(m)) {
-                char text[64];
-                std::snprintf(text, sizeof text, "%s%s %.3f", remark.empty() ? "" : ", ", name.c_str(), ms);
-                remark += text;
-            }
-        }
+        if (m.system == "jostle" || m.system == "world") remark = text_of(typical(m.stages), ", ");
         for (const Measured& ours : all)
             if (remark.empty() && ours.system == "jostle" && ours.threads == m.threads &&
                 ours.median_ms() > 0) {
@@ -365,18 +346,7 @@ void print(const std::vector<Measured>& all)
 
 jostle_bench::ReportRow report_row(const Measured& m, const std::string& file, std::uint64_t n)
 {
-    jostle_bench::ReportRow row;
-    row.system = m.system;
-    row.scene = file;
-    row.n = n;
-    row.threads = m.threads;
-    row.median_ms = rounded(m.median_ms());
-    row.min_ms = rounded(*std::min_element(m.ms.begin(), m.ms.end()));
-    row.max_ms = rounded(*std::max_element(m.ms.begin(), m.ms.end()));
-    row.pairs = m.answers.back().found;
-    row.checksum = hex(m.answers.back().checksum);
-    row.stages = typical_stages(m);
-    return row;
+    return report_row(m.system, file, n, m.threads, m.ms, m.answers.back(), m.stages);
 }
 
 /// Every system, with each number of threads. The first is Jostle's finder.
@@ -431,15 +401,9 @@ std::string disagreement(const std::vector<Measured>& all)
 void write_rows(RowsFile& file, const std::string& name, const std::vector<Measured>& all, std::uint64_t n)
 {
     for (const Measured& m : all) {
-        const jostle_bench::ReportRow row = report_row(m, "", n);
-        JsonRow json;
-        json.set("system", row.system);
-        json.set("file", printable(name)); // JSON is UTF-8, and names needn't be
-        json.set("n", row.n);
-        json.set("threads", row.threads);
-        json.set("median_ms", row.median_ms);
-        json.set("min_ms", row.min_ms);
-        json.set("max_ms", row.max_ms);
+        // JSON is UTF-8, and names needn't be.
+        const jostle_bench::ReportRow row = report_row(m, printable(name), n);
+        JsonRow json = json_row(row, "file");
         json.set("bytes", m.bytes);
         if (m.has_answer) {
             json.set("pairs", row.pairs);

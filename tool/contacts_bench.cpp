@@ -9,14 +9,12 @@
 
 #include "bench/contact_peers.hpp"
 #include "bench_bodies.hpp"
-#include "bench_options.hpp"
-#include "clock.hpp"
+#include "bench_run.hpp"
 #include "commands.hpp"
 #include "jostle/contact.hpp"
 #include "numbers.hpp"
-#include "options.hpp"
-#include "rows.hpp"
 #include "threads.hpp"
+#include "turns.hpp"
 
 namespace jostle_tool {
 
@@ -28,17 +26,6 @@ using jostle::Shape3;
 using jostle_bench::BodyKind;
 using jostle_bench::BodyShape;
 using jostle_bench::ContactCounts;
-
-struct Options
-{
-    std::vector<std::string> combinations;
-    std::uint64_t pairs = 20'000;
-    std::vector<std::uint32_t> threads{0};
-    std::uint32_t frames = 15;
-    std::uint64_t seed = 1;
-    bool peers = false;
-    std::string json;
-};
 
 struct Combination
 {
@@ -126,52 +113,38 @@ void add_terrain(PairScene& scene)
 void add_body(PairScene& scene, BodyKind kind, RandomBodies& numbers)
 {
     BodyShape body{kind};
-    Shape3 shape;
     switch (kind) {
     case BodyKind::sphere:
         body.radius = numbers.uniform(0.3, 0.6);
-        shape = Shape3::sphere(body.radius);
         break;
     case BodyKind::capsule:
         body.radius = numbers.uniform(0.15, 0.3);
         body.half_length = numbers.uniform(0.2, 0.5);
-        shape = Shape3::capsule(body.half_length, body.radius);
-        break;
-    case BodyKind::box:
-        for (double& h : body.half)
-            h = numbers.uniform(0.25, 0.6);
-        shape = Shape3::box(body.half);
-        break;
-    case BodyKind::hull: {
-        const std::size_t model = static_cast<std::size_t>(numbers.uniform(0, hull_models - 0.001));
-        body.points = scene.points[model];
-        body.triangles = scene.triangles[model];
-        shape = *scene.hulls[model];
-        break;
-    }
-    case BodyKind::mesh:
-        body.points = scene.points.back();
-        body.triangles = scene.triangles.back();
-        shape = *scene.mesh;
         break;
     case BodyKind::cylinder:
-        body.radius = numbers.uniform(0.25, 0.5);
-        body.half_length = numbers.uniform(0.25, 0.6);
-        shape = Shape3::cylinder(body.half_length, body.radius);
-        break;
     case BodyKind::cone:
         body.radius = numbers.uniform(0.25, 0.5);
         body.half_length = numbers.uniform(0.25, 0.6);
-        shape = Shape3::cone(body.half_length, body.radius);
         break;
+    case BodyKind::box:
     case BodyKind::ellipsoid:
         for (double& h : body.half)
             h = numbers.uniform(0.25, 0.6);
-        shape = Shape3::ellipsoid(body.half);
         break;
+    case BodyKind::hull:
+    case BodyKind::mesh: {
+        const bool is_hull = kind == BodyKind::hull;
+        const std::size_t model = is_hull ? static_cast<std::size_t>(numbers.uniform(0, hull_models - 0.001))
+                                          : scene.points.size() - 1;
+        body.points = scene.points[model];
+        body.triangles = scene.triangles[model];
+        scene.shapes.push_back(is_hull ? Shape3(*scene.hulls[model]) : Shape3(*scene.mesh));
+        scene.bodies.push_back(body);
+        return;
     }
+    }
+    scene.shapes.push_back(shape_of(body));
     scene.bodies.push_back(body);
-    scene.shapes.push_back(shape);
 }
 
 std::unique_ptr<PairScene> make_scene(const Combination& combination, std::uint64_t count, std::uint64_t seed)
@@ -241,30 +214,22 @@ struct Measured
 template <class Move, class Frame>
 Measured measure(const PairScene& scene, std::uint32_t frames, const Move& move, const Frame& frame)
 {
-    Measured result;
-    for (std::uint32_t f = 0; f < frames + warm_up; ++f) {
-        move(scene.poses[f % pose_sets]);
-        const Clock::time_point before = Clock::now();
-        frame();
-        const Clock::time_point after = Clock::now();
-        if (f >= warm_up) result.ms.push_back(ms_between(before, after));
-    }
-    std::sort(result.ms.begin(), result.ms.end());
-    return result;
+    return {
+        sorted_times(warm_up, frames, [&](std::uint32_t f) { move(scene.poses[f % pose_sets]); }, frame), {}};
 }
 
-/// find_points: of each contact the deepest point alone.
-Measured measure_points(const PairScene& scene, std::uint32_t frames, jostle::Executor& executor)
+/// What `find` finds, with `points(contact)` points in each contact.
+template <class Find, class Points>
+Measured measure_ours(const PairScene& scene, std::uint32_t frames, const Find& find, const Points& points)
 {
-    jostle::ContactFinder3f finder({.executor = &executor});
     const std::vector<Pose3f>* poses = nullptr;
-    const jostle::PointContactBuffer<3, float>* found = nullptr;
+    decltype(find(*poses)) found = nullptr;
     Measured result = measure(
         scene, frames, [&](const std::vector<Pose3f>& given) { poses = &given; },
-        [&] { found = &finder.find_points(scene.shapes, *poses, scene.pairs); });
+        [&] { found = find(*poses); });
     Pair last{~0u, ~0u};
     for (const auto& contact : *found) {
-        ++result.counts.points;
+        result.counts.points += points(contact);
         if (!(contact.pair == last)) ++result.counts.touching;
         last = contact.pair;
     }
@@ -274,46 +239,48 @@ Measured measure_points(const PairScene& scene, std::uint32_t frames, jostle::Ex
 Measured measure_jostle(const PairScene& scene, std::uint32_t frames, jostle::Executor& executor)
 {
     jostle::ContactFinder3f finder({.executor = &executor});
-    const std::vector<Pose3f>* poses = nullptr;
-    const jostle::ContactBuffer<3, float>* found = nullptr;
-    Measured result = measure(
-        scene, frames, [&](const std::vector<Pose3f>& given) { poses = &given; },
-        [&] { found = &finder.find(scene.shapes, *poses, scene.pairs); });
-    Pair last{~0u, ~0u};
-    for (const auto& contact : *found) {
-        result.counts.points += contact.count;
-        if (!(contact.pair == last)) ++result.counts.touching;
-        last = contact.pair;
-    }
-    return result;
+    return measure_ours(
+        scene, frames,
+        [&](const std::vector<Pose3f>& poses) { return &finder.find(scene.shapes, poses, scene.pairs); },
+        [](const auto& contact) { return contact.count; });
 }
 
-class Table
+/// find_points: of each contact the deepest point alone.
+Measured measure_points(const PairScene& scene, std::uint32_t frames, jostle::Executor& executor)
+{
+    jostle::ContactFinder3f finder({.executor = &executor});
+    return measure_ours(
+        scene, frames,
+        [&](const std::vector<Pose3f>& poses) {
+            return &finder.find_points(scene.shapes, poses, scene.pairs);
+        },
+        [](const auto&) { return 1u; });
+}
+
+class Table : public BenchTable
 {
   public:
-    explicit Table(RowsFile& file) : file_(file), shown_(file.beside_table())
+    explicit Table(const BenchOptions& options) : BenchTable(options)
     {
-        if (shown_)
+        if (shown())
             std::printf("%-19s %8s %7s  %-8s %10s %9s %9s %9s %9s\n", "pair", "pairs", "threads", "system",
                         "ns/pair", "min", "max", "touching", "points");
     }
-    void add(const char* system, const Combination& combination, const PairScene& scene,
-             std::uint32_t threads, const Measured& measured, double reference_ns)
+    void add_row(const char* system, const Combination& combination, const PairScene& scene,
+                 std::uint32_t threads, const Measured& measured, double reference_ns)
     {
         const double to_ns = 1e6 / static_cast<double>(scene.pairs.size());
         const double median_ns = median(measured.ms) * to_ns;
-        JsonRow json;
-        json.set("system", system);
-        json.set("pair", combination.name);
-        json.set("pairs", scene.pairs.size());
-        json.set("threads", threads);
-        json.set("median_ns", std::round(median_ns * 10) / 10);
-        json.set("min_ns", std::round(measured.ms.front() * to_ns * 10) / 10);
-        json.set("max_ns", std::round(measured.ms.back() * to_ns * 10) / 10);
-        json.set("touching", measured.counts.touching);
-        json.set("points", measured.counts.points);
-        file_.add(json);
-        if (!shown_) return;
+        add({{"system", system},
+             {"pair", combination.name},
+             {"pairs", scene.pairs.size()},
+             {"threads", threads},
+             {"median_ns", std::round(median_ns * 10) / 10},
+             {"min_ns", std::round(measured.ms.front() * to_ns * 10) / 10},
+             {"max_ns", std::round(measured.ms.back() * to_ns * 10) / 10},
+             {"touching", measured.counts.touching},
+             {"points", measured.counts.points}});
+        if (!shown()) return;
         std::printf("%-19s %8zu %7u  %-8s %10.1f %9.1f %9.1f %9llu %9llu", combination.name,
                     scene.pairs.size(), threads, system, median_ns, measured.ms.front() * to_ns,
                     measured.ms.back() * to_ns, static_cast<unsigned long long>(measured.counts.touching),
@@ -322,29 +289,23 @@ class Table
         std::printf("\n");
         std::fflush(stdout);
     }
-
-  private:
-    RowsFile& file_;
-    bool shown_;
 };
 
-void run(const Options& options)
+void run(const BenchOptions& options)
 {
     const std::vector<const Combination*> wanted =
-        choose(options.combinations, all_combinations, "pair of shapes that is measured");
-    check_for_peers(options.peers);
-    RowsFile file(options.json);
-    Table table(file);
+        choose(options.names, all_combinations, "pair of shapes that is measured");
+    Table table(options);
     for (const Combination* combination : wanted) {
-        const std::uint64_t count = std::max<std::uint64_t>(1, options.pairs / combination->pairs_divisor);
+        const std::uint64_t count = std::max<std::uint64_t>(1, options.count / combination->pairs_divisor);
         const std::unique_ptr<PairScene> scene = make_scene(*combination, count, options.seed);
         for (const std::uint32_t asked : options.threads) {
             const Threads threads(asked);
             const Measured own = measure_jostle(*scene, options.frames, threads.executor());
-            table.add("jostle", *combination, *scene, threads.count(), own, 0);
+            table.add_row("jostle", *combination, *scene, threads.count(), own, 0);
             const double own_ns = median(own.ms) * 1e6 / static_cast<double>(scene->pairs.size());
-            table.add("points", *combination, *scene, threads.count(),
-                      measure_points(*scene, options.frames, threads.executor()), own_ns);
+            table.add_row("points", *combination, *scene, threads.count(),
+                          measure_points(*scene, options.frames, threads.executor()), own_ns);
 #ifdef JOSTLE_WITH_PEERS
             if (!options.peers) continue;
             for (const auto& make : {jostle_bench::make_bullet_contacts, jostle_bench::make_fcl_contacts}) {
@@ -355,20 +316,20 @@ void run(const Options& options)
                     *scene, options.frames, [&](const std::vector<Pose3f>& poses) { peer->move(poses); },
                     [&] { peer->frame(); });
                 theirs.counts = peer->counts();
-                table.add(peer->name(), *combination, *scene, threads.count(), theirs, own_ns);
+                table.add_row(peer->name(), *combination, *scene, threads.count(), theirs, own_ns);
             }
 #endif
         }
     }
-    file.write();
+    table.finish();
 }
 
 } // namespace
 
 void add_bench_contacts_command(const Command& bench)
 {
-    const Command command = bench.add(
-        "contacts", "How long the detailed test of a pair of shapes takes",
+    const auto [command, options] = add_bench_part(
+        bench, "contacts", "How long the detailed test of a pair of shapes takes",
         R"(Pairs: of spheres, boxes, capsules, cylinders, cones, ellipsoids, hulls (32 corners each), and a mesh (20,000
 triangles). Bodies are about 1 m; gaps are spread from -0.1 to 0.1 m, so that half of the pairs touch. Timed is all
 that it takes to get from poses to contact points; in the rows `points`, to the deepest point of each contact
@@ -378,18 +339,17 @@ has no ellipsoids.
 Examples:
   jostle bench contacts
   jostle bench contacts box-box hull-hull --threads 1,2
-  jostle bench contacts --peers --json -)");
-    const auto options = std::make_shared<Options>();
-    command.texts("PAIR", options->combinations, "Which pairs of shapes; all if none is given");
-    command.number("-n", options->pairs, 1, 10'000'000, "N",
+  jostle bench contacts --peers --json -)",
+        run, {.count = 20'000, .frames = 15});
+    command.texts("PAIR", options.names, "Which pairs of shapes; all if none is given");
+    command.number("-n", options.count, 1, 10'000'000, "N",
                    "How many pairs (20000); of hulls, cylinders, cones and ellipsoids half, of meshes a "
                    "quarter as many");
-    add_thread_counts_option(command, options->threads);
-    command.number("--frames", options->frames, 1, 100'000, "F", "How many frames are counted (15)");
-    command.seed(options->seed, "Other bodies of the same kind (1)");
-    command.flag("--peers", options->peers, "Bullet and FCL as well, where the build has them");
-    add_rows_file_option(command, options->json);
-    command.on_run([options] { run(*options); });
+    add_thread_counts_option(command, options.threads);
+    command.number("--frames", options.frames, 1, 100'000, "F", "How many frames are counted (15)");
+    command.seed(options.seed, "Other bodies of the same kind (1)");
+    command.flag("--peers", options.peers, "Bullet and FCL as well, where the build has them");
+    add_rows_file_option(command, options.json);
 }
 
 } // namespace jostle_tool

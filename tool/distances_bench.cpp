@@ -11,14 +11,10 @@
 
 #include "bench/distance_peers.hpp"
 #include "bench_bodies.hpp"
-#include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/contact.hpp"
 #include "numbers.hpp"
-#include "options.hpp"
 #include "pair_timings.hpp"
-#include "rows.hpp"
-#include "threads.hpp"
 
 namespace jostle_tool {
 
@@ -80,20 +76,13 @@ void add_mesh(Scene& scene, std::uint32_t rings, RandomBodies& numbers)
 {
     auto& points = scene.points.emplace_back();
     auto& triangles = scene.triangles.emplace_back();
-    const std::uint32_t sectors = 2 * rings;
     const double shift = numbers.uniform(0, 6);
-    for (std::uint32_t i = 0; i <= rings; ++i)
-        for (std::uint32_t j = 0; j < sectors; ++j) {
-            const double t = std::numbers::pi * i / rings, p = std::numbers::pi * j / rings;
-            const double r = 0.5 + 0.04 * std::sin(5 * t + shift) * std::cos(7 * p);
-            points.push_back({r * std::sin(t) * std::cos(p), r * std::cos(t), r * std::sin(t) * std::sin(p)});
-        }
-    for (std::uint32_t i = 0; i < rings; ++i)
-        for (std::uint32_t j = 0; j < sectors; ++j) {
-            const std::uint32_t k = (j + 1) % sectors, at = i * sectors, below = at + sectors;
-            triangles.push_back({at + j, below + j, below + k});
-            triangles.push_back({at + j, below + k, at + k});
-        }
+    const auto place = [&](std::uint32_t i, std::uint32_t j) -> jostle::Vec<3, double> {
+        const double t = std::numbers::pi * i / rings, p = std::numbers::pi * j / rings;
+        const double r = 0.5 + 0.04 * std::sin(5 * t + shift) * std::cos(7 * p);
+        return {r * std::sin(t) * std::cos(p), r * std::cos(t), r * std::sin(t) * std::sin(p)};
+    };
+    close_surface(rings, place, points, triangles);
     scene.meshes.push_back(std::make_unique<jostle::Mesh<3>>(points, triangles));
 }
 
@@ -115,44 +104,38 @@ void add_hull(Scene& scene, RandomBodies& numbers)
 void make_body(Scene& scene, std::size_t which, BodyKind kind, std::uint32_t rings, RandomBodies& numbers)
 {
     BodyShape body{kind};
-    Shape3& shape = scene.shape[which];
     switch (kind) {
     case BodyKind::sphere:
         body.radius = 0.5;
-        shape = Shape3::sphere(body.radius);
         break;
     case BodyKind::capsule:
         body.radius = 0.2;
         body.half_length = 0.4;
-        shape = Shape3::capsule(body.half_length, body.radius);
-        break;
-    case BodyKind::box:
-        body.half = {0.3, 0.4, 0.5};
-        shape = Shape3::box(body.half);
-        break;
-    case BodyKind::hull:
-        add_hull(scene, numbers);
-        shape = *scene.hulls.back();
-        break;
-    case BodyKind::mesh:
-        add_mesh(scene, rings, numbers);
-        shape = *scene.meshes.back();
         break;
     case BodyKind::cylinder:
         body.radius = 0.3;
         body.half_length = 0.45;
-        shape = Shape3::cylinder(body.half_length, body.radius);
         break;
     case BodyKind::cone:
         body.radius = 0.4;
         body.half_length = 0.5;
-        shape = Shape3::cone(body.half_length, body.radius);
+        break;
+    case BodyKind::box:
+        body.half = {0.3, 0.4, 0.5};
         break;
     case BodyKind::ellipsoid:
         body.half = {0.3, 0.5, 0.4};
-        shape = Shape3::ellipsoid(body.half);
+        break;
+    case BodyKind::hull:
+        add_hull(scene, numbers);
+        break;
+    case BodyKind::mesh:
+        add_mesh(scene, rings, numbers);
         break;
     }
+    scene.shape[which] = kind == BodyKind::hull   ? Shape3(*scene.hulls.back())
+                         : kind == BodyKind::mesh ? Shape3(*scene.meshes.back())
+                                                  : shape_of(body);
     scene.body[which] = body;
 }
 
@@ -208,111 +191,86 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
     return made;
 }
 
-void run(const PairOptions& options)
+void run(const BenchOptions& options)
 {
     const std::vector<const Combination*> wanted =
-        choose(options.combinations, all_combinations, "pair of shapes that is measured");
-    check_for_peers(options.peers);
-    RowsFile file(options.json);
-    PairTimings table(file);
+        choose(options.names, all_combinations, "pair of shapes that is measured");
+    PairTimings table(options);
     for (const Combination* combination : wanted) {
-        const std::uint64_t count = std::max<std::uint64_t>(1, options.pairs / combination->pairs_divisor);
+        const std::uint64_t count = std::max<std::uint64_t>(1, options.count / combination->pairs_divisor);
         const std::unique_ptr<Scene> scene = make_scene(*combination, count, options.seed);
-        const auto repeat = [&](const auto& ask) {
-            return measure(count, options.repetitions, [&] {
-                for (std::size_t i = 0; i < count; ++i)
-                    ask(scene->pairs[i], i);
-            });
-        };
+        table.start(combination->name, count);
         const auto& [shape_a, shape_b] = scene->shape;
-        const std::vector<Pose3d>& poses = scene->poses;
-        std::vector<double> answer(count);
-        const auto mean = [&] {
-            double sum = 0;
-            for (const double x : answer)
-                sum += x;
-            return sum / static_cast<double>(count);
-        };
-        const std::vector<double> one_by_one = repeat([&](const Pair& pair, std::size_t i) {
-            answer[i] = jostle::distance(shape_a, poses[pair.a], shape_b, poses[pair.b], 1e9)->distance;
+        const std::vector<Pose3d>&poses = scene->poses, &deep = scene->overlapping;
+        const std::vector<Pair>& pairs = scene->pairs;
+        const double distance = table.one_by_one("jostle", "distance", 0, [&](std::size_t i) {
+            return jostle::distance(shape_a, poses[pairs[i].a], shape_b, poses[pairs[i].b], 1e9)->distance;
         });
-        table.add("jostle", combination->name, "distance", count, one_by_one, mean(), 0);
         jostle::ContactFinder3d finder({.executor = &jostle::serial_executor()});
         std::vector<jostle::Distance<3, double>> distances(count);
-        const std::vector<double> batch = measure(count, options.repetitions, [&] {
-            finder.distances(scene->shapes, poses, scene->pairs, 1e9, std::span(distances));
+        table.together(
+            "jostle", "distances", distance,
+            [&] { finder.distances(scene->shapes, poses, pairs, 1e9, std::span(distances)); },
+            [&](std::vector<double>& answers) {
+                for (std::size_t i = 0; i < count; ++i)
+                    answers[i] = distances[i].distance;
+            });
+        const double touching = table.one_by_one("jostle", "touching", 0, [&](std::size_t i) {
+            return jostle::touching(shape_a, poses[pairs[i].a], shape_b, poses[pairs[i].b]);
         });
-        for (std::size_t i = 0; i < count; ++i)
-            answer[i] = distances[i].distance;
-        table.add("jostle", combination->name, "distances", count, batch, mean(), median(one_by_one));
-        const std::vector<double> touching = repeat([&](const Pair& pair, std::size_t i) {
-            answer[i] = jostle::touching(shape_a, poses[pair.a], shape_b, poses[pair.b]) ? 1 : 0;
+        const double overlap = table.one_by_one("jostle", "overlap", 0, [&](std::size_t i) {
+            return jostle::touching(shape_a, deep[pairs[i].a], shape_b, deep[pairs[i].b]);
         });
-        table.add("jostle", combination->name, "touching", count, touching, mean(), 0);
-        const std::vector<Pose3d>& deep = scene->overlapping;
-        const std::vector<double> overlap = repeat([&](const Pair& pair, std::size_t i) {
-            answer[i] = jostle::touching(shape_a, deep[pair.a], shape_b, deep[pair.b]) ? 1 : 0;
+        const double depth = table.one_by_one("jostle", "depth", 0, [&](std::size_t i) {
+            return -jostle::distance(shape_a, deep[pairs[i].a], shape_b, deep[pairs[i].b], 0)->distance;
         });
-        table.add("jostle", combination->name, "overlap", count, overlap, mean(), 0);
-        const std::vector<double> depth = repeat([&](const Pair& pair, std::size_t i) {
-            answer[i] = -jostle::distance(shape_a, deep[pair.a], shape_b, deep[pair.b], 0)->distance;
-        });
-        table.add("jostle", combination->name, "depth", count, depth, mean(), 0);
         // Each turns by 1 radian while b comes towards a.
-        const std::vector<double> impact = repeat([&](const Pair& pair, std::size_t i) {
-            const Pose3d &pose_a = poses[pair.a], &pose_b = poses[pair.b];
+        table.one_by_one("jostle", "impact", 0, [&](std::size_t i) {
+            const Pose3d &pose_a = poses[pairs[i].a], &pose_b = poses[pairs[i].b];
             jostle::Motion<3, double> moving_a{pose_a, {}, {0.6, 0.64, -0.48}},
                 moving_b{pose_b, {}, {0, -0.6, 0.8}};
             for (std::size_t d = 0; d < 3; ++d)
                 moving_b.linear[d] = pose_a.position[d] - pose_b.position[d];
             const auto hit = jostle::time_of_impact(shape_a, moving_a, shape_b, moving_b, 1e-3);
-            answer[i] = hit ? hit->time : 1;
+            return hit ? hit->time : 1;
         });
-        table.add("jostle", combination->name, "impact", count, impact, mean(), 0);
 #ifdef JOSTLE_WITH_PEERS
         if (!options.peers) continue;
         const auto [kind_a, kind_b] = std::pair(combination->a, combination->b);
         for (const auto& make : {jostle_bench::make_bullet_distances, jostle_bench::make_fcl_distances}) {
             const auto peer = make();
             if (!peer->has_touching(kind_a, kind_b)) continue;
-            peer->start(scene->bodies, scene->pairs, poses);
-            if (peer->has_distance(kind_a, kind_b, peer->open)) {
-                const std::vector<double> theirs =
-                    repeat([&](const Pair&, std::size_t i) { answer[i] = peer->distance(i, peer->open); });
-                table.add(peer->name(), combination->name, "distance", count, theirs, mean(),
-                          median(one_by_one));
-            }
-            const std::vector<double> their_touching =
-                repeat([&](const Pair&, std::size_t i) { answer[i] = peer->touching(i) ? 1 : 0; });
-            table.add(peer->name(), combination->name, "touching", count, their_touching, mean(),
-                      median(touching));
+            peer->start(scene->bodies, pairs, poses);
+            if (peer->has_distance(kind_a, kind_b, peer->open))
+                table.one_by_one(peer->name(), "distance", distance,
+                                 [&](std::size_t i) { return peer->distance(i, peer->open); });
+            table.one_by_one(peer->name(), "touching", touching,
+                             [&](std::size_t i) { return peer->touching(i); });
             const auto overlapping = make();
-            overlapping->start(scene->bodies, scene->pairs, deep);
-            const std::vector<double> their_overlap =
-                repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->touching(i) ? 1 : 0; });
-            table.add(peer->name(), combination->name, "overlap", count, their_overlap, mean(),
-                      median(overlap));
+            overlapping->start(scene->bodies, pairs, deep);
+            table.one_by_one(peer->name(), "overlap", overlap,
+                             [&](std::size_t i) { return overlapping->touching(i); });
             if (!peer->has_depth(kind_a, kind_b)) continue;
-            const std::vector<double> their_depth =
-                repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->depth(i); });
-            table.add(peer->name(), combination->name, "depth", count, their_depth, mean(), median(depth));
+            table.one_by_one(peer->name(), "depth", depth,
+                             [&](std::size_t i) { return overlapping->depth(i); });
             if (!peer->has_least_depth(kind_a, kind_b)) continue;
-            const std::vector<double> their_least =
-                repeat([&](const Pair&, std::size_t i) { answer[i] = overlapping->least_depth(i); });
-            table.add(peer->name(), combination->name, "least depth", count, their_least, mean(),
-                      median(depth));
+            table.one_by_one(peer->name(), "least depth", depth,
+                             [&](std::size_t i) { return overlapping->least_depth(i); });
         }
+#else
+        (void)touching, (void)overlap, (void)depth;
 #endif
     }
-    file.write();
+    table.finish();
 }
 
 } // namespace
 
 void add_bench_distances_command(const Command& bench)
 {
-    const Command command = bench.add(
-        "distances", "How long the distance of two shapes takes, whether they touch, and when they will",
+    add_pair_questions(
+        bench, "distances",
+        "How long the distance of two shapes takes, whether they touch, and when they will",
         R"(Pairs: of spheres, capsules, boxes, cylinders, cones, ellipsoids, hulls of 24 corners, and closed
 meshes of 1936 (link) and 50,176 triangles (mesh). Bodies are about 1 m, in double; gaps are spread from 0.02 to
 0.5 m, and the greatest distance asked for is open. One thread.
@@ -327,13 +285,11 @@ Bullet, in float, has no ellipsoids, no distance to a mesh without a limit, and 
 Examples:
   jostle bench distances
   jostle bench distances capsule-capsule mesh-mesh
-  jostle bench distances --peers --json -)");
-    const auto options = std::make_shared<PairOptions>();
-    add_pair_options(command, *options,
-                     "How many pairs (10000); of hulls, cylinders, cones and ellipsoids a quarter, of "
-                     "meshes 1 to 5 of 1000 as many",
-                     "Other bodies of the same kind (1)", "Bullet and FCL as well, where the build has them");
-    command.on_run([options] { run(*options); });
+  jostle bench distances --peers --json -)",
+        run,
+        "How many pairs (10000); of hulls, cylinders, cones and ellipsoids a quarter, of "
+        "meshes 1 to 5 of 1000 as many",
+        "Other bodies of the same kind (1)", "Bullet and FCL as well, where the build has them");
 }
 
 } // namespace jostle_tool

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -93,6 +94,20 @@ class Command
   private:
     CLI::App* app_;
 };
+
+/// What there is to choose from, each with a name and a summary, as help lists it: a summary stands so far
+/// from where its name begins.
+template <class Entries>
+std::string listed(const std::string& title, const Entries& entries, std::size_t width)
+{
+    std::string text = title + ":\n";
+    for (const auto& entry : entries) {
+        std::string name(entry.name);
+        name.resize(width, ' ');
+        text += "  " + name + std::string(entry.summary) + "\n";
+    }
+    return text;
+}
 
 /// Refuses what was given for an option; the message ends with where help is.
 [[noreturn]] void refuse(const std::string& option, const std::string& why);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -10,85 +8,96 @@
 #include <string>
 #include <vector>
 
-#include "bench_options.hpp"
+#include "bench_run.hpp"
 #include "numbers.hpp"
-#include "options.hpp"
-#include "rows.hpp"
+#include "turns.hpp"
 
 /// How `jostle bench distances` and `jostle bench plane` time questions about pairs, and show the times.
 
 namespace jostle_tool {
 
-struct PairOptions
+/// A part about questions, and the options of such; the last three are of help.
+inline void add_pair_questions(const Command& bench, const std::string& name, const std::string& summary,
+                               const std::string& footer, void (*run)(const BenchOptions&),
+                               const std::string& pairs, const std::string& seed, const std::string& peers)
 {
-    std::vector<std::string> combinations;
-    std::uint64_t pairs = 10'000;
-    std::uint32_t repetitions = 7;
-    std::uint64_t seed = 1;
-    bool peers = false;
-    std::string json;
-};
-inline void add_pair_options(const Command& command, PairOptions& options, const std::string& pairs,
-                             const std::string& seed, const std::string& peers)
-{
-    command.texts("PAIR", options.combinations, "Which pairs of shapes; all if none is given");
-    command.number("-n", options.pairs, 1, 10'000'000, "N", pairs);
-    command.number("--repetitions", options.repetitions, 1, 100'000, "R", "How often each is asked (7)");
+    const auto [command, options] =
+        add_bench_part(bench, name, summary, footer, run, {.count = 10'000, .frames = 7});
+    command.texts("PAIR", options.names, "Which pairs of shapes; all if none is given");
+    command.number("-n", options.count, 1, 10'000'000, "N", pairs);
+    command.number("--repetitions", options.frames, 1, 100'000, "R", "How often each is asked (7)");
     command.seed(options.seed, seed);
     command.flag("--peers", options.peers, peers);
     add_rows_file_option(command, options.json);
 }
 
-/// The times of some repetitions, ns a pair, in ascending order.
-template <class Ask>
-std::vector<double> measure(std::size_t pairs, std::uint32_t repetitions, const Ask& ask)
-{
-    using Clock = std::chrono::steady_clock;
-    std::vector<double> ns;
-    for (std::uint32_t r = 0; r <= repetitions; ++r) {
-        const Clock::time_point before = Clock::now();
-        ask();
-        const double time = std::chrono::duration<double, std::nano>(Clock::now() - before).count();
-        if (r > 0) ns.push_back(time / static_cast<double>(pairs));
-    }
-    std::sort(ns.begin(), ns.end());
-    return ns;
-}
-
 /// Rows of a table on the screen, where it is shown, and of a file.
-class PairTimings
+class PairTimings : public BenchTable
 {
   public:
-    explicit PairTimings(RowsFile& file) : file_(file), shown_(file.beside_table())
+    explicit PairTimings(const BenchOptions& options) : BenchTable(options), repetitions_(options.frames)
     {
-        if (shown_)
+        if (shown())
             std::printf("%-19s %-11s %6s  %-8s %11s %11s %11s %14s\n", "pair", "question", "pairs", "system",
                         "ns/pair", "min", "max", "mean answer");
     }
-    void add(const char* system, const char* pair, const char* question, std::size_t pairs,
-             const std::vector<double>& ns, double mean, double reference_ns)
+    /// So many pairs, of which the next rows are.
+    void start(const char* pair, std::uint64_t count)
     {
-        JsonRow json;
-        json.set("system", system);
-        json.set("pair", pair);
-        json.set("question", question);
-        json.set("pairs", pairs);
-        json.set("median_ns", std::round(median(ns) * 10) / 10);
-        json.set("min_ns", std::round(ns.front() * 10) / 10);
-        json.set("max_ns", std::round(ns.back() * 10) / 10);
-        json.set("mean", rounded(mean));
-        file_.add(json);
-        if (!shown_) return;
-        std::printf("%-19s %-11s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", pair, question, pairs, system,
-                    median(ns), ns.front(), ns.back(), mean);
+        pair_ = pair;
+        answers_.assign(count, 0);
+    }
+    /// A row of answers that ask(i) gives one by one. Returns the median ns, to be others' reference.
+    template <class Ask>
+    double one_by_one(const char* system, const char* question, double reference_ns, const Ask& ask)
+    {
+        return together(
+            system, question, reference_ns,
+            [&] {
+                for (std::size_t i = 0; i < answers_.size(); ++i)
+                    answers_[i] = static_cast<double>(ask(i));
+            },
+            [](std::vector<double>&) {});
+    }
+    /// The same of all that ask() gives at once, and `tell` says afterwards.
+    template <class Ask, class Tell>
+    double together(const char* system, const char* question, double reference_ns, const Ask& ask,
+                    const Tell& tell)
+    {
+        std::vector<double> ns = sorted_times(1, repetitions_, [](std::uint32_t) {}, ask);
+        for (double& time : ns)
+            time *= 1e6 / static_cast<double>(answers_.size());
+        tell(answers_);
+        double sum = 0;
+        for (const double answer : answers_)
+            sum += answer;
+        add_row(system, question, ns, sum / static_cast<double>(answers_.size()), reference_ns);
+        return median(ns);
+    }
+
+  private:
+    void add_row(const char* system, const char* question, const std::vector<double>& ns, double mean,
+                 double reference_ns)
+    {
+        add({{"system", system},
+             {"pair", pair_},
+             {"question", question},
+             {"pairs", answers_.size()},
+             {"median_ns", std::round(median(ns) * 10) / 10},
+             {"min_ns", std::round(ns.front() * 10) / 10},
+             {"max_ns", std::round(ns.back() * 10) / 10},
+             {"mean", rounded(mean)}});
+        if (!shown()) return;
+        std::printf("%-19s %-11s %6zu  %-8s %11.1f %11.1f %11.1f %14.6f", pair_, question, answers_.size(),
+                    system, median(ns), ns.front(), ns.back(), mean);
         if (reference_ns > 0) std::printf("   %.1fx", median(ns) / reference_ns);
         std::printf("\n");
         std::fflush(stdout);
     }
 
-  private:
-    RowsFile& file_;
-    bool shown_;
+    std::uint32_t repetitions_;
+    const char* pair_ = nullptr;
+    std::vector<double> answers_;
 };
 
 } // namespace jostle_tool

@@ -11,13 +11,9 @@
 
 #include "bench/plane_peers.hpp"
 #include "bench_bodies.hpp"
-#include "bench_options.hpp"
 #include "commands.hpp"
 #include "jostle/contact.hpp"
-#include "options.hpp"
 #include "pair_timings.hpp"
-#include "rows.hpp"
-#include "threads.hpp"
 
 namespace jostle_tool {
 
@@ -117,44 +113,27 @@ std::unique_ptr<Scene> make_scene(const Combination& combination, std::uint64_t 
     return made;
 }
 
-void run(const PairOptions& options)
+void run(const BenchOptions& options)
 {
     const std::vector<const Combination*> wanted =
-        choose(options.combinations, all_combinations, "pair of shapes that is measured");
-    check_for_peers(options.peers);
-    RowsFile file(options.json);
-    PairTimings table(file);
+        choose(options.names, all_combinations, "pair of shapes that is measured");
+    PairTimings table(options);
     for (const Combination* combination : wanted) {
-        const std::uint64_t count = options.pairs;
+        const std::uint64_t count = options.count;
         const std::unique_ptr<Scene> made = make_scene(*combination, count, options.seed);
         const Scene& scene = *made;
         const Shape2& shape = scene.shape;
-        std::vector<double> answer(count);
-        const auto mean = [&] {
-            double sum = 0;
-            for (const double x : answer)
-                sum += x;
-            return sum / static_cast<double>(count);
-        };
-        /// Times ask(i), whose answers are kept, and adds a row.
-        const auto add = [&](const char* system, const char* question, double reference, const auto& ask) {
-            const std::vector<double> ns = measure(count, options.repetitions, [&] {
-                for (std::size_t i = 0; i < count; ++i)
-                    answer[i] = ask(i);
-            });
-            table.add(system, combination->name, question, count, ns, mean(), reference);
-            return median(ns);
-        };
-        const double distance = add("jostle", "distance", 0, [&](std::size_t i) {
+        table.start(combination->name, count);
+        const double distance = table.one_by_one("jostle", "distance", 0, [&](std::size_t i) {
             return jostle::distance(shape, scene.a[i], shape, scene.b[i], 1e9)->distance;
         });
-        const double touching = add("jostle", "touching", 0, [&](std::size_t i) {
-            return jostle::touching(shape, scene.a[i], shape, scene.b[i]) ? 1 : 0;
+        const double touching = table.one_by_one("jostle", "touching", 0, [&](std::size_t i) {
+            return jostle::touching(shape, scene.a[i], shape, scene.b[i]);
         });
-        const double overlap = add("jostle", "overlap", 0, [&](std::size_t i) {
-            return jostle::touching(shape, scene.a[i], shape, scene.overlapping[i]) ? 1 : 0;
+        const double overlap = table.one_by_one("jostle", "overlap", 0, [&](std::size_t i) {
+            return jostle::touching(shape, scene.a[i], shape, scene.overlapping[i]);
         });
-        add("jostle", "depth", 0, [&](std::size_t i) {
+        table.one_by_one("jostle", "depth", 0, [&](std::size_t i) {
             return -jostle::distance(shape, scene.a[i], shape, scene.overlapping[i], 0)->distance;
         });
         std::vector<Shape2> shapes(2 * count, shape);
@@ -164,37 +143,41 @@ void run(const PairOptions& options)
         for (std::uint32_t i = 0; i < count; ++i)
             pairs.push_back({i, static_cast<std::uint32_t>(count) + i});
         jostle::ContactFinder2d finder({.executor = &jostle::serial_executor()});
-        const std::vector<double> batch =
-            measure(count, options.repetitions, [&] { (void)finder.find(shapes, poses, pairs); });
-        std::size_t next = 0;
-        for (const jostle::Contact2d& contact : finder.find(shapes, poses, pairs))
-            answer[next++] = contact.count;
-        table.add("jostle", combination->name, "contacts", count, batch, mean(), 0);
+        const double batch = table.together(
+            "jostle", "contacts", 0, [&] { (void)finder.find(shapes, poses, pairs); },
+            [&](std::vector<double>& answers) {
+                std::size_t next = 0;
+                for (const jostle::Contact2d& contact : finder.find(shapes, poses, pairs))
+                    answers[next++] = contact.count;
+            });
 #ifdef JOSTLE_WITH_PEERS
         if (!options.peers) continue;
         const auto peer = jostle_bench::make_box2d_shapes();
         if (!peer->has_distance(scene.given, scene.given)) continue;
         peer->start(scene.given, scene.given, scene.a, scene.b);
-        add(peer->name(), "distance", distance, [&](std::size_t i) { return peer->distance(i); });
-        add(peer->name(), "touching", touching, [&](std::size_t i) { return peer->touching(i) ? 1 : 0; });
+        table.one_by_one(peer->name(), "distance", distance,
+                         [&](std::size_t i) { return peer->distance(i); });
+        table.one_by_one(peer->name(), "touching", touching,
+                         [&](std::size_t i) { return peer->touching(i); });
         peer->start(scene.given, scene.given, scene.a, scene.overlapping);
-        add(peer->name(), "overlap", overlap, [&](std::size_t i) { return peer->touching(i) ? 1 : 0; });
+        table.one_by_one(peer->name(), "overlap", overlap, [&](std::size_t i) { return peer->touching(i); });
         if (peer->has_contacts(scene.given, scene.given))
-            add(peer->name(), "contacts", median(batch),
-                [&](std::size_t i) { return peer->contact_points(i); });
+            table.one_by_one(peer->name(), "contacts", batch,
+                             [&](std::size_t i) { return peer->contact_points(i); });
 #else
-        (void)distance, (void)touching, (void)overlap;
+        (void)distance, (void)touching, (void)overlap, (void)batch;
 #endif
     }
-    file.write();
+    table.finish();
 }
 
 } // namespace
 
 void add_bench_plane_command(const Command& bench)
 {
-    const Command command = bench.add(
-        "plane", "How long the distance of two shapes in 2D takes, whether they touch, and their contact",
+    add_pair_questions(
+        bench, "plane",
+        "How long the distance of two shapes in 2D takes, whether they touch, and their contact",
         R"(Pairs: two circles, capsules, boxes, triangles, octagons, polygons of 24 or 100 corners, or ellipses.
 Bodies are about 1 m, in double; gaps are spread from 0.02 to 0.5 m, and the greatest distance asked for is
 open. One thread.
@@ -207,11 +190,9 @@ Box2D, in float, has no ellipses, no depth, no contact of two capsules, and poly
 Examples:
   jostle bench plane
   jostle bench plane boxes octagons
-  jostle bench plane --peers --json -)");
-    const auto options = std::make_shared<PairOptions>();
-    add_pair_options(command, *options, "How many pairs (10000)", "Other poses of the same kind (1)",
-                     "Box2D as well, where the build has it");
-    command.on_run([options] { run(*options); });
+  jostle bench plane --peers --json -)",
+        run, "How many pairs (10000)", "Other poses of the same kind (1)",
+        "Box2D as well, where the build has it");
 }
 
 } // namespace jostle_tool

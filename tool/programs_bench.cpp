@@ -14,7 +14,8 @@
 
 #include "bench/distance_peers.hpp"
 #include "bench/program_peers.hpp"
-#include "bench_options.hpp"
+#include "bench_bodies.hpp"
+#include "bench_run.hpp"
 #include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/box_index.hpp"
@@ -23,8 +24,6 @@
 #include "jostle/responses.hpp"
 #include "jostle/world.hpp"
 #include "numbers.hpp"
-#include "options.hpp"
-#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/random.hpp"
 
@@ -35,17 +34,6 @@ namespace {
 using jostle::Aabb3f;
 using jostle::Pair;
 using jostle::Vec3f;
-
-struct Options
-{
-    std::vector<std::string> programs;
-    double size = 1;
-    std::vector<std::uint32_t> threads{1};
-    std::uint32_t repetitions = 7;
-    std::uint64_t seed = 1;
-    bool peers = false;
-    std::string json;
-};
 
 /// One part of a program, as one system does it.
 struct Part
@@ -166,9 +154,9 @@ struct Match
     std::vector<jostle::Ray3f> rays;
 };
 
-Parts run_server(const Options& options, jostle::Executor& executor)
+Parts run_server(const BenchOptions& options, jostle::Executor& executor)
 {
-    Match match(options.size, options.seed);
+    Match match(options.scale, options.seed);
     jostle::World3f world({.executor = &executor});
     std::vector<jostle::ObjectId> ids(match.bodies.size()), zone_ids(match.zones.size()),
         prop_ids(match.props.size());
@@ -182,7 +170,7 @@ Parts run_server(const Options& options, jostle::Executor& executor)
     std::vector<jostle::ObjectId> moved;
     jostle::ResultLists<jostle::ObjectId> seen;
     std::vector<jostle::ObjectHit<float>> hits(match.rays.size());
-    for (std::uint32_t k = 0; k < options.repetitions; ++k) {
+    for (std::uint32_t k = 0; k < options.frames; ++k) {
         match.tick();
         moved.clear();
         for (const std::uint32_t i : match.moved)
@@ -217,9 +205,9 @@ Parts run_server(const Options& options, jostle::Executor& executor)
 }
 
 #ifdef JOSTLE_WITH_PEERS
-Parts run_server_peer(const Options& options, jostle_bench::ServerPeer& peer)
+Parts run_server_peer(const BenchOptions& options, jostle_bench::ServerPeer& peer)
 {
-    Match match(options.size, options.seed);
+    Match match(options.scale, options.seed);
     peer.start(match.bodies, match.zones, match.props);
     Parts parts{{"move", {}}, {"sight", {}}, {"shots", {}}};
     parts[2].left_out = !peer.has_shots();
@@ -228,7 +216,7 @@ Parts run_server_peer(const Options& options, jostle_bench::ServerPeer& peer)
     std::vector<std::size_t> first;
     std::vector<std::uint32_t> seen;
     std::vector<jostle::Hitf> hits(match.rays.size());
-    for (std::uint32_t k = 0; k < options.repetitions; ++k) {
+    for (std::uint32_t k = 0; k < options.frames; ++k) {
         match.tick();
         timed(parts[0], [&] { peer.move(match.moved, match.boxes, began, ended); });
         for (const Pair pair : began)
@@ -330,9 +318,9 @@ void sum_up(const Grains& grains, const std::vector<Pair>& pairs, const std::vec
     parts[1].tolerance = 1e-4; // sums in other orders
 }
 
-Parts run_grains(const Options& options, jostle::Executor& executor)
+Parts run_grains(const BenchOptions& options, jostle::Executor& executor)
 {
-    const Grains grains(options.size, options.seed);
+    const Grains grains(options.scale, options.seed);
     const std::size_t count = grains.centers.size();
     Parts parts{{"search", {}}, {"forces", {}}};
     jostle::PeriodicImages3f images({.executor = &executor});
@@ -343,7 +331,7 @@ Parts run_grains(const Options& options, jostle::Executor& executor)
     std::vector<Vec3f> shifts;
     std::span<const Vec3f> forces;
     const jostle::ProcessOptions process{.executor = &executor};
-    for (std::uint32_t k = 0; k < options.repetitions; ++k) {
+    for (std::uint32_t k = 0; k < options.frames; ++k) {
         timed(parts[0], [&] {
             jostle::bounds(grains.shapes, grains.poses, boxes, skin / 2, executor);
             images.build(boxes, {grains.period, grains.period, 0});
@@ -382,13 +370,13 @@ Parts run_grains(const Options& options, jostle::Executor& executor)
 }
 
 #ifdef JOSTLE_WITH_PEERS
-Parts run_grains_peer(const Options& options, jostle_bench::NeighboursPeer& peer)
+Parts run_grains_peer(const BenchOptions& options, jostle_bench::NeighboursPeer& peer)
 {
-    const Grains grains(options.size, options.seed);
+    const Grains grains(options.scale, options.seed);
     Parts parts{{"search", {}}, {"forces", {}}};
     std::vector<Pair> pairs;
     std::vector<Vec3f> shifts, forces;
-    for (std::uint32_t k = 0; k < options.repetitions; ++k) {
+    for (std::uint32_t k = 0; k < options.frames; ++k) {
         timed(parts[0], [&] { peer.find(grains.centers, grains.radii, grains.period, skin, pairs, shifts); });
         timed(parts[1], [&] {
             forces.assign(grains.centers.size(), {});
@@ -419,20 +407,13 @@ struct Surface
     Surface(std::uint32_t rings, const Vec3d& size, double waves)
     {
         constexpr double pi = 3.14159265358979;
-        const std::uint32_t sectors = 2 * rings;
-        for (std::uint32_t i = 0; i <= rings; ++i)
-            for (std::uint32_t j = 0; j < sectors; ++j) {
-                const double t = pi * i / rings, p = pi * j / rings;
-                const double r = 1 + waves * std::sin(5 * t) * std::cos(7 * p);
-                points.push_back({size[0] * r * std::sin(t) * std::cos(p), size[1] * r * std::cos(t),
-                                  size[2] * r * std::sin(t) * std::sin(p)});
-            }
-        for (std::uint32_t i = 0; i < rings; ++i)
-            for (std::uint32_t j = 0; j < sectors; ++j) {
-                const std::uint32_t k = (j + 1) % sectors, at = i * sectors, below = at + sectors;
-                triangles.push_back({at + j, below + j, below + k});
-                triangles.push_back({at + j, below + k, at + k});
-            }
+        const auto place = [&](std::uint32_t i, std::uint32_t j) -> Vec3d {
+            const double t = pi * i / rings, p = pi * j / rings;
+            const double r = 1 + waves * std::sin(5 * t) * std::cos(7 * p);
+            return {size[0] * r * std::sin(t) * std::cos(p), size[1] * r * std::cos(t),
+                    size[2] * r * std::sin(t) * std::sin(p)};
+        };
+        close_surface(rings, place, points, triangles);
     }
     std::vector<Vec3d> points;
     std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -482,9 +463,9 @@ constexpr const char* arm_parts[2][4] = {
     {"capsules: rock", "capsules: self", "capsules: first", "capsules: distances"},
     {"meshes: rock", "meshes: self", "meshes: first", "meshes: distances"}};
 
-Parts run_planner(const Options& options, jostle::Executor& executor)
+Parts run_planner(const BenchOptions& options, jostle::Executor& executor)
 {
-    const Arm arm(options.size, options.seed);
+    const Arm arm(options.scale, options.seed);
     const jostle::Mesh<3> rock(arm.rock.points, arm.rock.triangles),
         link(arm.link.points, arm.link.triangles);
     const std::vector<jostle::Shape3> rocks{rock};
@@ -510,7 +491,7 @@ Parts run_planner(const Options& options, jostle::Executor& executor)
         std::vector<jostle::Distance3d> gaps(arm.count);
         std::vector<std::uint64_t> nearest(arm.count), offsets;
         std::vector<double> room(arm.count);
-        for (std::uint32_t k = 0; k < options.repetitions; ++k) {
+        for (std::uint32_t k = 0; k < options.frames; ++k) {
             timed(parts[0], [&] { // what of the arm touches the rock
                 jostle::bounds(around, arm.poses, boxes, 0, executor);
                 near = pair_finder.find(boxes, rock_boxes, {}, jostle::Order::sorted).to_vector();
@@ -552,12 +533,12 @@ Parts run_planner(const Options& options, jostle::Executor& executor)
 
 #ifdef JOSTLE_WITH_PEERS
 /// Asked pair after pair: every link is tried against the rock, whose own tree tells that it is far.
-Parts run_planner_peer(const Options& options,
+Parts run_planner_peer(const BenchOptions& options,
                        const std::function<std::unique_ptr<jostle_bench::DistancePeer>()>& make)
 {
     using jostle_bench::BodyKind;
     using jostle_bench::BodyShape;
-    const Arm arm(options.size, options.seed);
+    const Arm arm(options.scale, options.seed);
     Parts all;
     for (const std::size_t kind : {std::size_t{0}, std::size_t{1}}) {
         Parts parts;
@@ -644,11 +625,11 @@ Parts run_planner_peer(const Options& options,
 // --- What other programs have asked of boxes ---
 
 /// The answers are numbers of pairs; `join`, `all` and `find` have the same.
-Parts run_boxes(const Options& options, jostle::Executor& executor)
+Parts run_boxes(const BenchOptions& options, jostle::Executor& executor)
 {
     Numbers random(options.seed);
     const auto cubes = [&](double count, float edge, float world) {
-        std::vector<Aabb3f> boxes(static_cast<std::size_t>(count * options.size) + 1);
+        std::vector<Aabb3f> boxes(static_cast<std::size_t>(count * options.scale) + 1);
         for (Aabb3f& box : boxes)
             for (int d = 0; d < 3; ++d) {
                 box.lo[d] = random.uniform(0, world);
@@ -657,7 +638,7 @@ Parts run_boxes(const Options& options, jostle::Executor& executor)
         return boxes;
     };
     const std::vector<Aabb3f> crowd = cubes(80'000, 0.4f, 2), one = {{{1, 1, 1}, {1.4f, 1.4f, 1.4f}}};
-    const float world = 60 * std::cbrt(static_cast<float>(options.size));
+    const float world = 60 * std::cbrt(static_cast<float>(options.scale));
     const std::vector<Aabb3f> objects = cubes(220'000, 0.5f, world), questions = cubes(20'000, 4.7f, world);
     std::vector<Aabb3f> boxes = objects;
     std::vector<std::uint32_t> ids;
@@ -671,7 +652,7 @@ Parts run_boxes(const Options& options, jostle::Executor& executor)
     crowded.build(crowd);
     std::pmr::vector<Pair> joined;
     jostle::ResultLists<std::uint32_t> lists;
-    for (std::uint32_t k = 0; k < options.repetitions; ++k) {
+    for (std::uint32_t k = 0; k < options.frames; ++k) {
         timed(parts[0], [&] { parts[0].answer = static_cast<double>(finder.find(crowd, one).size()); });
         timed(parts[1], [&] { crowded.join(one, joined); });
         parts[1].answer = static_cast<double>(joined.size());
@@ -707,7 +688,7 @@ struct Program
 {
     const char* name;
     const char* summary;
-    Parts (*run)(const Options&, jostle::Executor&);
+    Parts (*run)(const BenchOptions&, jostle::Executor&);
 };
 constexpr Program programs[] = {
     {"server", "20,000 players among 300 zones and 200,000 props", run_server},
@@ -718,7 +699,7 @@ constexpr Program programs[] = {
 
 #ifdef JOSTLE_WITH_PEERS
 using NamedParts = std::pair<std::string, Parts>;
-std::vector<NamedParts> run_peers(const Options& options, const std::string& program)
+std::vector<NamedParts> run_peers(const BenchOptions& options, const std::string& program)
 {
     std::vector<NamedParts> all;
     if (program == "server")
@@ -739,24 +720,24 @@ std::vector<NamedParts> run_peers(const Options& options, const std::string& pro
 }
 #endif
 
-class Table
+class Table : public BenchTable
 {
   public:
-    explicit Table(RowsFile& file) : file_(file), print_(file.beside_table())
+    explicit Table(const BenchOptions& options) : BenchTable(options)
     {
-        if (print_)
+        if (shown())
             std::printf("%-8s %8s  %-20s %-8s %12s %12s\n", "program", "threads", "part", "system",
                         "ms, median", "min");
     }
     /// `ours` is what it is compared with.
-    void add(const char* program, std::uint32_t threads, const std::string& system, const Parts& parts,
-             const Parts* ours = nullptr)
+    void add_parts(const char* program, std::uint32_t threads, const std::string& system, const Parts& parts,
+                   const Parts* ours = nullptr)
     {
         double total = 0, total_ours = 0;
         for (std::size_t i = 0; i < parts.size(); ++i) {
             const Part& part = parts[i];
             if (part.left_out) {
-                if (print_)
+                if (shown())
                     std::printf("%-8s %8u  %-20s %-8s %12s %12s\n", program, threads, part.name,
                                 system.c_str(), "-", "-");
                 continue;
@@ -768,8 +749,8 @@ class Table
                 const double allowed = part.tolerance * std::max(std::abs(mine.answer), 1e-9);
                 same = std::abs(part.answer - mine.answer) <= allowed;
                 if (!same)
-                    difference_ = system + " and jostle differ: " + program + ", " + part.name + ", " +
-                                  std::to_string(part.answer) + " and " + std::to_string(mine.answer);
+                    differ(system + " and jostle differ: " + program + ", " + part.name + ", " +
+                           std::to_string(part.answer) + " and " + std::to_string(mine.answer));
                 times = median(part.ms) / median(mine.ms);
                 total_ours += median(mine.ms);
             }
@@ -780,7 +761,6 @@ class Table
         print(program, threads, "total", system, total, total,
               ours == nullptr ? std::nullopt : std::optional(total / total_ours), true, {});
     }
-    [[nodiscard]] const std::string& difference() const { return difference_; }
 
   private:
     void print(const char* program, std::uint32_t threads, const char* part, const std::string& system,
@@ -790,49 +770,40 @@ class Table
         JsonRow row{{"system", system},   {"program", program},       {"part", part},
                     {"threads", threads}, {"median_ms", rounded(ms)}, {"min_ms", rounded(least)}};
         if (answer) row.set("answer", std::abs(*answer) < 1e9 ? rounded(*answer) : *answer);
-        file_.add(row);
-        if (!print_) return;
+        add(row);
+        if (!shown()) return;
         std::printf("%-8s %8u  %-20s %-8s %12.3f %12.3f", program, threads, part, system.c_str(), ms, least);
         if (times) std::printf(" %6.1fx%s", *times, same ? "" : "  DIFFERENT");
         std::printf("\n");
         std::fflush(stdout);
     }
-    RowsFile& file_;
-    bool print_;
-    std::string difference_;
 };
 
-void run(const Options& options)
+void run(const BenchOptions& options)
 {
-    const std::vector<const Program*> wanted = choose(options.programs, programs, "program that is measured");
-    check_for_peers(options.peers);
-    RowsFile file(options.json);
-    Table table(file);
+    const std::vector<const Program*> wanted = choose(options.names, programs, "program that is measured");
+    Table table(options);
     for (const Program* program : wanted)
         for (const std::uint32_t count : options.threads) {
             const Threads threads(count);
             const Parts ours = program->run(options, threads.executor());
-            table.add(program->name, threads.count(), "jostle", ours);
+            table.add_parts(program->name, threads.count(), "jostle", ours);
 #ifdef JOSTLE_WITH_PEERS
             if (!options.peers || threads.count() != 1 || program->run == run_boxes) continue;
             for (const auto& [name, theirs] : run_peers(options, program->name))
-                table.add(program->name, 1, name, theirs, &ours);
+                table.add_parts(program->name, 1, name, theirs, &ours);
 #endif
         }
-    file.write();
-    if (!table.difference().empty()) throw std::runtime_error(table.difference());
+    table.finish();
 }
 
 } // namespace
 
 void add_bench_programs_command(const Command& bench)
 {
-    std::string help = "Programs:\n";
-    for (const Program& program : programs)
-        help += "  " + std::string(program.name) + std::string(10 - std::string(program.name).size(), ' ') +
-                program.summary + "\n";
-    const Command command =
-        bench.add("programs", "What whole programs take: a game server, grains, a planner", help + R"(
+    const auto [command, options] =
+        add_bench_part(bench, "programs", "What whole programs take: a game server, grains, a planner",
+                       listed("Programs", programs, 10) + R"(
 Each row is one part of a program, once: a tick's moves with their events, who sees whom, shots; a search for a
 Verlet list, forces summed up; what touches the rock, the arm itself, the first link that does, distances. The
 total is the sum of the parts that all systems may have; beside it stands how many times ours of the same parts it
@@ -846,17 +817,16 @@ finds some that don't touch. Answers must agree: if they don't, the exit status 
 Examples:
   jostle bench programs
   jostle bench programs server --peers
-  jostle bench programs --size 0.1 --threads 1,2 --json -)");
-    const auto options = std::make_shared<Options>();
-    command.texts("PROGRAM", options->programs, "Which programs; all if none is given");
-    command.number_between("--size", options->size, 0.001, 100.0, "X",
+  jostle bench programs --size 0.1 --threads 1,2 --json -)",
+                       run, {.threads = {1}, .frames = 7});
+    command.texts("PROGRAM", options.names, "Which programs; all if none is given");
+    command.number_between("--size", options.scale, 0.001, 100, "X",
                            "How many times as many objects as above (1)");
-    add_thread_counts_option(command, options->threads);
-    command.number("--repetitions", options->repetitions, 1, 100'000, "R", "How often each part is done (7)");
-    command.seed(options->seed, "Other objects of the same kind (1)");
-    command.flag("--peers", options->peers, "Other systems as well, where the build has them");
-    add_rows_file_option(command, options->json);
-    command.on_run([options] { run(*options); });
+    add_thread_counts_option(command, options.threads);
+    command.number("--repetitions", options.frames, 1, 100'000, "R", "How often each part is done (7)");
+    command.seed(options.seed, "Other objects of the same kind (1)");
+    command.flag("--peers", options.peers, "Other systems as well, where the build has them");
+    add_rows_file_option(command, options.json);
 }
 
 } // namespace jostle_tool

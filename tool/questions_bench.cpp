@@ -10,14 +10,12 @@
 
 #include "asker.hpp"
 #include "bench/question_peers.hpp"
-#include "bench_options.hpp"
+#include "bench_run.hpp"
 #include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/box_index.hpp"
 #include "numbers.hpp"
-#include "options.hpp"
 #include "progress.hpp"
-#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 
@@ -56,17 +54,6 @@ constexpr Row rows[] = {
     {"count-20%", "... of a fifth of the world's edge", {QuestionKind::box, 200, 0, true}},
 };
 
-struct Options
-{
-    std::vector<std::string> scenes{"uniform"};
-    std::vector<std::uint64_t> sizes{10'000, 100'000, 1'000'000};
-    std::vector<std::uint32_t> threads{0};
-    std::uint32_t repetitions = 5;
-    std::uint64_t seed = 1;
-    bool peers = false;
-    std::string json;
-};
-
 /// Some systems take milliseconds for one question: a batch that has taken this long isn't asked again.
 constexpr double patience_ms = 1'000;
 
@@ -85,27 +72,26 @@ double median_of(std::uint32_t repetitions, const Run& run)
     return median(std::move(times));
 }
 
-class Table
+class Table : public BenchTable
 {
   public:
-    explicit Table(RowsFile& file) : file_(file), print_(file.beside_table())
+    explicit Table(const BenchOptions& options) : BenchTable(options)
     {
-        if (!print_) return;
+        if (!shown()) return;
         std::printf("%-10s %10s %8s %-10s %-8s %12s %12s %8s\n", "scene", "n", "threads", "question",
                     "system", "us each", "results", "");
     }
-    void add(const std::string& scene, std::uint64_t n, std::uint32_t threads, const Row& row,
-             const std::string& system, double us, const Answers& answers)
+    void add_row(const std::string& scene, std::uint64_t n, std::uint32_t threads, const Row& row,
+                 const std::string& system, double us, const Answers& answers)
     {
         const double each = us / row.batch.questions;
         if (system == "jostle") {
             ours_ = each;
             expected_ = answers;
         } else if (!(answers == expected_)) {
-            difference_ =
-                system + " and jostle differ: " + scene + ", " + std::to_string(n) + ", " + row.name;
+            differ(system + " and jostle differ: " + scene + ", " + std::to_string(n) + ", " + row.name);
         }
-        if (print_) {
+        if (shown()) {
             const double share = static_cast<double>(answers.results) / row.batch.questions;
             std::printf("%-10s %10llu %8u %-10s %-8s %12.3f %12.1f", scene.c_str(),
                         static_cast<unsigned long long>(n), threads, row.name, system.c_str(), each, share);
@@ -114,36 +100,32 @@ class Table
             std::printf("\n");
             std::fflush(stdout);
         }
-        file_.add({{"system", system},
-                   {"scene", scene},
-                   {"n", n},
-                   {"threads", threads},
-                   {"question", row.name},
-                   {"questions", row.batch.questions},
-                   {"us_each", rounded(each)},
-                   {"results", answers.results},
-                   {"checksum", std::to_string(answers.checksum)}});
+        add({{"system", system},
+             {"scene", scene},
+             {"n", n},
+             {"threads", threads},
+             {"question", row.name},
+             {"questions", row.batch.questions},
+             {"us_each", rounded(each)},
+             {"results", answers.results},
+             {"checksum", std::to_string(answers.checksum)}});
     }
     void add_build(const std::string& scene, std::uint64_t n, std::uint32_t threads, double ms)
     {
-        if (print_)
+        if (shown())
             std::printf("%-10s %10llu %8u %-10s %-8s %9.3f ms\n", scene.c_str(),
                         static_cast<unsigned long long>(n), threads, "build", "jostle", ms);
-        file_.add({{"system", "jostle"},
-                   {"scene", scene},
-                   {"n", n},
-                   {"threads", threads},
-                   {"question", "build"},
-                   {"ms", rounded(ms)}});
+        add({{"system", "jostle"},
+             {"scene", scene},
+             {"n", n},
+             {"threads", threads},
+             {"question", "build"},
+             {"ms", rounded(ms)}});
     }
-    [[nodiscard]] const std::string& difference() const { return difference_; }
 
   private:
-    RowsFile& file_;
-    bool print_;
     double ours_ = 0;
     Answers expected_;
-    std::string difference_;
 };
 
 double ask_ours(const BoxIndex3f& index, const Row& row, const Questions& questions,
@@ -218,7 +200,7 @@ double ask_ours(const BoxIndex3f& index, const Row& row, const Questions& questi
     return time;
 }
 
-void measure(const Options& options, const std::string& scene_name, std::uint64_t n, Table& table)
+void measure(const BenchOptions& options, const std::string& scene_name, std::uint64_t n, Table& table)
 {
     const jostle_scenes::Scene<3, float> scene(scene_name, n, options.seed);
     const std::span<const Aabb3f> boxes = scene.boxes();
@@ -234,68 +216,60 @@ void measure(const Options& options, const std::string& scene_name, std::uint64_
         const Threads threads(count);
         BoxIndex3f index({.executor = &threads.executor()});
         table.add_build(scene_name, n, threads.count(),
-                        median_of(std::min(options.repetitions, 3u), [&] { index.build(boxes); }) / 1000);
+                        median_of(std::min(options.frames, 3u), [&] { index.build(boxes); }) / 1000);
         Asker asker(boxes, options.seed);
         for (const Row& row : rows) {
             const Questions questions = asker.make(row.batch);
             Answers answers;
-            const double time = ask_ours(index, row, questions, options.repetitions, answers);
-            table.add(scene_name, n, threads.count(), row, "jostle", time, answers);
+            const double time = ask_ours(index, row, questions, options.frames, answers);
+            table.add_row(scene_name, n, threads.count(), row, "jostle", time, answers);
 #ifdef JOSTLE_WITH_PEERS
             for (const auto& peer : peers) {
                 if (!peer->answers(row.batch.kind)) continue;
                 AskedPeer asked(*peer, row.batch, questions, threads.count());
-                const double peer_time = median_of(options.repetitions, [&] { asked.ask(); });
+                const double peer_time = median_of(options.frames, [&] { asked.ask(); });
                 const Answers theirs = asked.answers();
-                table.add(scene_name, n, threads.count(), row, peer->name(), peer_time, theirs);
+                table.add_row(scene_name, n, threads.count(), row, peer->name(), peer_time, theirs);
             }
 #endif
         }
     }
 }
 
-void run(const Options& options)
+void run(const BenchOptions& options)
 {
     check_for_peers(options.peers);
-    check_scenes(options.scenes);
-    RowsFile file(options.json);
-    Table table(file);
-    for (const std::string& scene : options.scenes)
+    check_scenes(options.names);
+    Table table(options);
+    for (const std::string& scene : options.names)
         for (const std::uint64_t n : options.sizes)
             measure(options, scene, n, table);
-    file.write();
-    if (!table.difference().empty()) throw std::runtime_error(table.difference());
+    table.finish();
 }
 
 } // namespace
 
 void add_bench_questions_command(const Command& bench)
 {
-    std::string help = "Questions:\n";
-    for (const Row& row : rows) {
-        char line[160];
-        std::snprintf(line, sizeof line, "  %-10s %s\n", row.name, row.summary);
-        help += line;
-    }
-    const Command command =
-        bench.add("questions", "How long rays, regions and nearest objects take", help + R"(
+    const auto [command, options] =
+        add_bench_part(bench, "questions", "How long rays, regions and nearest objects take",
+                       listed("Questions", rows, 11) + R"(
 The boxes lie still; places and directions are random, near some box. Asked in batches, on all threads. Ours are
 sorted lists, the others' are lists in any order. All systems must find the same: if they don't, the exit status is 1.
 
 Examples:
   jostle bench questions                              uniform boxes, 10,000 to 1,000,000
   jostle bench questions powerlaw -n 100000 --threads 1,2
-  jostle bench questions --peers --json -)");
-    const auto options = std::make_shared<Options>();
-    command.texts("SCENE", options->scenes, "Which scenes, as in jostle bench (uniform)");
-    add_sizes_option(command, options->sizes, "10000,100000,1000000");
-    add_thread_counts_option(command, options->threads);
-    command.number("--repetitions", options->repetitions, 1, 100'000, "R",
+  jostle bench questions --peers --json -)",
+                       run, {.names = {"uniform"}, .sizes = {10'000, 100'000, 1'000'000}, .frames = 5});
+    command.texts("SCENE", options.names, "Which scenes, as in jostle bench (uniform)");
+    add_sizes_option(command, options.sizes, "10000,100000,1000000");
+    add_thread_counts_option(command, options.threads);
+    command.number("--repetitions", options.frames, 1, 100'000, "R",
                    "How often each batch is asked; the median counts (5). None again after a second");
-    command.seed(options->seed, "Other boxes and questions of the same kind (1)");
-    add_rows_file_option(command, options->json);
-    command.flag("--peers", options->peers, "Other systems as well, where the build has them");
-    command.on_run([options] { run(*options); });
+    command.seed(options.seed, "Other boxes and questions of the same kind (1)");
+    add_rows_file_option(command, options.json);
+    command.flag("--peers", options.peers, "Other systems as well, where the build has them");
 }
 
 } // namespace jostle_tool

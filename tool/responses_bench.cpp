@@ -11,14 +11,12 @@
 #include <string>
 #include <vector>
 
-#include "bench_options.hpp"
+#include "bench_run.hpp"
 #include "commands.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/responses.hpp"
 #include "numbers.hpp"
-#include "options.hpp"
 #include "pinned_threads.hpp"
-#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 #include "turns.hpp"
@@ -29,12 +27,6 @@ namespace {
 
 using jostle::Pair;
 using jostle::Work;
-
-struct Options
-{
-    std::uint32_t objects = 100'000, threads = 0, frames = 15;
-    std::string json; // empty: not wanted
-};
 
 struct Impulse
 {
@@ -74,9 +66,11 @@ std::uint64_t toil(std::uint64_t seed, std::uint32_t units)
 }
 
 /// One frame, from nothing to the sum per object: ours, a mutex per object, and atomics.
-std::vector<Row> measure_responses(const Options& options, jostle::Executor& executor, std::uint32_t threads)
+std::vector<Row> measure_responses(const BenchOptions& options, jostle::Executor& executor,
+                                   std::uint32_t threads)
 {
-    const jostle_scenes::Scene<3, float> scene("uniform", options.objects);
+    const auto objects = static_cast<std::uint32_t>(options.count);
+    const jostle_scenes::Scene<3, float> scene("uniform", objects);
     const jostle::PairBuffer pairs = jostle::find_pairs(scene.boxes());
     const jostle::ProcessOptions process{.executor = &executor};
     jostle::Responses<Impulse> responses(jostle::ResponsesOptions{.executor = &executor});
@@ -91,64 +85,63 @@ std::vector<Row> measure_responses(const Options& options, jostle::Executor& exe
     {
         std::atomic<float> v[6];
     };
-    std::vector<Locked> locked(options.objects);
-    std::vector<Atomic> atomics(options.objects);
+    std::vector<Locked> locked(objects);
+    std::vector<Atomic> atomics(objects);
     const auto each_object = [&](auto&& work_on) {
         jostle::process_items(
-            options.objects,
+            objects,
             [&](std::uint64_t begin, std::uint64_t end, Work) {
                 for (std::uint64_t i = begin; i < end; ++i)
                     work_on(i);
             },
             process);
     };
-    const std::vector<double> ms = medians(
-        options.frames, {[&] {
-                             responses.start(options.objects, jostle::plan_work(pairs.size(), process));
-                             jostle::process_pairs(
-                                 pairs,
-                                 [&](const Pair& pair, Work work) {
-                                     const Impulse impulse = impulse_of(pair);
-                                     responses.add(work, pair.a, impulse);
-                                     responses.add(work, pair.b, impulse);
-                                 },
-                                 process);
-                             sums = responses.merge();
-                         },
-                         [&] {
-                             each_object([&](std::size_t i) { locked[i].sum = {}; });
-                             jostle::process_pairs(
-                                 pairs,
-                                 [&](const Pair& pair, Work) {
-                                     const Impulse impulse = impulse_of(pair);
-                                     for (const std::uint32_t i : {pair.a, pair.b}) {
-                                         const std::lock_guard lock(locked[i].mutex);
-                                         locked[i].sum += impulse;
-                                     }
-                                 },
-                                 process);
-                         },
-                         [&] {
-                             each_object([&](std::size_t i) {
-                                 for (std::atomic<float>& v : atomics[i].v)
-                                     v.store(0, std::memory_order_relaxed);
-                             });
-                             jostle::process_pairs(
-                                 pairs,
-                                 [&](const Pair& pair, Work) {
-                                     const Impulse impulse = impulse_of(pair);
-                                     for (const std::uint32_t i : {pair.a, pair.b})
-                                         for (std::size_t k = 0; k < 6; ++k) {
-                                             std::atomic<float>& v = atomics[i].v[k];
-                                             float old = v.load(std::memory_order_relaxed);
-                                             while (!v.compare_exchange_weak(old, old + impulse.v[k],
-                                                                             std::memory_order_relaxed))
-                                                 ;
-                                         }
-                                 },
-                                 process);
-                         }});
-    for (std::uint32_t i = 0; i < options.objects; ++i)
+    const auto ours = [&] {
+        responses.start(objects, jostle::plan_work(pairs.size(), process));
+        jostle::process_pairs(
+            pairs,
+            [&](const Pair& pair, Work work) {
+                const Impulse impulse = impulse_of(pair);
+                responses.add(work, pair.a, impulse);
+                responses.add(work, pair.b, impulse);
+            },
+            process);
+        sums = responses.merge();
+    };
+    const auto with_mutexes = [&] {
+        each_object([&](std::size_t i) { locked[i].sum = {}; });
+        jostle::process_pairs(
+            pairs,
+            [&](const Pair& pair, Work) {
+                const Impulse impulse = impulse_of(pair);
+                for (const std::uint32_t i : {pair.a, pair.b}) {
+                    const std::lock_guard lock(locked[i].mutex);
+                    locked[i].sum += impulse;
+                }
+            },
+            process);
+    };
+    const auto with_atomics = [&] {
+        each_object([&](std::size_t i) {
+            for (std::atomic<float>& v : atomics[i].v)
+                v.store(0, std::memory_order_relaxed);
+        });
+        jostle::process_pairs(
+            pairs,
+            [&](const Pair& pair, Work) {
+                const Impulse impulse = impulse_of(pair);
+                for (const std::uint32_t i : {pair.a, pair.b})
+                    for (std::size_t k = 0; k < 6; ++k) {
+                        std::atomic<float>& v = atomics[i].v[k];
+                        float old = v.load(std::memory_order_relaxed);
+                        while (!v.compare_exchange_weak(old, old + impulse.v[k], std::memory_order_relaxed))
+                            ;
+                    }
+            },
+            process);
+    };
+    const std::vector<double> ms = medians(options.frames, {ours, with_mutexes, with_atomics});
+    for (std::uint32_t i = 0; i < objects; ++i)
         for (std::size_t k = 0; k < 6; ++k)
             if (sums[i].v[k] != locked[i].sum.v[k] || sums[i].v[k] != atomics[i].v[k])
                 throw std::runtime_error("object " + std::to_string(i) + ": the three sums differ");
@@ -175,7 +168,7 @@ double pinned_ms(PinnedThreads& threads, std::uint32_t frames,
 }
 
 /// The same work on one thread and on all.
-std::vector<Row> measure_balance(const Options& options, std::uint32_t threads)
+std::vector<Row> measure_balance(const BenchOptions& options, std::uint32_t threads)
 {
     PinnedThreads one(1), all(threads);
     std::vector<Pair> pairs(20'000);
@@ -239,15 +232,15 @@ JsonRow::Value if_known(Number number)
     return number == 0 ? JsonRow::Value(nullptr) : JsonRow::Value(number);
 }
 
-void run(const Options& options)
+void run(const BenchOptions& options)
 {
-    RowsFile file(options.json);
-    const Threads threads(options.threads);
+    BenchTable table(options);
+    const Threads threads(options.threads.front());
     std::vector<Row> rows = measure_responses(options, threads.executor(), threads.count());
     const double ours = rows.front().ms;
-    if (file.beside_table()) {
+    if (table.shown()) {
         std::printf("A frame of impulses (24 bytes) on both objects of each pair, %u objects, %u threads:\n",
-                    options.objects, threads.count());
+                    static_cast<std::uint32_t>(options.count), threads.count());
         for (const Row& row : rows)
             std::printf("  %-30s %9.3f ms %10.1f MB %9.2f x jostle\n", row.system.c_str(), row.ms,
                         static_cast<double>(row.bytes) / 1e6, row.ms / ours);
@@ -257,18 +250,18 @@ void run(const Options& options)
     }
     for (const Row& row : measure_balance(options, threads.count()))
         rows.push_back(row);
-    if (file.beside_table())
+    if (table.shown())
         for (std::size_t i = 3; i < rows.size(); i += 2)
             std::printf("  %-30s %9.3f ms %9.3f ms %9.2f efficiency\n", rows[i].system.c_str(), rows[i].ms,
                         rows[i + 1].ms, rows[i + 1].efficiency);
     for (const Row& row : rows)
-        file.add({{"part", row.part},
-                  {"system", row.system},
-                  {"threads", row.threads},
-                  {"median_ms", rounded(row.ms)},
-                  {"bytes", if_known(row.bytes)},
-                  {"efficiency", if_known(rounded(row.efficiency))}});
-    file.write();
+        table.add({{"part", row.part},
+                   {"system", row.system},
+                   {"threads", row.threads},
+                   {"median_ms", rounded(row.ms)},
+                   {"bytes", if_known(row.bytes)},
+                   {"efficiency", if_known(rounded(row.efficiency))}});
+    table.finish();
 }
 
 constexpr const char* help =
@@ -283,14 +276,13 @@ Examples:
 
 void add_bench_responses_command(const Command& bench)
 {
-    const Command command =
-        bench.add("responses", "What sharing out work on pairs costs, and adding up what it does", help);
-    const auto options = std::make_shared<Options>();
-    command.number("-n", options->objects, 1, 10'000'000, "N", "How many objects (100000)");
-    command.number("--frames", options->frames, 1, 10'000, "F", "How many frames are counted (15)");
-    command.threads(options->threads);
-    add_rows_file_option(command, options->json);
-    command.on_run([options] { run(*options); });
+    const auto [command, options] =
+        add_bench_part(bench, "responses", "What sharing out work on pairs costs, and adding up what it does",
+                       help, run, {.count = 100'000, .frames = 15});
+    command.number("-n", options.count, 1, 10'000'000, "N", "How many objects (100000)");
+    command.number("--frames", options.frames, 1, 10'000, "F", "How many frames are counted (15)");
+    command.threads(options.threads.front());
+    add_rows_file_option(command, options.json);
 }
 
 } // namespace jostle_tool

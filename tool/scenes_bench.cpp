@@ -9,13 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "bench_options.hpp"
+#include "bench_run.hpp"
 #include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/find_pairs.hpp"
 #include "numbers.hpp"
-#include "options.hpp"
-#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/scenes.hpp"
 #include "turns.hpp"
@@ -26,13 +24,6 @@ namespace {
 
 using jostle::Aabb3f;
 
-struct Options
-{
-    std::vector<std::uint64_t> sizes{2, 16, 64, 128, 256, 1'000};
-    std::uint32_t boxes = 262'144, threads = 0, frames = 15;
-    std::string json; // empty: not wanted
-};
-
 struct Row
 {
     std::uint64_t n, scenes, pairs;
@@ -40,9 +31,9 @@ struct Row
     double together, one_by_one, parts; // ms of all scenes, median
 };
 
-Row measure(const Options& options, std::uint64_t n, jostle::Executor& executor, std::uint32_t threads)
+Row measure(const BenchOptions& options, std::uint64_t n, jostle::Executor& executor, std::uint32_t threads)
 {
-    const std::uint64_t scenes = std::max<std::uint64_t>(1, options.boxes / n);
+    const std::uint64_t scenes = std::max<std::uint64_t>(1, options.count / n);
     std::vector<Aabb3f> boxes;
     std::vector<std::uint64_t> offsets{0};
     // A hundred different ones, again and again: making a scene takes longer than searching it.
@@ -91,31 +82,31 @@ Row measure(const Options& options, std::uint64_t n, jostle::Executor& executor,
             least / static_cast<double>(different.size()) * static_cast<double>(scenes)};
 }
 
-void run(const Options& options)
+void run(const BenchOptions& options)
 {
-    RowsFile file(options.json);
-    const Threads threads(options.threads);
-    if (file.beside_table())
+    BenchTable table(options);
+    const Threads threads(options.threads.front());
+    if (table.shown())
         std::printf("%7s %9s %8s %11s %11s %11s %13s\n", "n", "scenes", "threads", "find_scenes", "find each",
                     "parts", "a scene");
     for (const std::uint64_t n : options.sizes) {
         const Row row = measure(options, n, threads.executor(), threads.count());
-        if (file.beside_table()) {
+        if (table.shown()) {
             std::printf("%7llu %9llu %8u %8.3f ms %8.3f ms %8.3f ms %10.3f us\n",
                         static_cast<unsigned long long>(row.n), static_cast<unsigned long long>(row.scenes),
                         row.threads, row.together, row.one_by_one, row.parts,
                         row.together * 1e3 / static_cast<double>(row.scenes));
             std::fflush(stdout);
         }
-        file.add({{"n", row.n},
-                  {"scenes", row.scenes},
-                  {"threads", row.threads},
-                  {"pairs", row.pairs},
-                  {"median_ms", rounded(row.together)},
-                  {"one_by_one_ms", rounded(row.one_by_one)},
-                  {"parts_ms", rounded(row.parts)}});
+        table.add({{"n", row.n},
+                   {"scenes", row.scenes},
+                   {"threads", row.threads},
+                   {"pairs", row.pairs},
+                   {"median_ms", rounded(row.together)},
+                   {"one_by_one_ms", rounded(row.one_by_one)},
+                   {"parts_ms", rounded(row.parts)}});
     }
-    file.write();
+    table.finish();
 }
 
 constexpr const char* help =
@@ -131,14 +122,14 @@ Examples:
 
 void add_bench_scenes_command(const Command& bench)
 {
-    const Command command = bench.add("scenes", "What many small scenes in one call take", help);
-    const auto options = std::make_shared<Options>();
-    add_sizes_option(command, options->sizes, "2,16,64,128,256,1000");
-    command.number("--boxes", options->boxes, 1, 10'000'000, "N", "How many boxes in all (262144)");
-    command.number("--frames", options->frames, 1, 10'000, "F", "How many frames are counted (15)");
-    command.threads(options->threads);
-    add_rows_file_option(command, options->json);
-    command.on_run([options] { run(*options); });
+    const auto [command, options] =
+        add_bench_part(bench, "scenes", "What many small scenes in one call take", help, run,
+                       {.sizes = {2, 16, 64, 128, 256, 1'000}, .count = 262'144, .frames = 15});
+    add_sizes_option(command, options.sizes, "2,16,64,128,256,1000");
+    command.number("--boxes", options.count, 1, 10'000'000, "N", "How many boxes in all (262144)");
+    command.number("--frames", options.frames, 1, 10'000, "F", "How many frames are counted (15)");
+    command.threads(options.threads.front());
+    add_rows_file_option(command, options.json);
 }
 
 } // namespace jostle_tool

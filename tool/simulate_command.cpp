@@ -237,11 +237,7 @@ void run(const Options& options)
 
 std::string help()
 {
-    std::string text = "Scenes:\n";
-    for (const auto& info : jostle_simulation::scene_list())
-        text += "  " + std::string(info.name) + std::string(10 - info.name.size(), ' ') +
-                std::string(info.summary) + "\n";
-    return text + R"(
+    return listed("Scenes", jostle_simulation::scene_list(), 10) + R"(
 The frame after the last has the same hash on any number of threads and any instruction set. Energy, in
 percent of the first frame's, never grows. Floor and walls aren't recorded.
 

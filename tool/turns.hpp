@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <utility>
@@ -10,6 +11,24 @@
 #include "numbers.hpp"
 
 namespace jostle_tool {
+
+/// The times of some runs, in ms, ascending, after others that don't count; what `prepare` does before each
+/// isn't timed.
+template <class Prepare, class Work>
+std::vector<double> sorted_times(std::uint32_t uncounted, std::uint32_t runs, const Prepare& prepare,
+                                 const Work& work)
+{
+    std::vector<double> ms;
+    for (std::uint32_t run = 0; run < uncounted + runs; ++run) {
+        prepare(run);
+        const Clock::time_point before = Clock::now();
+        work();
+        const Clock::time_point after = Clock::now();
+        if (run >= uncounted) ms.push_back(ms_between(before, after));
+    }
+    std::sort(ms.begin(), ms.end());
+    return ms;
+}
 
 /// Takes turns, so that whatever else the machine does falls on all alike; each one's median, after a first
 /// turn that doesn't count.

@@ -10,16 +10,14 @@
 #include <vector>
 
 #include "asker.hpp"
-#include "bench_options.hpp"
+#include "bench_run.hpp"
 #include "bench_systems.hpp"
 #include "clock.hpp"
 #include "commands.hpp"
 #include "jostle/box_index.hpp"
 #include "jostle/world.hpp"
 #include "numbers.hpp"
-#include "options.hpp"
 #include "progress.hpp"
-#include "rows.hpp"
 #include "threads.hpp"
 #include "tool/scenes/random.hpp"
 #include "tool/scenes/scenes.hpp"
@@ -66,17 +64,6 @@ constexpr SceneInfo scenes[] = {
      QuestionBatch{QuestionKind::box, 4000, 10}},
     {"counted", "... how many of every eleventh box do", 0, 0,
      QuestionBatch{QuestionKind::box, 4000, 10, true}},
-};
-
-struct Options
-{
-    std::vector<std::string> scenes;
-    std::vector<std::uint64_t> sizes{10'000, 100'000, 1'000'000};
-    std::vector<std::uint32_t> threads{0};
-    std::uint32_t frames = 200;
-    std::uint64_t seed = 1;
-    bool peers = false;
-    std::string json;
 };
 
 constexpr std::uint32_t warm_up = 8;
@@ -589,7 +576,7 @@ struct Measurement
 Measurement measure(WorldSystem& system, Motion motion, std::uint32_t frames, Progress& progress)
 {
     Measurement result;
-    std::vector<std::vector<double>> stages;
+    std::vector<Stages> stages;
     system.start(motion.boxes());
     const Clock::time_point begin = Clock::now();
     for (std::uint32_t frame = 0; frame < warm_up + frames; ++frame) {
@@ -603,46 +590,41 @@ Measurement measure(WorldSystem& system, Motion motion, std::uint32_t frames, Pr
         if (frame < warm_up) continue;
         progress.step();
         result.ms.push_back(ms_between(before, after));
-        stages.resize(system.stages().size());
-        for (std::size_t k = 0; k < stages.size(); ++k)
-            stages[k].push_back(system.stages()[k].second);
+        stages.push_back(system.stages());
         if (result.ms.size() >= std::min(fewest, frames) && ms_between(begin, after) > patience_ms) break;
     }
-    const auto names = system.stages();
     result.bytes = system.bytes();
     system.stop();
     std::sort(result.ms.begin(), result.ms.end());
-    for (std::size_t k = 0; k < stages.size(); ++k)
-        result.stages.emplace_back(names[k].first, median(std::move(stages[k])));
+    result.stages = typical(stages);
     return result;
 }
 
-class Table
+class Table : public BenchTable
 {
   public:
-    explicit Table(RowsFile& file) : file_(file), shown_(file.beside_table())
+    explicit Table(const BenchOptions& options) : BenchTable(options)
     {
-        if (shown_)
+        if (shown())
             std::printf("%-10s %10s %7s  %-10s %10s %9s %9s %9s %11s\n", "scene", "n", "threads", "system",
                         "median ms", "min", "p99", "max", "found");
     }
 
-    void add(const std::string& system, const SceneInfo& scene, std::uint64_t n, std::uint64_t moved,
-             std::uint32_t threads, const Measurement& m)
+    void add_row(const std::string& system, const SceneInfo& scene, std::uint64_t n, std::uint64_t moved,
+                 std::uint32_t threads, const Measurement& m)
     {
         const auto at = [&](double share) {
             return rounded(m.ms[std::min(
                 m.ms.size() - 1, static_cast<std::size_t>(share * static_cast<double>(m.ms.size())))]);
         };
-        JsonRow row;
-        row.set("system", system);
-        row.set("scene", scene.name);
-        row.set("n", n);
-        row.set("threads", threads);
-        row.set("median_ms", rounded(median(m.ms)));
-        row.set("min_ms", at(0));
-        row.set("p99_ms", at(0.99));
-        row.set("max_ms", at(1));
+        JsonRow row{{"system", system},
+                    {"scene", scene.name},
+                    {"n", n},
+                    {"threads", threads},
+                    {"median_ms", rounded(median(m.ms))},
+                    {"min_ms", at(0)},
+                    {"p99_ms", at(0.99)},
+                    {"max_ms", at(1)}};
         if (scene.asked) row.set("questions", scene.asked->questions);
         row.set(scene.asked ? "results" : "pairs", m.answer.found);
         row.set("checksum", hex(m.answer.checksum));
@@ -654,39 +636,29 @@ class Table
         row.set("frames", m.ms.size());
         if (answered_ && !(answer_ == m.answer)) {
             row.set("differs", true);
-            difference_ = std::string("scene ") + scene.name + ", n = " + std::to_string(n) + ": " + system +
-                          " finds " + std::to_string(m.answer.found) + ", jostle " +
-                          std::to_string(answer_.found);
+            differ(std::string("scene ") + scene.name + ", n = " + std::to_string(n) + ": " + system +
+                   " finds " + std::to_string(m.answer.found) + ", jostle " + std::to_string(answer_.found));
         }
         if (!answered_) answer_ = m.answer;
         answered_ = true;
-        if (shown_) {
-            std::string remark;
-            for (const auto& [name, ms] : m.stages) {
-                char text[64];
-                std::snprintf(text, sizeof text, " %s %.3f", name.c_str(), ms);
-                remark += text;
-            }
+        if (shown()) {
+            std::string remark = m.stages.empty() ? "" : " " + text_of(m.stages, " ");
             if (m.bytes != 0) remark += " bytes " + grouped(m.bytes);
             std::printf("%-10s %10s %7u  %-10s %10.4f %9.4f %9.4f %9.4f %11s %s\n", scene.name,
                         grouped(n).c_str(), threads, system.c_str(), median(m.ms), at(0), at(0.99), at(1),
                         grouped(m.answer.found).c_str(), remark.c_str());
             std::fflush(stdout);
         }
-        file_.add(row);
+        add(row);
     }
     void next_scene() { answered_ = false; }
-    [[nodiscard]] const std::string& difference() const { return difference_; }
 
   private:
-    RowsFile& file_;
-    bool shown_;
     bool answered_ = false;
     Answer answer_;
-    std::string difference_;
 };
 
-void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t n, Table& table)
+void measure_scene(const BenchOptions& options, const SceneInfo& info, std::uint64_t n, Table& table)
 {
     Motion motion(info, n, options.seed);
     Motion ahead = motion;
@@ -702,7 +674,7 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
                                   options.frames);
                 measurement = measure(system, motion, options.frames, progress);
             }
-            table.add(name, info, n, moved, used, measurement);
+            table.add_row(name, info, n, moved, used, measurement);
         };
         if (info.asked) {
             const bool masked = info.is("masked") || info.is("counted");
@@ -773,32 +745,24 @@ void measure_scene(const Options& options, const SceneInfo& info, std::uint64_t 
     table.next_scene();
 }
 
-void run(const Options& options)
+void run(const BenchOptions& options)
 {
-    const std::vector<const SceneInfo*> wanted = choose(options.scenes, scenes, "scene of bench world");
-    check_for_peers(options.peers);
-    RowsFile file(options.json);
-    Table table(file);
+    const std::vector<const SceneInfo*> wanted = choose(options.names, scenes, "scene of bench world");
+    Table table(options);
     for (const SceneInfo* info : wanted)
         for (const std::uint64_t n : options.sizes) {
             measure_scene(options, *info, info->objects != 0 ? info->objects : n, table);
             if (info->objects != 0) break;
         }
-    file.write();
-    if (!table.difference().empty()) throw std::runtime_error(table.difference());
+    table.finish();
 }
 
 } // namespace
 
 void add_bench_world_command(const Command& bench)
 {
-    std::string help = "Scenes:\n";
-    for (const SceneInfo& info : scenes) {
-        char line[160];
-        std::snprintf(line, sizeof line, "  %-10s %s\n", info.name, info.summary);
-        help += line;
-    }
-    const Command command = bench.add("world", "How long updates of a world take, and questions", help + R"(
+    const auto [command, options] = add_bench_part(
+        bench, "world", "How long updates of a world take, and questions", listed("Scenes", scenes, 11) + R"(
 Timed is all that an update takes: handing over the boxes that moved, finding what became of their pairs, and
 the lists of pairs that began, persist and ended. Where questions are timed, so is bringing the index of the
 objects that move up to date (stage index); other systems' structures are built anew outside the time. The rows
@@ -808,16 +772,15 @@ status is 1.
 Examples:
   jostle bench world                                  all scenes
   jostle bench world resting -n 100000 --threads 1,2
-  jostle bench world static-1m --peers --json -)");
-    const auto options = std::make_shared<Options>();
-    command.texts("SCENE", options->scenes, "Which scenes; all if none is given");
-    add_sizes_option(command, options->sizes, "10000,100000,1000000");
-    add_thread_counts_option(command, options->threads);
-    command.number("--frames", options->frames, 1, 100'000, "F", "How many updates are counted (200)");
-    command.seed(options->seed, "Other boxes of the same kind (1)");
-    add_rows_file_option(command, options->json);
-    command.flag("--peers", options->peers, "Other systems as well, where the build has them");
-    command.on_run([options] { run(*options); });
+  jostle bench world static-1m --peers --json -)",
+        run, {.sizes = {10'000, 100'000, 1'000'000}, .frames = 200});
+    command.texts("SCENE", options.names, "Which scenes; all if none is given");
+    add_sizes_option(command, options.sizes, "10000,100000,1000000");
+    add_thread_counts_option(command, options.threads);
+    command.number("--frames", options.frames, 1, 100'000, "F", "How many updates are counted (200)");
+    command.seed(options.seed, "Other boxes of the same kind (1)");
+    add_rows_file_option(command, options.json);
+    command.flag("--peers", options.peers, "Other systems as well, where the build has them");
 }
 
 } // namespace jostle_tool
