@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <memory_resource>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -110,16 +111,19 @@ class Table : public BenchTable
              {"results", answers.results},
              {"checksum", std::to_string(answers.checksum)}});
     }
-    void add_build(const std::string& scene, std::uint64_t n, std::uint32_t threads, double ms)
+    /// What is done once for all boxes.
+    void add_whole(const std::string& scene, std::uint64_t n, std::uint32_t threads, const char* what,
+                   double us)
     {
+        const double ms = us / 1000;
         if (shown())
             std::printf("%-10s %10llu %8u %-10s %-8s %9.3f ms\n", scene.c_str(),
-                        static_cast<unsigned long long>(n), threads, "build", "jostle", ms);
+                        static_cast<unsigned long long>(n), threads, what, "jostle", ms);
         add({{"system", "jostle"},
              {"scene", scene},
              {"n", n},
              {"threads", threads},
-             {"question", "build"},
+             {"question", what},
              {"ms", rounded(ms)}});
     }
 
@@ -215,8 +219,11 @@ void measure(const BenchOptions& options, const std::string& scene_name, std::ui
     for (const std::uint32_t count : options.threads) {
         const Threads threads(count);
         BoxIndex3f index({.executor = &threads.executor()});
-        table.add_build(scene_name, n, threads.count(),
-                        median_of(std::min(options.frames, 3u), [&] { index.build(boxes); }) / 1000);
+        const std::uint32_t few = std::min(options.frames, 3u);
+        table.add_whole(scene_name, n, threads.count(), "build", median_of(few, [&] { index.build(boxes); }));
+        std::pmr::vector<jostle::Pair> joined;
+        table.add_whole(scene_name, n, threads.count(), "join",
+                        median_of(few, [&] { index.join(jostle::BoxView<3, float>(boxes), joined); }));
         Asker asker(boxes, options.seed);
         for (const Row& row : rows) {
             const Questions questions = asker.make(row.batch);
@@ -254,6 +261,9 @@ void add_bench_questions_command(const Command& bench)
     const auto [command, options] =
         add_bench_part(bench, "questions", "How long rays, regions and nearest objects take",
                        listed("Questions", rows, 11) + R"(
+  build      the index, once
+  join       which of the boxes touch each of them, once for all
+
 The boxes lie still; places and directions are random, near some box. Asked in batches, on all threads. Ours are
 sorted lists, the others' are lists in any order. All systems must find the same: if they don't, the exit status is 1.
 
