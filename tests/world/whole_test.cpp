@@ -174,8 +174,9 @@ class Whole
         std::vector<std::size_t> order(ids_.size());
         for (std::size_t k = 0; k < order.size(); ++k)
             order[k] = k;
-        std::stable_sort(order.begin(), order.end(),
-                         [&](std::size_t a, std::size_t b) { return ids_[a].index < ids_[b].index; });
+        std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+            return ids_[a].index != ids_[b].index ? ids_[a].index < ids_[b].index : a < b;
+        });
         std::vector<ObjectId> ids;
         std::vector<Box> boxes;
         const bool twice = one_in(4), plain = one_in(2); // else those with a margin as well
