@@ -159,6 +159,29 @@ Nearest through_all(const std::vector<Vec3d>& vertices, const std::vector<Mesh<3
     return best;
 }
 
+/// A cone without height is a disc, which a ray may be through before it notices.
+TEST(RayCast, OfAFlatConeMeetsItsDisc)
+{
+    Random random(97);
+    std::size_t hits = 0;
+    for (int round = 0; round < 5000; ++round) {
+        const double size = std::exp(random.uniform(-2, 2));
+        const double thin = random.chance(0.5) ? 0 : size * std::pow(10, random.uniform(-20, -16));
+        const Shape<3> cone = Shape<3>::cone(thin, size);
+        const Pose<3, double> pose{{}, random.rotation<double>()};
+        const Ray<3, double> ray = random_ray<3>(random);
+        const auto hit = ray_cast(cone, pose, ray);
+        if (!hit || hit->fraction == 0) continue;
+        ++hits;
+        Pose<3, double> before;
+        before.position = hit->point + hit->normal * 1e-5;
+        const auto gap = distance(Shape<3>(), before, cone, pose, 1.0);
+        ASSERT_TRUE(gap);
+        ASSERT_NEAR(gap->distance, 1e-5, 1e-9) << "round " << round;
+    }
+    EXPECT_GT(hits, 500u);
+}
+
 TEST(RayCast, OfAMeshIsTheNearestOfAllTriangles)
 {
     Random random(3);

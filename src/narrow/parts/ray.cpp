@@ -232,13 +232,14 @@ void Caster<Dim>::meet_by_distance(const Shape<Dim>& shape, std::uint32_t part)
         part_gap(point, b, HUGE_VAL, gap);
         double next = t;
         if (gap.distance > 0) {
-            normal = -gap.normal;
-            const double closing = -dot(normal, line_.way);
+            const double closing = dot(gap.normal, line_.way);
             if (!(closing > 0)) {
-                // On a rim as thin as rounding the normal is noise.
-                if (step > 0 && gap.distance <= rounding_at(shape)) hit(t, -line_.way, part);
+                // What is as thin as rounding is gone through, and on its rim the normal is noise: the side
+                // that led here is met.
+                if (step > 0 && gap.distance <= rounding_at(shape)) hit(t, normal, part);
                 return;
             }
+            normal = -gap.normal;
             next = t + gap.distance / closing;
             if (!(next <= limit())) return;
         } else if (step == 0) {
