@@ -7,7 +7,7 @@
 
 /// Version of these headers. The numbers are read by CMakeLists.txt; they stand nowhere else.
 #define JOSTLE_VERSION_MAJOR 0
-#define JOSTLE_VERSION_MINOR 2
+#define JOSTLE_VERSION_MINOR 3
 #define JOSTLE_VERSION_PATCH 0
 
 /// Everything lives in `jostle`, inside an inline namespace of the interface's version, so that two
