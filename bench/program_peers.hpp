@@ -36,7 +36,7 @@ class ServerPeer
                        std::vector<std::uint32_t>& out) = 0;
     /// The first player of another team (the number's last bit) or prop that each player's ray hits.
     virtual void shots(std::span<const jostle::Ray3f> rays, std::span<const std::uint32_t> shooters,
-                       std::span<jostle::Hitf> out) = 0;
+                       std::span<jostle::Hit<float>> out) = 0;
 };
 [[nodiscard]] std::unique_ptr<ServerPeer> make_bullet_server();
 [[nodiscard]] std::unique_ptr<ServerPeer> make_fcl_server();

@@ -47,10 +47,10 @@ int main()
     jostle::BoxIndex3f index;
     index.build(boxes); // once; insert, move and erase keep it up to date
     const jostle::Ray3f ray = {{0, 0, 0}, {0, 0, 1}};
-    std::vector<jostle::Hitf> candidates; // nearest box first
+    std::vector<jostle::Hit<float>> candidates; // nearest box first
     index.all(ray, candidates);
-    jostle::Hitf picked;
-    for (const jostle::Hitf& candidate : candidates) {
+    jostle::Hit<float> picked;
+    for (const jostle::Hit<float>& candidate : candidates) {
         if (picked.id != picked.none && candidate.at > picked.at) break; // its ball can't be nearer
         const auto at = hit(ray, balls[candidate.id]);
         if (at && (picked.id == picked.none || *at < picked.at)) picked = {candidate.id, *at};

@@ -169,7 +169,7 @@ Parts run_server(const BenchOptions& options, jostle::Executor& executor)
     Sum moves, sights, shots;
     std::vector<jostle::ObjectId> moved;
     jostle::ResultLists<jostle::ObjectId> seen;
-    std::vector<jostle::ObjectHit<float>> hits(match.rays.size());
+    std::vector<jostle::Hit<float, ObjectId>> hits(match.rays.size());
     for (std::uint32_t k = 0; k < options.frames; ++k) {
         match.tick();
         moved.clear();
@@ -215,7 +215,7 @@ Parts run_server_peer(const BenchOptions& options, jostle_bench::ServerPeer& pee
     std::vector<Pair> began, ended;
     std::vector<std::size_t> first;
     std::vector<std::uint32_t> seen;
-    std::vector<jostle::Hitf> hits(match.rays.size());
+    std::vector<jostle::Hit<float>> hits(match.rays.size());
     for (std::uint32_t k = 0; k < options.frames; ++k) {
         match.tick();
         timed(parts[0], [&] { peer.move(match.moved, match.boxes, began, ended); });

@@ -136,8 +136,8 @@ double ask_ours(const BoxIndex3f& index, const Row& row, const Questions& questi
                 std::uint32_t repetitions, Answers& answers)
 {
     double time = 0;
-    std::vector<jostle::Hitf> firsts(row.batch.questions);
-    jostle::ResultLists<jostle::Hitf> hits;
+    std::vector<jostle::Hit<float>> firsts(row.batch.questions);
+    jostle::ResultLists<jostle::Hit<float>> hits;
     jostle::ResultLists<std::uint32_t> ids;
     const auto sum_firsts = [&] {
         for (std::size_t i = 0; i < firsts.size(); ++i)

@@ -65,7 +65,7 @@ class BulletServer final : public ServerPeer
         }
     }
     void shots(std::span<const jostle::Ray3f> rays, std::span<const std::uint32_t> shooters,
-               std::span<jostle::Hitf> out) override
+               std::span<jostle::Hit<float>> out) override
     {
         for (std::size_t i = 0; i < rays.size(); ++i) {
             FirstSoFar first;

@@ -58,7 +58,7 @@ class FclServer final : public ServerPeer
         }
     }
     void shots(std::span<const jostle::Ray3f>, std::span<const std::uint32_t>,
-               std::span<jostle::Hitf>) override
+               std::span<jostle::Hit<float>>) override
     {
     }
 

@@ -15,6 +15,7 @@
 #include "jostle/executor.hpp"
 #include "jostle/find_pairs.hpp"
 #include "jostle/pair_buffer.hpp"
+#include "jostle/queries.hpp"
 #include "jostle/query.hpp"
 #include "jostle/version.hpp"
 
@@ -37,8 +38,8 @@ struct IndexStats
     std::uint64_t splits = 0; ///< pages split since then
 };
 
-/// Boxes that stay, and questions about them: which are touched by a ray, a moving box, a box, a sphere, a
-/// view volume; which are nearest; which touch any of a batch of others.
+/// Boxes that stay, and queries: which are touched by a ray, a moving box, a box, a sphere, a view volume;
+/// which are nearest; which touch any of a batch of others. The queries' verbs are in queries.hpp.
 ///
 /// Objects are known by ids that the caller chooses, any 32-bit numbers but the greatest; memory is four
 /// bytes (six while ids are added one by one) per id up to the greatest that was inserted, so keep them
@@ -51,8 +52,8 @@ struct IndexStats
 ///           any executor, number of threads and instruction set.
 /// Nothing to configure or to call from time to time: no bounds, no cell size, no optimise(). Boxes may be of
 ///           any sizes, anywhere, infinite too, all in one place or all moving away.
-/// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps; a
-///           question about the logarithm of the number of objects plus its results.
+/// Cost      insert, erase and move cost about a microsecond an object or less, amortised in small steps; queries:
+///           see Queries.
 /// Threads   questions (the const members) may be asked from any number of threads at a time while no other
 ///           member runs. A visitor or an `accept` may ask the same index; to change it there is an `Error`,
 ///           and to move, assign or destroy it isn't allowed.
@@ -62,12 +63,10 @@ struct IndexStats
 ///           callback threw: the index is as before the call, a result buffer is empty or cut short.
 /// Source    docs/guide/queries.md
 template <int Dim, Coordinate T>
-class JOSTLE_API BoxIndex
+class JOSTLE_API BoxIndex : public Queries<BoxIndex<Dim, T>, Dim, T, std::uint32_t, QueryFilter>
 {
   public:
     using Box = Aabb<Dim, T>;
-    /// Where a call takes `max_results`: all of them.
-    static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
 
     explicit BoxIndex(const IndexOptions& options = {});
     BoxIndex(BoxIndex&&) noexcept;
@@ -106,156 +105,16 @@ class JOSTLE_API BoxIndex
     [[nodiscard]] std::optional<Box> bounds() const noexcept;
     [[nodiscard]] IndexStats stats() const noexcept;
 
-    // --- Many boxes at once ---
-
-    /// Finds all pairs of one of `boxes` and an object whose closed box it touches, ascending by (a, b): a is
-    /// the position in `boxes`, b the object's id. Refills `out`. Runs on the executor and in working memory
-    /// that the index keeps, so one call at a time; a steady batch allocates nothing.
-    /// Costs less than any other way while a box has few results. With about 140 each, a PairFinder that is
-    /// given both sets takes half the time, as results needn't be sorted by box there.
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const QueryFilter& filter = {});
-    /// Hands the same pairs to `visitor`, a by a, until it returns false. Returns false then, else true. The
-    /// objects that one box touches come in the order of visit(). Costs about a question for each box, and no
-    /// memory; it may be called by several threads at a time.
-    bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const QueryFilter& filter = {}) const;
-    // With one filter for each box, which is the question that `accept` is told.
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, FilterOfEach<QueryFilter> filters);
-    bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, FilterOfEach<QueryFilter> filters) const;
-
-    // --- Along a line ---
-    // `Line` is Ray<Dim, T> or Sweep<Dim, T>. `first` is the hit with the least fraction, of several the one
-    // with the lowest id. `all` refills `out`, ascending by (fraction, id), with the first `max_results` of
-    // the hits, and returns whether there are more.
-
-    [[nodiscard]] std::optional<Hit<T>> first(const Ray<Dim, T>& ray, const QueryFilter& filter = {}) const;
-    [[nodiscard]] std::optional<Hit<T>> first(const Sweep<Dim, T>& sweep,
-                                              const QueryFilter& filter = {}) const;
-    bool all(const Ray<Dim, T>& ray, std::vector<Hit<T>>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    bool all(const Sweep<Dim, T>& sweep, std::vector<Hit<T>>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-
-    // --- In a region ---
-    // A box, a sphere or a frustum. `all` refills `out`, ascending by id, with the first `max_results` of the
-    // objects that touch the region, and returns whether there are more.
-
-    bool all(const Box& region, std::vector<std::uint32_t>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    bool all(const Sphere<Dim, T>& region, std::vector<std::uint32_t>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    bool all(const Frustum<Dim, T>& region, std::vector<std::uint32_t>& out, const QueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-
-    // --- Near a point or a box ---
-
-    /// Refills `out`, ascending by (squared distance, id).
-    void nearest(const Nearest<Dim, T>& question, std::vector<Hit<T>>& out,
-                 const QueryFilter& filter = {}) const;
-    void nearest(const NearestToBox<Dim, T>& question, std::vector<Hit<T>>& out,
-                 const QueryFilter& filter = {}) const;
-
-    // --- Handed over as they are found ---
-    // `visitor` gets each object that is an answer, once, until it returns false; the call returns false
-    // then, else true. The visitors in query.hpp say what one may do. What it throws ends the call. Nothing
-    // is allocated, except the first time that hundreds of objects are about equally near.
-    // Lines and the nearest hand objects over ascending by (at, id); the nearest, at most `count` of them.
-    // The search goes no further than the last object handed over, so a visitor that stops early, or lowers
-    // the bound, saves the rest. Regions hand objects over in an order of the index's own, which costs no
-    // sorting: it depends on nothing but the calls that were made, and changes when objects do.
-
-    bool visit(const Ray<Dim, T>& ray, HitVisitor<T> visitor, const QueryFilter& filter = {}) const;
-    bool visit(const Sweep<Dim, T>& sweep, HitVisitor<T> visitor, const QueryFilter& filter = {}) const;
-    bool visit(const Nearest<Dim, T>& question, HitVisitor<T> visitor, const QueryFilter& filter = {}) const;
-    bool visit(const NearestToBox<Dim, T>& question, HitVisitor<T> visitor,
-               const QueryFilter& filter = {}) const;
-    bool visit(const Box& region, IdVisitor visitor, const QueryFilter& filter = {}) const;
-    bool visit(const Sphere<Dim, T>& region, IdVisitor visitor, const QueryFilter& filter = {}) const;
-    bool visit(const Frustum<Dim, T>& region, IdVisitor visitor, const QueryFilter& filter = {}) const;
-
-    // --- Pairs of objects ---
-    // Pairs are of two of this index's objects, each once, with a < b; or of one of this index's, a, and one
-    // of another index's, b. Both indexes are asked: neither may change meanwhile. If `other` is this index,
-    // its own pairs are meant.
-
-    /// Hands over the pairs whose boxes touch until `visitor` returns false. Returns false then, else true.
-    /// The order is the indexes' own, as with visit() of a region. Allocates nothing. For all pairs of many
-    /// objects that move, a PairFinder costs less.
-    bool pairs(PairVisitor visitor) const;
-    bool pairs(const BoxIndex& other, PairVisitor visitor) const;
-    /// Hands over pairs no further apart than `max_distance`, the closest first, until `visitor` returns
-    /// false. Returns false then, else true. The bound begins with the square of `max_distance`; the visitor
-    /// makes it less as soon as it knows how far apart two shapes are. Pairs at squared distance 0 come in an
-    /// order of the indexes' own, the others ascending by (at, a, b). Costs a search for those at 0, and
-    /// about as much again each time that four times as many were handed over as the time before.
-    bool closest_pairs(PairHitVisitor<T> visitor, T max_distance = std::numeric_limits<T>::infinity()) const;
-    bool closest_pairs(const BoxIndex& other, PairHitVisitor<T> visitor,
-                       T max_distance = std::numeric_limits<T>::infinity()) const;
-    /// Returns the pair that closest_pairs hands over first.
-    [[nodiscard]] std::optional<PairHit<T>>
-    closest_pair(T max_distance = std::numeric_limits<T>::infinity()) const;
-    [[nodiscard]] std::optional<PairHit<T>>
-    closest_pair(const BoxIndex& other, T max_distance = std::numeric_limits<T>::infinity()) const;
-
-    // --- Only whether, or how many ---
-    // `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
-
-    template <LineOrRegionOf<Dim, T> Question>
-    [[nodiscard]] bool any(const Question& question, const QueryFilter& filter = {}) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    [[nodiscard]] std::uint64_t count(const Question& question, const QueryFilter& filter = {}) const;
-
-    // --- Many questions at once ---
-    // The same answers, found on the executor's threads. Questions of one kind lie in a vector, array or
-    // span. One QueryFilter serves all, or a vector, array or span has one for each, or it is an `Error`
-    // (size_mismatch). `accept` is told the question. An array of results wants one element per question;
-    // `first` says "none" by Hit<T>::none.
-
-    template <QuestionRange Many, class Filters = QueryFilter>
-    void first(const Many& lines, std::span<Hit<T>> out, const Filters& filters = {}) const
-    {
-        first_of_each(std::span<const std::ranges::range_value_t<Many>>(lines), out, filters);
-    }
-    template <QuestionRange Many, class Item, class Filters = QueryFilter>
-    void all(const Many& questions, ResultLists<Item>& out, const Filters& filters = {},
-             std::uint64_t max_results = no_limit) const
-    {
-        all_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
-    }
-    template <QuestionRange Many, class Filters = QueryFilter>
-    void nearest(const Many& questions, ResultLists<Hit<T>>& out, const Filters& filters = {}) const
-    {
-        nearest_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
-    }
-    template <QuestionRange Many, class Filters = QueryFilter>
-    void any(const Many& questions, BoolSpan out, const Filters& filters = {}) const
-    {
-        any_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
-    }
-    template <QuestionRange Many, class Filters = QueryFilter>
-    void count(const Many& questions, std::span<std::uint64_t> out, const Filters& filters = {}) const
-    {
-        count_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
-    }
+    /// Hands over the pairs whose boxes touch, of two of this index's objects, each once, with a < b; or of
+    /// one of this index's, a, and one of another's, b; if that is this one, its own. Until the visitor
+    /// returns false: returns false then, else true. The order is the indexes' own, as with visit() of a
+    /// region. Allocates nothing. For all pairs of many objects that move, a PairFinder costs less.
+    bool pairs(FunctionRef<bool(std::uint32_t a, std::uint32_t b)> visitor) const;
+    bool pairs(const BoxIndex& other, FunctionRef<bool(std::uint32_t a, std::uint32_t b)> visitor) const;
 
   private:
     friend class BoxIndexAccess; // for World; see src/index/box_index_access.hpp
-    using QuestionFilters = detail::QuestionFilters<QueryFilter>;
-    template <LineOf<Dim, T> Line>
-    void first_of_each(std::span<const Line> lines, std::span<Hit<T>> out,
-                       const QuestionFilters& filters) const;
-    template <class Question>
-    using AnswerTo = std::conditional_t<LineOf<Question, Dim, T>, Hit<T>, std::uint32_t>;
-    template <LineOrRegionOf<Dim, T> Question>
-    void all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
-                     const QuestionFilters& filters, std::uint64_t max_results) const;
-    template <NearestOf<Dim, T> Question>
-    void nearest_of_each(std::span<const Question> questions, ResultLists<Hit<T>>& out,
-                         const QuestionFilters& filters) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void any_of_each(std::span<const Question> questions, BoolSpan out, const QuestionFilters& filters) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
-                       const QuestionFilters& filters) const;
+    friend Queries<BoxIndex, Dim, T, std::uint32_t, QueryFilter>;
     struct Implementation;
     std::unique_ptr<Implementation> implementation_;
 };

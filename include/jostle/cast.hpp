@@ -9,12 +9,9 @@
 #include "jostle/version.hpp"
 
 // What a ray, or a shape on its way, meets first. A BoxIndex or a World says which boxes a ray passes
-// through; ray_cast says whether it hits what is in them, and where:
+// through, ray_cast whether it hits what is in them, and where; with the shapes, they do both:
 //
-//     const Ray3f ray{eye, forward, 100};
-//     world.all(ray, boxes); // nearest box first, which needn't hold the nearest hit: first_hit() sees to it
-//     for (const ObjectHit<float>& box : boxes)
-//         if (const auto hit = ray_cast(shapes[box.id.index], poses[box.id.index], ray)) ...
+//     const auto hit = world.first(Ray3f{eye, forward, 100}, {shapes, poses}); // see Queries
 
 JOSTLE_NAMESPACE_BEGIN
 

@@ -11,12 +11,13 @@
 /// | periodic.hpp          | images, for pairs across the borders of periodic space              | mostly  |
 /// | world.hpp             | objects that come, move, rest and go; begin and end events          | yes     |
 /// | query.hpp             | rays, sweeps, overlaps, nearest, views: what can be asked           | yes     |
-/// | box_index.hpp         | those questions about boxes that seldom change                      | yes     |
+/// | queries.hpp           | any, count, first, nearest, all, visit: the verbs of all queries    | yes     |
+/// | box_index.hpp         | boxes that seldom change, and queries about them                    | yes     |
 /// | shapes.hpp            | spheres, capsules, boxes, hulls, meshes, height fields, your own    | mostly  |
 /// | cast.hpp              | rays, and shapes that move, against shapes                          | mostly  |
 /// | closed_mesh.hpp       | which points are inside of a mesh, and how far from its surface      | mostly  |
 /// | contact.hpp           | contacts, distances and times of impact of shapes                   | mostly  |
-/// | shape_query.hpp, shape_hits.hpp | rays, moving shapes, distances: against all shapes | mostly |
+/// | shape_query.hpp       | the same verbs about the shapes of a world or index                 | mostly  |
 /// | process.hpp           | work on pairs, balanced over the cores                              | yes     |
 /// | responses.hpp         | results per object, added up by all cores without locks             | yes     |
 /// | box.hpp, vec.hpp      | boxes, views of boxes in your own memory, vectors                   | yes     |
@@ -42,10 +43,10 @@
 #include "jostle/pair_buffer.hpp"
 #include "jostle/periodic.hpp"
 #include "jostle/process.hpp"
+#include "jostle/queries.hpp"
 #include "jostle/query.hpp"
 #include "jostle/recorder.hpp"
 #include "jostle/responses.hpp"
-#include "jostle/shape_hits.hpp"
 #include "jostle/shape_query.hpp"
 #include "jostle/shapes.hpp"
 #include "jostle/spatial_order.hpp"

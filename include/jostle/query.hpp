@@ -1,24 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <memory_resource>
 #include <optional>
-#include <ranges>
 #include <span>
-#include <utility>
-#include <vector>
 
 #include "jostle/box.hpp"
 #include "jostle/function_ref.hpp"
-#include "jostle/process.hpp"
 #include "jostle/version.hpp"
 
-// The questions that can be asked of boxes, and what their answers mean. Each is defined here by one function
+// The queries that can be asked of boxes, and what their answers mean. Each is defined here by one function
 // in the user's own numbers, evaluated exactly as written (no fused operations), whatever the index does to
 // be fast.
 
@@ -138,14 +132,20 @@ using NearestToBox3f = NearestToBox<3, float>;
 using NearestToBox2d = NearestToBox<2, double>;
 using NearestToBox3d = NearestToBox<3, double>;
 
-/// An object found along a ray or sweep or near a point.
-template <Coordinate T>
+/// An object found along a ray or sweep or near a point. `Id` is std::uint32_t in a BoxIndex, ObjectId in a
+/// World.
+template <Coordinate T, class Id = std::uint32_t>
 struct Hit
 {
     /// The id where there is no object.
-    static constexpr std::uint32_t none = ~std::uint32_t{0};
+    static constexpr Id none = [] {
+        if constexpr (std::unsigned_integral<Id>)
+            return std::numeric_limits<Id>::max();
+        else
+            return Id{};
+    }();
 
-    std::uint32_t id = none;
+    Id id = none;
     /// Rays and sweeps: the least fraction at which the box is touched, 0 if it is from the beginning.
     /// Nearest: the squared distance.
     T at = 0;
@@ -158,14 +158,11 @@ struct Hit
     }
 };
 
-using Hitf = Hit<float>;
-using Hitd = Hit<double>;
-
 /// Two objects and the squared distance between their boxes: squared_distance(box of a, box of b).
-template <Coordinate T>
+template <Coordinate T, class Id = std::uint32_t>
 struct PairHit
 {
-    std::uint32_t a = Hit<T>::none, b = Hit<T>::none;
+    Id a = Hit<T, Id>::none, b = Hit<T, Id>::none;
     T at = 0;
 
     friend constexpr bool operator==(const PairHit&, const PairHit&) = default;
@@ -177,26 +174,7 @@ struct PairHit
     }
 };
 
-using PairHitf = PairHit<float>;
-using PairHitd = PairHit<double>;
-
-// --- Visitors: who is handed each object that a question finds ---
-// A visitor returns whether to go on. It may ask the same index or world again, even the same question, but
-// it may change nothing in it: that is an `Error` of the call that would.
-
-/// For questions without an order.
-using IdVisitor = FunctionRef<bool(std::uint32_t id)>;
-/// For rays, sweeps and the nearest. Nothing further than `bound`, in the units of `hit.at`, is handed over
-/// from then on: a visitor that needs no more than that lowers it. It begins with the greatest fraction or
-/// the square of the greatest distance. To raise it has no effect; NaN is an `Error`.
-template <Coordinate T>
-using HitVisitor = FunctionRef<bool(const Hit<T>& hit, T& bound)>;
-/// For pairs without an order, and for the closest.
-using PairVisitor = FunctionRef<bool(std::uint32_t a, std::uint32_t b)>;
-template <Coordinate T>
-using PairHitVisitor = FunctionRef<bool(const PairHit<T>& hit, T& bound)>;
-
-/// Says which objects a question is about. An object counts if every part that is given agrees. A part that
+/// Says which objects a query is about. An object counts if every part that is given agrees. A part that
 /// is left empty filters nothing.
 struct QueryFilter
 {
@@ -212,197 +190,25 @@ struct QueryFilter
     std::uint32_t asker_owner = ~std::uint32_t{0};
     /// This object doesn't count: the asker itself.
     std::uint32_t exclude = ~std::uint32_t{0};
-    /// Called last, with the number of the question (0 if there is only one) and an object that is a result,
+    /// Called last, with the number of the query (0 if there is only one) and an object that is a result,
     /// or may become one. How often and in which order it is called depends on the index. A batch calls it
     /// from several threads at a time. An exception that it throws ends the call.
-    StoredFunctionRef<bool(std::uint32_t question, std::uint32_t id)> accept = {};
+    StoredFunctionRef<bool(std::uint32_t query, std::uint32_t id)> accept = {};
 };
 
-/// One filter for each question of a batch, in place of one for all: an array, vector or span of QueryFilter
-/// or ObjectQueryFilter. So each asker can leave out itself.
-///
-/// Lifetime  a view: the filters must outlive the call.
-template <class Filter>
-class FilterOfEach
-{
-  public:
-    template <class Many>
-        requires std::convertible_to<const Many&, std::span<const Filter>>
-    FilterOfEach(const Many& filters) noexcept : filters_(filters)
-    {
-    }
-    [[nodiscard]] std::size_t size() const noexcept { return filters_.size(); }
-    [[nodiscard]] const Filter& operator[](std::size_t question) const noexcept { return filters_[question]; }
-    /// All of them.
-    operator std::span<const Filter>() const noexcept { return filters_; }
-
-  private:
-    std::span<const Filter> filters_;
-};
-
-namespace detail {
-/// The `Error` where there are more or fewer `things` than questions.
-[[noreturn]] JOSTLE_API void throw_not_one_each(std::size_t questions, std::size_t count, const char* things);
-
-/// Those of a batch: none, one for all questions, or one for each. A view, too.
-template <class Filter>
-class QuestionFilters
-{
-  public:
-    QuestionFilters() noexcept : QuestionFilters(none) {}
-    QuestionFilters(const Filter& for_all) noexcept : filters_(&for_all, 1) {}
-    template <class Many>
-        requires std::convertible_to<const Many&, std::span<const Filter>>
-    QuestionFilters(const Many& for_each) noexcept : filters_(for_each), one_each_(true)
-    {
-    }
-    [[nodiscard]] bool one_each() const noexcept { return one_each_; }
-    void check(std::size_t questions) const
-    {
-        if (one_each_ && filters_.size() != questions)
-            throw_not_one_each(questions, filters_.size(), "filters");
-    }
-    [[nodiscard]] const Filter& operator[](std::size_t question) const noexcept
-    {
-        return filters_[one_each_ ? question : 0];
-    }
-
-  private:
-    static inline const Filter none = {};
-    std::span<const Filter> filters_;
-    bool one_each_ = false;
-};
-} // namespace detail
-
-/// What is asked along a line, about a region, or as either, in so many dimensions and these numbers.
-template <class Question, int Dim, class T>
-concept LineOf = std::same_as<Question, Ray<Dim, T>> || std::same_as<Question, Sweep<Dim, T>>;
-template <class Question, int Dim, class T>
-concept RegionOf = std::same_as<Question, Aabb<Dim, T>> || std::same_as<Question, Sphere<Dim, T>> ||
-                   std::same_as<Question, Frustum<Dim, T>>;
-template <class Question, int Dim, class T>
-concept LineOrRegionOf = LineOf<Question, Dim, T> || RegionOf<Question, Dim, T>;
-template <class Question, int Dim, class T>
-concept NearestOf = std::same_as<Question, Nearest<Dim, T>> || std::same_as<Question, NearestToBox<Dim, T>>;
-
-/// Whether questions lie in one piece in it: a vector, array or span of them.
-template <class Many>
-concept QuestionRange = std::ranges::contiguous_range<const Many> && std::ranges::sized_range<const Many>;
-
-/// Where answers of yes or no go: bools, or bytes that become 0 or 1, in an array, vector or span. (The bits
-/// of a std::vector<bool> are neither; a std::vector<std::uint8_t> takes its place.)
-///
-/// Lifetime  a view: what it is made of must outlive the call.
-class BoolSpan
-{
-  public:
-    template <class Bools>
-        requires std::convertible_to<Bools&, std::span<bool>>
-    BoolSpan(Bools&& bools) noexcept : bools_(bools)
-    {
-    }
-    template <class Bytes>
-        requires std::convertible_to<Bytes&, std::span<std::uint8_t>>
-    BoolSpan(Bytes&& bytes) noexcept
-    {
-        static_assert(sizeof(bool) == 1);
-        const std::span<std::uint8_t> all(bytes);
-        bools_ = {reinterpret_cast<bool*>(all.data()), all.size()};
-    }
-    [[nodiscard]] std::size_t size() const noexcept { return bools_.size(); }
-    [[nodiscard]] bool& operator[](std::size_t question) const noexcept { return bools_[question]; }
-
-  private:
-    std::span<bool> bools_;
-};
-
-/// The answers of a batch. List i belongs to question i. The next call refills the lists and uses their
-/// memory again.
-template <class Item>
-class ResultLists
-{
-  public:
-    explicit ResultLists(std::pmr::memory_resource* memory = std::pmr::get_default_resource())
-        : first_(memory), items_(memory), more_(memory), found_(memory)
-    {
-    }
-
-    [[nodiscard]] std::size_t size() const noexcept { return more_.size(); }
-    [[nodiscard]] std::span<const Item> operator[](std::size_t i) const noexcept
-    {
-        return std::span<const Item>(items_).subspan(first_[i], first_[i + 1] - first_[i]);
-    }
-    /// Whether question i has more results than `max_results`, which list i was cut to.
-    [[nodiscard]] bool more(std::size_t i) const noexcept { return more_[i] != 0; }
-    /// All lists, one behind the other.
-    [[nodiscard]] std::span<const Item> items() const noexcept { return items_; }
-
-    /// Refills the lists: append(i, items) appends the results of question i, in order, and returns whether
-    /// there are more. Each block of questions has a copy of it, which may keep working memory. If anything
-    /// throws, there are no lists.
-    template <class F>
-    void fill(std::size_t questions, const ProcessOptions& options, const F& append)
-    {
-        std::pmr::vector<Item> all(std::move(items_)); // if anything below throws, the lists are empty
-        items_.clear();
-        std::pmr::vector<std::uint8_t> cut(std::move(more_));
-        more_.clear();
-        first_.assign(questions + 1, 0);
-        cut.assign(questions, 0);
-        const WorkPlan plan = plan_work(questions, options);
-        struct Part
-        {
-            std::uint32_t slot;
-            std::size_t begin;
-        };
-        std::pmr::vector<Part> parts(plan.slots == 1 ? 0 : plan.blocks, found_.get_allocator());
-        if (found_.size() < plan.slots) found_.resize(plan.slots);
-        if (plan.slots == 1) found_[0].swap(all); // there is nothing to put together
-        for (auto& each : found_)
-            each.clear();
-        process_items(
-            questions,
-            [&](std::uint64_t begin, std::uint64_t end, Work work) {
-                std::pmr::vector<Item> mine(std::move(found_[work.slot])); // others write nearby
-                if (!parts.empty()) parts[begin / plan.block_items] = {work.slot, mine.size()};
-                F own = append;
-                for (auto i = static_cast<std::size_t>(begin); i < end; ++i) {
-                    const std::size_t before = mine.size();
-                    cut[i] = own(i, mine);
-                    first_[i + 1] = mine.size() - before;
-                }
-                found_[work.slot] = std::move(mine);
-            },
-            options);
-        for (std::size_t i = 0; i < questions; ++i)
-            first_[i + 1] += first_[i];
-        if (plan.slots == 1) {
-            found_[0].swap(all);
-        } else {
-            all.resize(first_[questions]);
-            process_items(
-                plan.blocks,
-                [&](std::uint64_t begin, std::uint64_t end, Work) {
-                    for (std::size_t block = begin; block < end; ++block) {
-                        const std::size_t from = first_[block * plan.block_items];
-                        const std::size_t to =
-                            first_[std::min<std::size_t>(questions, (block + 1) * plan.block_items)];
-                        std::copy_n(found_[parts[block].slot].data() + parts[block].begin, to - from,
-                                    all.data() + from);
-                    }
-                },
-                {options.executor, 4});
-        }
-        items_ = std::move(all);
-        more_ = std::move(cut);
-    }
-
-  private:
-    std::pmr::vector<std::size_t> first_;
-    std::pmr::vector<Item> items_;
-    std::pmr::vector<std::uint8_t> more_;
-    std::pmr::vector<std::pmr::vector<Item>> found_; // working memory, by slot
-};
+/// Queries along a line, about a region, near something, and all of them, in so many dimensions and these
+/// numbers.
+template <class Query, int Dim, class T>
+concept LineOf = std::same_as<Query, Ray<Dim, T>> || std::same_as<Query, Sweep<Dim, T>>;
+template <class Query, int Dim, class T>
+concept RegionOf = std::same_as<Query, Aabb<Dim, T>> || std::same_as<Query, Sphere<Dim, T>> ||
+                   std::same_as<Query, Frustum<Dim, T>>;
+template <class Query, int Dim, class T>
+concept LineOrRegionOf = LineOf<Query, Dim, T> || RegionOf<Query, Dim, T>;
+template <class Query, int Dim, class T>
+concept NearestOf = std::same_as<Query, Nearest<Dim, T>> || std::same_as<Query, NearestToBox<Dim, T>>;
+template <class Query, int Dim, class T>
+concept QueryOf = LineOrRegionOf<Query, Dim, T> || NearestOf<Query, Dim, T>;
 
 // --- What the answers are ---
 

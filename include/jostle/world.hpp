@@ -19,6 +19,7 @@
 #include "jostle/find_pairs.hpp"
 #include "jostle/function_ref.hpp"
 #include "jostle/pair_buffer.hpp"
+#include "jostle/queries.hpp"
 #include "jostle/query.hpp"
 #include "jostle/version.hpp"
 
@@ -74,34 +75,6 @@ struct EndedPair
     EndReason reason;
     friend constexpr bool operator==(const EndedPair&, const EndedPair&) = default;
 };
-
-/// An object found along a ray or sweep or near a point.
-template <Coordinate T>
-struct ObjectHit
-{
-    ObjectId id; ///< `ObjectId{}` where there is no object
-    T at = 0;    ///< as in `Hit`
-    friend constexpr bool operator==(const ObjectHit&, const ObjectHit&) = default;
-};
-
-/// As PairHit, of a world.
-template <Coordinate T>
-struct ObjectPairHit
-{
-    ObjectId a, b;
-    T at = 0;
-    friend constexpr bool operator==(const ObjectPairHit&, const ObjectPairHit&) = default;
-};
-
-/// As IdVisitor, HitVisitor and PairHitVisitor, of a world.
-using ObjectVisitor = FunctionRef<bool(ObjectId id)>;
-template <Coordinate T>
-using ObjectHitVisitor = FunctionRef<bool(const ObjectHit<T>& hit, T& bound)>;
-template <Coordinate T>
-using ObjectPairHitVisitor = FunctionRef<bool(const ObjectPairHit<T>& hit, T& bound)>;
-
-/// Is told that box `position` of a join touches an object.
-using ObjectJoinVisitor = FunctionRef<bool(std::uint32_t position, ObjectId id)>;
 
 /// Says which objects a question is about. A part that is left as it is filters nothing; category and mask
 /// are one part.
@@ -227,7 +200,7 @@ enum class DrawKind : std::uint8_t
 /// Errors    `Error` that names the object and the value, from the call that was given it: stale ids, NaN
 ///           or inverted boxes (see ignore_odd_boxes). `std::bad_alloc`. Either leaves the world as it was.
 template <int Dim, Coordinate T>
-class JOSTLE_API World
+class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQueryFilter>
 {
   public:
     using Box = Aabb<Dim, T>;
@@ -352,113 +325,21 @@ class JOSTLE_API World
     void touching(ObjectId id, std::vector<ObjectId>& out) const;
     /// Hands them to `visitor`, in the order of visit(), until it returns false. Returns false then, else
     /// true.
-    bool touching(ObjectId id, ObjectVisitor visitor) const;
+    bool touching(ObjectId id, FunctionRef<bool(ObjectId id)> visitor) const;
 
-    /// As BoxIndex::closest_pairs and closest_pair, with the objects' bounds: of this world's objects that
-    /// aren't disabled and whose filters let them pair, a.index < b.index; or of one of this world's and one
-    /// of another world's, whatever their filters. If `other` is this world, its own are meant. Of these,
-    /// pairs that touch and that `accept` refused are left out. About pairs apart it hasn't been asked, so
-    /// they are there, also those that it would refuse. The visitor may queue commands and read the worlds,
-    /// not update or restore them. The order of pairs at squared distance 0 may be another one after a
-    /// restore().
-    bool closest_pairs(ObjectPairHitVisitor<T> visitor,
-                       T max_distance = std::numeric_limits<T>::infinity()) const;
-    bool closest_pairs(const World& other, ObjectPairHitVisitor<T> visitor,
-                       T max_distance = std::numeric_limits<T>::infinity()) const;
-    [[nodiscard]] std::optional<ObjectPairHit<T>>
-    closest_pair(T max_distance = std::numeric_limits<T>::infinity()) const;
-    [[nodiscard]] std::optional<ObjectPairHit<T>>
-    closest_pair(const World& other, T max_distance = std::numeric_limits<T>::infinity()) const;
-
-    // --- Questions, about the bounds (margins and displacements included) of the objects as of the last
-    // update or apply(); disabled ones don't count ---
-    // They are those of `BoxIndex`, with the same answers in the same order, where an id's index stands for
-    // the id. The first one after an update that moved objects brings the index of active objects up to date,
-    // on the executor: with one whose tasks can't run others, ask it outside of tasks. Where a category or
-    // mask leaves few of many objects, and is asked for often, the world keeps indexes of those alone. Where
-    // a twentieth of 100,000 objects moves, a question then costs about 1.5 times what it costs in a BoxIndex
-    // of all that are asked for; of a million, some 2 times.
-
-    static constexpr std::uint64_t no_limit = ~std::uint64_t{0};
-
-    /// `Line` is Ray<Dim, T> or Sweep<Dim, T>.
-    template <LineOf<Dim, T> Line>
-    [[nodiscard]] std::optional<ObjectHit<T>> first(const Line& line,
-                                                    const ObjectQueryFilter& filter = {}) const;
-    bool all(const Ray<Dim, T>& ray, std::vector<ObjectHit<T>>& out, const ObjectQueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    bool all(const Sweep<Dim, T>& sweep, std::vector<ObjectHit<T>>& out, const ObjectQueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    bool all(const Box& region, std::vector<ObjectId>& out, const ObjectQueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    bool all(const Sphere<Dim, T>& region, std::vector<ObjectId>& out, const ObjectQueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    bool all(const Frustum<Dim, T>& region, std::vector<ObjectId>& out, const ObjectQueryFilter& filter = {},
-             std::uint64_t max_results = no_limit) const;
-    void nearest(const Nearest<Dim, T>& question, std::vector<ObjectHit<T>>& out,
-                 const ObjectQueryFilter& filter = {}) const;
-    void nearest(const NearestToBox<Dim, T>& question, std::vector<ObjectHit<T>>& out,
-                 const ObjectQueryFilter& filter = {}) const;
-    /// Hands each answer to `visitor` until it returns false. Returns false then, else true. As
-    /// BoxIndex::visit, which tells the order; that of a region may be another one after a restore(). The
-    /// visitor may queue commands and read the world, not update or restore it.
-    bool visit(const Ray<Dim, T>& ray, ObjectHitVisitor<T> visitor,
-               const ObjectQueryFilter& filter = {}) const;
-    bool visit(const Sweep<Dim, T>& sweep, ObjectHitVisitor<T> visitor,
-               const ObjectQueryFilter& filter = {}) const;
-    bool visit(const Nearest<Dim, T>& question, ObjectHitVisitor<T> visitor,
-               const ObjectQueryFilter& filter = {}) const;
-    bool visit(const NearestToBox<Dim, T>& question, ObjectHitVisitor<T> visitor,
-               const ObjectQueryFilter& filter = {}) const;
-    bool visit(const Box& region, ObjectVisitor visitor, const ObjectQueryFilter& filter = {}) const;
-    bool visit(const Sphere<Dim, T>& region, ObjectVisitor visitor,
-               const ObjectQueryFilter& filter = {}) const;
-    bool visit(const Frustum<Dim, T>& region, ObjectVisitor visitor,
-               const ObjectQueryFilter& filter = {}) const;
-    /// `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
-    template <LineOrRegionOf<Dim, T> Question>
-    [[nodiscard]] bool any(const Question& question, const ObjectQueryFilter& filter = {}) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    [[nodiscard]] std::uint64_t count(const Question& question, const ObjectQueryFilter& filter = {}) const;
-
-    // Many questions at once, as those of a BoxIndex.
-
-    template <QuestionRange Many, class Filters = ObjectQueryFilter>
-    void first(const Many& lines, std::span<ObjectHit<T>> out, const Filters& filters = {}) const
-    {
-        first_of_each(std::span<const std::ranges::range_value_t<Many>>(lines), out, filters);
-    }
-    template <QuestionRange Many, class Item, class Filters = ObjectQueryFilter>
-    void all(const Many& questions, ResultLists<Item>& out, const Filters& filters = {},
-             std::uint64_t max_results = no_limit) const
-    {
-        all_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters, max_results);
-    }
-    template <QuestionRange Many, class Filters = ObjectQueryFilter>
-    void nearest(const Many& questions, ResultLists<ObjectHit<T>>& out, const Filters& filters = {}) const
-    {
-        nearest_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
-    }
-    template <QuestionRange Many, class Filters = ObjectQueryFilter>
-    void any(const Many& questions, BoolSpan out, const Filters& filters = {}) const
-    {
-        any_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
-    }
-    template <QuestionRange Many, class Filters = ObjectQueryFilter>
-    void count(const Many& questions, std::span<std::uint64_t> out, const Filters& filters = {}) const
-    {
-        count_of_each(std::span<const std::ranges::range_value_t<Many>>(questions), out, filters);
-    }
-
-    /// All pairs of one of `boxes` and an object whose bounds it touches, ascending by (a, b): a is the
-    /// position in `boxes`, b the object's index. Refills `out`. Works in memory that the world keeps: like
-    /// update(), one call at a time, or an `Error`. Costs what BoxIndex::join does.
-    void join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter = {});
-    void join(const Boxes& boxes, std::pmr::vector<Pair>& out, FilterOfEach<ObjectQueryFilter> filters);
-    /// Hands the same pairs over, a by a, until the visitor returns false. Returns false then, else true. The
-    /// objects that one box touches come in the order of visit(). Costs about a question for each box.
-    bool join(const Boxes& boxes, ObjectJoinVisitor visitor, const ObjectQueryFilter& filter = {}) const;
-    bool join(const Boxes& boxes, ObjectJoinVisitor visitor, FilterOfEach<ObjectQueryFilter> filters) const;
+    // --- Queries: those of Queries, about the bounds (margins and displacements included) of the objects as
+    // of the last update or apply(); disabled ones don't count ---
+    // Answers and orders are those of a BoxIndex, where an id's index stands for the id; the order of visits
+    // of regions, and of closest pairs at distance 0, may be another one after a restore(). Visitors may
+    // queue commands and read the world, not update or restore it.
+    // The closest pairs of this world's own objects are of those whose filters let them pair; pairs that
+    // touch and that `accept` refused are left out. About pairs apart it hasn't been asked, so they are
+    // there, also those that it would refuse. Between two worlds filters say nothing.
+    // The first query after an update that moved objects brings the index of active objects up to date, on
+    // the executor: with one whose tasks can't run others, ask it outside of tasks. Where a category or mask
+    // leaves few of many objects, and is asked for often, the world keeps indexes of those alone. Where a
+    // twentieth of 100,000 objects moves, a query then costs about 1.5 times what it costs in a BoxIndex of
+    // all that are asked for; of a million, some 2 times.
 
     // --- The objects, as of the last update or apply() ---
 
@@ -552,23 +433,7 @@ class JOSTLE_API World
     struct Implementation;
 
   private:
-    using QuestionFilters = detail::QuestionFilters<ObjectQueryFilter>;
-    template <LineOf<Dim, T> Line>
-    void first_of_each(std::span<const Line> lines, std::span<ObjectHit<T>> out,
-                       const QuestionFilters& filters) const;
-    template <class Question>
-    using AnswerTo = std::conditional_t<LineOf<Question, Dim, T>, ObjectHit<T>, ObjectId>;
-    template <LineOrRegionOf<Dim, T> Question>
-    void all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
-                     const QuestionFilters& filters, std::uint64_t max_results) const;
-    template <NearestOf<Dim, T> Question>
-    void nearest_of_each(std::span<const Question> questions, ResultLists<ObjectHit<T>>& out,
-                         const QuestionFilters& filters) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void any_of_each(std::span<const Question> questions, BoolSpan out, const QuestionFilters& filters) const;
-    template <LineOrRegionOf<Dim, T> Question>
-    void count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
-                       const QuestionFilters& filters) const;
+    friend Queries<World, Dim, T, ObjectId, ObjectQueryFilter>;
     std::unique_ptr<Implementation> implementation_;
 };
 
@@ -581,10 +446,6 @@ using World2f = World<2, float>;
 using World2d = World<2, double>;
 using World3f = World<3, float>;
 using World3d = World<3, double>;
-using ObjectHitf = ObjectHit<float>;
-using ObjectHitd = ObjectHit<double>;
-using ObjectPairHitf = ObjectPairHit<float>;
-using ObjectPairHitd = ObjectPairHit<double>;
 using ObjectOptionsf = ObjectOptions<float>;
 using ObjectOptionsd = ObjectOptions<double>;
 

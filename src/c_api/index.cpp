@@ -76,7 +76,7 @@ class IndexFilter
 
 std::uint64_t id_of_hit(std::uint32_t id) noexcept
 {
-    return id == Hitf::none ? UINT64_MAX : id;
+    return id == Hit<float>::none ? UINT64_MAX : id;
 }
 
 /// inside(index, questions, filter) with everything in its type.
@@ -369,8 +369,8 @@ jostle_status jostle_index_first_hits(const jostle_index* index, const jostle_ob
     return guarded(error, [&] {
         const IndexContent& content = open(index);
         content.on([&](const auto& typed) {
-            ask_first_hits<IndexFilter, QueryFilter>(typed, content.kept, objects, casts, filters,
-                                                     filter_count, ids, hits, id_of_hit);
+            ask_first_hits<IndexFilter, QueryFilter>(typed, objects, casts, filters, filter_count, ids, hits,
+                                                     id_of_hit);
         });
     });
 }
@@ -383,8 +383,8 @@ jostle_status jostle_index_all_hits(const jostle_index* index, const jostle_obje
         const IndexContent& content = open(index);
         ResultsContent& into = open(results);
         content.on([&](const auto& typed) {
-            ask_all_hits<IndexFilter, QueryFilter>(typed, content.kept, objects, casts, filters, filter_count,
-                                                   max_results, into, id_of_hit);
+            ask_all_hits<IndexFilter, QueryFilter>(typed, objects, casts, filters, filter_count, max_results,
+                                                   into, id_of_hit);
         });
     });
 }
@@ -396,8 +396,8 @@ jostle_status jostle_index_nearest_shapes(const jostle_index* index, const jostl
     return guarded(error, [&] {
         const IndexContent& content = open(index);
         content.on([&](const auto& typed) {
-            ask_nearest_shapes<IndexFilter, QueryFilter>(typed, content.kept, objects, near, max_distances,
-                                                         filters, filter_count, ids, distances, id_of_hit);
+            ask_nearest_shapes<IndexFilter, QueryFilter>(typed, objects, near, max_distances, filters,
+                                                         filter_count, ids, distances, id_of_hit);
         });
     });
 }

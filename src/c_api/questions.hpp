@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "c_api/results.hpp"
-#include "jostle/query.hpp"
+#include "jostle/queries.hpp"
 
 // Questions to an index and to a world: one way for both.
 
@@ -158,14 +158,14 @@ class Filters
     std::vector<Filter> filters_;
 };
 
-/// inside(filter) with a Filter for all questions, or a FilterOfEach. Wish and Filter are as in Filters.
+/// inside(filter) with a Filter for all questions, or a span with one for each. Wish and Filter are as in Filters.
 template <class Wish, class Filter, class F>
 void with_filter(const jostle_query_filter* filter, std::uint64_t questions, F&& inside)
 {
     const std::uint64_t count = read_options(filter, "jostle_query_filter").count;
     if (count > 1) {
         const Filters<Wish, Filter> wishes(filter, count, questions);
-        inside(FilterOfEach<Filter>(wishes.all()));
+        inside(wishes.all());
     } else {
         const Wish wish(filter);
         inside(std::as_const(wish.filter));
@@ -178,7 +178,7 @@ const Filter& only(const Filter& filter)
     return filter;
 }
 template <class Filter>
-const Filter& only(const FilterOfEach<Filter>& filters)
+const Filter& only(std::span<const Filter> filters)
 {
     return filters[0];
 }

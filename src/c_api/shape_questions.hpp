@@ -17,16 +17,11 @@
 namespace jostle::c_api {
 
 template <class Filter>
-detail::QuestionFilters<Filter> as_question_filters(std::span<const Filter> filters)
+detail::QueryFilters<Filter> as_query_filters(std::span<const Filter> filters)
 {
     if (filters.empty()) return {};
-    return filters.size() == 1 ? detail::QuestionFilters<Filter>(filters.front())
-                               : detail::QuestionFilters<Filter>(filters);
-}
-
-inline Executor& executor_of(const Kept& kept)
-{
-    return kept.executor == nullptr ? default_executor() : *kept.executor;
+    return filters.size() == 1 ? detail::QueryFilters<Filter>(filters.front())
+                               : detail::QueryFilters<Filter>(filters);
 }
 
 inline std::uint64_t count_of(const jostle_casts* casts)
@@ -74,40 +69,38 @@ void take_apart(std::span<const Found> found, Id* ids, void* plain, IdOf id_of)
 }
 
 template <class Wish, class Filter, class Asked, class IdOf>
-void ask_first_hits(const Asked& asked, const Kept& kept, const jostle_objects* objects,
-                    const jostle_casts* casts, const jostle_query_filter* filters, std::uint64_t filter_count,
-                    std::uint64_t* ids, void* hits, IdOf id_of)
+void ask_first_hits(const Asked& asked, const jostle_objects* objects, const jostle_casts* casts,
+                    const jostle_query_filter* filters, std::uint64_t filter_count, std::uint64_t* ids,
+                    void* hits, IdOf id_of)
 {
-    constexpr int dim = detail::AskedTypes<Asked>::dim;
-    using T = detail::NumberOf<Asked>;
+    constexpr int dim = Asked::dim;
+    using T = typename Asked::Number;
     const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
     const std::uint64_t count = count_of(casts);
     wanted_array(ids, count, "ids");
     auto* const out = wanted_array_of<CastHit<dim, T>>(hits, count, "hits");
     const Filters<Wish, Filter> wishes(filters, filter_count, count);
     with_casts<dim, T>(*casts, [&](const auto& questions) {
-        std::vector<detail::HitOf<Asked>> found(questions.size());
-        first_hits(asked, {of.shapes, of.placed}, questions, found, as_question_filters(wishes.all()),
-                   executor_of(kept));
-        take_apart<CastHit<dim, T>>(std::span<const detail::HitOf<Asked>>(found), ids, out, id_of);
+        std::vector<typename Asked::FoundShape> found(questions.size());
+        asked.first(questions, {of.shapes, of.placed}, found, as_query_filters(wishes.all()));
+        take_apart<CastHit<dim, T>>(std::span<const typename Asked::FoundShape>(found), ids, out, id_of);
     });
 }
 
 template <class Wish, class Filter, class Asked, class IdOf>
-void ask_all_hits(const Asked& asked, const Kept& kept, const jostle_objects* objects,
-                  const jostle_casts* casts, const jostle_query_filter* filters, std::uint64_t filter_count,
-                  std::uint64_t max_results, ResultsContent& into, IdOf id_of)
+void ask_all_hits(const Asked& asked, const jostle_objects* objects, const jostle_casts* casts,
+                  const jostle_query_filter* filters, std::uint64_t filter_count, std::uint64_t max_results,
+                  ResultsContent& into, IdOf id_of)
 {
-    constexpr int dim = detail::AskedTypes<Asked>::dim;
-    using T = detail::NumberOf<Asked>;
+    constexpr int dim = Asked::dim;
+    using T = typename Asked::Number;
     using Plain = CastHit<dim, T>;
     const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
     const Filters<Wish, Filter> wishes(filters, filter_count, count_of(casts));
     into.begin();
     with_casts<dim, T>(*casts, [&](const auto& questions) {
-        ResultLists<detail::HitOf<Asked>> found(into.kept.resource());
-        all_hits(asked, {of.shapes, of.placed}, questions, found, as_question_filters(wishes.all()),
-                 max_results, executor_of(kept));
+        ResultLists<typename Asked::FoundShape> found(into.kept.resource());
+        asked.all(questions, {of.shapes, of.placed}, found, as_query_filters(wishes.all()), max_results);
         const auto hits = found.items();
         start(into.lists, true);
         for (std::size_t i = 0; i < found.size(); ++i) {
@@ -125,13 +118,12 @@ void ask_all_hits(const Asked& asked, const Kept& kept, const jostle_objects* ob
 }
 
 template <class Wish, class Filter, class Asked, class IdOf>
-void ask_nearest_shapes(const Asked& asked, const Kept& kept, const jostle_objects* objects,
-                        const jostle_objects* near, const jostle_values* max_distances,
-                        const jostle_query_filter* filters, std::uint64_t filter_count, std::uint64_t* ids,
-                        void* distances, IdOf id_of)
+void ask_nearest_shapes(const Asked& asked, const jostle_objects* objects, const jostle_objects* near,
+                        const jostle_values* max_distances, const jostle_query_filter* filters,
+                        std::uint64_t filter_count, std::uint64_t* ids, void* distances, IdOf id_of)
 {
-    constexpr int dim = detail::AskedTypes<Asked>::dim;
-    using T = detail::NumberOf<Asked>;
+    constexpr int dim = Asked::dim;
+    using T = typename Asked::Number;
     const auto of = objects_of<dim, Pose<dim, T>>(objects, "objects");
     const auto askers = objects_of<dim, Pose<dim, T>>(near, "near");
     const StridedView<double> most =
@@ -145,15 +137,14 @@ void ask_nearest_shapes(const Asked& asked, const Kept& kept, const jostle_objec
     wanted_array(ids, count, "ids");
     auto* const out = wanted_array_of<Distance<dim, T>>(distances, count, "distances");
     const Filters<Wish, Filter> wishes(filters, filter_count, count);
-    std::vector<NearestShape<dim, T>> questions(count);
+    std::vector<NearestToShape<dim, T>> questions(count);
     for (std::size_t i = 0; i < count; ++i) {
         questions[i] = {askers.shapes[i], askers.placed[i]};
         if (most.size() != 0) questions[i].max_distance = static_cast<T>(most[i]);
     }
-    std::vector<detail::DistanceOf<Asked>> found(count);
-    nearest_shapes(asked, {of.shapes, of.placed}, questions, found, as_question_filters(wishes.all()),
-                   executor_of(kept));
-    take_apart<Distance<dim, T>>(std::span<const detail::DistanceOf<Asked>>(found), ids, out, id_of);
+    std::vector<typename Asked::FoundDistance> found(count);
+    asked.nearest(questions, {of.shapes, of.placed}, found, as_query_filters(wishes.all()));
+    take_apart<Distance<dim, T>>(std::span<const typename Asked::FoundDistance>(found), ids, out, id_of);
 }
 
 } // namespace jostle::c_api

@@ -69,7 +69,7 @@ jostle_status jostle_world_first(const jostle_world* world, jostle_question kind
         ask(world, kind, questions, count, filter, lines,
             [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked, const auto& wish) {
                 if constexpr (is_line<typename decltype(asked)::value_type>)
-                    ask_first<ObjectHit<T>>(typed, asked, wish, hits, to_c);
+                    ask_first<Hit<T, ObjectId>>(typed, asked, wish, hits, to_c);
             });
     });
 }
@@ -81,7 +81,7 @@ jostle_status jostle_world_all(const jostle_world* world, jostle_question kind, 
         ResultsContent& into = open(results);
         ask(world, kind, questions, count, filter, any_kind,
             [&]<int Dim, Coordinate T>(const World<Dim, T>& typed, auto asked, const auto& wish) {
-                ask_all<ObjectHit<T>, ObjectId>(typed, asked, wish, max_results, into, to_c);
+                ask_all<Hit<T, ObjectId>, ObjectId>(typed, asked, wish, max_results, into, to_c);
             });
     });
 }
@@ -158,8 +158,8 @@ jostle_status jostle_world_first_hits(const jostle_world* world, const jostle_ob
     return guarded(error, [&] {
         const WorldContent& content = open(world);
         content.on([&](const auto& typed) {
-            ask_first_hits<WorldFilter, ObjectQueryFilter>(typed, content.kept, objects, casts, filters,
-                                                           filter_count, ids, hits, to_c);
+            ask_first_hits<WorldFilter, ObjectQueryFilter>(typed, objects, casts, filters, filter_count, ids,
+                                                           hits, to_c);
         });
     });
 }
@@ -172,8 +172,8 @@ jostle_status jostle_world_all_hits(const jostle_world* world, const jostle_obje
         const WorldContent& content = open(world);
         ResultsContent& into = open(results);
         content.on([&](const auto& typed) {
-            ask_all_hits<WorldFilter, ObjectQueryFilter>(typed, content.kept, objects, casts, filters,
-                                                         filter_count, max_results, into, to_c);
+            ask_all_hits<WorldFilter, ObjectQueryFilter>(typed, objects, casts, filters, filter_count,
+                                                         max_results, into, to_c);
         });
     });
 }
@@ -185,9 +185,8 @@ jostle_status jostle_world_nearest_shapes(const jostle_world* world, const jostl
     return guarded(error, [&] {
         const WorldContent& content = open(world);
         content.on([&](const auto& typed) {
-            ask_nearest_shapes<WorldFilter, ObjectQueryFilter>(typed, content.kept, objects, near,
-                                                               max_distances, filters, filter_count, ids,
-                                                               distances, to_c);
+            ask_nearest_shapes<WorldFilter, ObjectQueryFilter>(typed, objects, near, max_distances, filters,
+                                                               filter_count, ids, distances, to_c);
         });
     });
 }

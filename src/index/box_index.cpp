@@ -11,17 +11,21 @@
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
 #include "base/per_thread.hpp"
+#include "base/result_lists.hpp"
 #include "index/box_index_access.hpp"
 #include "index/kernels/kernels.hpp"
 #include "index/queries/answers.hpp"
 #include "index/queries/check.hpp"
 #include "index/queries/join.hpp"
 #include "index/queries/pair_answers.hpp"
+#include "index/queries/verbs.hpp"
 #include "index/tree/odd_boxes.hpp"
 #include "index/tree/tree.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 
+using index::PairVisitor;
+using index::Visits;
 using index::Wanted;
 
 namespace {
@@ -56,45 +60,36 @@ class Answering
     const Answering* const outer_;
 };
 
-/// A filter applied to the objects of one question.
-class Asked
+/// Whether an object counts by a filter.
+bool takes(const QueryFilter& filter, std::uint32_t query, std::uint32_t id)
 {
-  public:
-    explicit Asked(const QueryFilter& filter, std::uint32_t question = 0)
-        : filter_(filter), question_(question)
-    {
-    }
-    bool operator()(std::uint32_t id) const
-    {
-        if (id == filter_.exclude) return false;
-        if (!filter_.mask.empty() && ((filter_.category[id] & filter_.asker_mask) == 0 ||
-                                      (filter_.asker_category & filter_.mask[id]) == 0))
-            return false;
-        if (!filter_.owner.empty() && filter_.asker_owner != Filter::no_owner &&
-            filter_.owner[id] == filter_.asker_owner)
-            return false;
-        return !filter_.accept || filter_.accept(question_, id);
-    }
-    /// Null if everything passes.
-    static bool trivial(const QueryFilter& filter)
-    {
-        return filter.exclude == ~std::uint32_t{0} && filter.mask.empty() && filter.owner.empty() &&
-               !filter.accept;
-    }
-
-  private:
-    const QueryFilter& filter_;
-    std::uint32_t question_;
-};
+    if (id == filter.exclude) return false;
+    if (!filter.mask.empty() &&
+        ((filter.category[id] & filter.asker_mask) == 0 || (filter.asker_category & filter.mask[id]) == 0))
+        return false;
+    if (!filter.owner.empty() && filter.asker_owner != Filter::no_owner &&
+        filter.owner[id] == filter.asker_owner)
+        return false;
+    return !filter.accept || filter.accept(query, id);
+}
+bool takes_all(const QueryFilter& filter) noexcept
+{
+    return filter.exclude == ~std::uint32_t{0} && filter.mask.empty() && filter.owner.empty() &&
+           !filter.accept;
+}
 
 } // namespace
 
 template <int Dim, Coordinate T>
 struct BoxIndex<Dim, T>::Implementation
 {
+    class Asking;
+    class AskingMany;
+    using Filters = detail::QueryFilters<QueryFilter>;
+
     explicit Implementation(const IndexOptions& given)
         : options(given),
-          executor(given.executor != nullptr ? given.executor : &default_executor()),
+          tasks(given.executor != nullptr ? given.executor : &default_executor()),
           kernels(index::kernels_for<Dim, T>(checked(given.instruction_set))),
           tree(given),
           odd(given.memory),
@@ -153,83 +148,17 @@ struct BoxIndex<Dim, T>::Implementation
                     static_cast<std::uint64_t>(second - ids.begin()));
     }
 
-    [[nodiscard]] index::Answers<Dim, T> answers() const { return {kernels, tree}; }
-
-    /// Calls body(wanted) with the filter of one question.
-    template <class Body>
-    auto filtered(const QueryFilter& filter, std::uint32_t question, const Body& body) const
+    template <class Query>
+    void check(const Query& query, std::uint64_t number) const
     {
-        if (Asked::trivial(filter)) return body(Wanted());
-        const Answering answering(filter.accept ? this : nullptr);
-        const Asked asked(filter, question);
-        return body(Wanted(asked));
+        index::check(query, number, options.ignore_odd_boxes);
     }
-
-    template <class Question>
-    void check(const Question& question, const QueryFilter& filter) const
-    {
-        index::check(question, Error::no_index, options.ignore_odd_boxes);
-        index::check(filter, tree.id_end());
-    }
-    template <class Question>
-    void check_all(std::span<const Question> questions, const QuestionFilters& filters) const
-    {
-        index::check_all(questions, options.ignore_odd_boxes);
-        check_filters(filters, questions.size());
-    }
-    void check_filters(const QuestionFilters& filters, std::size_t questions) const
+    void check_filters(const Filters& filters, std::size_t queries) const
     {
         if (!filters.one_each()) return index::check(filters[0], tree.id_end());
-        filters.check(questions);
-        for (std::size_t i = 0; i < questions; ++i)
+        filters.check(queries);
+        for (std::size_t i = 0; i < queries; ++i)
             index::check(filters[i], tree.id_end(), i);
-    }
-
-    // Single questions.
-
-    template <class Line>
-    std::optional<Hit<T>> first(const Line& line, const QueryFilter& filter) const
-    {
-        check(line, filter);
-        const Hit<T> hit = filtered(filter, 0, [&](Wanted wanted) { return answers().first(line, wanted); });
-        return hit.id == Hit<T>::none ? std::nullopt : std::optional<Hit<T>>(hit);
-    }
-    template <class Question, class Item>
-    bool all(const Question& question, std::vector<Item>& out, const QueryFilter& filter,
-             std::uint64_t max_results) const
-    {
-        out.clear();
-        check(question, filter);
-        return filtered(filter, 0,
-                        [&](Wanted wanted) { return answers().all(question, wanted, max_results, out); });
-    }
-    template <class Question>
-    void nearest(const Question& question, std::vector<Hit<T>>& out, const QueryFilter& filter) const
-    {
-        out.clear();
-        check(question, filter);
-        filtered(filter, 0, [&](Wanted wanted) { answers().nearest(question, wanted, out); });
-    }
-
-    // Batches.
-
-    /// Calls body(i, wanted) for each question.
-    template <class Body>
-    void each(std::size_t count, const QuestionFilters& filters, const Body& body) const
-    {
-        index::each_question(*executor, count, [&](std::size_t i) {
-            filtered(filters[i], static_cast<std::uint32_t>(i), [&](Wanted wanted) { body(i, wanted); });
-        });
-    }
-    /// find(i, wanted, items) appends the results of question i and returns whether there are more.
-    template <class Item, class Find>
-    void lists(std::size_t count, ResultLists<Item>& out, const QuestionFilters& filters,
-               const Find& find) const
-    {
-        out.fill(count, index::of_batch(*executor), [&](std::size_t i, auto& items) {
-            return filtered(filters[i], static_cast<std::uint32_t>(i),
-                            [&](Wanted wanted) { return find(i, wanted, items); });
-        });
     }
 
     /// Of boxes and a tree's objects, in the working memory of this index.
@@ -238,37 +167,34 @@ struct BoxIndex<Dim, T>::Implementation
         index::check_joined(boxes, options.ignore_odd_boxes);
         if (options.ignore_odd_boxes && count_odd(boxes) != 0) {
             index::ValidBoxes<Dim, T> valid(options.memory, boxes);
-            joins.run(with, *executor, BoxView<Dim, T>(valid.boxes), pairs);
+            joins.run(with, *tasks, BoxView<Dim, T>(valid.boxes), pairs);
             for (Pair& pair : pairs)
                 pair.a = valid.ids[pair.a];
         } else {
-            joins.run(with, *executor, boxes, pairs);
+            joins.run(with, *tasks, boxes, pairs);
         }
     }
-    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const QuestionFilters& filters)
+    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters)
     {
         std::pmr::vector<Pair> pairs(std::move(out)); // if anything below throws, the result is empty
         out.clear();
         check_filters(filters, boxes.size());
         join(tree, boxes, pairs);
-        if (filters.one_each() || !Asked::trivial(filters[0])) {
-            const Answering answering(this);
-            std::erase_if(pairs, [&](const Pair& pair) { return !Asked(filters[pair.a], pair.a)(pair.b); });
-        }
+        const Answering answering(this);
+        if (filters.one_each() || !takes_all(filters[0]))
+            std::erase_if(pairs, [&](const Pair& pair) { return !takes(filters[pair.a], pair.a, pair.b); });
         out = std::move(pairs);
     }
-    bool join(const BoxView<Dim, T>& boxes, PairVisitor visitor, const QuestionFilters& filters) const
+    bool visit_joined(const BoxView<Dim, T>& boxes, PairVisitor visitor, const Filters& filters) const
     {
         index::check_joined(boxes, options.ignore_odd_boxes);
-        check_filters(filters, boxes.size());
-        const Answering answering(this);
-        const index::Answers<Dim, T> given = answers();
+        const AskingMany asking(*this, filters, boxes.size(), this);
         for (std::size_t i = 0; i < boxes.size(); ++i) {
             const auto a = static_cast<std::uint32_t>(i);
-            const bool goes_on = filtered(filters[i], a, [&](Wanted wanted) {
-                return given.visit(boxes[i], wanted, [&](std::uint32_t b) { return visitor(a, b); });
-            });
-            if (!goes_on) return false;
+            const auto visit_all = [&](const Asking& one, std::size_t, Wanted wanted) {
+                return one.answers().visit(boxes[i], wanted, [&](std::uint32_t b) { return visitor(a, b); });
+            };
+            if (!asking.with(i, visit_all)) return false;
         }
         return true;
     }
@@ -282,7 +208,7 @@ struct BoxIndex<Dim, T>::Implementation
         const index::Roots<Dim, T> roots = roots_with(other);
         return kernels.pairs({&roots, 1}, visitor);
     }
-    bool closest_pairs(const Implementation& other, PairHitVisitor<T> visitor, T max_distance) const
+    bool closest_pairs(const Implementation& other, index::PairHitVisitor<T> visitor, T max_distance) const
     {
         index::check_max_distance(max_distance);
         const Answering answering(this), other_answering(&other);
@@ -291,12 +217,98 @@ struct BoxIndex<Dim, T>::Implementation
                                             tree.closest_work());
     }
 
+    [[nodiscard]] Executor& executor() const noexcept { return *tasks; }
+
     IndexOptions options;
-    Executor* executor;
+    Executor* tasks; // who runs them
     const index::Kernels<Dim, T>& kernels;
     index::Tree<Dim, T> tree;
     index::OddBoxes<Dim, T> odd;
     index::Join<Dim, T> joins;
+};
+
+/// One query: who answers it, and what counts by its filter.
+template <int Dim, Coordinate T>
+class BoxIndex<Dim, T>::Implementation::Asking
+{
+  public:
+    Asking(const Implementation& index, const QueryFilter& filter, Visits visits = Visits::no)
+        : Asking(index, (index::check(filter, index.tree.id_end()), filter),
+                 filter.accept || visits != Visits::no ? &index : nullptr)
+    {
+    }
+    /// `filter` has been checked. `called_from`: the index, if code of the user's is called, else null.
+    Asking(const Implementation& index, const QueryFilter& filter, const Implementation* called_from)
+        : answers_(index.kernels, index.tree), filter_(filter), answering_(called_from)
+    {
+    }
+    [[nodiscard]] const index::Answers<Dim, T>& answers() const noexcept { return answers_; }
+    template <class Body>
+    auto with(std::size_t query, const Body& body) const
+    {
+        if (takes_all(filter_)) return body(Wanted());
+        const auto wanted = [&](std::uint32_t id) {
+            return takes(filter_, static_cast<std::uint32_t>(query), id);
+        };
+        return body(Wanted(wanted));
+    }
+    template <class Found>
+    [[nodiscard]] const Found& given(const Found& found) const noexcept
+    {
+        return found;
+    }
+    template <class Item, class Find>
+    bool list(std::vector<Item>& out, const Find& find) const
+    {
+        return with(0, [&](Wanted wanted) { return find(wanted, out); });
+    }
+
+  private:
+    const index::Answers<Dim, T> answers_;
+    const QueryFilter& filter_;
+    const Answering answering_;
+};
+
+/// A batch of queries.
+template <int Dim, Coordinate T>
+class BoxIndex<Dim, T>::Implementation::AskingMany
+{
+  public:
+    AskingMany(const Implementation& index, const Filters& filters, std::size_t queries,
+               const Implementation* called_from = nullptr)
+        : index_(index), count_(queries), filters_(filters), answering_(called_from)
+    {
+        index.check_filters(filters, queries);
+    }
+    /// Calls body(asking, i, wanted) for one query.
+    template <class Body>
+    auto with(std::size_t i, const Body& body) const
+    {
+        const QueryFilter& filter = filters_[i];
+        const Asking asking(index_, filter, filter.accept ? &index_ : nullptr); // on this thread
+        return asking.with(i, [&](Wanted wanted) { return body(asking, i, wanted); });
+    }
+    template <class Body>
+    void each(const Body& body) const
+    {
+        index::each_question(index_.executor(), count_, [&](std::size_t i) { with(i, body); });
+    }
+    template <class Item, class Find>
+    void lists(ResultLists<Item>& out, const Find& find) const
+    {
+        ResultListsAccess::fill(out, count_, index::of_batch(index_.executor()),
+                                [&](std::size_t i, auto& items) {
+                                    return with(i, [&](const Asking& asking, std::size_t, Wanted wanted) {
+                                        return find(asking, i, wanted, items);
+                                    });
+                                });
+    }
+
+  private:
+    const Implementation& index_;
+    std::size_t count_;
+    Filters filters_;
+    const Answering answering_;
 };
 
 template <int Dim, Coordinate T>
@@ -370,7 +382,7 @@ template <int Dim, Coordinate T>
 void BoxIndexAccess::look_around(BoxIndex<Dim, T>& index, const Boxes<Dim, T>& boxes)
 {
     auto& inside = *index.implementation_;
-    inside.joins.look_around(inside.tree, *inside.executor, boxes);
+    inside.joins.look_around(inside.tree, *inside.tasks, boxes);
 }
 
 template <int Dim, Coordinate T>
@@ -445,88 +457,6 @@ IndexStats BoxIndex<Dim, T>::stats() const noexcept
     return stats;
 }
 
-template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out,
-                            const QueryFilter& filter)
-{
-    implementation_->join(boxes, out, filter);
-}
-template <int Dim, Coordinate T>
-void BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out,
-                            FilterOfEach<QueryFilter> filters)
-{
-    implementation_->join(boxes, out, filters);
-}
-template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, PairVisitor visitor,
-                            const QueryFilter& filter) const
-{
-    return implementation_->join(boxes, visitor, filter);
-}
-template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::join(const BoxView<Dim, T>& boxes, PairVisitor visitor,
-                            FilterOfEach<QueryFilter> filters) const
-{
-    return implementation_->join(boxes, visitor, filters);
-}
-
-// --- Single questions ---
-
-#define JOSTLE_FIRST(Line)                                                                                   \
-    template <int Dim, Coordinate T>                                                                         \
-    std::optional<Hit<T>> BoxIndex<Dim, T>::first(const Line<Dim, T>& line, const QueryFilter& filter) const \
-    {                                                                                                        \
-        return implementation_->first(line, filter);                                                         \
-    }
-JOSTLE_FIRST(Ray)
-JOSTLE_FIRST(Sweep)
-#undef JOSTLE_FIRST
-
-#define JOSTLE_ALL(Question, Item)                                                                           \
-    template <int Dim, Coordinate T>                                                                         \
-    bool BoxIndex<Dim, T>::all(const Question<Dim, T>& question, std::vector<Item>& out,                     \
-                               const QueryFilter& filter, std::uint64_t max_results) const                   \
-    {                                                                                                        \
-        return implementation_->all(question, out, filter, max_results);                                     \
-    }
-JOSTLE_ALL(Ray, Hit<T>)
-JOSTLE_ALL(Sweep, Hit<T>)
-JOSTLE_ALL(Aabb, std::uint32_t)
-JOSTLE_ALL(Sphere, std::uint32_t)
-JOSTLE_ALL(Frustum, std::uint32_t)
-#undef JOSTLE_ALL
-
-#define JOSTLE_NEAREST(Question)                                                                             \
-    template <int Dim, Coordinate T>                                                                         \
-    void BoxIndex<Dim, T>::nearest(const Question<Dim, T>& question, std::vector<Hit<T>>& out,               \
-                                   const QueryFilter& filter) const                                          \
-    {                                                                                                        \
-        implementation_->nearest(question, out, filter);                                                     \
-    }
-JOSTLE_NEAREST(Nearest)
-JOSTLE_NEAREST(NearestToBox)
-#undef JOSTLE_NEAREST
-
-#define JOSTLE_VISIT(Question, Visitor, in_which_order)                                                      \
-    template <int Dim, Coordinate T>                                                                         \
-    bool BoxIndex<Dim, T>::visit(const Question<Dim, T>& question, Visitor visitor,                          \
-                                 const QueryFilter& filter) const                                            \
-    {                                                                                                        \
-        implementation_->check(question, filter);                                                            \
-        const Answering answering(implementation_.get());                                                    \
-        return implementation_->filtered(filter, 0, [&](Wanted wanted) {                                     \
-            return implementation_->answers().in_which_order(question, wanted, visitor);                     \
-        });                                                                                                  \
-    }
-JOSTLE_VISIT(Ray, HitVisitor<T>, visit_in_order)
-JOSTLE_VISIT(Sweep, HitVisitor<T>, visit_in_order)
-JOSTLE_VISIT(Nearest, HitVisitor<T>, visit_in_order)
-JOSTLE_VISIT(NearestToBox, HitVisitor<T>, visit_in_order)
-JOSTLE_VISIT(Aabb, IdVisitor, visit)
-JOSTLE_VISIT(Sphere, IdVisitor, visit)
-JOSTLE_VISIT(Frustum, IdVisitor, visit)
-#undef JOSTLE_VISIT
-
 // --- Pairs of objects ---
 
 template <int Dim, Coordinate T>
@@ -540,129 +470,8 @@ bool BoxIndex<Dim, T>::pairs(const BoxIndex& other, PairVisitor visitor) const
     return implementation_->pairs(*other.implementation_, visitor);
 }
 template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::closest_pairs(PairHitVisitor<T> visitor, T max_distance) const
-{
-    return implementation_->closest_pairs(*implementation_, visitor, max_distance);
-}
-template <int Dim, Coordinate T>
-bool BoxIndex<Dim, T>::closest_pairs(const BoxIndex& other, PairHitVisitor<T> visitor, T max_distance) const
-{
-    return implementation_->closest_pairs(*other.implementation_, visitor, max_distance);
-}
-template <int Dim, Coordinate T>
-std::optional<PairHit<T>> BoxIndex<Dim, T>::closest_pair(T max_distance) const
-{
-    return closest_pair(*this, max_distance);
-}
-template <int Dim, Coordinate T>
-std::optional<PairHit<T>> BoxIndex<Dim, T>::closest_pair(const BoxIndex& other, T max_distance) const
-{
-    std::optional<PairHit<T>> closest;
-    const auto keep_first = [&](const PairHit<T>& hit, T&) { return closest = hit, false; };
-    closest_pairs(other, keep_first, max_distance);
-    return closest;
-}
+using IndexQueries = Queries<BoxIndex<Dim, T>, Dim, T, std::uint32_t, QueryFilter>;
 
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-bool BoxIndex<Dim, T>::any(const Question& question, const QueryFilter& filter) const
-{
-    implementation_->check(question, filter);
-    return implementation_->filtered(
-        filter, 0, [&](Wanted wanted) { return implementation_->answers().any(question, wanted); });
-}
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-std::uint64_t BoxIndex<Dim, T>::count(const Question& question, const QueryFilter& filter) const
-{
-    implementation_->check(question, filter);
-    return implementation_->filtered(
-        filter, 0, [&](Wanted wanted) { return implementation_->answers().count(question, wanted); });
-}
-
-// --- Batches ---
-
-template <int Dim, Coordinate T>
-template <LineOf<Dim, T> Line>
-void BoxIndex<Dim, T>::first_of_each(std::span<const Line> lines, std::span<Hit<T>> out,
-                                     const QuestionFilters& filters) const
-{
-    index::check_room(lines.size(), out.size());
-    implementation_->check_all(lines, filters);
-    const index::Answers<Dim, T> answers = implementation_->answers();
-    implementation_->each(lines.size(), filters,
-                          [&](std::size_t i, Wanted wanted) { out[i] = answers.first(lines[i], wanted); });
-}
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-void BoxIndex<Dim, T>::all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
-                                   const QuestionFilters& filters, std::uint64_t max_results) const
-{
-    implementation_->check_all(questions, filters);
-    const index::Answers<Dim, T> answers = implementation_->answers();
-    implementation_->lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
-        return answers.all(questions[i], wanted, max_results, items);
-    });
-}
-
-template <int Dim, Coordinate T>
-template <NearestOf<Dim, T> Question>
-void BoxIndex<Dim, T>::nearest_of_each(std::span<const Question> questions, ResultLists<Hit<T>>& out,
-                                       const QuestionFilters& filters) const
-{
-    implementation_->check_all(questions, filters);
-    const index::Answers<Dim, T> answers = implementation_->answers();
-    implementation_->lists(questions.size(), out, filters, [&](std::size_t i, Wanted wanted, auto& items) {
-        answers.nearest(questions[i], wanted, items);
-        return false;
-    });
-}
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-void BoxIndex<Dim, T>::any_of_each(std::span<const Question> questions, BoolSpan out,
-                                   const QuestionFilters& filters) const
-{
-    index::check_room(questions.size(), out.size());
-    implementation_->check_all(questions, filters);
-    const index::Answers<Dim, T> answers = implementation_->answers();
-    implementation_->each(questions.size(), filters,
-                          [&](std::size_t i, Wanted wanted) { out[i] = answers.any(questions[i], wanted); });
-}
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-void BoxIndex<Dim, T>::count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
-                                     const QuestionFilters& filters) const
-{
-    index::check_room(questions.size(), out.size());
-    implementation_->check_all(questions, filters);
-    const index::Answers<Dim, T> answers = implementation_->answers();
-    implementation_->each(questions.size(), filters, [&](std::size_t i, Wanted wanted) {
-        out[i] = answers.count(questions[i], wanted);
-    });
-}
-
-#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question)                                                        \
-    template JOSTLE_API bool BoxIndex<Dim, T>::any(const Question<Dim, T>&, const QueryFilter&) const;       \
-    template JOSTLE_API std::uint64_t BoxIndex<Dim, T>::count(const Question<Dim, T>&, const QueryFilter&)   \
-        const;                                                                                               \
-    template JOSTLE_API void BoxIndex<Dim, T>::all_of_each(std::span<const Question<Dim, T>>,                \
-                                                           ResultLists<AnswerTo<Question<Dim, T>>>&,         \
-                                                           const QuestionFilters&, std::uint64_t) const;     \
-    template JOSTLE_API void BoxIndex<Dim, T>::any_of_each(std::span<const Question<Dim, T>>, BoolSpan,      \
-                                                           const QuestionFilters&) const;                    \
-    template JOSTLE_API void BoxIndex<Dim, T>::count_of_each(                                                \
-        std::span<const Question<Dim, T>>, std::span<std::uint64_t>, const QuestionFilters&) const;
-#define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line)                                                                \
-    template JOSTLE_API void BoxIndex<Dim, T>::first_of_each(                                                \
-        std::span<const Line<Dim, T>>, std::span<Hit<T>>, const QuestionFilters&) const;
-#define JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                          \
-    template JOSTLE_API void BoxIndex<Dim, T>::nearest_of_each(                                              \
-        std::span<const Nearest<Dim, T>>, ResultLists<Hit<T>>&, const QuestionFilters&) const;
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template class JOSTLE_API BoxIndex<Dim, T>;                                                              \
     template index::Tree<Dim, T>& BoxIndexAccess::tree(BoxIndex<Dim, T>&) noexcept;                          \
@@ -672,17 +481,8 @@ void BoxIndex<Dim, T>::count_of_each(std::span<const Question> questions, std::s
     template void BoxIndexAccess::look_around(BoxIndex<Dim, T>&, const BoxView<Dim, T>&);                    \
     template std::span<const index::Seen<Dim, T>> BoxIndexAccess::around(const BoxIndex<Dim, T>&,            \
                                                                          std::size_t) noexcept;              \
-    JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
-    JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere)                                                              \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum)                                                             \
-    JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                              \
-    JOSTLE_INSTANTIATE_NEAREST(Dim, T, NearestToBox)
+    JOSTLE_COMPILE_QUERIES(IndexQueries, QueryFilter, Dim, T)
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
-#undef JOSTLE_INSTANTIATE_QUESTION
-#undef JOSTLE_INSTANTIATE_LINE
-#undef JOSTLE_INSTANTIATE_NEAREST
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

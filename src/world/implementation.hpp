@@ -6,6 +6,7 @@
 #include <span>
 
 #include "base/in_use.hpp"
+#include "index/queries/check.hpp"
 #include "jostle/world.hpp"
 #include "world/kept/change_log.hpp"
 #include "world/kept/journal.hpp"
@@ -157,10 +158,34 @@ struct Following
 } // namespace world
 
 /// docs/guide/world.md tells how it works.
+namespace world {
+template <int Dim, class T>
+class Asking;
+template <int Dim, class T>
+class AskingMany;
+} // namespace world
+
 template <int Dim, Coordinate T>
 struct World<Dim, T>::Implementation
 {
+    // How queries are put to it: see index/queries/verbs.hpp.
+    using Asking = world::Asking<Dim, T>;
+    using AskingMany = world::AskingMany<Dim, T>;
+    using Filters = detail::QueryFilters<ObjectQueryFilter>;
+    using JoinVisitor = typename World::JoinVisitor;
+    using ClosestVisitor = typename World::ClosestVisitor;
+
     explicit Implementation(const WorldOptions& options);
+
+    template <class Query>
+    void check(const Query& query, std::uint64_t number) const
+    {
+        index::check(query, number, state.options.ignore_odd_boxes);
+    }
+    [[nodiscard]] Executor& executor() const noexcept { return *state.executor; }
+    void join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out, const Filters& filters);
+    bool visit_joined(const BoxView<Dim, T>& boxes, JoinVisitor visitor, const Filters& filters) const;
+    bool closest_pairs(const Implementation& other, ClosestVisitor visitor, T max_distance) const;
 
     [[nodiscard]] world::ChangingCall begin_change() { return {in_use, readers}; }
     void queue(const world::Command<Dim, T>& command);

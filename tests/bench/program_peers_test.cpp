@@ -113,15 +113,15 @@ TEST(ProgramPeers, ServersTellWhatADefinitionTells)
                       std::multiset<std::uint32_t>(expected.begin(), expected.end()));
         }
         if (!peer->has_shots()) continue;
-        std::vector<jostle::Hitf> hits(rays.size());
+        std::vector<jostle::Hit<float>> hits(rays.size());
         peer->shots(rays, shooters, hits);
         std::size_t hit = 0;
         for (std::size_t i = 0; i < rays.size(); ++i) {
-            jostle::Hitf expected;
+            jostle::Hit<float> expected;
             for (std::uint32_t k = 0; k < boxes.size(); ++k) {
                 if (k < players ? k % 2 == shooters[i] % 2 : k < 70) continue; // zones stop nobody's shot
                 const auto at = jostle::hit_fraction(rays[i], boxes[k]);
-                if (at && (expected.id == expected.none || jostle::Hitf{k, *at} < expected))
+                if (at && (expected.id == expected.none || jostle::Hit<float>{k, *at} < expected))
                     expected = {k, *at};
             }
             EXPECT_EQ(hits[i].id, expected.id) << i;

@@ -243,11 +243,11 @@ TEST_F(CIndex, ListsSayTheirEnds)
             ASSERT_EQ(lists.questions, questions);
             std::uint64_t at = 0;
             for (std::size_t i = 0; i < questions; ++i) {
-                std::vector<jostle::Hitf> hits;
+                std::vector<jostle::Hit<float>> hits;
                 const bool more = twin.all(rays[i], hits, {}, most);
                 ASSERT_EQ(lists.first[i], at);
                 ASSERT_EQ(lists.first[i + 1], at + hits.size());
-                for (const jostle::Hitf& hit : hits) {
+                for (const jostle::Hit<float>& hit : hits) {
                     EXPECT_EQ(lists.ids[at], hit.id);
                     EXPECT_EQ(lists.at[at++], hit.at);
                 }

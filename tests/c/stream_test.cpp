@@ -15,12 +15,12 @@ namespace {
 using jostle::Aabb;
 using jostle::Coordinate;
 using jostle::EndedPair;
-using jostle::FilterOfEach;
 using jostle::Frustum;
 using jostle::Nearest;
 using jostle::NearestToBox;
 using jostle::ObjectFilter;
-using jostle::ObjectHit;
+using jostle::Hit;
+using jostle::ObjectId;
 using jostle::ObjectPair;
 using jostle::ObjectQueryFilter;
 using jostle::Plane;
@@ -601,7 +601,7 @@ class Stream
         if (filters.cpp.size() == 1)
             call(filters.cpp[0]);
         else
-            call(FilterOfEach<ObjectQueryFilter>(filters.cpp));
+            call(filters.cpp);
     }
     template <class Item>
     void check_found(const ResultLists<Item>& expected)
@@ -655,8 +655,8 @@ class Stream
             for (std::size_t i = 0; i < n; ++i)
                 EXPECT_EQ(any[i] != 0, numbers[i] != 0);
         }
-        if constexpr (std::is_same_v<Item, ObjectHit<T>> && !is_nearest) {
-            std::vector<ObjectHit<T>> hits(n);
+        if constexpr (std::is_same_v<Item, Hit<T, ObjectId>> && !is_nearest) {
+            std::vector<Hit<T, ObjectId>> hits(n);
             std::vector<jostle_hit> twins(n);
             with(filters, [&](const auto& filter) { of.cpp->first(questions, std::span(hits), filter); });
             ASSERT_EQ(jostle_world_first(of.c, kind, given, n, wish, twins.data(), &error_), JOSTLE_OK);
@@ -696,17 +696,17 @@ class Stream
         }
         switch (random_.below(8)) {
         case 0:
-            return ask_all<ObjectHit<T>>(of, JOSTLE_RAY, rays, rays.data());
+            return ask_all<Hit<T, ObjectId>>(of, JOSTLE_RAY, rays, rays.data());
         case 1:
-            return ask_all<ObjectHit<T>>(of, JOSTLE_SWEEP, sweeps, sweeps.data());
+            return ask_all<Hit<T, ObjectId>>(of, JOSTLE_SWEEP, sweeps, sweeps.data());
         case 2:
             return ask_all<ObjectId>(of, JOSTLE_BOX, regions, regions.data());
         case 3:
             return ask_all<ObjectId>(of, JOSTLE_SPHERE, spheres, spheres.data());
         case 4:
-            return ask_all<ObjectHit<T>>(of, JOSTLE_NEAREST, nearest, nearest.data());
+            return ask_all<Hit<T, ObjectId>>(of, JOSTLE_NEAREST, nearest, nearest.data());
         case 5:
-            return ask_all<ObjectHit<T>>(of, JOSTLE_NEAREST_TO_BOX, to_boxes, to_boxes.data());
+            return ask_all<Hit<T, ObjectId>>(of, JOSTLE_NEAREST_TO_BOX, to_boxes, to_boxes.data());
         case 6:
             return ask_all<ObjectId>(of, JOSTLE_FRUSTUM, frusta, twins.data());
         default:

@@ -162,7 +162,7 @@ TEST(Pairs, OfAnIndexWithItselfAreItsOwn)
         boxes.push_back({{x, y, 0}, {x + 0.75f + 0.25f * static_cast<float>(i % 3), y + 0.5f, 0}});
     }
     index.build(boxes);
-    std::vector<PairHitf> own, with_itself;
+    std::vector<PairHit<float>> own, with_itself;
     const auto into = [](auto& pairs) {
         return [&pairs](std::uint32_t a, std::uint32_t b) { return pairs.push_back({a, b, 0}), true; };
     };
@@ -171,7 +171,7 @@ TEST(Pairs, OfAnIndexWithItselfAreItsOwn)
     ASSERT_FALSE(own.empty());
     EXPECT_EQ(with_itself, own);
     const auto hits_into = [](auto& pairs) {
-        return [&pairs](const PairHitf& hit, float&) { return pairs.push_back(hit), true; };
+        return [&pairs](const PairHit<float>& hit, float&) { return pairs.push_back(hit), true; };
     };
     own.clear(), with_itself.clear();
     index.closest_pairs(hits_into(own), 1);
@@ -179,7 +179,7 @@ TEST(Pairs, OfAnIndexWithItselfAreItsOwn)
     EXPECT_GT(own.back().at, 0);
     EXPECT_EQ(with_itself, own);
     EXPECT_EQ(index.closest_pair(index), index.closest_pair());
-    for (const PairHitf& hit : own)
+    for (const PairHit<float>& hit : own)
         EXPECT_LT(hit.a, hit.b);
 }
 
@@ -195,9 +195,9 @@ TEST(Pairs, AtInfinityAreWhatTheirDefinitionSays)
         options.instruction_set = set;
         BoxIndex3f index(options);
         index.build(boxes);
-        std::vector<PairHitf> got, expected;
+        std::vector<PairHit<float>> got, expected;
         EXPECT_TRUE(
-            index.closest_pairs([&](const PairHitf& hit, float&) { return got.push_back(hit), true; }));
+            index.closest_pairs([&](const PairHit<float>& hit, float&) { return got.push_back(hit), true; }));
         for (std::uint32_t a = 0; a < boxes.size(); ++a)
             for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
                 expected.push_back({a, b, squared_distance(boxes[a], boxes[b])});
@@ -209,15 +209,15 @@ TEST(Pairs, AtInfinityAreWhatTheirDefinitionSays)
 
 TEST(Pairs, OfOneOrderForAllInstructionSets)
 {
-    std::vector<std::vector<PairHitf>> orders;
+    std::vector<std::vector<PairHit<float>>> orders;
     for (const InstructionSet set : supported_instruction_sets()) {
         IndexOptions options;
         options.instruction_set = set;
         Twin<3, float> one(Kind::power_law, 3, options);
         one.insert(5000);
         one.move(300);
-        std::vector<PairHitf> order;
-        one.index.closest_pairs([&](const PairHitf& hit, float&) {
+        std::vector<PairHit<float>> order;
+        one.index.closest_pairs([&](const PairHit<float>& hit, float&) {
             order.push_back(hit);
             return order.size() < 40'000;
         });
@@ -245,10 +245,10 @@ TEST(Pairs, EndWithWhatTheVisitorThrowsAndAskInside)
     calls = 100;
     EXPECT_THROW(index.pairs(fails), std::runtime_error);
     std::size_t outer = 0, inner = 0;
-    const auto count_inner = [&](const PairHitf& hit, float& bound) {
+    const auto count_inner = [&](const PairHit<float>& hit, float& bound) {
         if (outer > 110) bound = hit.at;
         if (outer++ % 64 == 0)
-            index.closest_pairs([&](const PairHitf&, float&) { return ++inner, true; }, 1.5f);
+            index.closest_pairs([&](const PairHit<float>&, float&) { return ++inner, true; }, 1.5f);
         return true;
     };
     index.closest_pairs(count_inner);

@@ -259,18 +259,18 @@ TEST(Definition, QuestionsMayLieInAnyContiguousRange)
 {
     BoxIndex3f index;
     index.build(std::vector<Aabb3f>{cube});
-    ask_in_any_range<BoxIndex3f, Hitf, std::uint32_t>(index);
-    std::vector<Hitf> firsts(1);
+    ask_in_any_range<BoxIndex3f, Hit<float>, std::uint32_t>(index);
+    std::vector<Hit<float>> firsts(1);
     index.first(std::vector<Ray3f>{{{-1, 2, 2}, {1, 0, 0}}}, firsts,
                 std::vector<QueryFilter>{{.exclude = 0}});
-    EXPECT_EQ(firsts[0].id, Hitf::none);
+    EXPECT_EQ(firsts[0].id, Hit<float>::none);
     index.first(std::vector<Ray3f>{{{-1, 2, 2}, {1, 0, 0}}}, firsts, {.exclude = 1});
     EXPECT_EQ(firsts[0].id, 0u);
     World3f world;
     const ObjectId id = world.add(cube);
     world.update();
-    ask_in_any_range<World3f, ObjectHitf, ObjectId>(world);
-    std::vector<ObjectHitf> hits(1);
+    ask_in_any_range<World3f, Hit<float, ObjectId>, ObjectId>(world);
+    std::vector<Hit<float, ObjectId>> hits(1);
     world.first(std::vector<Ray3f>{{{-1, 2, 2}, {1, 0, 0}}}, hits, {.exclude = id});
     EXPECT_EQ(hits[0].id, ObjectId{});
 }

@@ -88,7 +88,7 @@ TEST(QueryFilters, ThatRefuseNearlyAllAreAskedInTheOrderOfIds)
             return id % 50 == 7 && id / 50 < wanted;
         };
         for (const std::uint32_t most : {1u, 3u, 64u, 500u}) {
-            std::vector<Hitf> expected, found;
+            std::vector<Hit<float>> expected, found;
             for (std::uint32_t id = 7; id / 50 < wanted; id += 50)
                 expected.push_back({id, squared_distance(Vec2f{70, 75}, boxes[id])});
             std::sort(expected.begin(), expected.end());
@@ -109,7 +109,7 @@ TEST(Questions, ReplaceWhatWasInTheListBefore)
     std::vector<std::uint32_t> found{7, 8, 9};
     index.all(three_wide, found);
     EXPECT_EQ(found, (std::vector<std::uint32_t>{0, 1}));
-    std::vector<Hitf> hits{{7, 1.0f}};
+    std::vector<Hit<float>> hits{{7, 1.0f}};
     index.all(Ray3f{{2, 2, 0}, {0, 0, 1}}, hits);
     EXPECT_EQ(hits.size(), 2u);
     index.nearest(Nearest3f{{0, 0, 0}, 1}, hits);

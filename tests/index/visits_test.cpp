@@ -41,7 +41,7 @@ TEST(Visits, ClosestShapeMayLieInAFurtherBox)
     index.build(row(100));
     std::vector<std::uint32_t> seen;
     // Shapes fill the end of their boxes, and that of box 0 isn't met.
-    const auto nearest_shape = [&](const Hitf& hit, float& bound) {
+    const auto nearest_shape = [&](const Hit<float>& hit, float& bound) {
         EXPECT_EQ(bound, seen.size() < 2 ? std::numeric_limits<float>::infinity() : 3.75f);
         seen.push_back(hit.id);
         if (hit.id != 0) bound = std::min(bound, hit.at + 0.75f);
@@ -51,7 +51,7 @@ TEST(Visits, ClosestShapeMayLieInAFurtherBox)
     EXPECT_EQ(seen, (std::vector<std::uint32_t>{0, 1}));
     // As near as the bound still counts.
     seen.clear();
-    EXPECT_TRUE(index.visit(along_x, [&](const Hitf& hit, float& bound) {
+    EXPECT_TRUE(index.visit(along_x, [&](const Hit<float>& hit, float& bound) {
         seen.push_back(hit.id);
         bound = 5;
         return true;
@@ -65,15 +65,15 @@ TEST(Visits, NearestToABoxGoOutwardsAndEndWithTheirCount)
     index.build(row(100));
     const Aabb3f from{{20.5f, 0, 0}, {22.25f, 1, 1}};
     EXPECT_EQ(squared_distance(from, Aabb3f{{0, 3, 0}, {17.5f, 4, 1}}), 13.0f);
-    std::vector<Hitf> seen;
-    const auto collect = [&](const Hitf& hit, float&) { return seen.push_back(hit), true; };
+    std::vector<Hit<float>> seen;
+    const auto collect = [&](const Hit<float>& hit, float&) { return seen.push_back(hit), true; };
     EXPECT_TRUE(index.visit(NearestToBox3f{from, 4}, collect));
-    EXPECT_EQ(seen, (std::vector<Hitf>{{10, 0}, {11, 0}, {9, 2.25f}, {12, 3.0625f}}));
+    EXPECT_EQ(seen, (std::vector<Hit<float>>{{10, 0}, {11, 0}, {9, 2.25f}, {12, 3.0625f}}));
     seen.clear();
     EXPECT_TRUE(index.visit(NearestToBox3f{from, 0}, collect));
     EXPECT_TRUE(seen.empty());
     EXPECT_TRUE(index.visit(NearestToBox3f{from, 9, 1.5f}, collect));
-    EXPECT_EQ(seen, (std::vector<Hitf>{{10, 0}, {11, 0}, {9, 2.25f}}));
+    EXPECT_EQ(seen, (std::vector<Hit<float>>{{10, 0}, {11, 0}, {9, 2.25f}}));
 }
 
 TEST(Visits, RefuseWhatIsNoNumber)
@@ -85,14 +85,14 @@ TEST(Visits, RefuseWhatIsNoNumber)
     int calls = 0;
     EXPECT_EQ(refusal(ErrorCode::nan_coordinate,
                       [&] {
-                          index.visit(along_x, [&](const Hitf& hit, float& bound) {
+                          index.visit(along_x, [&](const Hit<float>& hit, float& bound) {
                               if (hit.id == 3) bound = nan;
                               return ++calls < 9;
                           });
                       }),
               "the visitor of object 3 has made the bound NaN; it must be a number");
     EXPECT_EQ(calls, 4);
-    const auto none = [](const Hitf&, float&) { return ADD_FAILURE(), true; };
+    const auto none = [](const Hit<float>&, float&) { return ADD_FAILURE(), true; };
     EXPECT_EQ(
         refusal(ErrorCode::inverted_box, [&] { index.visit(NearestToBox3f{{{0, 0, 0}, {-1, 1, 1}}}, none); }),
         "nearest: lo.x = 0 is greater than hi.x = -1; swap them or drop the question");
@@ -125,7 +125,7 @@ TEST(Visits, EndWithWhatTheVisitorThrows)
 /// Whatever changes an index, from inside a callback of a question: each is refused, and changes nothing.
 void change_in_all_ways(BoxIndex3f& index)
 {
-    EXPECT_FALSE(index.visit(along_x, [](const Hitf&, float&) { return false; })) << "it may be asked";
+    EXPECT_FALSE(index.visit(along_x, [](const Hit<float>&, float&) { return false; })) << "it may be asked";
     const std::vector<Aabb3f> boxes = row(100);
     const std::string expected =
         "this BoxIndex is answering a question, which runs this callback; change it afterwards";
@@ -155,8 +155,8 @@ TEST(Visits, MayNotChangeTheIndex)
     };
     const auto of_object = [&](std::uint32_t) { return misuse(); };
     const auto of_pair = [&](std::uint32_t, std::uint32_t) { return misuse(); };
-    const auto of_hit = [&](const Hitf&, float&) { return misuse(); };
-    const auto of_pair_hit = [&](const PairHitf&, float&) { return misuse(); };
+    const auto of_hit = [&](const Hit<float>&, float&) { return misuse(); };
+    const auto of_pair_hit = [&](const PairHit<float>&, float&) { return misuse(); };
     const std::vector<Aabb3f> some = row(3);
     EXPECT_FALSE(index.visit(along_x, of_hit));
     EXPECT_FALSE(index.visit(NearestToBox3f{row(1)[0], 9}, of_hit));
@@ -182,7 +182,7 @@ TEST(Visits, MayNotChangeTheIndex)
     EXPECT_GE(calls, 203);
 
     // Inside another index's question, and after all of them.
-    other.visit(along_x, [&](const Hitf& hit, float&) {
+    other.visit(along_x, [&](const Hit<float>& hit, float&) {
         index.move(hit.id, row(100)[hit.id]);
         index.visit(some[0], of_object);
         return hit.id < 3;
@@ -209,13 +209,13 @@ TEST(Visits, InsideVisitsAndOnManyThreads)
         bool good = true;
         const auto inner = [&] {
             std::uint32_t expected = 0;
-            index.visit(Nearest3f{{2, 2, 2}, 50}, [&](const Hitf& hit, float&) {
+            index.visit(Nearest3f{{2, 2, 2}, 50}, [&](const Hit<float>& hit, float&) {
                 good &= hit.id == expected++ && hit.at == 3;
                 return true;
             });
             good &= expected == 50;
         };
-        index.visit(along_x, [&](const Hitf& hit, float&) {
+        index.visit(along_x, [&](const Hit<float>& hit, float&) {
             good &= hit.id == next++ && hit.at == 1;
             if (next % 512 == 1) inner();
             return next < stop;
@@ -246,8 +246,8 @@ TEST(Visits, AllocateNothing)
     index.build(heap(3000));
     std::uint64_t seen = 0;
     const auto visit_all = [&] {
-        index.visit(along_x, [&](const Hitf&, float&) { return ++seen, true; });
-        index.visit(Nearest3f{{2, 2, 2}, 4000}, [&](const Hitf&, float&) { return ++seen, true; });
+        index.visit(along_x, [&](const Hit<float>&, float&) { return ++seen, true; });
+        index.visit(Nearest3f{{2, 2, 2}, 4000}, [&](const Hit<float>&, float&) { return ++seen, true; });
         index.visit(Sphere3f{{0, 0, 0}, 1}, [&](std::uint32_t) { return ++seen, true; });
     };
     visit_all();
@@ -266,7 +266,7 @@ TEST(Visits, AllocateNothing)
         global_new::fail_at = global_new::calls + k;
         bool failed = false;
         try {
-            starved.visit(along_x, [&](const Hitf&, float&) { return ++seen, true; });
+            starved.visit(along_x, [&](const Hit<float>&, float&) { return ++seen, true; });
         } catch (const std::bad_alloc&) {
             failed = true;
         }
@@ -293,7 +293,7 @@ TEST(Batches, TakeMemoryFromTheirListsResourceAlone)
     by_four.build(row(1000));
     std::vector<std::byte> bytes(std::size_t{1} << 25);
     std::pmr::monotonic_buffer_resource own(bytes.data(), bytes.size(), std::pmr::null_memory_resource());
-    ResultLists<Hitf> lists, lists_of_four(&own);
+    ResultLists<Hit<float>> lists, lists_of_four(&own);
     index.all(rays, lists, {}, 9);
     by_four.all(rays, lists_of_four, {}, 9);
     const std::uint64_t before = global_new::calls;

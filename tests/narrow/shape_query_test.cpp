@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <memory>
 #include <numeric>
 #include <optional>
 
@@ -60,8 +61,9 @@ struct Scene
     std::vector<Aabb<Dim, T>> boxes;
     std::vector<ObjectId> ids;
     std::vector<std::uint32_t> numbers;
-    World<Dim, T> world;
-    BoxIndex<Dim, T> index;
+    std::unique_ptr<Executor> threads = make_thread_executor(3);
+    World<Dim, T> world{{.executor = threads.get()}};
+    BoxIndex<Dim, T> index{{.executor = threads.get()}};
 };
 
 template <int Dim, class T>
@@ -125,6 +127,15 @@ ShapeSweep<Dim, T> random_sweep(Random& random, const Zoo<Dim>& zoo)
     return sweep;
 }
 
+std::uint32_t number_of(std::uint32_t id)
+{
+    return id;
+}
+std::uint32_t number_of(ObjectId id)
+{
+    return id.index;
+}
+
 std::size_t counted_hits, counted_misses, counted_ties;
 
 /// One question to everything, in every form.
@@ -133,7 +144,7 @@ void ask_in_every_form(const Asked& asked, const PosedShapes<Dim, T>& objects, c
                        const std::vector<Id>& ids, const Question& question, std::uint64_t some)
 {
     const auto all = loop(scene, ids, question);
-    const auto first = first_hit(asked, objects, question);
+    const auto first = asked.first(question, objects);
     ASSERT_EQ(first.has_value(), !all.empty());
     (first ? counted_hits : counted_misses) += 1;
     if (first) {
@@ -141,28 +152,31 @@ void ask_in_every_form(const Asked& asked, const PosedShapes<Dim, T>& objects, c
     }
     if (all.size() > 1 && all[0].fraction == all[1].fraction) ++counted_ties;
     std::vector<ShapeHit<Dim, T, Id>> hits(3); // are forgotten
-    ASSERT_FALSE(all_hits(asked, objects, question, hits));
+    ASSERT_FALSE(asked.all(question, objects, hits));
     ASSERT_TRUE(same_lists(hits, all));
-    ASSERT_EQ(all_hits(asked, objects, question, hits, {}, some), all.size() > some);
+    ASSERT_EQ(asked.all(question, objects, hits, {}, some), all.size() > some);
     ASSERT_TRUE(same_lists(hits, std::span(all).first(std::min<std::size_t>(some, all.size()))));
+
+    ASSERT_EQ(asked.count(question, objects), all.size());
+    ASSERT_EQ(asked.any(question, objects), !all.empty());
 
     // Handed over: all, as many as are wanted, and none beyond the one that is number `some`.
     hits.clear();
-    ASSERT_TRUE(visit_hits(asked, objects, question, [&](const auto& hit, T&) {
+    ASSERT_TRUE(asked.visit(question, objects, [&](const auto& hit, T&) {
         hits.push_back(hit);
         return true;
     }));
     ASSERT_TRUE(same_lists(hits, all));
     hits.clear();
-    ASSERT_EQ(visit_hits(asked, objects, question,
-                         [&](const auto& hit, T&) {
-                             hits.push_back(hit);
-                             return hits.size() <= some;
-                         }),
+    ASSERT_EQ(asked.visit(question, objects,
+                          [&](const auto& hit, T&) {
+                              hits.push_back(hit);
+                              return hits.size() <= some;
+                          }),
               all.size() <= some);
     ASSERT_TRUE(same_lists(hits, std::span(all).first(std::min<std::size_t>(some + 1, all.size()))));
     hits.clear();
-    ASSERT_TRUE(visit_hits(asked, objects, question, [&](const auto& hit, T& bound) {
+    ASSERT_TRUE(asked.visit(question, objects, [&](const auto& hit, T& bound) {
         hits.push_back(hit);
         if (hits.size() == some + 1) bound = hit.fraction;
         if (hits.size() > some + 1) bound = std::numeric_limits<T>::infinity(); // has no effect
@@ -211,6 +225,8 @@ TEST(ShapeQuery, EqualsALoopOverAllShapesInThePlane)
     equal_a_loop<2, float>(4);
 }
 
+constexpr std::uint32_t everything = ~0u; // as a count
+
 template <int Dim, class T>
 void nearest_equals_a_loop(std::uint64_t seed)
 {
@@ -220,7 +236,8 @@ void nearest_equals_a_loop(std::uint64_t seed)
         const Scene<Dim, T> scene(random, round % 3 == 0 ? 2 : 8);
         for (int k = 0; k < 60; ++k) {
             SCOPED_TRACE(testing::Message() << "round " << round << " question " << k);
-            NearestShape<Dim, T> question{scene.zoo.any(random), random_pose<Dim, T>(random, 20)};
+            NearestToShape<Dim, T> question{scene.zoo.any(random), random_pose<Dim, T>(random, 20),
+                                            everything};
             if (random.chance(0.7)) question.shape = Shape<Dim>();
             if (random.chance(0.3)) question.max_distance = static_cast<T>(random.uniform(0, 1));
             if (random.chance(0.1)) question.max_distance = static_cast<T>(1e-30);
@@ -237,37 +254,44 @@ void nearest_equals_a_loop(std::uint64_t seed)
                 any = true;
             }
             std::sort(all.begin(), all.end());
+            const std::size_t count = all.size();
             std::vector<std::pair<T, ObjectId>> given;
-            ASSERT_TRUE(visit_nearest_shapes(scene.world, {scene.shapes, scene.poses}, question,
-                                             [&](const auto& found, T&) {
-                                                 given.emplace_back(found.distance, found.id);
-                                                 return true;
-                                             }));
+            ASSERT_TRUE(scene.world.visit(question, {scene.shapes, scene.poses}, [&](const auto& found, T&) {
+                given.emplace_back(found.distance, found.id);
+                return true;
+            }));
             ASSERT_EQ(given, all);
             const std::size_t few = std::min<std::size_t>(3, all.size());
             given.clear();
-            ASSERT_EQ(visit_nearest_shapes(scene.world, {scene.shapes, scene.poses}, question,
-                                           [&](const auto& found, T&) {
-                                               given.emplace_back(found.distance, found.id);
-                                               return given.size() < 3;
-                                           }),
+            ASSERT_EQ(scene.world.visit(question, {scene.shapes, scene.poses},
+                                        [&](const auto& found, T&) {
+                                            given.emplace_back(found.distance, found.id);
+                                            return given.size() < 3;
+                                        }),
                       all.size() < 3);
             ASSERT_TRUE(std::equal(given.begin(), given.end(), all.begin(),
                                    all.begin() + static_cast<std::ptrdiff_t>(few)));
             given.clear(); // those as near as the first, or nearer than half a unit beyond it
-            ASSERT_TRUE(visit_nearest_shapes(scene.world, {scene.shapes, scene.poses}, question,
-                                             [&](const auto& found, T& bound) {
-                                                 bound = std::min(bound, all[0].first + T(0.5));
-                                                 given.emplace_back(found.distance, found.id);
-                                                 return true;
-                                             }));
+            ASSERT_TRUE(
+                scene.world.visit(question, {scene.shapes, scene.poses}, [&](const auto& found, T& bound) {
+                    bound = std::min(bound, all[0].first + T(0.5));
+                    given.emplace_back(found.distance, found.id);
+                    return true;
+                }));
             std::erase_if(all, [&](const auto& one) { return one.first > best.distance + T(0.5); });
             ASSERT_EQ(given, all);
-            const auto answer = nearest_shape(scene.world, {scene.shapes, scene.poses}, question);
+            const auto answer = scene.world.nearest(question, {scene.shapes, scene.poses});
             ASSERT_EQ(answer.has_value(), any);
             const auto of_index =
-                nearest_shape(scene.index, [&](std::uint32_t id) { return scene.of_number(id); }, question);
+                scene.index.nearest(question, [&](std::uint32_t id) { return scene.of_number(id); });
             ASSERT_EQ(of_index.has_value(), any);
+            question.count = 2;
+            std::vector<ShapeDistance<Dim, T>> two(5); // are forgotten
+            scene.world.nearest(question, {scene.shapes, scene.poses}, two);
+            ASSERT_EQ(two.size(), std::min<std::size_t>(2, count));
+            if (any) {
+                ASSERT_EQ(two[0].id, best.id);
+            }
             (!any ? none : best.distance > 0 ? apart : overlapping) += 1;
             if (!any) continue;
             ASSERT_EQ(answer->distance, best.distance);
@@ -295,20 +319,16 @@ template <int Dim, class T, class Asked, class Filter, class Id>
 void batches_equal_one_by_one(Random& random, const Scene<Dim, T>& scene, const Asked& asked,
                               const PosedShapes<Dim, T>& objects, const std::vector<Id>& ids)
 {
-    const auto threads = make_thread_executor(3);
-    Executor& executor = *threads;
     std::vector<Ray<Dim, T>> rays(150);
     std::vector<ShapeSweep<Dim, T>> sweeps(150);
-    std::vector<NearestShape<Dim, T>> near(150);
+    std::vector<NearestToShape<Dim, T>> near(150);
     for (std::size_t i = 0; i < rays.size(); ++i) {
         rays[i] = random_ray<Dim, T>(random);
         sweeps[i] = random_sweep<Dim, T>(random, scene.zoo);
         near[i] = {scene.zoo.any(random), random_pose<Dim, T>(random, 9)};
     }
     std::vector<Filter> filters(rays.size());
-    const auto odd = [](std::uint32_t question, auto id) {
-        return (question + detail::AskedTypes<Asked>::number(id)) % 2 == 1;
-    };
+    const auto odd = [](std::uint32_t question, auto id) { return (question + number_of(id)) % 2 == 1; };
     for (std::size_t i = 0; i < filters.size(); ++i) {
         filters[i].exclude = ids[i % ids.size()];
         if (i % 3 == 0) filters[i].accept = odd;
@@ -316,9 +336,9 @@ void batches_equal_one_by_one(Random& random, const Scene<Dim, T>& scene, const 
     const auto check = [&](const auto& questions, const auto& wanted, const auto& given) {
         using Found = ShapeHit<Dim, T, Id>;
         std::vector<Found> first(questions.size());
-        HitLists<Found> lists;
-        first_hits(asked, objects, questions, first, given, executor);
-        all_hits(asked, objects, questions, lists, given, 2, executor);
+        ResultLists<Found> lists;
+        asked.first(questions, objects, first, given);
+        asked.all(questions, objects, lists, given, 2);
         ASSERT_EQ(lists.size(), questions.size());
         std::size_t more = 0;
         for (std::size_t i = 0; i < questions.size(); ++i) {
@@ -328,13 +348,13 @@ void batches_equal_one_by_one(Random& random, const Scene<Dim, T>& scene, const 
             };
             if (filter.accept) filter.accept = numbered;
             std::vector<Found> all;
-            const bool has_more = all_hits(asked, objects, questions[i], all, filter, 2);
+            const bool has_more = asked.all(questions[i], objects, all, filter, 2);
             ASSERT_TRUE(same_lists(lists[i], all)) << i;
             ASSERT_EQ(lists.more(i), has_more);
             more += has_more ? 1 : 0;
             if (all.empty()) {
                 ASSERT_EQ(first[i].fraction, std::numeric_limits<T>::infinity());
-                ASSERT_EQ(first[i].id, detail::AskedTypes<Asked>::none);
+                ASSERT_EQ(first[i].id, (Hit<T, Id>::none));
             } else {
                 ASSERT_TRUE(same(first[i], all.front())) << i;
             }
@@ -344,21 +364,35 @@ void batches_equal_one_by_one(Random& random, const Scene<Dim, T>& scene, const 
     check(rays, [&](std::size_t i) { return filters[i]; }, filters);
     check(sweeps, [&](std::size_t i) { return filters[i]; }, filters);
     check(rays, [&](std::size_t) { return filters[3]; }, filters[3]);
-    check(rays, [&](std::size_t) { return Filter{}; }, detail::QuestionFilters<Filter>{});
+    check(rays, [&](std::size_t) { return Filter{}; }, Filter{});
     std::vector<ShapeDistance<Dim, T, Id>> nearest(near.size());
-    nearest_shapes(asked, objects, near, nearest, filters, executor);
+    asked.nearest(near, objects, nearest, filters);
     for (std::size_t i = 0; i < near.size(); ++i) {
         Filter filter = filters[i];
         const auto numbered = [&](std::uint32_t, auto id) { return odd(static_cast<std::uint32_t>(i), id); };
         if (filter.accept) filter.accept = numbered;
-        const auto one = nearest_shape(asked, objects, near[i], filter);
+        const auto one = asked.nearest(near[i], objects, filter);
         ASSERT_EQ(one.has_value(), nearest[i].distance < std::numeric_limits<T>::infinity());
-        ASSERT_EQ(nearest[i].id, one ? one->id : detail::AskedTypes<Asked>::none);
+        ASSERT_EQ(nearest[i].id, one ? one->id : (Hit<T, Id>::none));
         if (one) {
             ASSERT_EQ(nearest[i].distance, one->distance);
         }
     }
-    first_hits(asked, objects, std::vector<Ray<Dim, T>>(), std::span<ShapeHit<Dim, T, Id>>());
+    for (auto& each : near)
+        each.count = 3;
+    ResultLists<ShapeDistance<Dim, T, Id>> lists;
+    asked.nearest(near, objects, lists, filters[0]);
+    for (std::size_t i = 0; i < near.size(); ++i) {
+        Filter filter = filters[0];
+        const auto numbered = [&](std::uint32_t, auto id) { return odd(static_cast<std::uint32_t>(i), id); };
+        filter.accept = numbered;
+        std::vector<ShapeDistance<Dim, T, Id>> three;
+        asked.nearest(near[i], objects, three, filter);
+        ASSERT_EQ(lists[i].size(), three.size());
+        for (std::size_t k = 0; k < three.size(); ++k)
+            ASSERT_EQ(lists[i][k].id, three[k].id);
+    }
+    asked.first(std::vector<Ray<Dim, T>>(), objects, std::span<ShapeHit<Dim, T, Id>>());
 }
 TEST(ShapeQuery, BatchesGiveWhatSingleQuestionsDo)
 {
@@ -371,6 +405,67 @@ TEST(ShapeQuery, BatchesGiveWhatSingleQuestionsDo)
         batches_equal_one_by_one<3, float, BoxIndex3f, QueryFilter>(random, scene, scene.index, of,
                                                                     scene.numbers);
     }
+}
+
+/// What touches a shape that stays, in every form, beside touching() of all.
+template <int Dim, class T, class Asked, class Id>
+void touched_equals_a_loop(Random& random, const Scene<Dim, T>& scene, const Asked& asked,
+                           const PosedShapes<Dim, T>& objects, const std::vector<Id>& ids, std::size_t& found)
+{
+    std::vector<PosedShape<Dim, T>> questions;
+    for (int k = 0; k < 40; ++k)
+        questions.push_back({scene.zoo.any(random), random_pose<Dim, T>(random, 5)});
+    ResultLists<Id> lists;
+    std::vector<std::uint8_t> any(questions.size());
+    std::vector<std::uint64_t> counts(questions.size());
+    asked.all(questions, objects, lists, {}, 2);
+    asked.any(questions, objects, any);
+    asked.count(questions, objects, counts);
+    for (std::size_t k = 0; k < questions.size(); ++k) {
+        const PosedShape<Dim, T>& question = questions[k];
+        std::vector<Id> expected;
+        for (std::size_t i = 0; i < ids.size(); ++i)
+            if (touching(question.shape, question.pose, scene.shapes[i], scene.poses[i]))
+                expected.push_back(ids[i]);
+        std::sort(expected.begin(), expected.end());
+        found += expected.size();
+        std::vector<Id> given(3); // are forgotten
+        ASSERT_FALSE(asked.all(question, objects, given));
+        ASSERT_EQ(given, expected);
+        ASSERT_EQ(asked.count(question, objects), expected.size());
+        ASSERT_EQ(asked.any(question, objects), !expected.empty());
+        given.clear();
+        ASSERT_TRUE(asked.visit(question, objects, [&](Id id) { return given.push_back(id), true; }));
+        std::sort(given.begin(), given.end());
+        ASSERT_EQ(given, expected);
+        ASSERT_EQ(asked.visit(question, objects, [](Id) { return false; }), expected.empty());
+        ASSERT_EQ(any[k] != 0, !expected.empty());
+        ASSERT_EQ(counts[k], expected.size());
+        ASSERT_EQ(lists.more(k), expected.size() > 2);
+        expected.resize(std::min<std::size_t>(expected.size(), 2));
+        ASSERT_TRUE(std::equal(lists[k].begin(), lists[k].end(), expected.begin(), expected.end()));
+    }
+}
+template <int Dim, class T>
+void touched_equals_a_loop(std::uint64_t seed)
+{
+    Random random(seed);
+    std::size_t found = 0;
+    for (int round = 0; round < 6; ++round) {
+        const Scene<Dim, T> scene(random, 5);
+        touched_equals_a_loop<Dim, T>(random, scene, scene.world, {scene.shapes, scene.poses}, scene.ids,
+                                      found);
+        const auto of = [&](std::uint32_t id) { return scene.of_number(id); };
+        touched_equals_a_loop<Dim, T>(random, scene, scene.index, of, scene.numbers, found);
+    }
+    EXPECT_GT(found, 300u);
+}
+TEST(ShapeQuery, WhatTouchesAShapeIsThatOfALoop)
+{
+    touched_equals_a_loop<3, double>(12);
+    touched_equals_a_loop<3, float>(13);
+    touched_equals_a_loop<2, double>(14);
+    touched_equals_a_loop<2, float>(15);
 }
 
 TEST(ShapeQuery, VisitorsMayNotMakeTheBoundNaN)
@@ -393,8 +488,8 @@ TEST(ShapeQuery, VisitorsMayNotMakeTheBoundNaN)
             EXPECT_EQ(error.index(), id.index);
         }
     };
-    expect([&] { visit_hits(world, {shapes, poses}, Ray3d{{-5, 0, 0}, {1, 0, 0}}, spoil); });
-    expect([&] { visit_nearest_shapes(world, {shapes, poses}, NearestShape3d{Shape3(), {}}, spoil); });
+    expect([&] { world.visit(Ray3d{{-5, 0, 0}, {1, 0, 0}}, {shapes, poses}, spoil); });
+    expect([&] { world.visit(NearestToShape<3, double>{Shape3(), {}}, {shapes, poses}, spoil); });
 }
 
 /// Two that are equally near: the one of the greater id is visited first, because its box is larger, and
@@ -416,22 +511,22 @@ TEST(ShapeQuery, WhatRoundingPutsBehindIsAskedToo)
         index.build(boxes);
         const Ray3f ray{{number(5), 0, 0}, {0.1f + number(20), 0, 0}};
         const PosedShapes<3, float> objects(shapes, poses);
-        const auto hit = first_hit(index, objects, ray);
+        const auto hit = index.first(ray, objects);
         ASSERT_TRUE(hit);
         ASSERT_EQ(hit->id, 0u);
         behind += *hit_fraction(ray, boxes[0]) > hit->fraction ? 1 : 0;
-        std::vector<IndexShapeHit3f> hits;
-        ASSERT_TRUE(all_hits(index, objects, ray, hits, {}, 1));
+        std::vector<BoxIndex3f::FoundShape> hits;
+        ASSERT_TRUE(index.all(ray, objects, hits, {}, 1));
         ASSERT_EQ(hits.front().id, 0u);
         Ray3f ends = ray;
         ends.max_fraction = hit->fraction;
         const bool in_reach = ray_cast(shapes[0], poses[0], ends).has_value(); // if that wasn't rounded down
-        ASSERT_EQ(first_hit(index, objects, ends).has_value(), in_reach);
-        const ShapeSweep3f sweep{Shape3(), {ray.origin}, {200, 0, 0}};
-        const auto swept = first_hit(index, objects, sweep);
+        ASSERT_EQ(index.first(ends, objects).has_value(), in_reach);
+        const ShapeSweep<3, float> sweep{Shape3(), {ray.origin}, {200, 0, 0}};
+        const auto swept = index.first(sweep, objects);
         ASSERT_TRUE(swept);
         ASSERT_EQ(swept->id, 0u);
-        const auto near = nearest_shape(index, objects, NearestShape3f{Shape3(), {ray.origin}});
+        const auto near = index.nearest(NearestToShape<3, float>{Shape3(), {ray.origin}}, objects);
         ASSERT_TRUE(near);
         ASSERT_EQ(near->id, 0u);
     }
@@ -452,7 +547,7 @@ TEST(ShapeQuery, FiltersLeaveObjectsOut)
     world.update();
     const Ray3d ray{{0, 0, 0}, {1, 0, 0}};
     const auto first = [&](const ObjectQueryFilter& filter) {
-        const auto hit = first_hit(world, {shapes, poses}, ray, filter);
+        const auto hit = world.first(ray, {shapes, poses}, filter);
         return hit ? hit->id : ObjectId{};
     };
     EXPECT_EQ(first({}), ids[0]);
@@ -460,7 +555,7 @@ TEST(ShapeQuery, FiltersLeaveObjectsOut)
     EXPECT_EQ(first({.owner = 0}), ids[1]);
     EXPECT_EQ(first({.mask = 3, .exclude = ids[0]}), ids[1]);
     EXPECT_EQ(first({.mask = 8}), ObjectId{});
-    const auto last = nearest_shape(world, {shapes, poses}, NearestShape3d{Shape3(), {}}, {.mask = 6});
+    const auto last = world.nearest(NearestToShape<3, double>{Shape3(), {}}, {shapes, poses}, {.mask = 6});
     ASSERT_TRUE(last);
     EXPECT_EQ(last->id, ids[1]);
     EXPECT_EQ(last->distance, 7);
@@ -489,7 +584,7 @@ TEST(ShapeQuery, FarAndWideShapes)
         for (int k = 0; k < 100; ++k) {
             Ray3f ray{random_vector<3, float>(random, 20) * static_cast<float>(unit),
                       random_vector<3, float>(random, 1) + Vec3f(0.01f, 0.02f, 0.03f)};
-            const auto hit = first_hit(world, {shapes, poses}, ray);
+            const auto hit = world.first(ray, {shapes, poses});
             std::optional<CastHit3f> best;
             for (std::size_t i = 0; i < shapes.size(); ++i)
                 if (const auto one = ray_cast(shapes[i], poses[i], ray))
@@ -527,29 +622,30 @@ TEST(ShapeQuery, RefusesWhatIsInvalid)
     };
     const PosedShapes<3, double> objects(shapes, poses);
     const auto cast = [&](const auto& question) {
-        return message([&] { (void)first_hit(index, objects, question); });
+        return message([&] { (void)index.first(question, objects); });
     };
     EXPECT_TRUE(has(cast(Ray3d{{nan, 0, 0}, {1, 0, 0}}), "a ray has origin nan"));
     EXPECT_TRUE(has(cast(Ray3d{{1e70, 0, 0}, {1, 0, 0}}), "within 1e60"));
     EXPECT_TRUE(has(cast(Ray3d{{0, 0, 0}, {0, 0, 0}}), "a ray has"));
     EXPECT_TRUE(has(cast(Ray3d{{0, 0, 0}, {1, 0, 0}, -1}), "max_fraction -1"));
     EXPECT_TRUE(has(cast(Ray3d{{0, 0, 0}, {1, 0, 0}, -1e-310}), "max_fraction"));
-    EXPECT_TRUE(has(cast(ShapeSweep3d{shapes[0], {{nan, 0, 0}}, {1, 0, 0}}), "a pose has"));
-    EXPECT_TRUE(has(cast(ShapeSweep3d{shapes[0], {}, {nan, 0, 0}}), "a displacement is nan"));
-    EXPECT_TRUE(has(message([&] { (void)nearest_shape(index, objects, NearestShape3d{shapes[0], {}, -1}); }),
-                    "greatest distance is -1"));
+    EXPECT_TRUE(has(cast(ShapeSweep<3, double>{shapes[0], {{nan, 0, 0}}, {1, 0, 0}}), "a pose has"));
+    EXPECT_TRUE(has(cast(ShapeSweep<3, double>{shapes[0], {}, {nan, 0, 0}}), "a displacement is nan"));
+    EXPECT_TRUE(
+        has(message([&] { (void)index.nearest(NearestToShape<3, double>{shapes[0], {}, 1, -1}, objects); }),
+            "greatest distance is -1"));
     // The lowest of a batch is named.
     std::vector<Ray3d> rays(100, Ray3d{{-9, 0, 0}, {1, 0, 0}});
     rays[40].origin[1] = rays[90].origin[1] = nan;
-    std::vector<IndexShapeHit3d> hits(100);
-    EXPECT_TRUE(has(message([&] { first_hits(index, objects, rays, hits); }), "question 40: a ray has"));
-    HitLists<IndexShapeHit3d> lists;
-    EXPECT_TRUE(has(message([&] { all_hits(index, objects, rays, lists); }), "question 40: a ray has"));
+    std::vector<BoxIndex3d::FoundShape> hits(100);
+    EXPECT_TRUE(has(message([&] { index.first(rays, objects, hits); }), "question 40: a ray has"));
+    ResultLists<BoxIndex3d::FoundShape> lists;
+    EXPECT_TRUE(has(message([&] { index.all(rays, objects, lists); }), "question 40: a ray has"));
     rays.resize(40);
-    EXPECT_TRUE(has(message([&] { first_hits(index, objects, rays, hits); }),
-                    "40 questions and 100 places for answers"));
+    EXPECT_TRUE(
+        has(message([&] { index.first(rays, objects, hits); }), "40 questions and 100 places for answers"));
     hits.resize(40);
-    EXPECT_TRUE(has(message([&] { first_hits(index, objects, rays, hits, std::vector<QueryFilter>(3)); }),
+    EXPECT_TRUE(has(message([&] { index.first(rays, objects, hits, std::vector<QueryFilter>(3)); }),
                     "40 questions and 3 filters"));
     // What is met must be there, and valid; what isn't met isn't looked at.
     poses[1].position[0] = nan;
@@ -558,7 +654,7 @@ TEST(ShapeQuery, RefusesWhatIsInvalid)
     EXPECT_EQ(cast(along), "nothing");
     EXPECT_TRUE(has(cast(back), "the pose of object 1 has position nan"));
     const std::vector<Shape3> one(1, Shape3::sphere(1));
-    EXPECT_TRUE(has(message([&] { (void)first_hit(index, {one, poses}, back); }),
+    EXPECT_TRUE(has(message([&] { (void)index.first(back, {one, poses}); }),
                     "an object with the id 1, but there are 1 shapes and 2 poses"));
 }
 

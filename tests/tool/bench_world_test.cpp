@@ -57,7 +57,7 @@ TEST_F(ToolTest, BenchWorldAsksAboutWhereTheBoxesAreNow)
         scene.step();
     jostle::BoxIndex3f index;
     index.build(scene.boxes());
-    std::vector<jostle::Hitf> hits(4000);
+    std::vector<jostle::Hit<float>> hits(4000);
     index.first(std::span<const jostle::Ray3f>(questions.rays), std::span(hits));
     jostle_bench::Answers expected;
     for (std::size_t i = 0; i < hits.size(); ++i)

@@ -15,6 +15,8 @@ void make_mistake(const World2f& world, const std::vector<Vec2f>& points)
     const Filter filter{.accept = [](std::uint32_t a, std::uint32_t b) { return a < b; }};
 #elif MISTAKE == 3 // so is the hull
     const Shape2 shape = ConvexHull2(points);
+#elif MISTAKE == 4 // the ray has a dimension too many
+    (void)world.first(Ray3f());
 #endif
     (void)world, (void)points;
 }

@@ -60,7 +60,7 @@ template <class Asked, class Filter>
 void agree(const Asked& asked, const Scene& scene, const std::vector<Filter>& filters)
 {
     using Id = std::conditional_t<std::is_same_v<Filter, QueryFilter>, std::uint32_t, ObjectId>;
-    using HitOf = std::conditional_t<std::is_same_v<Filter, QueryFilter>, Hitf, ObjectHit<float>>;
+    using HitOf = std::conditional_t<std::is_same_v<Filter, QueryFilter>, Hit<float>, Hit<float, ObjectId>>;
     std::size_t results = 0;
     // In a batch, accept is told the question; alone it is always question 0.
     const auto alone = [&](std::size_t i, auto&& ask) {
@@ -227,7 +227,7 @@ TEST(FilterOfEach, TasksOfABatchRunNoOthers)
         ids.push_back(world.add(boxes[i], {.filter = {.category = 1u << i % 20}}));
     }
     const std::vector<Ray3f> rays(asked, Ray3f{{0.5f, -1, 0.5f}, {0, 1, 0}});
-    std::vector<ObjectHit<float>> first(asked);
+    std::vector<Hit<float, ObjectId>> first(asked);
     std::vector<std::uint64_t> count(asked);
     for (const std::uint32_t kinds : {1u, 3u, 20u}) {
         world.update();

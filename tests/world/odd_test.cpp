@@ -91,7 +91,7 @@ TEST(OddBoxes, AsQuestionsFindNothing)
     strict.update();
     for (const Box& odd : odd_boxes) {
         std::vector<ObjectId> found;
-        std::vector<ObjectHit<float>> hits;
+        std::vector<Hit<float, ObjectId>> hits;
         EXPECT_FALSE(world.all(odd, found));
         EXPECT_TRUE(found.empty());
         EXPECT_FALSE(world.any(odd));

@@ -115,7 +115,7 @@ class Questions
         if (filter_.owner != jostle::Filter::no_owner && there.filter.owner == filter_.owner) return false;
         return there.id != filter_.exclude && (!filter_.accept || filter_.accept(0, there.id));
     }
-    static bool earlier(const ObjectHit<T>& a, const ObjectHit<T>& b)
+    static bool earlier(const Hit<T, ObjectId>& a, const Hit<T, ObjectId>& b)
     {
         return a.at != b.at ? a.at < b.at : a.id.index < b.id.index;
     }
@@ -130,14 +130,14 @@ class Questions
     void lines(const std::vector<Line>& questions, const char* name, std::string& wrong)
     {
         bool good = true;
-        std::vector<ObjectHit<T>> firsts(questions.size());
-        world_.first(std::span<const Line>(questions), std::span<ObjectHit<T>>(firsts), filter_);
-        jostle::ResultLists<ObjectHit<T>> lists, short_lists;
+        std::vector<Hit<T, ObjectId>> firsts(questions.size());
+        world_.first(std::span<const Line>(questions), std::span<Hit<T, ObjectId>>(firsts), filter_);
+        jostle::ResultLists<Hit<T, ObjectId>> lists, short_lists;
         world_.all(std::span<const Line>(questions), lists, filter_);
         world_.all(std::span<const Line>(questions), short_lists, filter_, 2);
         std::vector<std::uint64_t> sizes;
         for (std::size_t i = 0; i < questions.size(); ++i) {
-            std::vector<ObjectHit<T>> expected;
+            std::vector<Hit<T, ObjectId>> expected;
             for (const There& there : there_)
                 if (counts(there))
                     if (const std::optional<T> at = jostle::hit_fraction(questions[i], there.bounds))
@@ -147,8 +147,8 @@ class Questions
             sizes.push_back(expected.size());
             const auto first = world_.first(questions[i], filter_);
             good &= first.has_value() == !expected.empty() && (!first || *first == expected[0]);
-            good &= firsts[i] == (expected.empty() ? ObjectHit<T>{} : expected[0]);
-            std::vector<ObjectHit<T>> found;
+            good &= firsts[i] == (expected.empty() ? Hit<T, ObjectId>{} : expected[0]);
+            std::vector<Hit<T, ObjectId>> found;
             good &= !world_.all(questions[i], found, filter_) && found == expected;
             good &= world_.all(questions[i], found, filter_, 2) == (expected.size() > 2) &&
                     found == cut(expected, 2);
@@ -166,11 +166,11 @@ class Questions
 
     /// Whether a visitor gets these, in this order, and may stop.
     template <class Question>
-    bool visited(const Question& question, const std::vector<ObjectHit<T>>& expected)
+    bool visited(const Question& question, const std::vector<Hit<T, ObjectId>>& expected)
     {
-        std::vector<ObjectHit<T>> all, some;
-        const auto collect = [&](const ObjectHit<T>& hit, T&) { return all.push_back(hit), true; };
-        const auto collect_some = [&](const ObjectHit<T>& hit, T&) {
+        std::vector<Hit<T, ObjectId>> all, some;
+        const auto collect = [&](const Hit<T, ObjectId>& hit, T&) { return all.push_back(hit), true; };
+        const auto collect_some = [&](const Hit<T, ObjectId>& hit, T&) {
             some.push_back(hit);
             return some.size() < 3;
         };
@@ -256,7 +256,7 @@ class Questions
     /// The closest pairs whose filters agree, up to where there are some hundreds at most.
     void closest(std::string& wrong)
     {
-        using Hit = jostle::ObjectPairHit<T>;
+        using Hit = jostle::PairHit<T, ObjectId>;
         if (world_.stats().refused != 0) return; // only the world knows which
         if (there_.size() > 500) return;         // there are too many pairs
         const T most = 1;
@@ -288,7 +288,7 @@ class Questions
     template <class InOrder>
     void closest_of_two(T most, const InOrder& in_order, std::string& wrong)
     {
-        using Hit = jostle::ObjectPairHit<T>;
+        using Hit = jostle::PairHit<T, ObjectId>;
         const jostle::World<Dim, T> fork = to_fork_.fork();
         std::vector<There> others;
         for (std::uint32_t i = 0; i < fork.index_end(); ++i) {
@@ -363,18 +363,18 @@ class Questions
     void nearest(const std::vector<Question>& questions, std::string& wrong)
     {
         bool good = true;
-        jostle::ResultLists<ObjectHit<T>> lists;
+        jostle::ResultLists<Hit<T, ObjectId>> lists;
         world_.nearest(std::span<const Question>(questions), lists, filter_);
         for (std::size_t i = 0; i < questions.size(); ++i) {
             const T limit = questions[i].max_distance * questions[i].max_distance;
-            std::vector<ObjectHit<T>> expected;
+            std::vector<Hit<T, ObjectId>> expected;
             for (const There& there : there_)
                 if (const T at = distance(questions[i], there.bounds); counts(there) && at <= limit)
                     expected.push_back({there.id, at});
             std::sort(expected.begin(), expected.end(), earlier);
             expected = cut(expected, questions[i].count);
             results += expected.size();
-            std::vector<ObjectHit<T>> found;
+            std::vector<Hit<T, ObjectId>> found;
             world_.nearest(questions[i], found, filter_);
             good &= found == expected && visited(questions[i], expected);
             found.assign(lists[i].begin(), lists[i].end());

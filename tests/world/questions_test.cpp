@@ -273,7 +273,7 @@ TEST(Questions, CountThoseAtRestAndTheOthersTogether)
         (void)world.add({{x, 0, 0}, {x + 1, 1, 1}});
     }
     world.update();
-    std::vector<jostle::ObjectHit<float>> hits;
+    std::vector<jostle::Hit<float, ObjectId>> hits;
     world.nearest(jostle::Nearest3f{{0, 0, 0}, 10}, hits);
     ASSERT_EQ(hits.size(), 4u);
     EXPECT_EQ(hits[0].id, rests);
@@ -309,7 +309,7 @@ TEST(Questions, VisitorsAreWarnedAndGetOneOrder)
     // In it, commands may be queued and questions asked, but no update made.
     int calls = 0;
     const jostle::Ray3f along{{-1, 0.5f, 0.5f}, {1, 0, 0}};
-    world.visit(along, [&](const jostle::ObjectHit<float>& hit, float&) {
+    world.visit(along, [&](const jostle::Hit<float, ObjectId>& hit, float&) {
         EXPECT_THROW(world.update(), jostle::Error);
         world.remove(hit.id);
         EXPECT_EQ(world.first(along)->at, 1);
@@ -338,7 +338,7 @@ TEST(Questions, FromManyThreadsWhileCommandsAreQueued)
                 // The twin isn't read: it is about to know the commands of the next update.
                 jostle::Ray<3, float> ray{{-5, 5, 5}, {1, 0.1f * static_cast<float>(t), 0}};
                 const auto first = churn.world->first(ray);
-                std::vector<ObjectHit<float>> all;
+                std::vector<Hit<float, ObjectId>> all;
                 while (!stop) {
                     (void)churn.world->all(ray, all);
                     if (churn.world->first(ray) != first || all.empty() || all[0] != first) ++wrong;

@@ -23,7 +23,7 @@ enum class Purpose : std::uint8_t
     count,
 };
 
-using Filters = detail::QuestionFilters<QueryFilter>;
+using Filters = detail::QueryFilters<QueryFilter>;
 
 template <int Dim, class T>
 using Planes = std::pmr::vector<Plane<Dim, T>>; ///< of a frustum that came here, which refers to them

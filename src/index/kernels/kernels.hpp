@@ -19,6 +19,13 @@ namespace index {
 
 /// Tells whether an object counts; null where all do.
 using Wanted = FunctionRef<bool(std::uint32_t id)>;
+// Visitors, as in Queries.
+using IdVisitor = FunctionRef<bool(std::uint32_t id)>;
+template <class T>
+using HitVisitor = FunctionRef<bool(const Hit<T>& hit, T& bound)>;
+using PairVisitor = FunctionRef<bool(std::uint32_t a, std::uint32_t b)>;
+template <class T>
+using PairHitVisitor = FunctionRef<bool(const PairHit<T>& hit, T& bound)>;
 
 /// Where a search leaves what it finds, in any order.
 template <class Item>

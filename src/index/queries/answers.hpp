@@ -263,26 +263,26 @@ class Answers
     {
         return count_up(question, wanted, true) != 0;
     }
-    /// Appends, in order. For Nearest and NearestToBox.
+    /// Appends the nearest, in order. For Nearest and NearestToBox.
     template <class Question, class Items>
     void nearest(const Question& question, Wanted wanted, Items& out) const
     {
         if (is_odd(question)) return;
         const std::size_t before = out.size();
-        Best<T> best;
-        best.wanted = static_cast<std::uint32_t>(std::min<std::size_t>(question.count, size_));
-        best.size = 0;
-        best.limit = question.max_distance * question.max_distance;
-        out.resize(before + best.wanted);
-        best.heap = out.data() + before;
-        each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
-            OfFew<Dim, T> of_few(root == roots_[0] ? *trees_[0] : *trees_[1], here, best);
-            kernels_.nearest(root, from_of(question), here ? Wanted(of_few) : here, best);
-            of_few.finish(from_of(question));
-            return true;
-        });
-        std::sort_heap(best.heap, best.heap + best.size);
-        out.resize(before + best.size);
+        const auto most = static_cast<std::uint32_t>(std::min<std::size_t>(question.count, size_));
+        out.resize(before + most);
+        Hit<T>* const found = out.data() + before;
+        const std::uint32_t count = find_nearest(question, wanted, most, found);
+        std::sort_heap(found, found + count);
+        out.resize(before + count);
+    }
+    /// The nearest of all; `none` if there is none.
+    template <class Question>
+    Hit<T> nearest(const Question& question, Wanted wanted) const
+    {
+        Hit<T> found;
+        if (question.count != 0 && !is_odd(question)) (void)find_nearest(question, wanted, 1, &found);
+        return found;
     }
     /// Hands over all in order, as long as the visitor returns true; whether it always did.
     template <class Question>
@@ -345,6 +345,24 @@ class Answers
                 is_first ? (elsewhere_ ? Wanted(is_here) : wanted) : (of_other_ ? Wanted(counts) : wanted);
             if (!body(roots_[k], here)) break;
         }
+    }
+    /// A heap of the nearest; how many there are, at most `most`.
+    template <class Question>
+    std::uint32_t find_nearest(const Question& question, Wanted wanted, std::uint32_t most,
+                               Hit<T>* heap) const
+    {
+        Best<T> best;
+        best.wanted = most;
+        best.size = 0;
+        best.limit = question.max_distance * question.max_distance;
+        best.heap = heap;
+        each_root(wanted, [&](Child<Dim, T> root, Wanted here) {
+            OfFew<Dim, T> of_few(root == roots_[0] ? *trees_[0] : *trees_[1], here, best);
+            kernels_.nearest(root, from_of(question), here ? Wanted(of_few) : here, best);
+            of_few.finish(from_of(question));
+            return true;
+        });
+        return best.size;
     }
     /// Whether this is what the question says of the box. A box of NaN is nowhere.
     template <class Question>
@@ -418,6 +436,15 @@ class Answers
     int count_ = 0;
     std::size_t size_;
     std::uint64_t id_end_;
+};
+
+/// Whether a query hands its answers to a visitor, and in which order.
+enum class Visits
+{
+    no,
+    in_order,
+    in_own_order,
+    in_join // to none, but the structure is in use by the query itself
 };
 
 /// How the questions of a batch are shared out.

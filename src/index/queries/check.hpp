@@ -6,7 +6,7 @@
 #include <span>
 
 #include "jostle/error.hpp"
-#include "jostle/query.hpp"
+#include "jostle/queries.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace index {

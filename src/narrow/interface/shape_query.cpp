@@ -1,130 +1,71 @@
 // SPDX-License-Identifier: MIT
-// What the function templates of shape_query.hpp leave to the library.
+// The verbs of Queries about shapes, once for a BoxIndex and a World.
 #include "jostle/shape_query.hpp"
 
-#include <cmath>
 #include <string>
 
+#include "base/instantiate.hpp"
+#include "base/result_lists.hpp"
+#include "jostle/box_index.hpp"
 #include "jostle/error.hpp"
-#include "narrow/interface/answers.hpp"
-#include "narrow/interface/input_checks.hpp"
+#include "jostle/process.hpp"
+#include "narrow/interface/shape_search.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
-namespace detail {
+namespace narrow {
 namespace {
 
-/// Errors of check() name the question, where it has a number.
-template <class F>
-void checked_as(std::uint64_t number, const F& check)
+// --- Batches ---
+
+/// Queries differ much in cost.
+constexpr std::uint64_t query_block = 16;
+
+/// Calls ask(search) for query i of a batch, whose filter's `accept` is told the query's number.
+template <class Structure, class Query, class Filter, class Ask>
+auto ask_one(const Structure& structure, std::span<const Query> queries, std::size_t i,
+             const PosedShapes<Structure::dim, typename Structure::Number>& objects,
+             const detail::QueryFilters<Filter>& filters, const Ask& ask)
 {
-    if (number == Error::no_index) return check();
-    try {
-        check();
-    } catch (const Error& error) {
-        throw Error(error.code(), "question " + std::to_string(number) + ": " + error.what(), number);
-    }
+    Filter filter = filters[i];
+    const auto accept = filter.accept;
+    const auto numbered = [&accept, i](std::uint32_t, auto id) {
+        return accept(static_cast<std::uint32_t>(i), id);
+    };
+    if (accept) filter.accept = numbered;
+    return ask(ShapeSearch<Structure, Query, Filter>(structure, queries[i], objects, filter, i));
 }
-template <int Dim, Coordinate T>
-void check_pose(const Pose<Dim, T>& pose, std::uint64_t object)
+/// out[i] = answer(search) for each query.
+template <class Structure, class Query, class Filter, class Out, class Answer>
+void ask_each(const Structure& structure, Executor& executor, std::span<const Query> queries,
+              const PosedShapes<Structure::dim, typename Structure::Number>& objects, Out out,
+              const detail::QueryFilters<Filter>& filters, const Answer& answer)
 {
-    if (!narrow::valid(pose)) narrow::refuse_pose(pose, object);
+    if (queries.size() != out.size())
+        detail::throw_not_one_each(queries.size(), out.size(), "places for answers");
+    filters.check(queries.size());
+    const auto answer_block = [&](std::uint64_t begin, std::uint64_t end, Work) {
+        for (std::size_t i = begin; i < end; ++i)
+            out[i] = ask_one(structure, queries, i, objects, filters, answer);
+    };
+    process_items(queries.size(), answer_block, {&executor, query_block});
 }
-template <int Dim, Coordinate T>
-bool finite(const Aabb<Dim, T>& box)
+/// Refills lists; append(search, items) returns whether there are more.
+template <class Structure, class Query, class Filter, class Item, class Append>
+void fill_lists(const Structure& structure, Executor& executor, std::span<const Query> queries,
+                const PosedShapes<Structure::dim, typename Structure::Number>& objects,
+                ResultLists<Item>& out, const detail::QueryFilters<Filter>& filters, const Append& append)
 {
-    bool good = true;
-    for (int d = 0; d < Dim; ++d)
-        good = good && std::abs(box.lo[d]) <= std::numeric_limits<T>::max() &&
-               std::abs(box.hi[d]) <= std::numeric_limits<T>::max();
-    return good;
+    filters.check(queries.size());
+    ResultListsAccess::fill(out, queries.size(), {&executor, query_block}, [&](std::size_t i, auto& items) {
+        return ask_one(structure, queries, i, objects, filters,
+                       [&](const auto& search) { return append(search, items); });
+    });
 }
 
 } // namespace
+} // namespace narrow
 
-template <int Dim, Coordinate T>
-void check_question(const Ray<Dim, T>& ray, std::uint64_t number)
-{
-    checked_as(number, [&] { narrow::check_ray(ray, Error::no_index); });
-}
-template <int Dim, Coordinate T>
-void check_question(const ShapeSweep<Dim, T>& sweep, std::uint64_t number)
-{
-    checked_as(number, [&] {
-        check_pose(sweep.pose, Error::no_index);
-        narrow::check_displacement(sweep.displacement, Error::no_index);
-    });
-}
-template <int Dim, Coordinate T>
-void check_question(const NearestShape<Dim, T>& nearest, std::uint64_t number)
-{
-    checked_as(number, [&] {
-        check_pose(nearest.pose, Error::no_index);
-        narrow::check_max_distance(nearest.max_distance);
-    });
-}
-
-template <int Dim, Coordinate T>
-CastHit<Dim, T> cast_at(const Ray<Dim, T>& ray, const Shape<Dim>& shape, const Pose<Dim, T>& pose,
-                        std::uint32_t object)
-{
-    check_pose(pose, object);
-    return narrow::ray_hit_of(shape, pose, ray, narrow::best_kernels());
-}
-template <int Dim, Coordinate T>
-CastHit<Dim, T> cast_at(const ShapeSweep<Dim, T>& sweep, const Shape<Dim>& shape, const Pose<Dim, T>& pose,
-                        std::uint32_t object)
-{
-    check_pose(pose, object);
-    return narrow::shape_hit_of(sweep.shape, sweep.pose, sweep.displacement, shape, pose,
-                                narrow::best_kernels());
-}
-template <int Dim, Coordinate T>
-Distance<Dim, T> distance_at(const NearestShape<Dim, T>& nearest, const Shape<Dim>& shape,
-                             const Pose<Dim, T>& pose, T max_distance, std::uint32_t object)
-{
-    check_pose(pose, object);
-    return narrow::distance_of(nearest.shape, nearest.pose, shape, pose, max_distance,
-                               narrow::best_kernels());
-}
-
-template <int Dim, Coordinate T>
-BoxQuestion<Dim, T> boxes_for(const ShapeSweep<Dim, T>& sweep)
-{
-    constexpr T most = std::numeric_limits<T>::max();
-    BoxQuestion<Dim, T> boxes{};
-    const Aabb<Dim, T> box = bounds(sweep.shape, sweep.pose);
-    boxes.sweep = {box, sweep.displacement, no_less(T(1))};
-    bool moves = false;
-    for (const T x : sweep.displacement)
-        moves = moves || std::abs(T(1) / x) <= most;
-    boxes.lies_in = !moves || !finite(box);
-    boxes.region = box;
-    for (int d = 0; d < Dim; ++d) {
-        const T lo = box.lo[d] + sweep.displacement[d], hi = box.hi[d] + sweep.displacement[d];
-        boxes.region.lo[d] = std::min(box.lo[d], std::nextafter(lo, -std::numeric_limits<T>::infinity()));
-        boxes.region.hi[d] = std::max(box.hi[d], std::nextafter(hi, std::numeric_limits<T>::infinity()));
-    }
-    return boxes;
-}
-template <int Dim, Coordinate T>
-BoxQuestion<Dim, T> boxes_for(const NearestShape<Dim, T>& nearest)
-{
-    constexpr T infinity = std::numeric_limits<T>::infinity();
-    // Of distances between boxes the squares are compared: they must be normal numbers.
-    constexpr T shortest = sizeof(T) == 4 ? T(2e-19) : T(2e-154);
-    BoxQuestion<Dim, T> boxes{};
-    const Aabb<Dim, T> box = bounds(nearest.shape, nearest.pose);
-    T furthest = std::max(no_less(nearest.max_distance), shortest);
-    if (furthest * furthest == infinity) furthest = infinity;
-    boxes.nearest = {box, ~std::uint32_t{0}, furthest};
-    boxes.lies_in = !finite(box);
-    for (int d = 0; d < Dim; ++d) {
-        boxes.region.lo[d] = -infinity;
-        boxes.region.hi[d] = infinity;
-    }
-    return boxes;
-}
-
+namespace detail {
 void throw_no_shape(std::uint32_t id, std::size_t shapes, std::size_t poses)
 {
     throw Error(ErrorCode::size_mismatch,
@@ -134,22 +75,213 @@ void throw_no_shape(std::uint32_t id, std::size_t shapes, std::size_t poses)
                 id);
 }
 
-#define JOSTLE_SHAPE_QUERY(Dim, T)                                                                           \
-    template JOSTLE_API void check_question(const Ray<Dim, T>&, std::uint64_t);                              \
-    template JOSTLE_API void check_question(const ShapeSweep<Dim, T>&, std::uint64_t);                       \
-    template JOSTLE_API void check_question(const NearestShape<Dim, T>&, std::uint64_t);                     \
-    template JOSTLE_API CastHit<Dim, T> cast_at(const Ray<Dim, T>&, const Shape<Dim>&, const Pose<Dim, T>&,  \
-                                                std::uint32_t);                                              \
-    template JOSTLE_API CastHit<Dim, T> cast_at(const ShapeSweep<Dim, T>&, const Shape<Dim>&,                \
-                                                const Pose<Dim, T>&, std::uint32_t);                         \
-    template JOSTLE_API Distance<Dim, T> distance_at(const NearestShape<Dim, T>&, const Shape<Dim>&,         \
-                                                     const Pose<Dim, T>&, T, std::uint32_t);                 \
-    template JOSTLE_API BoxQuestion<Dim, T> boxes_for(const ShapeSweep<Dim, T>&);                            \
-    template JOSTLE_API BoxQuestion<Dim, T> boxes_for(const NearestShape<Dim, T>&)
-JOSTLE_SHAPE_QUERY(2, float);
-JOSTLE_SHAPE_QUERY(2, double);
-JOSTLE_SHAPE_QUERY(3, float);
-JOSTLE_SHAPE_QUERY(3, double);
-
 } // namespace detail
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <ShapeQueryOf<Dim, T> Query>
+bool Queries<Structure, Dim, T, Id, Filter>::any(const Query& query, const Shapes& objects,
+                                                 const Filter& filter) const
+{
+    const narrow::ShapeSearch<Structure, Query, Filter> search(structure(), query, objects, filter,
+                                                               Error::no_index);
+    return search.count(true) != 0;
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <ShapeQueryOf<Dim, T> Query>
+std::uint64_t Queries<Structure, Dim, T, Id, Filter>::count(const Query& query, const Shapes& objects,
+                                                            const Filter& filter) const
+{
+    const narrow::ShapeSearch<Structure, Query, Filter> search(structure(), query, objects, filter,
+                                                               Error::no_index);
+    return search.count(false);
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <ShapeCastOf<Dim, T> Query>
+auto Queries<Structure, Dim, T, Id, Filter>::first(const Query& query, const Shapes& objects,
+                                                   const Filter& filter) const -> std::optional<FoundShape>
+{
+    const narrow::ShapeSearch<Structure, Query, Filter> search(structure(), query, objects, filter,
+                                                               Error::no_index);
+    const FoundShape found = search.first();
+    return found.id == Found::none ? std::nullopt : std::optional(found);
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <std::same_as<NearestToShape<Dim, T>> Query>
+auto Queries<Structure, Dim, T, Id, Filter>::nearest(const Query& query, const Shapes& objects,
+                                                     const Filter& filter) const
+    -> std::optional<FoundDistance>
+{
+    const narrow::ShapeSearch<Structure, Query, Filter> search(structure(), query, objects, filter,
+                                                               Error::no_index);
+    const FoundDistance found = search.first();
+    return found.id == Found::none ? std::nullopt : std::optional(found);
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <std::same_as<NearestToShape<Dim, T>> Query>
+void Queries<Structure, Dim, T, Id, Filter>::nearest(const Query& query, const Shapes& objects,
+                                                     std::vector<FoundDistance>& out,
+                                                     const Filter& filter) const
+{
+    out.clear();
+    const narrow::ShapeSearch<Structure, Query, Filter> search(structure(), query, objects, filter,
+                                                               Error::no_index);
+    search.append_nearest(out);
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <ShapeQueryOf<Dim, T> Query>
+bool Queries<Structure, Dim, T, Id, Filter>::all(const Query& query, const Shapes& objects,
+                                                 std::vector<ShapeAnswer<Query>>& out, const Filter& filter,
+                                                 std::uint64_t max_results) const
+{
+    out.clear();
+    const narrow::ShapeSearch<Structure, Query, Filter> search(structure(), query, objects, filter,
+                                                               Error::no_index);
+    return search.append_all(out, max_results);
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <class Query>
+    requires ShapeQueryOf<Query, Dim, T> || std::same_as<Query, NearestToShape<Dim, T>>
+bool Queries<Structure, Dim, T, Id, Filter>::visit(const Query& query, const Shapes& objects,
+                                                   Visitor<ShapeAnswer<Query>> visitor,
+                                                   const Filter& filter) const
+{
+    const narrow::ShapeSearch<Structure, Query, Filter> search(structure(), query, objects, filter,
+                                                               Error::no_index);
+    return search.visit(visitor);
+}
+
+// --- Batches ---
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <ShapeQueryOf<Dim, T> Query>
+void Queries<Structure, Dim, T, Id, Filter>::any_of_each(std::span<const Query> queries,
+                                                         const Shapes& objects, BoolSpan out,
+                                                         const Filters& filters) const
+{
+    narrow::ask_each(structure(), executor(), queries, objects, out, filters,
+                     [](const auto& search) { return search.count(true) != 0; });
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <ShapeQueryOf<Dim, T> Query>
+void Queries<Structure, Dim, T, Id, Filter>::count_of_each(std::span<const Query> queries,
+                                                           const Shapes& objects,
+                                                           std::span<std::uint64_t> out,
+                                                           const Filters& filters) const
+{
+    narrow::ask_each(structure(), executor(), queries, objects, out, filters,
+                     [](const auto& search) { return search.count(false); });
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <ShapeCastOf<Dim, T> Query>
+void Queries<Structure, Dim, T, Id, Filter>::first_of_each(std::span<const Query> queries,
+                                                           const Shapes& objects, std::span<FoundShape> out,
+                                                           const Filters& filters) const
+{
+    narrow::ask_each(structure(), executor(), queries, objects, out, filters,
+                     [](const auto& search) { return search.first(); });
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <std::same_as<NearestToShape<Dim, T>> Query>
+void Queries<Structure, Dim, T, Id, Filter>::nearest_of_each(std::span<const Query> queries,
+                                                             const Shapes& objects,
+                                                             std::span<FoundDistance> out,
+                                                             const Filters& filters) const
+{
+    narrow::ask_each(structure(), executor(), queries, objects, out, filters,
+                     [](const auto& search) { return search.first(); });
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <std::same_as<NearestToShape<Dim, T>> Query>
+void Queries<Structure, Dim, T, Id, Filter>::nearest_of_each(std::span<const Query> queries,
+                                                             const Shapes& objects,
+                                                             ResultLists<FoundDistance>& out,
+                                                             const Filters& filters) const
+{
+    narrow::fill_lists(structure(), executor(), queries, objects, out, filters,
+                       [&](const auto& search, auto& items) {
+                           search.append_nearest(items);
+                           return false;
+                       });
+}
+
+template <class Structure, int Dim, Coordinate T, class Id, class Filter>
+template <ShapeQueryOf<Dim, T> Query>
+void Queries<Structure, Dim, T, Id, Filter>::all_of_each(std::span<const Query> queries,
+                                                         const Shapes& objects,
+                                                         ResultLists<ShapeAnswer<Query>>& out,
+                                                         const Filters& filters,
+                                                         std::uint64_t max_results) const
+{
+    narrow::fill_lists(
+        structure(), executor(), queries, objects, out, filters,
+        [&](const auto& search, auto& items) { return search.append_all(items, max_results); });
+}
+
+template <int Dim, Coordinate T>
+using IndexShapeQueries = Queries<BoxIndex<Dim, T>, Dim, T, std::uint32_t, QueryFilter>;
+template <int Dim, Coordinate T>
+using WorldShapeQueries = Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQueryFilter>;
+
+#define JOSTLE_COMPILE_SHAPE_VISIT(Base, Filter, Dim, T, Query)                                              \
+    template JOSTLE_API bool Base<Dim, T>::visit(                                                            \
+        const Query<Dim, T>&, const PosedShapes<Dim, T>&,                                                    \
+        Base<Dim, T>::Visitor<Base<Dim, T>::ShapeAnswer<Query<Dim, T>>>, const Filter&) const;
+#define JOSTLE_COMPILE_SHAPE_QUERY(Base, Filter, Dim, T, Query)                                              \
+    JOSTLE_COMPILE_SHAPE_VISIT(Base, Filter, Dim, T, Query)                                                  \
+    template JOSTLE_API bool Base<Dim, T>::any(const Query<Dim, T>&, const PosedShapes<Dim, T>&,             \
+                                               const Filter&) const;                                         \
+    template JOSTLE_API std::uint64_t Base<Dim, T>::count(const Query<Dim, T>&, const PosedShapes<Dim, T>&,  \
+                                                          const Filter&) const;                              \
+    template JOSTLE_API bool Base<Dim, T>::all(const Query<Dim, T>&, const PosedShapes<Dim, T>&,             \
+                                               std::vector<Base<Dim, T>::ShapeAnswer<Query<Dim, T>>>&,       \
+                                               const Filter&, std::uint64_t) const;                          \
+    template JOSTLE_API void Base<Dim, T>::any_of_each(std::span<const Query<Dim, T>>,                       \
+                                                       const PosedShapes<Dim, T>&, BoolSpan,                 \
+                                                       const detail::QueryFilters<Filter>&) const;           \
+    template JOSTLE_API void Base<Dim, T>::count_of_each(                                                    \
+        std::span<const Query<Dim, T>>, const PosedShapes<Dim, T>&, std::span<std::uint64_t>,                \
+        const detail::QueryFilters<Filter>&) const;                                                          \
+    template JOSTLE_API void Base<Dim, T>::all_of_each(                                                      \
+        std::span<const Query<Dim, T>>, const PosedShapes<Dim, T>&,                                          \
+        ResultLists<Base<Dim, T>::ShapeAnswer<Query<Dim, T>>>&, const detail::QueryFilters<Filter>&,         \
+        std::uint64_t) const;
+#define JOSTLE_COMPILE_SHAPE_CAST(Base, Filter, Dim, T, Query)                                               \
+    JOSTLE_COMPILE_SHAPE_QUERY(Base, Filter, Dim, T, Query)                                                  \
+    template JOSTLE_API std::optional<Base<Dim, T>::FoundShape> Base<Dim, T>::first(                         \
+        const Query<Dim, T>&, const PosedShapes<Dim, T>&, const Filter&) const;                              \
+    template JOSTLE_API void Base<Dim, T>::first_of_each(                                                    \
+        std::span<const Query<Dim, T>>, const PosedShapes<Dim, T>&, std::span<Base<Dim, T>::FoundShape>,     \
+        const detail::QueryFilters<Filter>&) const;
+#define JOSTLE_COMPILE_SHAPE_QUERIES(Base, Filter, Dim, T)                                                   \
+    JOSTLE_COMPILE_SHAPE_CAST(Base, Filter, Dim, T, Ray)                                                     \
+    JOSTLE_COMPILE_SHAPE_CAST(Base, Filter, Dim, T, ShapeSweep)                                              \
+    JOSTLE_COMPILE_SHAPE_QUERY(Base, Filter, Dim, T, PosedShape)                                             \
+    JOSTLE_COMPILE_SHAPE_VISIT(Base, Filter, Dim, T, NearestToShape)                                         \
+    template JOSTLE_API std::optional<Base<Dim, T>::FoundDistance> Base<Dim, T>::nearest(                    \
+        const NearestToShape<Dim, T>&, const PosedShapes<Dim, T>&, const Filter&) const;                     \
+    template JOSTLE_API void Base<Dim, T>::nearest(                                                          \
+        const NearestToShape<Dim, T>&, const PosedShapes<Dim, T>&,                                           \
+        std::vector<Base<Dim, T>::FoundDistance>&, const Filter&) const;                                     \
+    template JOSTLE_API void Base<Dim, T>::nearest_of_each(                                                  \
+        std::span<const NearestToShape<Dim, T>>, const PosedShapes<Dim, T>&,                                 \
+        std::span<Base<Dim, T>::FoundDistance>, const detail::QueryFilters<Filter>&) const;                  \
+    template JOSTLE_API void Base<Dim, T>::nearest_of_each(                                                  \
+        std::span<const NearestToShape<Dim, T>>, const PosedShapes<Dim, T>&,                                 \
+        ResultLists<Base<Dim, T>::FoundDistance>&, const detail::QueryFilters<Filter>&) const;
+#define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
+    JOSTLE_COMPILE_SHAPE_QUERIES(IndexShapeQueries, QueryFilter, Dim, T)                                     \
+    JOSTLE_COMPILE_SHAPE_QUERIES(WorldShapeQueries, ObjectQueryFilter, Dim, T)
+JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
+#undef JOSTLE_INSTANTIATE
+
 JOSTLE_NAMESPACE_END

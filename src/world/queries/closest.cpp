@@ -68,8 +68,8 @@ std::array<index::Child<Dim, T>, 2> roots_of(const typename World<Dim, T>::Imple
 
 template <int Dim, class T>
 bool visit_closest(const typename World<Dim, T>::Implementation& one,
-                   const typename World<Dim, T>::Implementation& other, ObjectPairHitVisitor<T> visitor,
-                   T max_distance)
+                   const typename World<Dim, T>::Implementation& other,
+                   typename World<Dim, T>::ClosestVisitor visitor, T max_distance)
 {
     index::check_max_distance(max_distance);
     const Reader reader(&one.readers), other_reader(&other.readers);
@@ -110,34 +110,15 @@ bool visit_closest(const typename World<Dim, T>::Implementation& one,
 } // namespace world
 
 template <int Dim, Coordinate T>
-bool World<Dim, T>::closest_pairs(ObjectPairHitVisitor<T> visitor, T max_distance) const
+bool World<Dim, T>::Implementation::closest_pairs(const Implementation& other, ClosestVisitor visitor,
+                                                  T max_distance) const
 {
-    return closest_pairs(*this, visitor, max_distance);
-}
-template <int Dim, Coordinate T>
-bool World<Dim, T>::closest_pairs(const World& other, ObjectPairHitVisitor<T> visitor, T max_distance) const
-{
-    return world::visit_closest<Dim, T>(*implementation_, *other.implementation_, visitor, max_distance);
-}
-template <int Dim, Coordinate T>
-std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(T max_distance) const
-{
-    return closest_pair(*this, max_distance);
-}
-template <int Dim, Coordinate T>
-std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(const World& other, T max_distance) const
-{
-    std::optional<ObjectPairHit<T>> closest;
-    const auto keep_first = [&](const ObjectPairHit<T>& hit, T&) { return closest = hit, false; };
-    closest_pairs(other, keep_first, max_distance);
-    return closest;
+    return world::visit_closest<Dim, T>(*this, other, visitor, max_distance);
 }
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    template JOSTLE_API bool World<Dim, T>::closest_pairs(ObjectPairHitVisitor<T>, T) const;                 \
-    template JOSTLE_API bool World<Dim, T>::closest_pairs(const World&, ObjectPairHitVisitor<T>, T) const;   \
-    template JOSTLE_API std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(T) const;                \
-    template JOSTLE_API std::optional<ObjectPairHit<T>> World<Dim, T>::closest_pair(const World&, T) const;
+    template bool World<Dim, T>::Implementation::closest_pairs(const Implementation&, World::ClosestVisitor, \
+                                                               T) const;
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Questions: each is put to the resting objects and to the active ones, as if they were one index's.
+// Queries: each is put to the resting objects and to the active ones, as if they were one index's.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -9,35 +9,16 @@
 
 #include "base/checks.hpp"
 #include "base/instantiate.hpp"
+#include "base/result_lists.hpp"
 #include "index/box_index_access.hpp"
 #include "index/queries/answers.hpp"
-#include "index/queries/check.hpp"
+#include "index/queries/verbs.hpp"
 #include "world/implementation.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
 namespace world {
 
-/// Whether a question hands its answers to a visitor. In the indexes' own order it uses no index for a mask:
-/// whether there is one depends on what other threads have asked, and the order must not.
-enum class Visits
-{
-    none,
-    in_order,
-    in_own_order,
-    in_join // no, but the world is in use by the question itself
-};
-
-/// Throws for a question that can't be answered.
-template <int Dim, class T, class Question>
-void check(const State<Dim, T>& state, const Question& question)
-{
-    index::check(question, Error::no_index, state.options.ignore_odd_boxes);
-}
-template <int Dim, class T, class Question>
-void check_all(const State<Dim, T>& state, std::span<const Question> questions)
-{
-    index::check_all(questions, state.options.ignore_odd_boxes);
-}
+using index::Visits;
 
 /// Found items on their way to what the asker gets: some hundred on the stack, more from `more`.
 template <class Item>
@@ -67,9 +48,9 @@ class Asking
 
     /// `questions`: how many will be asked; so many may make an index for a mask pay. 0: none is made.
     Asking(const Implementation& world, const ObjectQueryFilter& filter, std::uint64_t questions = 1,
-           Visits visits = Visits::none)
+           Visits visits = Visits::no)
         : state_(world.state),
-          reader_(filter.accept || visits != Visits::none ? &world.readers : nullptr),
+          reader_(filter.accept || visits != Visits::no ? &world.readers : nullptr),
           filter_(filter),
           exclude_(state_.ids.is_good(filter.exclude) ? filter.exclude.index : Hit<T>::none),
           sources_(sources(world, filter, questions, visits)),
@@ -113,9 +94,10 @@ class Asking
         return body(takes_all() ? index::Wanted() : index::Wanted(wanted));
     }
 
-    [[nodiscard]] ObjectHit<T> given(const Hit<T>& hit) const
+    [[nodiscard]] Hit<T, ObjectId> given(const Hit<T>& hit) const
     {
-        return hit.id == Hit<T>::none ? ObjectHit<T>{} : ObjectHit<T>{state_.id_of(Index{hit.id}), hit.at};
+        return hit.id == Hit<T>::none ? Hit<T, ObjectId>{}
+                                      : Hit<T, ObjectId>{state_.id_of(Index{hit.id}), hit.at};
     }
     [[nodiscard]] ObjectId given(std::uint32_t index) const { return state_.id_of(Index{index}); }
 
@@ -129,7 +111,6 @@ class Asking
                        [this](const Item& item) { return given(item); });
     }
 
-    /// A single question: find(wanted, items) is one of the answers.
     template <class Item, class Out, class Find>
     bool list(std::vector<Out>& out, const Find& find) const
     {
@@ -209,10 +190,10 @@ class AskingMany
 {
   public:
     using Implementation = typename World<Dim, T>::Implementation;
-    using Filters = detail::QuestionFilters<ObjectQueryFilter>;
+    using Filters = detail::QueryFilters<ObjectQueryFilter>;
 
     AskingMany(const Implementation& world, const Filters& filters, std::size_t questions,
-               Visits visits = Visits::none)
+               Visits visits = Visits::no)
         : world_(world), count_(questions), filters_(filters), visits_(visits)
     {
         filters.check(questions);
@@ -241,15 +222,16 @@ class AskingMany
     template <class Item, class Out, class Find>
     void lists(ResultLists<Out>& out, const Find& find) const
     {
-        out.fill(count_, index::of_batch(*world_.state.executor),
-                 [&](std::size_t i, std::pmr::vector<Out>& items) {
-                     Items<Item> some(items.get_allocator().resource());
-                     return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
-                         const bool more = find(asking, i, wanted, some.found);
-                         asking.append_given(some.found, items);
-                         return more;
-                     });
-                 });
+        ResultListsAccess::fill(
+            out, count_, index::of_batch(*world_.state.executor),
+            [&](std::size_t i, std::pmr::vector<Out>& items) {
+                Items<Item> some(items.get_allocator().resource());
+                return with(i, [&](const Asking<Dim, T>& asking, std::size_t, index::Wanted wanted) {
+                    const bool more = find(asking, i, wanted, some.found);
+                    asking.append_given(some.found, items);
+                    return more;
+                });
+            });
     }
 
   private:
@@ -289,178 +271,11 @@ class AskingMany
 
 } // namespace world
 
-template <int Dim, Coordinate T>
-template <LineOf<Dim, T> Line>
-std::optional<ObjectHit<T>> World<Dim, T>::first(const Line& line, const ObjectQueryFilter& filter) const
-{
-    world::check(implementation_->state, line);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
-    const Hit<T> hit =
-        asking.with(0, [&](index::Wanted wanted) { return asking.answers().first(line, wanted); });
-    return hit.id == Hit<T>::none ? std::nullopt : std::optional(asking.given(hit));
-}
-
-#define JOSTLE_ALL(Question, Item, Given)                                                                    \
-    template <int Dim, Coordinate T>                                                                         \
-    bool World<Dim, T>::all(const Question<Dim, T>& question, std::vector<Given>& out,                       \
-                            const ObjectQueryFilter& filter, std::uint64_t max_results) const                \
-    {                                                                                                        \
-        world::check(implementation_->state, question);                                                      \
-        const world::Asking<Dim, T> asking(*implementation_, filter);                                        \
-        return asking.template list<Item>(out, [&](index::Wanted wanted, auto& items) {                      \
-            return asking.answers().all(question, wanted, max_results, items);                               \
-        });                                                                                                  \
-    }
-JOSTLE_ALL(Ray, Hit<T>, ObjectHit<T>)
-JOSTLE_ALL(Sweep, Hit<T>, ObjectHit<T>)
-JOSTLE_ALL(Aabb, std::uint32_t, ObjectId)
-JOSTLE_ALL(Sphere, std::uint32_t, ObjectId)
-JOSTLE_ALL(Frustum, std::uint32_t, ObjectId)
-#undef JOSTLE_ALL
-
-#define JOSTLE_ASK_NEAREST(Question)                                                                         \
-    template <int Dim, Coordinate T>                                                                         \
-    void World<Dim, T>::nearest(const Question<Dim, T>& question, std::vector<ObjectHit<T>>& out,            \
-                                const ObjectQueryFilter& filter) const                                       \
-    {                                                                                                        \
-        world::check(implementation_->state, question);                                                      \
-        const world::Asking<Dim, T> asking(*implementation_, filter);                                        \
-        asking.template list<Hit<T>>(out, [&](index::Wanted wanted, auto& items) {                           \
-            asking.answers().nearest(question, wanted, items);                                               \
-            return false;                                                                                    \
-        });                                                                                                  \
-    }
-JOSTLE_ASK_NEAREST(Nearest)
-JOSTLE_ASK_NEAREST(NearestToBox)
-#undef JOSTLE_ASK_NEAREST
-
-// --- Handed over as they are found ---
-
-#define JOSTLE_VISIT(Question)                                                                               \
-    template <int Dim, Coordinate T>                                                                         \
-    bool World<Dim, T>::visit(const Question<Dim, T>& question, ObjectHitVisitor<T> visitor,                 \
-                              const ObjectQueryFilter& filter) const                                         \
-    {                                                                                                        \
-        world::check(implementation_->state, question);                                                      \
-        const world::Asking<Dim, T> asking(*implementation_, filter, world::Visits::in_order);               \
-        const auto visit = [&](const Hit<T>& hit, T& bound) { return visitor(asking.given(hit), bound); };   \
-        return asking.with(0, [&](index::Wanted wanted) {                                                    \
-            return asking.answers().visit_in_order(question, wanted, visit);                                 \
-        });                                                                                                  \
-    }
-JOSTLE_VISIT(Ray)
-JOSTLE_VISIT(Sweep)
-JOSTLE_VISIT(Nearest)
-JOSTLE_VISIT(NearestToBox)
-#undef JOSTLE_VISIT
-
-#define JOSTLE_VISIT(Region)                                                                                 \
-    template <int Dim, Coordinate T>                                                                         \
-    bool World<Dim, T>::visit(const Region<Dim, T>& region, ObjectVisitor visitor,                           \
-                              const ObjectQueryFilter& filter) const                                         \
-    {                                                                                                        \
-        world::check(implementation_->state, region);                                                        \
-        const world::Asking<Dim, T> asking(*implementation_, filter, world::Visits::in_own_order);           \
-        const auto visit = [&](std::uint32_t index) { return visitor(asking.given(index)); };                \
-        return asking.with(                                                                                  \
-            0, [&](index::Wanted wanted) { return asking.answers().visit(region, wanted, visit); });         \
-    }
-JOSTLE_VISIT(Aabb)
-JOSTLE_VISIT(Sphere)
-JOSTLE_VISIT(Frustum)
-#undef JOSTLE_VISIT
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-bool World<Dim, T>::any(const Question& question, const ObjectQueryFilter& filter) const
-{
-    world::check(implementation_->state, question);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
-    return asking.with(0, [&](index::Wanted wanted) { return asking.answers().any(question, wanted); });
-}
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-std::uint64_t World<Dim, T>::count(const Question& question, const ObjectQueryFilter& filter) const
-{
-    world::check(implementation_->state, question);
-    const world::Asking<Dim, T> asking(*implementation_, filter);
-    return asking.with(0, [&](index::Wanted wanted) { return asking.answers().count(question, wanted); });
-}
-
-// --- Many at once ----------------------------------------------------------------------------------------
-
-template <int Dim, Coordinate T>
-template <LineOf<Dim, T> Line>
-void World<Dim, T>::first_of_each(std::span<const Line> lines, std::span<ObjectHit<T>> out,
-                                  const QuestionFilters& filters) const
-{
-    index::check_room(lines.size(), out.size());
-    world::check_all(implementation_->state, lines);
-    const world::AskingMany<Dim, T> many(*implementation_, filters, lines.size());
-    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
-        out[i] = asking.given(asking.answers().first(lines[i], wanted));
-    });
-}
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-void World<Dim, T>::all_of_each(std::span<const Question> questions, ResultLists<AnswerTo<Question>>& out,
-                                const QuestionFilters& filters, std::uint64_t max_results) const
-{
-    world::check_all(implementation_->state, questions);
-    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
-    many.template lists<typename index::ItemOf<Question>::Item>(
-        out, [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {
-            return asking.answers().all(questions[i], wanted, max_results, items);
-        });
-}
-
-template <int Dim, Coordinate T>
-template <NearestOf<Dim, T> Question>
-void World<Dim, T>::nearest_of_each(std::span<const Question> questions, ResultLists<ObjectHit<T>>& out,
-                                    const QuestionFilters& filters) const
-{
-    world::check_all(implementation_->state, questions);
-    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
-    many.template lists<Hit<T>>(out,
-                                [&](const auto& asking, std::size_t i, index::Wanted wanted, auto& items) {
-                                    asking.answers().nearest(questions[i], wanted, items);
-                                    return false;
-                                });
-}
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-void World<Dim, T>::any_of_each(std::span<const Question> questions, BoolSpan out,
-                                const QuestionFilters& filters) const
-{
-    index::check_room(questions.size(), out.size());
-    world::check_all(implementation_->state, questions);
-    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
-    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
-        out[i] = asking.answers().any(questions[i], wanted);
-    });
-}
-
-template <int Dim, Coordinate T>
-template <LineOrRegionOf<Dim, T> Question>
-void World<Dim, T>::count_of_each(std::span<const Question> questions, std::span<std::uint64_t> out,
-                                  const QuestionFilters& filters) const
-{
-    index::check_room(questions.size(), out.size());
-    world::check_all(implementation_->state, questions);
-    const world::AskingMany<Dim, T> many(*implementation_, filters, questions.size());
-    many.each([&](const auto& asking, std::size_t i, index::Wanted wanted) {
-        out[i] = asking.answers().count(questions[i], wanted);
-    });
-}
-
 namespace world {
 namespace {
 
 /// A category and a mask that select whatever one of the filters selects.
-inline ObjectQueryFilter masks_together(const detail::QuestionFilters<ObjectQueryFilter>& filters,
+inline ObjectQueryFilter masks_together(const detail::QueryFilters<ObjectQueryFilter>& filters,
                                         std::size_t questions)
 {
     ObjectQueryFilter all;
@@ -473,27 +288,30 @@ inline ObjectQueryFilter masks_together(const detail::QuestionFilters<ObjectQuer
     return all;
 }
 
-/// All pairs of one of the boxes and an object that pass the filters, ascending.
-template <int Dim, class T>
-void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
-          std::pmr::vector<Pair>& out, const detail::QuestionFilters<ObjectQueryFilter>& filters)
+} // namespace
+} // namespace world
+
+template <int Dim, Coordinate T>
+void World<Dim, T>::Implementation::join(const BoxView<Dim, T>& boxes, std::pmr::vector<Pair>& out,
+                                         const Filters& filters)
 {
+    using world::Index;
     filters.check(boxes.size());
-    const InUse call(me.in_use, "World");
+    const InUse call(in_use, "World");
     std::pmr::vector<Pair> all(std::move(out)); // if anything below throws, the list is empty
     out.clear();
-    const ObjectQueryFilter masks = masks_together(filters, boxes.size());
-    const Asking<Dim, T> where(me, masks, boxes.size(), Visits::in_join);
-    BoxIndexAccess::join(me.state.resting, where.resting(), boxes, all);
-    if (me.state.shown != nullptr)
-        std::erase_if(all, [&](const Pair& pair) { return !me.state.is_shown_resting(Index{pair.b}); });
+    const ObjectQueryFilter masks = world::masks_together(filters, boxes.size());
+    const Asking where(*this, masks, boxes.size(), index::Visits::in_join);
+    BoxIndexAccess::join(state.resting, where.resting(), boxes, all);
+    if (state.shown != nullptr)
+        std::erase_if(all, [&](const Pair& pair) { return !state.is_shown_resting(Index{pair.b}); });
     if (where.active() != nullptr) {
-        if (me.applied)
-            me.arena.begin_again();
+        if (applied)
+            arena.begin_again();
         else
-            me.arena.begin();
-        auto& more = me.arena.template list<Pair>("pairs of active objects");
-        BoxIndexAccess::join(me.state.resting, *where.active(), boxes, more);
+            arena.begin();
+        auto& more = arena.template list<Pair>("pairs of active objects");
+        BoxIndexAccess::join(state.resting, *where.active(), boxes, more);
         std::size_t a = more.size(), r = all.size();
         all.resize(r + a);
         while (a > 0) // from the end, so that nothing is written over
@@ -503,26 +321,25 @@ void join(typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& box
                 --a, all[r + a] = more[a];
     }
     // In use as the world is, these don't go by an index for a mask, and hold all against their own.
-    std::optional<Asking<Dim, T>> asking;
+    std::optional<Asking> asking;
     std::size_t asker = boxes.size();
     const auto is_refused = [&](const Pair& pair) {
-        if (filters.one_each() && pair.a != asker) asking.emplace(me, filters[asker = pair.a]);
+        if (filters.one_each() && pair.a != asker) asking.emplace(*this, filters[asker = pair.a]);
         return !asking->takes(pair.a, pair.b);
     };
-    if (!filters.one_each()) asking.emplace(me, filters[0]);
+    if (!filters.one_each()) asking.emplace(*this, filters[0]);
     if (filters.one_each() || !asking->takes_all()) std::erase_if(all, is_refused);
     out.swap(all);
 }
 
-/// Hands the same pairs to the visitor, box by box.
-template <int Dim, class T>
-bool visit_joined(const typename World<Dim, T>::Implementation& me, const BoxView<Dim, T>& boxes,
-                  ObjectJoinVisitor visitor, const detail::QuestionFilters<ObjectQueryFilter>& filters)
+template <int Dim, Coordinate T>
+bool World<Dim, T>::Implementation::visit_joined(const BoxView<Dim, T>& boxes, JoinVisitor visitor,
+                                                 const Filters& filters) const
 {
-    index::check_joined(boxes, me.state.options.ignore_odd_boxes);
-    const AskingMany<Dim, T> asking(me, filters, boxes.size(), Visits::in_own_order);
+    index::check_joined(boxes, state.options.ignore_odd_boxes);
+    const AskingMany asking(*this, filters, boxes.size(), index::Visits::in_own_order);
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const auto visit_all = [&](const Asking<Dim, T>& one, std::size_t, index::Wanted wanted) {
+        const auto visit_all = [&](const Asking& one, std::size_t, index::Wanted wanted) {
             return one.answers().visit(boxes[i], wanted, [&](std::uint32_t index) {
                 return visitor(static_cast<std::uint32_t>(i), one.given(index));
             });
@@ -530,35 +347,6 @@ bool visit_joined(const typename World<Dim, T>::Implementation& me, const BoxVie
         if (!asking.with(i, visit_all)) return false;
     }
     return true;
-}
-
-} // namespace
-} // namespace world
-
-template <int Dim, Coordinate T>
-void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out, const ObjectQueryFilter& filter)
-{
-    world::join<Dim, T>(*implementation_, boxes, out, filter);
-}
-
-template <int Dim, Coordinate T>
-void World<Dim, T>::join(const Boxes& boxes, std::pmr::vector<Pair>& out,
-                         FilterOfEach<ObjectQueryFilter> filters)
-{
-    world::join<Dim, T>(*implementation_, boxes, out, filters);
-}
-
-template <int Dim, Coordinate T>
-bool World<Dim, T>::join(const Boxes& boxes, ObjectJoinVisitor visitor, const ObjectQueryFilter& filter) const
-{
-    return world::visit_joined<Dim, T>(*implementation_, boxes, visitor, filter);
-}
-
-template <int Dim, Coordinate T>
-bool World<Dim, T>::join(const Boxes& boxes, ObjectJoinVisitor visitor,
-                         FilterOfEach<ObjectQueryFilter> filters) const
-{
-    return world::visit_joined<Dim, T>(*implementation_, boxes, visitor, filters);
 }
 
 // --- Who touches whom, and where all is -------------------------------------------------------------------
@@ -607,7 +395,7 @@ void World<Dim, T>::touching(ObjectId id, std::vector<ObjectId>& out) const
 }
 
 template <int Dim, Coordinate T>
-bool World<Dim, T>::touching(ObjectId id, ObjectVisitor visitor) const
+bool World<Dim, T>::touching(ObjectId id, FunctionRef<bool(ObjectId)> visitor) const
 {
     (void)implementation_->checked(id);
     const world::Index index{id.index};
@@ -658,59 +446,16 @@ auto World<Dim, T>::bounds() const -> std::optional<Box>
     return all;
 }
 
-#define JOSTLE_INSTANTIATE_QUESTION(Dim, T, Question, Visitor)                                               \
-    template JOSTLE_API bool World<Dim, T>::all(const Question<Dim, T>&,                                     \
-                                                std::vector<AnswerTo<Question<Dim, T>>>&,                    \
-                                                const ObjectQueryFilter&, std::uint64_t) const;              \
-    template JOSTLE_API bool World<Dim, T>::visit(const Question<Dim, T>&, Visitor,                          \
-                                                  const ObjectQueryFilter&) const;                           \
-    template JOSTLE_API bool World<Dim, T>::any(const Question<Dim, T>&, const ObjectQueryFilter&) const;    \
-    template JOSTLE_API std::uint64_t World<Dim, T>::count(const Question<Dim, T>&,                          \
-                                                           const ObjectQueryFilter&) const;                  \
-    template JOSTLE_API void World<Dim, T>::all_of_each(std::span<const Question<Dim, T>>,                   \
-                                                        ResultLists<AnswerTo<Question<Dim, T>>>&,            \
-                                                        const QuestionFilters&, std::uint64_t) const;        \
-    template JOSTLE_API void World<Dim, T>::any_of_each(std::span<const Question<Dim, T>>, BoolSpan,         \
-                                                        const QuestionFilters&) const;                       \
-    template JOSTLE_API void World<Dim, T>::count_of_each(                                                   \
-        std::span<const Question<Dim, T>>, std::span<std::uint64_t>, const QuestionFilters&) const;
-#define JOSTLE_INSTANTIATE_LINE(Dim, T, Line)                                                                \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Line, ObjectHitVisitor<T>)                                           \
-    template JOSTLE_API std::optional<ObjectHit<T>> World<Dim, T>::first(const Line<Dim, T>&,                \
-                                                                         const ObjectQueryFilter&) const;    \
-    template JOSTLE_API void World<Dim, T>::first_of_each(                                                   \
-        std::span<const Line<Dim, T>>, std::span<ObjectHit<T>>, const QuestionFilters&) const;
-#define JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                          \
-    template JOSTLE_API bool World<Dim, T>::visit(const Nearest<Dim, T>&, ObjectHitVisitor<T>,               \
-                                                  const ObjectQueryFilter&) const;                           \
-    template JOSTLE_API void World<Dim, T>::nearest(const Nearest<Dim, T>&, std::vector<ObjectHit<T>>&,      \
-                                                    const ObjectQueryFilter&) const;                         \
-    template JOSTLE_API void World<Dim, T>::nearest_of_each(                                                 \
-        std::span<const Nearest<Dim, T>>, ResultLists<ObjectHit<T>>&, const QuestionFilters&) const;
+template <int Dim, Coordinate T>
+using WorldQueries = Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQueryFilter>;
+
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
-    JOSTLE_INSTANTIATE_LINE(Dim, T, Ray)                                                                     \
-    JOSTLE_INSTANTIATE_LINE(Dim, T, Sweep)                                                                   \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Aabb, ObjectVisitor)                                                 \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Sphere, ObjectVisitor)                                               \
-    JOSTLE_INSTANTIATE_QUESTION(Dim, T, Frustum, ObjectVisitor)                                              \
-    JOSTLE_INSTANTIATE_NEAREST(Dim, T, Nearest)                                                              \
-    JOSTLE_INSTANTIATE_NEAREST(Dim, T, NearestToBox)                                                         \
+    JOSTLE_COMPILE_QUERIES(WorldQueries, ObjectQueryFilter, Dim, T)                                          \
     template JOSTLE_API void World<Dim, T>::touching(ObjectId, std::vector<ObjectId>&) const;                \
     template JOSTLE_API bool World<Dim, T>::pairs(FunctionRef<bool(ObjectId, ObjectId)>) const;              \
     template JOSTLE_API std::optional<Aabb<Dim, T>> World<Dim, T>::bounds() const;                           \
-    template JOSTLE_API bool World<Dim, T>::touching(ObjectId, ObjectVisitor) const;                         \
-    template JOSTLE_API void World<Dim, T>::join(const BoxView<Dim, T>&, std::pmr::vector<Pair>&,            \
-                                                 const ObjectQueryFilter&);                                  \
-    template JOSTLE_API void World<Dim, T>::join(const BoxView<Dim, T>&, std::pmr::vector<Pair>&,            \
-                                                 FilterOfEach<ObjectQueryFilter>);                           \
-    template JOSTLE_API bool World<Dim, T>::join(const BoxView<Dim, T>&, ObjectJoinVisitor,                  \
-                                                 const ObjectQueryFilter&) const;                            \
-    template JOSTLE_API bool World<Dim, T>::join(const BoxView<Dim, T>&, ObjectJoinVisitor,                  \
-                                                 FilterOfEach<ObjectQueryFilter>) const;
+    template JOSTLE_API bool World<Dim, T>::touching(ObjectId, FunctionRef<bool(ObjectId)>) const;
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
-#undef JOSTLE_INSTANTIATE_QUESTION
-#undef JOSTLE_INSTANTIATE_LINE
-#undef JOSTLE_INSTANTIATE_NEAREST
 #undef JOSTLE_INSTANTIATE
 
 JOSTLE_NAMESPACE_END

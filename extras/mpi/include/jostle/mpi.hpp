@@ -387,13 +387,13 @@ class JOSTLE_API World
                const QueryFilter& filter = {}) const;
     template <class Line>
     void first(std::span<const Line> lines, std::span<ObjectHit<T>> out,
-               FilterOfEach<QueryFilter> filters) const;
+               std::span<const QueryFilter> filters) const;
     /// All hits on each line, ascending by (at, id), or the first `max_results` of them.
     template <class Line>
     void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
     template <class Line>
-    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, FilterOfEach<QueryFilter> filters,
+    void all(std::span<const Line> lines, Answers<ObjectHit<T>>& out, std::span<const QueryFilter> filters,
              std::uint64_t max_results = no_limit) const;
     /// What touches each region, ascending by id, or the first `max_results` of it. `Region` is Aabb, Sphere
     /// or Frustum.
@@ -401,7 +401,7 @@ class JOSTLE_API World
     void all(std::span<const Region> regions, Answers<Found>& out, const QueryFilter& filter = {},
              std::uint64_t max_results = no_limit) const;
     template <class Region>
-    void all(std::span<const Region> regions, Answers<Found>& out, FilterOfEach<QueryFilter> filters,
+    void all(std::span<const Region> regions, Answers<Found>& out, std::span<const QueryFilter> filters,
              std::uint64_t max_results = no_limit) const;
     /// The nearest, ascending by (squared distance, id). `Near` is Nearest or NearestToBox.
     template <class Near>
@@ -409,14 +409,14 @@ class JOSTLE_API World
                  const QueryFilter& filter = {}) const;
     template <class Near>
     void nearest(std::span<const Near> questions, Answers<ObjectHit<T>>& out,
-                 FilterOfEach<QueryFilter> filters) const;
+                 std::span<const QueryFilter> filters) const;
     /// How many there are. `Question` is Ray, Sweep, Aabb, Sphere or Frustum.
     template <class Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
                const QueryFilter& filter = {}) const;
     template <class Question>
     void count(std::span<const Question> questions, std::span<std::uint64_t> out,
-               FilterOfEach<QueryFilter> filters) const;
+               std::span<const QueryFilter> filters) const;
 
     [[nodiscard]] const QuestionStats& question_stats() const noexcept;
 
