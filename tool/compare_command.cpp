@@ -62,7 +62,7 @@ struct Motion
     void add(std::vector<Aabb<Dim, T>> boxes, const std::string& where)
     {
         try {
-            jostle::validate_boxes(jostle::box_view(boxes));
+            jostle::check_boxes(jostle::box_view(boxes));
         } catch (const jostle::Error& error) {
             throw UsageError(where + ": " + error.what());
         }

@@ -48,7 +48,7 @@ void add_isa_option(const Command& command, jostle::InstructionSet& set, const s
 template <int Dim, jostle::Coordinate T>
 std::vector<jostle::Pair> find_pairs_brute(const jostle::BoxView<Dim, T>& boxes, jostle::Executor& executor)
 {
-    jostle::validate_boxes(boxes);
+    jostle::check_boxes(boxes);
     // A block of rows against itself and against all that follows: small enough to share out evenly.
     constexpr std::size_t rows = 256;
     const std::size_t blocks = (boxes.size() + rows - 1) / rows;

@@ -93,7 +93,7 @@ export interface BoxFile {
  *
  * A JostleError with the status "bad_file" begins with the name, of a table also with the line and the
  * column; it has the box as `index` and the text that stands there as `value`. NaN and inverted boxes are
- * refused in tables; in other files a search refuses them, or `validate`.
+ * refused in tables; in other files a search refuses them, or `checkBoxes`.
  */
 export function readBoxes(content: ArrayBuffer | ArrayBufferView | string, name: string): BoxFile;
 
@@ -792,7 +792,7 @@ export interface JostlePairs extends Disposable {
   /** The pairs of many independent scenes: scene k is the boxes from offsets[k] up to offsets[k + 1]. */
   findScenes(boxes: Floats, offsets: ArrayLike<number>, options: ScenesOptions): ScenePairs;
   /** Throws the error that every search throws for these boxes, or does nothing. */
-  validate(boxes: Floats, options: { dim: Dimension }): void;
+  checkBoxes(boxes: Floats, options: { dim: Dimension }): void;
   /** The order-independent fingerprint of pairs, as `jostle bench` prints it: 16 hexadecimal digits. */
   checksum(pairs: Integers): string;
   /**

@@ -120,7 +120,7 @@ std::vector<jostle::Pair> find_uniform(const jostle::BoxView<Dim, T>& boxes, dou
                                        jostle::Executor& executor)
 {
     namespace chapter = jostle::chapter;
-    jostle::validate_boxes(boxes);
+    jostle::check_boxes(boxes);
     double cell = cell_size;
     for (std::size_t i = 0; cell_size == 0 && i < boxes.size(); ++i)
         for (int d = 0; d < Dim; ++d)
@@ -197,7 +197,7 @@ template <int Dim, class T>
 void fill(Bricks& out, const jostle::BoxView<Dim, T>& view)
 {
     namespace engine = jostle::engine;
-    jostle::validate_boxes(view);
+    jostle::check_boxes(view);
     if (view.size() > engine::index_mask)
         refuse("more boxes than one search of the engine takes", JOSTLE_TOO_MANY_OBJECTS);
     const engine::Boxes<Dim, T> boxes{view, {}, false};

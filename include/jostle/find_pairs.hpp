@@ -303,11 +303,11 @@ bool stream_pairs(const A& a, const B& b, PairSink sink, const CrossFilter& filt
 /// Throws the `Error` that every search throws for these boxes, or does nothing if all are valid.
 /// Cost: one pass over the boxes, on the calling thread.
 template <int Dim, Coordinate T>
-JOSTLE_API void validate_boxes(const BoxView<Dim, T>& boxes);
+JOSTLE_API void check_boxes(const BoxView<Dim, T>& boxes);
 template <BoxContainer Boxes>
-void validate_boxes(const Boxes& boxes)
+void check_boxes(const Boxes& boxes)
 {
-    validate_boxes(box_view(boxes));
+    check_boxes(box_view(boxes));
 }
 
 /// The definition, written to be obviously right rather than fast: every box against every other, ascending

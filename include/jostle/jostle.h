@@ -416,7 +416,7 @@ JOSTLE_C_API jostle_status jostle_boxes_strided(jostle_space space, const void* 
                                                 uint64_t count, int64_t stride, jostle_boxes* out,
                                                 jostle_error* error);
 /// Fails as every search would with these boxes, or does nothing. Cost: one pass.
-JOSTLE_C_API jostle_status jostle_boxes_validate(jostle_space space, const jostle_boxes* boxes,
+JOSTLE_C_API jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes,
                                                  jostle_error* error);
 /// The definition that every index answers to: whether one box answers one question that an index takes, and
 /// where (jostle_hit::at; 0 for regions). For JOSTLE_NEAREST and JOSTLE_NEAREST_TO_BOX: the squared distance,

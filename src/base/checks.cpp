@@ -41,7 +41,7 @@ void check_pointers(const BoxView<Dim, T>& boxes, const char* set)
 }
 
 template <int Dim, Coordinate T>
-void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set, std::span<const std::uint32_t> ids)
+void check_boxes_of(const BoxView<Dim, T>& boxes, const char* set, std::span<const std::uint32_t> ids)
 {
     check_pointers(boxes, set);
     for (std::size_t i = 0; i < boxes.size(); ++i)
@@ -50,9 +50,9 @@ void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set, std::span<
 }
 
 template <int Dim, Coordinate T>
-void validate_boxes(const BoxView<Dim, T>& boxes)
+void check_boxes(const BoxView<Dim, T>& boxes)
 {
-    validate_boxes_of(boxes, "");
+    check_boxes_of(boxes, "");
 }
 
 void check_memory(const std::pmr::memory_resource* memory)
@@ -109,9 +109,9 @@ void check_offsets(std::span<const std::uint64_t> offsets, const char* part, con
     template void throw_bad_box<Dim, T>(const Aabb<Dim, T>&, std::uint64_t, const char*,                     \
                                         const std::string&);                                                 \
     template void check_pointers<Dim, T>(const BoxView<Dim, T>&, const char*);                               \
-    template void validate_boxes_of<Dim, T>(const BoxView<Dim, T>&, const char*,                             \
-                                            std::span<const std::uint32_t>);                                 \
-    template void validate_boxes<Dim, T>(const BoxView<Dim, T>&);
+    template void check_boxes_of<Dim, T>(const BoxView<Dim, T>&, const char*,                                \
+                                         std::span<const std::uint32_t>);                                    \
+    template void check_boxes<Dim, T>(const BoxView<Dim, T>&);
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)
 #undef JOSTLE_INSTANTIATE
 

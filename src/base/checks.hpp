@@ -31,11 +31,10 @@ void check_box(const Aabb<Dim, T>& box, std::uint64_t index, const char* set)
 template <int Dim, Coordinate T>
 void check_pointers(const BoxView<Dim, T>& boxes, const char* set = "");
 
-/// validate_boxes for one of several sets, named as in throw_bad_box, and for boxes with ids, where there are
+/// check_boxes for one of several sets, named as in throw_bad_box, and for boxes with ids, where there are
 /// any.
 template <int Dim, Coordinate T>
-void validate_boxes_of(const BoxView<Dim, T>& boxes, const char* set,
-                       std::span<const std::uint32_t> ids = {});
+void check_boxes_of(const BoxView<Dim, T>& boxes, const char* set, std::span<const std::uint32_t> ids = {});
 
 /// Throws an `Error` unless there is an id for each box.
 void check_one_id_each(std::size_t ids, std::size_t boxes);

@@ -277,11 +277,11 @@ jostle_status jostle_boxes_strided(jostle_space space, const void* lo, const voi
     });
 }
 
-jostle_status jostle_boxes_validate(jostle_space space, const jostle_boxes* boxes, jostle_error* error)
+jostle_status jostle_boxes_check(jostle_space space, const jostle_boxes* boxes, jostle_error* error)
 {
     return guarded(error, [&] {
         in_space(space,
-                 [&](auto in) { validate_boxes(view<in.dim, typename decltype(in)::T>(boxes, "boxes")); });
+                 [&](auto in) { check_boxes(view<in.dim, typename decltype(in)::T>(boxes, "boxes")); });
     });
 }
 

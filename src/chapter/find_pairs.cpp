@@ -82,7 +82,7 @@ std::vector<Pair> find_pairs(const BoxView<Dim, T>& boxes, Executor& executor)
     if (boxes.size() >= std::numeric_limits<std::uint32_t>::max())
         throw Error(ErrorCode::too_many_objects,
                     std::to_string(boxes.size()) + " boxes; split them into sets of fewer than 4294967295");
-    validate_boxes(boxes);
+    check_boxes(boxes);
 
     GridOptions<T> options;
     options.cell_sizes = choose_cell_sizes(boxes);

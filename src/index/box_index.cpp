@@ -118,7 +118,7 @@ struct BoxIndex<Dim, T>::Implementation
     {
         check_pointers(boxes);
         if (options.ignore_odd_boxes) return odd.size() == 0 && count_odd(boxes) == 0;
-        validate_boxes_of(boxes, "", ids);
+        check_boxes_of(boxes, "", ids);
         return true;
     }
 

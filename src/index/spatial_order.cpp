@@ -70,7 +70,7 @@ void spatial_order(const BoxView<Dim, T>& boxes, std::span<std::uint32_t> order,
     check_pointers(boxes);
     const ExactFloats exact;
     if (!options.ignore_odd_boxes) {
-        validate_boxes(boxes);
+        check_boxes(boxes);
     } else if (count_odd(boxes) != 0) {
         const index::ValidBoxes<Dim, T> good(options.memory, boxes);
         const std::span<std::uint32_t> first = order.first(good.ids.size());

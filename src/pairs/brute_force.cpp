@@ -9,7 +9,7 @@ JOSTLE_NAMESPACE_BEGIN
 template <int Dim, Coordinate T>
 std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes, const Filter& filter)
 {
-    validate_boxes(boxes);
+    check_boxes(boxes);
     check_filter(filter, boxes.size());
     std::vector<Pair> pairs;
     for (std::uint32_t a = 0; a < boxes.size(); ++a)
@@ -24,8 +24,8 @@ template <int Dim, Coordinate T, std::same_as<BoxView<Dim, T>> View>
 std::vector<Pair> find_pairs_brute_force(const BoxView<Dim, T>& boxes_a, const View& boxes_b,
                                          const CrossFilter& filter)
 {
-    validate_boxes_of(boxes_a, "a ");
-    validate_boxes_of(boxes_b, "b ");
+    check_boxes_of(boxes_a, "a ");
+    check_boxes_of(boxes_b, "b ");
     check_filter(filter, boxes_a.size(), boxes_b.size());
     std::vector<Pair> pairs;
     for (std::uint32_t a = 0; a < boxes_a.size(); ++a)

@@ -128,10 +128,10 @@ void check_sink(PairSink sink)
 
 /// Throws for the lowest bad box, if any.
 template <int Dim, class T>
-void validate(const engine::Boxes<Dim, T>& boxes)
+void check_sets(const engine::Boxes<Dim, T>& boxes)
 {
     for (const BoxView<Dim, T>* set : {&boxes.a, &boxes.b})
-        validate_boxes_of(*set, name_of(*set, boxes));
+        check_boxes_of(*set, name_of(*set, boxes));
 }
 
 /// Calls search(part, offset_a, offset_b) for parts of at most so many boxes a set, where the part's boxes
@@ -210,14 +210,14 @@ bool PairFinder::Implementation::search(const engine::Boxes<Dim, T>& given, Pair
             ++searches;
             complete = engine.search(part, request);
         } catch (const engine::BadBox&) {
-            validate(boxes); // a bad box of another slice may be lower: let the definition name it
+            check_sets(boxes); // a bad box of another slice may be lower: let the definition name it
             throw Error(ErrorCode::invalid_argument, "boxes changed while they were read");
         }
         request.first_block = engine.next_block;
     };
     try {
         if (boxes.cross && (boxes.a.empty() || boxes.b.empty()) && !ignores_odd)
-            validate(boxes); // nothing to find, but as strict as ever
+            check_sets(boxes); // nothing to find, but as strict as ever
         each_slice(boxes, slice, run);
     } catch (...) {
         into.clear();

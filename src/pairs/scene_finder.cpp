@@ -312,7 +312,7 @@ void SceneFinder::find(const BoxView<Dim, T>& boxes, std::span<const std::uint64
         Search<Dim, T>(*this, boxes, offsets, filter)(engine, stats);
     } catch (const engine::BadBox&) {
         clear();
-        validate_boxes(boxes);
+        check_boxes(boxes);
         throw Error(ErrorCode::invalid_argument, "boxes changed while they were read");
     } catch (...) {
         clear();

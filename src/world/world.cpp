@@ -125,7 +125,7 @@ template <int Dim, Coordinate T>
 void World<Dim, T>::add(const Boxes& boxes, std::span<ObjectId> ids, const Options& options)
 {
     world::check_view(ids.size(), boxes);
-    if (!implementation_->state.options.ignore_odd_boxes) validate_boxes_of(boxes, "to be added ");
+    if (!implementation_->state.options.ignore_odd_boxes) check_boxes_of(boxes, "to be added ");
     world::check_own_margin<T>(options.margin, implementation_->state.margin, " of new objects",
                                Error::no_index);
     implementation_->check_own();

@@ -316,10 +316,10 @@ static void test_pairs(jostle_space space)
     FAILS(jostle_finder_find(finder, space, &a, NULL, NULL, JOSTLE_CANONICAL, &pairs, &error),
           JOSTLE_NAN_COORDINATE, "5");
     CHECK(error.index == 5);
-    FAILS(jostle_boxes_validate(space, &a, &error), JOSTLE_NAN_COORDINATE, "5");
+    FAILS(jostle_boxes_check(space, &a, &error), JOSTLE_NAN_COORDINATE, "5");
     set_number(space, &memory_a, 2 * dim_of(space) * 5, 1e9);
-    FAILS(jostle_boxes_validate(space, &a, &error), JOSTLE_INVERTED_BOX, "5");
-    OK(jostle_boxes_validate(space, &b, &error));
+    FAILS(jostle_boxes_check(space, &a, &error), JOSTLE_INVERTED_BOX, "5");
+    OK(jostle_boxes_check(space, &b, &error));
     OK(jostle_finder_release_memory(finder, &error));
     OK(jostle_finder_free(finder, &error));
     OK(jostle_results_free(expected, &error));

@@ -187,12 +187,12 @@ TEST(BadBox, FinderIsUsableAfterwards)
     }
 }
 
-TEST(BadBox, ValidateThrowsWhatASearchThrows)
+TEST(BadBox, CheckThrowsWhatASearchThrows)
 {
     Boxes<2, double> boxes = make_scene<2, double>(Scene::uniform, 50, 1);
-    EXPECT_NO_THROW(jostle::validate_boxes(BoxView<2, double>(boxes)));
+    EXPECT_NO_THROW(jostle::check_boxes(BoxView<2, double>(boxes)));
     boxes[7].lo[1] = 1e300;
-    const Error expected = error_of([&] { jostle::validate_boxes(BoxView<2, double>(boxes)); });
+    const Error expected = error_of([&] { jostle::check_boxes(BoxView<2, double>(boxes)); });
     EXPECT_STREQ(error_of_search(BoxView<2, double>(boxes)).what(), expected.what());
 }
 

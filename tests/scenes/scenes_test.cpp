@@ -72,7 +72,7 @@ TYPED_TEST(EachScene, HasValidBoxesInEveryFrame)
             SCOPED_TRACE(std::string(info.name) + ", n = " + std::to_string(n));
             Scene<TypeParam::dim, typename TypeParam::type> scene(info.name, n, 7);
             for (int frame = 0; frame < 50; ++frame, scene.step())
-                validate_boxes(BoxView(scene.boxes()));
+                check_boxes(BoxView(scene.boxes()));
             EXPECT_EQ(scene.boxes().size(), n);
         }
 }

@@ -25,7 +25,7 @@ std::string message_of(F&& call)
 
 std::string message_of_boxes(const std::vector<Aabb3f>& boxes)
 {
-    return message_of([&] { validate_boxes(BoxView<3, float>(boxes)); });
+    return message_of([&] { check_boxes(BoxView<3, float>(boxes)); });
 }
 
 TEST(Error, KeepsWhatItIsGiven)

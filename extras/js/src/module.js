@@ -3,7 +3,7 @@ import { BoxIndex } from "./box_index.js";
 import { ContactFinder } from "./contacts.js";
 import { MemoryArray, describe, refuse_detached, whole } from "./core.js";
 import { refuse } from "./error.js";
-import { PairFinder, bricks, checksum, find_periodic_pairs, validate } from "./pairs.js";
+import { PairFinder, bricks, check_boxes, checksum, find_periodic_pairs } from "./pairs.js";
 import { Scene, Simulation, scene_list, simulation_list } from "./scenes.js";
 import { Shapes, bounds, shape_makers } from "./shapes.js";
 import { World } from "./world.js";
@@ -73,8 +73,8 @@ export class Module {
   findScenes(boxes, offsets, options) {
     return this.#with_finder((finder) => finder.scenes(boxes, offsets, options));
   }
-  validate(boxes, options) {
-    validate(this.#core, boxes, options);
+  checkBoxes(boxes, options) {
+    check_boxes(this.#core, boxes, options);
   }
   checksum(pairs) {
     return checksum(this.#core, pairs);

@@ -352,12 +352,12 @@ export function checksum(core, pairs) {
   });
 }
 
-export function validate(core, boxes, options) {
+export function check_boxes(core, boxes, options) {
   const { dim } = options_of(options);
   core.within(() => {
     const [a] = place_sets(core, boxes, undefined, dim);
     core.with_values([a], dim, () =>
-      core.call("jostle_boxes_validate", space_of(dim, a.type), core.boxes(a, dim)),
+      core.call("jostle_boxes_check", space_of(dim, a.type), core.boxes(a, dim)),
     );
   });
 }

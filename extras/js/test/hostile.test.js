@@ -43,7 +43,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
     });
     refuses(() => jostle.findPairs(good, nan, { dim: 3 }), /NaN/, of_nan);
     refuses(() => jostle.findPairs(nan, good, { dim: 3 }), /NaN/, of_nan);
-    refuses(() => jostle.validate(nan, { dim: 3 }), /NaN/, of_nan);
+    refuses(() => jostle.checkBoxes(nan, { dim: 3 }), /NaN/, of_nan);
     refuses(() => jostle.bricks(nan, { dim: 3 }), /NaN/, of_nan);
     refuses(() => jostle.findScenes(nan, [0, 1, 2], { dim: 3 }), /NaN/, of_nan);
     refuses(() => finder.stream(nan, { dim: 3 }, () => {}), /NaN/, of_nan);
@@ -287,7 +287,7 @@ test("null counts as left out, in place of options and of each of them", async (
   assert.deepEqual([...jostle.findScenes(boxes, [0, 2], sorted).pairs], found);
   assert.deepEqual([...jostle.findPeriodicPairs(boxes, [0, 0, 0], sorted).pairs], found);
   for (const call of [
-    () => jostle.validate(boxes, null),
+    () => jostle.checkBoxes(boxes, null),
     () => jostle.bricks(boxes, null),
     () => jostle.findScenes(boxes, [0, 2], null),
     () => new jostle.World(null),

@@ -90,7 +90,7 @@ export class Engine {
     const jostle = this.loaded;
     const source = new FileSource(await openBoxes(bytes, name));
     try {
-      jostle.validate(source.boxes, { dim: source.dim });
+      jostle.checkBoxes(source.boxes, { dim: source.dim });
     } catch (error) {
       throw new Error(`${name}: ${error instanceof Error ? error.message : error}`);
     }

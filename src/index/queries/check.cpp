@@ -252,7 +252,7 @@ void check_joined(const BoxView<Dim, T>& boxes, bool ignore_odd)
         throw Error(ErrorCode::too_many_objects,
                     std::to_string(boxes.size()) + " boxes in one call; give at most 4294967294");
     constexpr const char* set = "to be joined ";
-    ignore_odd ? check_pointers(boxes, set) : validate_boxes_of(boxes, set);
+    ignore_odd ? check_pointers(boxes, set) : check_boxes_of(boxes, set);
 }
 
 void check(const QueryFilter& filter, std::uint64_t ids, std::uint64_t number)
