@@ -79,7 +79,7 @@ void sort_group(std::span<Pair> group, std::uint32_t first, std::uint32_t object
                 sort_few<8>(partners + begin, count, first + a, to + begin);
         } else {
             std::uint32_t* sorted = partners + begin;
-            if (count <= engine::most_few) {
+            if (count <= engine::most_sorted) {
                 kernels.sort_few(sorted, count);
             } else {
                 std::uint32_t differing = 0;

@@ -77,7 +77,7 @@ inline const Kernels& kernels()
                                       sweep<3>,
                                       test<2>,
                                       test<3>,
-                                      sort_few<most_few>};
+                                      sort_few<most_sorted>};
     return table;
 }
 } // namespace HWY_NAMESPACE

@@ -107,7 +107,7 @@ struct Outcome
 };
 
 /// How many numbers Kernels::sort_few takes.
-inline constexpr std::uint32_t most_few = 128;
+inline constexpr std::uint32_t most_sorted = 128;
 
 /// The hot loops of one instruction set. All sets leave the same bytes.
 struct Kernels
@@ -136,7 +136,7 @@ struct Kernels
                    Outcome* outcomes);
     void (*test_3)(const SortedBrick& brick, std::uint32_t row, std::uint32_t first, std::uint32_t last,
                    Outcome* outcomes);
-    /// Sorts at most `most_few` numbers, no two the same, ascending.
+    /// Sorts at most `most_sorted` numbers, no two the same, ascending.
     void (*sort_few)(std::uint32_t* numbers, std::uint32_t count);
 
     template <int Dim, class T>

@@ -106,7 +106,7 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
     std::uint32_t* first = ids;
     for (std::uint32_t a = 0; a < count; ++a) {
         const std::uint32_t size = work.count[a];
-        if (size > few / 2) {
+        if (size > most_sorted / 2) {
             std::uint32_t differing = 0;
             for (std::uint32_t k = 1; k < size; ++k)
                 differing |= first[k] ^ first[0];
@@ -117,7 +117,7 @@ HWY_ATTR void search_join(Child<Dim, T> root, const Aabb<Dim, T>* askers, std::u
                 differing, digit);
             if (sorted != first) std::copy_n(sorted, size, first);
         } else if (size > 1) {
-            sort_few<few>(first, size);
+            sort_few<most_sorted>(first, size);
         }
         first += size;
     }

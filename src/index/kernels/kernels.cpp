@@ -50,22 +50,14 @@ namespace HWY_NAMESPACE {
 template <int Dim, class T>
 const Kernels<Dim, T>& kernels()
 {
-    static constexpr Kernels<Dim, T> table = {search_box<Dim, T>,
-                                              search_sphere<Dim, T>,
-                                              search_frustum<Dim, T>,
-                                              search_join<Dim, T>,
-                                              search_around<Dim, T>,
-                                              look_up<Dim>,
-                                              search_first<Dim, T>,
-                                              search_all<Dim, T>,
-                                              search_nearest<Dim, T>,
-                                              visit_line<Dim, T>,
-                                              visit_near<Dim, T>,
-                                              visit_touching<false, Dim, T>,
-                                              visit_touching<true, Dim, T>,
-                                              find_closest<Dim, T>,
-                                              sort_few<few>,
-                                              arrange<Dim, T>,
+    static constexpr Kernels<Dim, T> table = {search_box<Dim, T>,           search_sphere<Dim, T>,
+                                              search_frustum<Dim, T>,       search_join<Dim, T>,
+                                              search_around<Dim, T>,        look_up<Dim>,
+                                              search_first<Dim, T>,         search_all<Dim, T>,
+                                              search_nearest<Dim, T>,       visit_line<Dim, T>,
+                                              visit_near<Dim, T>,           visit_touching<false, Dim, T>,
+                                              visit_touching<true, Dim, T>, find_closest<Dim, T>,
+                                              sort_few<most_sorted>,        arrange<Dim, T>,
                                               make_entries<Dim, T>};
     return table;
 }

@@ -140,7 +140,7 @@ struct Best
 };
 
 /// How many numbers sort_few takes; it is of use for ids up to half of that.
-inline constexpr std::uint32_t few = lanes * lanes;
+inline constexpr std::uint32_t most_sorted = lanes * lanes;
 
 /// The searches of one instruction set. All sets find the same.
 template <int Dim, class T>

@@ -37,7 +37,7 @@ template <int Dim, class T>
 void sort_ids(const Kernels<Dim, T>& kernels, std::uint32_t* ids, std::size_t count, std::uint64_t id_end,
               std::uint32_t* spare) noexcept
 {
-    if (count <= few / 2)
+    if (count <= most_sorted / 2)
         kernels.sort_few(ids, static_cast<std::uint32_t>(count));
     else
         sort_by_digits(ids, count, static_cast<int>(std::bit_width(id_end - 1)), spare);
@@ -419,7 +419,7 @@ class Answers
         if constexpr (std::is_same_v<typename Items::value_type, Hit<T>>) {
             std::sort(items.begin() + static_cast<std::ptrdiff_t>(begin), items.end());
         } else {
-            if (count > few / 2) items.resize(begin + 2 * count); // room to sort them
+            if (count > most_sorted / 2) items.resize(begin + 2 * count); // room to sort them
             std::uint32_t* const first = items.data() + begin;
             sort_ids(kernels_, first, count, id_end_, first + count);
             items.resize(begin + count);

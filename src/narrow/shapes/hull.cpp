@@ -34,18 +34,18 @@ class Directions
         const double size = length(d);
         if (!(size > 0)) return;
         const Vec3 unit = d * (1 / size);
-        if (found_.size() < few ? is_known(unit) : is_known_nearby(unit)) return;
+        if (found_.size() < compared_with_all ? is_known(unit) : is_known_nearby(unit)) return;
         found_.push_back(unit);
-        if (found_.size() == few)
-            for (std::uint32_t k = 0; k < few; ++k)
+        if (found_.size() == compared_with_all)
+            for (std::uint32_t k = 0; k < compared_with_all; ++k)
                 by_place_.emplace(place_of(cell_of(found_[k])), k);
-        else if (found_.size() > few)
+        else if (found_.size() > compared_with_all)
             by_place_.emplace(place_of(cell_of(unit)), static_cast<std::uint32_t>(found_.size() - 1));
     }
 
   private:
     // Hulls mostly have a few dozen directions; with 20,000 corners to compare each with all takes seconds.
-    static constexpr std::size_t few = 256;
+    static constexpr std::size_t compared_with_all = 256;
     static constexpr std::int64_t cells = 1024; // to a length of 1, which is far more than 1e-10 each
     struct Cell
     {
