@@ -45,8 +45,8 @@ constexpr SceneInfo scenes[] = {
     {"moving", "all boxes move", 0, 0},
     {"static-1m", "1,000,000 boxes at rest, 100 that move", 1'000'000, 100},
     {"static-2m", "2,000,000 boxes at rest, 2,000 that move", 2'000'000, 2'000},
-    {"churn", "1 in 20 boxes moves, others every 8 frames; 1 in 200 is replaced, teleported or filtered anew",
-     0, 0},
+    {"churn", "1 in 20 boxes moves, others every 8 frames; 1 in 200 is replaced, moved or filtered anew", 0,
+     0},
     {"breathe", "1,000 boxes of a pile, each of which moves to and fro by a 500th of its edge", 1'001, 0},
     {"small", "1,000 worlds of 8 boxes are made, updated once and dropped", 8'000, 0},
     {"others", "20,000 boxes, of which 1,000 move, others in each frame", 20'000, 0},
@@ -239,7 +239,7 @@ class Ours final : public WorldSystem
         }
         world_.update(moved_ids_, moved_boxes_);
     }
-    /// In turn replaced by another object, teleported, and given another filter, which lets all pass as well.
+    /// In turn replaced by another object, moved, and given another filter, which lets all pass as well.
     void leap(std::span<const Aabb3f> boxes, std::span<const std::uint32_t> leapt) override
     {
         for (std::size_t k = 0; k < leapt.size(); ++k) {
@@ -249,7 +249,7 @@ class Ours final : public WorldSystem
                 world_.remove(id);
                 id = world_.add(box);
             } else if (k % 3 == 1) {
-                world_.teleport(id, box);
+                world_.move(id, box);
             } else {
                 world_.set_filter(id, {.category = 1u << k / 3 % 8});
             }

@@ -594,7 +594,6 @@ export interface World extends Disposable, Questionable<bigint, BigUint64Array, 
    * New boxes; with displacements, `dim` numbers each, they touch what lies on their way in the coming step.
    */
   move(ids: Ids, boxes: Floats, options?: { displacements?: Floats; sequence?: number }): void;
-  teleport(ids: Ids, boxes: Floats, options?: { sequence?: number }): void;
   /** New edge lengths, `dim` numbers each, about the same centres. */
   resize(ids: Ids, sizes: Floats, options?: { sequence?: number }): void;
   setFilter(ids: Ids, filter: ObjectFilter, options?: { sequence?: number }): void;

@@ -807,10 +807,6 @@ JOSTLE_C_API jostle_status jostle_world_report_again(jostle_world* world, const 
 JOSTLE_C_API jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids,
                                              const jostle_boxes* boxes, const void* displacements,
                                              uint32_t sequence, jostle_error* error);
-/// The same as move; says that the places needn't be near each other.
-JOSTLE_C_API jostle_status jostle_world_teleport(jostle_world* world, const jostle_id* ids,
-                                                 const jostle_boxes* boxes, uint32_t sequence,
-                                                 jostle_error* error);
 /// New edge lengths, dim numbers each, the same centres.
 JOSTLE_C_API jostle_status jostle_world_resize(jostle_world* world, const jostle_id* ids, uint64_t count,
                                                const void* sizes, uint32_t sequence, jostle_error* error);

@@ -230,8 +230,6 @@ class JOSTLE_API World : public Queries<World<Dim, T>, Dim, T, ObjectId, ObjectQ
     /// Gives the object this box, and says that it is about to move by `displacement`. Until its next move()
     /// the object touches everything that the box meets on its way there.
     void move(ObjectId id, const Box& box, const Vector& displacement, std::uint32_t sequence = 0);
-    /// Does the same as move(). It tells readers of the code that the new box may be far from the old one.
-    void teleport(ObjectId id, const Box& box, std::uint32_t sequence = 0);
     /// Gives the object's box, as it is when the command takes effect, new edge lengths about the same
     /// centre. A side with an infinite bound stays as it is. So does a displacement.
     void resize(ObjectId id, const Vector& size, std::uint32_t sequence = 0);

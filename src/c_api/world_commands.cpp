@@ -88,17 +88,6 @@ jostle_status jostle_world_move(jostle_world* world, const jostle_id* ids, const
         });
     });
 }
-jostle_status jostle_world_teleport(jostle_world* world, const jostle_id* ids, const jostle_boxes* boxes,
-                                    uint32_t sequence, jostle_error* error)
-{
-    return guarded(error, [&] {
-        open(world).on([&]<int Dim, Coordinate T>(World<Dim, T>& typed) {
-            const BoxView<Dim, T> all = view<Dim, T>(boxes, "boxes");
-            const Ids moved(ids, all.size());
-            for_each_object(all.size(), [&](std::size_t i) { typed.teleport(moved[i], all[i], sequence); });
-        });
-    });
-}
 jostle_status jostle_world_resize(jostle_world* world, const jostle_id* ids, uint64_t count,
                                   const void* sizes, uint32_t sequence, jostle_error* error)
 {

@@ -231,13 +231,6 @@ void World<Dim, T>::move(ObjectId id, const Box& box, const Vector& displacement
 }
 
 template <int Dim, Coordinate T>
-void World<Dim, T>::teleport(ObjectId id, const Box& box, std::uint32_t sequence)
-{
-    world::check_box(implementation_->state, box, id);
-    implementation_->queue({id, sequence, world::CommandKind::move, box});
-}
-
-template <int Dim, Coordinate T>
 void World<Dim, T>::resize(ObjectId id, const Vector& size, std::uint32_t sequence)
 {
     Box packed{};

@@ -1035,7 +1035,7 @@ static void test_index_and_world(jostle_space space)
         OK(jostle_world_ended(world, &ended, &count, &error));
         CHECK(count > 0 && ended[0].reason == JOSTLE_MOVED_APART);
         OK(jostle_world_persisted(world, &pairs, &error));
-        OK(jostle_world_teleport(fork, ids, &boxes, 1, &error));
+        OK(jostle_world_move(fork, ids, &boxes, NULL, 1, &error));
         OK(jostle_world_move(fork, ids, &boxes, memory.f, 2, &error)); /* any displacements */
         OK(jostle_world_update(fork, &error));
         OK(jostle_world_bounds(fork, ids, boxes_made, read.f, &error));

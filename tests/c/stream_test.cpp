@@ -231,8 +231,7 @@ class Stream
         const auto given = boxes(n);
         const jostle_boxes places = view(given);
         const auto ways = vectors(n, -2, 2), sizes = vectors(n, 0, 4);
-        switch (to.cpp->size() < 20 ? 0
-                                    : random_.below(n == 0 ? 3 : 10)) { // a loop over none refuses nothing
+        switch (to.cpp->size() < 20 ? 0 : random_.below(n == 0 ? 3 : 9)) { // a loop over none refuses nothing
         case 0:
             return add(to);
         case 1:
@@ -251,15 +250,11 @@ class Stream
                 });
         case 4:
             return both(
-                "teleport", [&] { each([&](auto i) { to.cpp->teleport(ids[i], given[i], sequence); }); },
-                [&] { return jostle_world_teleport(to.c, twins.data(), &places, sequence, &error_); });
-        case 5:
-            return both(
                 "resize", [&] { each([&](auto i) { to.cpp->resize(ids[i], sizes[i], sequence); }); },
                 [&] { return jostle_world_resize(to.c, twins.data(), n, sizes.data(), sequence, &error_); });
-        case 6:
+        case 5:
             return set_filters(to, ids, twins, sequence);
-        case 7:
+        case 6:
             return set_numbers(to, ids, twins, sequence);
         default:
             const std::size_t half = n / 2;

@@ -152,8 +152,8 @@ TEST_F(CWorld, OfEachCommandTheGreaterSequenceWins)
     OK(jostle_world_move(world, ids.data(), &first, way, 3, &error));
     update();
     is_at(7, 1);
-    OK(jostle_world_teleport(world, ids.data(), &first, 9, &error));
-    OK(jostle_world_teleport(world, ids.data(), &second, 3, &error));
+    OK(jostle_world_move(world, ids.data(), &first, nullptr, 9, &error));
+    OK(jostle_world_move(world, ids.data(), &second, nullptr, 3, &error));
     update();
     is_at(5);
     const float sizes[3][3] = {{1, 2, 3}, {1, 2, 3}, {1, 2, 3}},
@@ -205,32 +205,32 @@ TEST_F(CWorld, ListsAreThoseOfTheLastUpdateWhateverEndsThem)
     const void* bytes;
     std::uint64_t size;
     OK(jostle_results_bytes(results, &bytes, &size, &error));
-    OK(jostle_world_teleport(world, ids.data(), &stays, 0, &error));
+    OK(jostle_world_move(world, ids.data(), &stays, nullptr, 0, &error));
     update();
     EXPECT_EQ(began(), 3u);
     EXPECT_EQ(changed(), 3u + persisted());
     OK(jostle_world_restore(world, bytes, size, &error));
     EXPECT_EQ(began() + ended() + persisted() + changed(), 0u);
-    OK(jostle_world_teleport(world, ids.data(), &stays, 0, &error));
+    OK(jostle_world_move(world, ids.data(), &stays, nullptr, 0, &error));
     update();
     EXPECT_EQ(began(), 3u);
     EXPECT_EQ(changed(), 3u + persisted());
     // And by what has changed since then.
     OK(jostle_world_save_base(world, results, &error));
-    OK(jostle_world_teleport(world, ids.data(), &place, 0, &error));
+    OK(jostle_world_move(world, ids.data(), &place, nullptr, 0, &error));
     update();
     EXPECT_EQ(ended(), 3u);
     OK(jostle_world_save_changes(world, results, &error));
     OK(jostle_results_bytes(results, &bytes, &size, &error));
     EXPECT_LT(size, 300u);
-    OK(jostle_world_teleport(world, ids.data(), &stays, 0, &error));
+    OK(jostle_world_move(world, ids.data(), &stays, nullptr, 0, &error));
     update();
     EXPECT_EQ(began(), 3u);
     EXPECT_NE(jostle_world_restore_changes(world, bytes, size - 1, &error), JOSTLE_OK);
     EXPECT_EQ(began(), 3u);
     OK(jostle_world_restore_changes(world, bytes, size, &error));
     EXPECT_EQ(began() + ended() + persisted() + changed(), 0u);
-    OK(jostle_world_teleport(world, ids.data(), &stays, 0, &error));
+    OK(jostle_world_move(world, ids.data(), &stays, nullptr, 0, &error));
     update();
     EXPECT_EQ(began(), 3u);
     // A view of it has no lists, and doesn't follow what is of another space.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Everything at once: adds, moves, teleports, removals, filters, margins, on all ranks, against one World.
+// Everything at once: adds, moves, removals, filters, margins, on all ranks, against one World.
 //   JOSTLE_CHURN   how many updates of each scene (40)
 #include <cstdlib>
 

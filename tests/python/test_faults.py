@@ -316,7 +316,6 @@ WORLD_CALLS = {
     "remove": lambda world: world.remove(world.ids()[20:40]),
     "move": lambda world: world.move(world.ids()[20:], moved[20:]),
     "move by": lambda world: world.move(world.ids()[20:], moved[20:], np.ones((40, 3))),
-    "teleport": lambda world: world.teleport(world.ids()[20:], moved[20:]),
     "resize": lambda world: world.resize(world.ids()[20:], np.full((40, 3), 0.2)),
     "set_filter": lambda world: world.set_filter(world.ids()[20:], 2, 3),
     "set_margin": lambda world: world.set_margin(world.ids()[20:], 0.1),
@@ -420,7 +419,7 @@ def next_update(world):
 @pytest.mark.parametrize("name", WORLD_CALLS)
 def test_world(name):
     # These queue a command for each object, as they say; repeated, they queue the same ones again.
-    in_parts = name in ("move by", "teleport", "resize", "set_filter", "set_margin", "set_enabled", "report_again")
+    in_parts = name in ("move by", "resize", "set_filter", "set_margin", "set_enabled", "report_again")
     assert starve(world_at_work, WORLD_CALLS[name], known_of_world, next_update, in_parts) > 0
 
 

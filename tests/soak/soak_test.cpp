@@ -159,7 +159,7 @@ class Commander
                 break;
             default:
                 boxes_[i] = any_box(random_);
-                world_.teleport(ids_[i], boxes_[i]);
+                world_.move(ids_[i], boxes_[i]);
             }
         }
     }

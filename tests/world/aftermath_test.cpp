@@ -164,8 +164,8 @@ TEST(Contests, EveryCallHasItsSequence)
     const std::vector<ObjectId> ids{world.add(cube(0)), world.add(cube(0)), world.add(cube(0))};
     world.update();
     world.move(ids, std::vector<jostle::Aabb3f>(3, cube(5)), 7);
-    world.teleport(ids[1], cube(6), 8);
-    world.teleport(ids[0], cube(6), 6);
+    world.move(ids[1], cube(6), 8);
+    world.move(ids[0], cube(6), 6);
     for (const ObjectId id : ids)
         world.move(id, cube(1), 3);
     world.update();

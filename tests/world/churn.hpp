@@ -176,9 +176,6 @@ class Churn
         thing.displacement = {};
         switch (random.below(8)) {
         case 0:
-            thing.box = any_box();
-            say(thing.id, [id = thing.id, box = thing.box](World& each) { each.teleport(id, box); });
-            break;
         case 1:
             thing.box = any_box();
             say(thing.id, [id = thing.id, box = thing.box](World& each) { each.move(id, box); });

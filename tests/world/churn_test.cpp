@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Everything at once for a long time: adds, moves, teleports, removals, filters, questions and updates, said
+// Everything at once for a long time: adds, moves, removals, filters, questions and updates, said
 // by several threads, against the twin.
 //   JOSTLE_CHURN   how many commands for each number of threads (20,000); a million for a thorough run
 #include <cstdlib>

@@ -253,7 +253,6 @@ TEST(Follow, AViewTakesNoCommands)
                                            [&] { view.move(id, cube_at(1, 1)); },
                                            [&] { view.move(ids, boxes); },
                                            [&] { view.move(id, cube_at(1, 1), {1, 0, 0}); },
-                                           [&] { view.teleport(id, cube_at(1, 1)); },
                                            [&] { view.resize(id, {1, 1, 1}); },
                                            [&] { view.remove(id); },
                                            [&] { view.remove(ids); },

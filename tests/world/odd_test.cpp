@@ -200,7 +200,6 @@ TEST(OddBoxes, AnErrorUnlessAskedFor)
     for (const Box& odd : odd_boxes) {
         EXPECT_THROW((void)world.add(odd), jostle::Error);
         EXPECT_THROW(world.move(a, odd), jostle::Error);
-        EXPECT_THROW(world.teleport(a, odd), jostle::Error);
         EXPECT_THROW(world.move(a, cube(0), {not_a_number, 0, 0}), jostle::Error);
     }
     EXPECT_THROW((void)world.any(jostle::Sweep3f{cube(0), {0, 0, 0}}), jostle::Error);

@@ -68,7 +68,7 @@ TEST(World, BadBoxesAreRefusedByName)
     inverted.lo[2] = 2;
     EXPECT_STREQ(error_of([&] { world.move(b, nan); }).what(),
                  "box of object 1: hi.y is NaN; every bound must be a number (infinite is allowed)");
-    EXPECT_STREQ(error_of([&] { world.teleport(b, inverted); }).what(),
+    EXPECT_STREQ(error_of([&] { world.move(b, inverted); }).what(),
                  "box of object 1: lo.z = 2 is greater than hi.z = 1; swap them or drop the box");
     EXPECT_EQ(error_of([&] { (void)world.add(nan); }).code(), ErrorCode::nan_coordinate);
     const std::vector<ObjectId> ids = {a, b};

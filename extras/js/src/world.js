@@ -119,22 +119,6 @@ export class World extends Owned {
       );
     });
   }
-  teleport(ids, boxes, options) {
-    const { sequence } = options_of(options);
-    const core = this.core;
-    core.within(() => {
-      const [of, rows] = this.#with(ids, boxes, "boxes", 2 * this.dim);
-      core.with_values([rows], this.dim, () =>
-        core.call(
-          "jostle_world_teleport",
-          this.pointer,
-          of.pointer,
-          core.boxes(rows, this.dim),
-          order(sequence),
-        ),
-      );
-    });
-  }
   resize(ids, sizes, options) {
     const { sequence } = options_of(options);
     this.core.within(() => {

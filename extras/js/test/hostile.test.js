@@ -249,7 +249,6 @@ test("null counts as left out, in place of options and of each of them", async (
       { margin: null, enabled: null, isStatic: null, ...filter },
     ],
     [(options) => world.move(ids, boxes, options), { displacements: null, ...in_order }],
-    [(options) => world.teleport(ids, boxes, options), in_order],
     [(options) => world.resize(ids, new Float32Array(6).fill(2), options), in_order],
     [(options) => world.setFilter(ids, { isStatic: null, ...filter }, options), in_order],
     [(options) => world.setMargin(ids, 1, options), in_order],

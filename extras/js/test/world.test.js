@@ -107,7 +107,7 @@ for (const [kind, loaded] of Object.entries(modules)) {
     world.move(of(c), new Float32Array([8, 0, 9, 1]), { displacements: new Float32Array([-7, 0]) });
     world.update();
     assert.equal(world.began().length, 4); // it passes both
-    world.teleport(of(c), new Float32Array([8, 8, 9, 9]));
+    world.move(of(c), new Float32Array([8, 8, 9, 9]));
     world.remove(of(a));
     world.update();
     assert.equal(world.size, 2);
@@ -203,10 +203,10 @@ test("the command with the greatest sequence wins, whatever it says", async () =
   const ids = world.add(new Float32Array(8));
   const one = ids.subarray(0, 1), other = ids.subarray(1);
   const low = new Float32Array([1, 1, 2, 2]), high = new Float32Array([5, 5, 6, 6]);
-  world.teleport(one, low, { sequence: 2 });
-  world.teleport(one, high, { sequence: 1 });
-  world.teleport(other, high, { sequence: 2 });
-  world.teleport(other, low, { sequence: 1 });
+  world.move(one, low, { sequence: 2 });
+  world.move(one, high, { sequence: 1 });
+  world.move(other, high, { sequence: 2 });
+  world.move(other, low, { sequence: 1 });
   world.update();
   assert.deepEqual([...world.boxes(ids)], [...low, ...high]);
   world.dispose();

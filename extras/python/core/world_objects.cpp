@@ -62,12 +62,6 @@ void define_objects(py::class_<World>& world)
                      return jostle_world_move(world, first, given, by, sequence, error);
                  });
              })
-        .def("teleport",
-             [](World& self, const U64& ids, const Array& boxes, std::uint32_t sequence) {
-                 self.with_boxes(ids, boxes, [&](auto* world, auto* first, auto* given, auto* error) {
-                     return jostle_world_teleport(world, first, given, sequence, error);
-                 });
-             })
         .def("resize",
              [](World& self, const U64& ids, const Array& sizes, std::uint32_t sequence) {
                  want_rows(sizes, self.space, dim_of(self.space), length_of(ids, "ids"), "sizes");

@@ -107,10 +107,6 @@ class World:
         by = None if displacements is None else np.atleast_2d(_arrays.rows(displacements, "displacements", self.dtype))
         self._world.move(_arrays.ids(ids), self._boxes(boxes), by, _arrays.whole(sequence, "sequence"))
 
-    def teleport(self, ids: Any, boxes: Any, sequence: int = 0) -> None:
-        """Like move, but says that the new place needn't be near the old one."""
-        self._world.teleport(_arrays.ids(ids), self._boxes(boxes), _arrays.whole(sequence, "sequence"))
-
     def resize(self, ids: Any, sizes: Any, sequence: int = 0) -> None:
         """Sets new edge lengths, (n, d), about the same centres."""
         self._world.resize(_arrays.ids(ids), np.atleast_2d(_arrays.rows(sizes, "sizes", self.dtype)),

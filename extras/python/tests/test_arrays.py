@@ -201,7 +201,6 @@ def worlds(dtype):
     yield "World.index", dict(ids=ids), lambda **a: jostle.World.index(**a)
     yield "World.remove", dict(ids=ids[2:5]), do(lambda world, **a: world.remove(**a))
     yield "World.move", dict(ids=ids, boxes=boxes + 1, displacements=to), do(lambda world, **a: world.move(**a))
-    yield "World.teleport", dict(ids=ids, boxes=boxes[::-1].copy()), do(lambda world, **a: world.teleport(**a))
     yield "World.resize", dict(ids=ids, sizes=to), do(lambda world, **a: world.resize(**a))
     yield "World.set_filter", dict(ids=ids, **settings), do(lambda world, **a: world.set_filter(**a))
     yield "World.set_margin", dict(ids=ids, margins=np.arange(N) / 4), do(lambda world, **a: world.set_margin(**a))

@@ -148,7 +148,7 @@ def test_a_world_lives(dim, dtype):
     assert np.array_equal(world.contains(ids[5:8]), [True, False, False])
     assert {1, 2} <= set(world.ended().reasons)
     world.set_filter(ids[:2], category=[1, 2], mask=7, owner=9, is_static=True)
-    world.teleport(ids[9], other[9])
+    world.move(ids[9], other[9])
     world.move(ids[10:12], other[10:12], np.full((2, dim), 1.0, dtype))
     world.update()
     assert world.filters(ids[:2]).tolist() == [[1, 7, 9, 1], [2, 7, 9, 1]]

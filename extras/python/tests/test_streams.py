@@ -104,7 +104,7 @@ class Stream:
                 ways = rng.integers(-8, 9, (n, self.dim)) / 4
                 world.move(ids, boxes, ways.astype(self.dtype))
             else:
-                (world.move if rng.random() < 0.8 else world.teleport)(ids, boxes)
+                world.move(ids, boxes)
             for one, box, way in zip(things, boxes, ways):
                 one.box, one.way = box.astype(np.float64), way
         elif what == 4:
