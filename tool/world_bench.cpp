@@ -73,9 +73,6 @@ constexpr std::uint32_t fewest = 5;
 
 constexpr std::uint32_t kinds_of_masked = 11; // one box in so many is what is asked for
 
-// Of scene breathe: what our world is given in another row.
-constexpr double slack_of_pile = 0.02;
-
 /// The ground, and on it layers of boxes of edge 1, shifted by half a box from layer to layer: each touches
 /// the next one of its row and four above it.
 std::vector<Aabb3f> pile(std::uint64_t boxes)
@@ -212,8 +209,8 @@ class Ours final : public WorldSystem
 {
   public:
     /// `kinds`: one box in so many is of a category of its own, category 2.
-    explicit Ours(jostle::Executor& executor, std::size_t kinds = 0, double slack = 0)
-        : world_({.executor = &executor, .slack = slack}), kinds_(kinds)
+    explicit Ours(jostle::Executor& executor, std::size_t kinds = 0)
+        : world_({.executor = &executor}), kinds_(kinds)
     {
     }
     void start(std::span<const Aabb3f> boxes) override
@@ -718,10 +715,6 @@ void measure_scene(const BenchOptions& options, const SceneInfo& info, std::uint
         {
             Ours ours(threads.executor());
             one(ours, "jostle", threads.count());
-        }
-        if (info.is("breathe")) {
-            Ours with_slack(threads.executor(), 0, slack_of_pile);
-            one(with_slack, "slack", threads.count());
         }
         if (all_move) {
             FinderSystem<3, float> stateless({.executor = &threads.executor()});

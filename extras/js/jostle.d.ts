@@ -509,8 +509,6 @@ export interface WorldOptions {
   type?: NumberType;
   /** Every box is this much bigger on every side. */
   margin?: number;
-  /** How far boxes may go before their neighbours are searched for anew; no result depends on it. */
-  slack?: number;
   /** Takes NaN and inverted boxes: such objects touch nothing, and `stats.odd` counts them. */
   ignoreOddBoxes?: boolean;
   /** Gives each pair that touches a small number of its own. */
@@ -569,7 +567,6 @@ export interface WorldStats {
   usResting: number;
   usEvents: number;
   usIndex: number;
-  padded: number;
   odd: number;
   contested: number;
 }

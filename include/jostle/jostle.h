@@ -738,7 +738,6 @@ typedef struct jostle_world_options
     void* context;
     int32_t pair_slots;       ///< 1: each pair that touches has a number of its own
     int32_t ignore_odd_boxes; ///< 1: as in `common`; such objects are counted
-    double slack;             ///< how far boxes may go before their neighbours are searched for anew
 } jostle_world_options;
 
 /// What new objects are like: jostle::ObjectOptions.
@@ -772,7 +771,7 @@ typedef struct jostle_world_stats
         persisted, ended;
     uint64_t bytes_reserved;
     double us_total, us_apply, us_active, us_resting, us_events, us_index;
-    uint64_t padded, odd, contested;
+    uint64_t odd, contested;
 } jostle_world_stats;
 
 /// A part of the picture: a box, 2 dim numbers, or a line from centre to centre, 2 dim numbers.

@@ -101,13 +101,6 @@ struct WorldOptions
     InstructionSet instruction_set = supported_instruction_sets().front();
     /// Added to every side of every box, in the boxes' units: pairs begin before boxes touch.
     double margin = 0;
-    /// How far the sides of a box may go, in small motions to and fro, before its neighbours among the active
-    /// objects are searched for anew; units of the boxes. No answer depends on it: pairs, events, questions
-    /// are of the boxes as they were given. A few times what objects move in an update is good where that is
-    /// much less than their size, such as in a pile that settles; updates of one in which nobody goes farther
-    /// take 0.6 of the time. Much more costs time and memory, some 70 bytes for each pair of boxes so near to
-    /// each other. Where objects keep going farther, it neither helps nor costs much.
-    double slack = 0;
     /// Accepts odd boxes (NaN or inverted, or NaN once displaced) instead of throwing an `Error`, for hosts
     /// that hand over such boxes now and then. An object with an odd box keeps its id, but touches nothing
     /// and is found by no question, and its pairs end as `moved_apart`; until it gets a good box again.
@@ -147,7 +140,6 @@ struct WorldStats
     std::uint64_t candidates = 0;      ///< pairs of touching boxes that were found, one of which changed
     std::uint64_t false_positives = 0; ///< of these: kept apart by filters
     std::uint64_t listed = 0;          ///< objects whose list of resting objects on their way was made anew
-    std::uint64_t padded = 0;          ///< objects that went farther than the slack, and were searched for
     std::uint64_t began = 0, persisted = 0, ended = 0;
 
     std::uint64_t bytes_reserved = 0; ///< all memory that the world held after the last update

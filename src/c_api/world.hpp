@@ -93,7 +93,6 @@ class WorldContent final : public Content
         options.margin = given.margin;
         options.pair_slots = given.pair_slots != 0;
         options.ignore_odd_boxes |= given.ignore_odd_boxes != 0;
-        options.slack = given.slack;
         if (accept != nullptr)
             options.accept = [call = accept, with = context](ObjectId a, ObjectId b) {
                 return agreed(call(with, to_c(a), to_c(b)));

@@ -19,7 +19,6 @@
 #include "world/update/arena.hpp"
 #include "world/update/changes.hpp"
 #include "world/update/commands.hpp"
-#include "world/update/near_pairs.hpp"
 #include "world/update/neighbour_lists.hpp"
 #include "world/update/writer.hpp"
 
@@ -223,7 +222,6 @@ struct World<Dim, T>::Implementation
     world::UserData user_data;
     std::optional<world::PairSlots> pair_slots; // in a world that has them
     world::NeighbourLists<Dim, T> neighbour_lists;
-    world::NearPairs<Dim, T> near_pairs;
     PairFinder finder;
     world::Arena arena;
     std::optional<world::Applied<Dim, T>> applied; // since the last update; in its midst, by it

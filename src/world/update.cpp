@@ -151,7 +151,7 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     const world::Entries<Dim, T> entries =
         world::enter(state, std::span<const world::Index>(changes.objects()), arena);
     const world::Candidates candidates =
-        world::find(state, entries, finder, neighbour_lists, &near_pairs, next.persisted, arena);
+        world::find(state, entries, finder, neighbour_lists, next.persisted, arena);
     const std::span<const Pair> old_pairs = world::find_old_pairs(state, changes, entries, finder, arena);
     // Where the others are being parked, all changed objects stir: old_pairs has theirs, and the last lists
     // aren't needed.
@@ -182,7 +182,6 @@ void World<Dim, T>::Implementation::update(const world::Moves<Dim, T>& moves)
     stats.candidates = candidates.looked_at;
     stats.false_positives = candidates.rejected;
     stats.listed = candidates.listed;
-    stats.padded = candidates.padded;
     stats.us_apply = world::microseconds(t0, t1);
     stats.us_active = candidates.us_active;
     stats.us_resting = candidates.us_resting;
@@ -327,8 +326,7 @@ void World<Dim, T>::Implementation::recall_pairs()
             ~Cleared() { pairs.clear(); }
         } const cleared{recalled.persisted};
         const std::span<const Pair> pairs =
-            world::find<Dim, T>(state, entries, finder, neighbour_lists, nullptr, cleared.pairs, arena)
-                .touching;
+            world::find<Dim, T>(state, entries, finder, neighbour_lists, cleared.pairs, arena).touching;
         recalled.others.assign(pairs.begin(), pairs.end());
     }
     neighbour_lists.count_update(); // lists made here are older than whatever the next update wakes up

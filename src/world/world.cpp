@@ -25,7 +25,6 @@ World<Dim, T>::Implementation::Implementation(const WorldOptions& options)
       state(options, &memory),
       user_data(&memory),
       neighbour_lists(&memory),
-      near_pairs(static_cast<T>(options.slack), &memory),
       finder({options.executor, &memory, options.instruction_set}),
       arena(&memory),
       lists{world::Lists(&memory), world::Lists(&memory)},
@@ -101,7 +100,6 @@ World<Dim, T>::World(const WorldOptions& options)
 {
     check_memory(options.memory);
     world::check_margin<T>(options.margin, " of the world", Error::no_index);
-    world::check_margin<T>(options.slack, " of the world", Error::no_index, "slack ");
     implementation_ = std::make_unique<Implementation>(options);
 }
 template <int Dim, Coordinate T>

@@ -92,7 +92,6 @@ class Stream
             jostle::WorldOptions options;
             auto twins = options_of<jostle_world_options>();
             options.margin = twins.margin = stream.random_.below(2) * 0.25;
-            options.slack = twins.slack = stream.random_.below(2) * 0.5;
             options.pair_slots = stream.random_.below(2) == 0;
             twins.pair_slots = options.pair_slots ? 1 : 0;
             if (asks) {

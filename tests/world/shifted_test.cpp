@@ -136,7 +136,7 @@ TEST(Shifted, MeetsTheSame)
     change_few<3, float>(1, 12, false);
     change_few<2, double>(2, 40, true, {.margin = 0.125});
     change_few<3, double>(3, 12, true, {.executor = threads.get(), .ignore_odd_boxes = true});
-    change_few<2, float>(4, 40, false, {.slack = 0.1, .pair_slots = true});
+    change_few<2, float>(4, 40, false, {.pair_slots = true});
 }
 
 /// Objects that move again and again among others that keep lists of what rests near them.

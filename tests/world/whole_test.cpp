@@ -59,7 +59,6 @@ class Whole
               {.executor = seed % 2 == 0 ? threads_.get() : &jostle::serial_executor(),
                .memory = &memory_,
                .margin = seed % 5 == 0 ? 0.25 : 0,
-               .slack = seed % 3 == 0 ? 0.2 : 0,
                .ignore_odd_boxes = seed % 3 == 1,
                .pair_slots = seed % 2 == 0}),
           view_(of_threads()),
@@ -369,7 +368,6 @@ class Whole
             ASSERT_TRUE(base == world().save()) << where();
             if (churn_.beside.empty() || one_in(2)) {
                 jostle::WorldOptions options = of_threads();
-                options.slack = one_in(2) ? 0.3 : 0;
                 churn_.beside.clear();
                 churn_.beside.push_back(std::make_unique<World>(options));
                 churn_.beside[0]->restore(base);
@@ -421,7 +419,7 @@ class Whole
         churn_.beside[1]->restore(moment.whole);
     }
 
-    /// With or without `accept`, slots and slack; cleared and refilled now and then.
+    /// With or without `accept` and slots; cleared and refilled now and then.
     void live_elsewhere()
     {
         const Bytes now = world().save();
@@ -433,7 +431,6 @@ class Whole
         jostle::WorldOptions& options = churn_.options;
         std::swap(options.accept, accept_elsewhere_);
         churn_.twin.has_callback = options.accept != nullptr;
-        options.slack = one_in(2) ? 0.15 : 0;
         const bool other_slots = one_in(2);
         if (other_slots) {
             options.pair_slots = !options.pair_slots;

@@ -47,8 +47,8 @@ export const jostle_index_stats = {
 };
 export const jostle_object_filter = { sizeof: 16, category: 0, mask: 4, owner: 8, is_static: 12 };
 export const jostle_world_options = {
-  sizeof: 48, struct_size: 0, common: 8, margin: 16, accept: 24, context: 28, pair_slots: 32,
-  ignore_odd_boxes: 36, slack: 40,
+  sizeof: 40, struct_size: 0, common: 8, margin: 16, accept: 24, context: 28, pair_slots: 32,
+  ignore_odd_boxes: 36,
 };
 export const jostle_object_options = {
   sizeof: 40, struct_size: 0, filter: 8, margin: 16, disabled: 24, user_data: 32,
@@ -56,10 +56,10 @@ export const jostle_object_options = {
 export const jostle_id_pair = { sizeof: 16, a: 0, b: 8 };
 export const jostle_ended_pair = { sizeof: 24, a: 0, b: 8, reason: 16, reserved: 20 };
 export const jostle_world_stats = {
-  sizeof: 216, struct_size: 0, objects: 8, resting: 16, active: 24, disabled: 32, refused: 40, commands: 48,
+  sizeof: 208, struct_size: 0, objects: 8, resting: 16, active: 24, disabled: 32, refused: 40, commands: 48,
   dropped: 56, changed: 64, woken: 72, settled: 80, candidates: 88, false_positives: 96, listed: 104,
   began: 112, persisted: 120, ended: 128, bytes_reserved: 136, us_total: 144, us_apply: 152, us_active: 160,
-  us_resting: 168, us_events: 176, us_index: 184, padded: 192, odd: 200, contested: 208,
+  us_resting: 168, us_events: 176, us_index: 184, odd: 192, contested: 200,
 };
 export const jostle_shape_info = {
   sizeof: 56, dim: 0, type: 4, radius: 8, size: 16, offset: 40, context: 48,

@@ -500,7 +500,6 @@ function make_world(core, space, options, accept) {
     const { data } = core, at = C.jostle_world_options;
     data.setUint32(made + at.common, common, true);
     data.setFloat64(made + at.margin, number(options.margin ?? 0, "margin"), true);
-    data.setFloat64(made + at.slack, number(options.slack ?? 0, "slack"), true);
     data.setInt32(made + at.pair_slots, options.pairSlots ? 1 : 0, true);
     data.setInt32(made + at.ignore_odd_boxes, options.ignoreOddBoxes ? 1 : 0, true);
     if (accept !== undefined) {

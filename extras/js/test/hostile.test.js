@@ -228,7 +228,7 @@ test("worlds, indexes and contacts", async () => {
 test("null counts as left out, in place of options and of each of them", async () => {
   const jostle = await load(null);
   const boxes = Float32Array.from(good);
-  const world = new jostle.World({ dim: 3, type: null, margin: null, slack: null, accept: null });
+  const world = new jostle.World({ dim: 3, type: null, margin: null, accept: null });
   const ids = world.add(boxes, null);
   const index = new jostle.BoxIndex({ dim: 3, type: null, ignoreOddBoxes: null });
   index.build(boxes);

@@ -103,7 +103,7 @@ py::array join_one_by_one(World& self, const Boxes& boxes, AskFilter& filter)
 void define_world(py::module_& m)
 {
     py::class_<World> world = define_class<World>(m, "World", "", py::custom_type_setup(collect_functions));
-    world.def(py::init<jostle_space, double, py::object, std::uint32_t, bool, bool, double>())
+    world.def(py::init<jostle_space, double, py::object, std::uint32_t, bool, bool>())
         .def("began_slots", [](const World& self) { return self.listed_slots(jostle_world_began_slots); })
         .def("ended_slots", [](const World& self) { return self.listed_slots(jostle_world_ended_slots); })
         .def("changed_slots", [](const World& self) { return self.listed_slots(jostle_world_changed_slots); })
@@ -343,7 +343,7 @@ void define_world(py::module_& m)
              [](const World& self) {
                  const Users::Reading now(self.users);
 
-                 auto fork = std::make_unique<World>(self.space, 0, py::none(), 1, false, false, 0);
+                 auto fork = std::make_unique<World>(self.space, 0, py::none(), 1, false, false);
                  fork->handle = make<WorldHandle>([&](auto** out, auto* error) {
                      return jostle_world_fork(self.handle.get(), out, error);
                  });

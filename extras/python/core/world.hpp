@@ -18,7 +18,7 @@ class World
 {
   public:
     World(jostle_space given, double margin, py::object function, std::uint32_t threads, bool pair_slots,
-          bool ignore_odd_boxes, double slack)
+          bool ignore_odd_boxes)
         : space(given),
           accept(std::move(function)),
           pending(std::make_shared<Pending>()),
@@ -32,7 +32,6 @@ class World
         options.margin = margin;
         options.pair_slots = pair_slots ? 1 : 0;
         options.ignore_odd_boxes = ignore_odd_boxes ? 1 : 0;
-        options.slack = slack;
         if (!accept.is_none()) {
             asked = std::make_shared<Asks>(Asks{accept, pending.get()});
             options.context = asked.get();
@@ -142,7 +141,6 @@ class World
         stats["us_resting"] = s.us_resting;
         stats["us_events"] = s.us_events;
         stats["us_index"] = s.us_index;
-        stats["padded"] = s.padded;
         stats["odd"] = s.odd;
         stats["contested"] = s.contested;
         return stats;

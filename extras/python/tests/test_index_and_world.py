@@ -316,9 +316,9 @@ def test_a_world_keeps_what_belongs_to_objects_and_pairs():
     assert len(jostle.World(2).began_slots()) == 0
 
 
-def test_a_world_with_slack_says_the_same_and_may_ignore_odd_boxes():
+def test_a_world_may_ignore_odd_boxes_and_says_the_same():
     boxes = some_boxes(200, 3, np.float32)
-    worlds = [jostle.World(3, np.float32), jostle.World(3, np.float32, slack=0.5, ignore_odd_boxes=True)]
+    worlds = [jostle.World(3, np.float32), jostle.World(3, np.float32, ignore_odd_boxes=True)]
     ids = [world.add(boxes) for world in worlds]
     for shift in (0, 0.01, -0.01, 0.02):
         for world, its in zip(worlds, ids):
@@ -326,7 +326,7 @@ def test_a_world_with_slack_says_the_same_and_may_ignore_odd_boxes():
             world.update()
         assert np.array_equal(worlds[0].began(), worlds[1].began())
         assert np.array_equal(worlds[0].persisted(), worlds[1].persisted())
-    assert sum(world.stats()["padded"] for world in worlds) == 0 and worlds[1].stats()["changed"] == 200
+    assert worlds[1].stats()["changed"] == 200
     odd = boxes.copy()
     odd[3, 0, 0] = np.nan
     odd[4] = odd[4, ::-1]
@@ -340,9 +340,6 @@ def test_a_world_with_slack_says_the_same_and_may_ignore_odd_boxes():
     other.move(ids[1], boxes)
     other.update()
     assert other.stats()["odd"] == 0 and len(other.began()) == len(worlds[1].ended().pairs)
-    other.move(ids[1], odd)
-    with pytest.raises(jostle.Error, match="slack"):
-        jostle.World(3, slack=float("nan"))
 
 
 def test_a_world_asks():

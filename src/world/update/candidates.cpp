@@ -99,15 +99,13 @@ class Search
     using Boxes = BoxView<Dim, T>;
 
     Search(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
-           NeighbourLists<Dim, T>& neighbour_lists, NearPairs<Dim, T>* near_pairs, Arena& arena)
+           NeighbourLists<Dim, T>& neighbour_lists, Arena& arena)
         : state_(state),
           entries_(entries),
           finder_(finder),
           neighbour_lists_(neighbour_lists),
-          near_pairs_(near_pairs),
           arena_(arena),
           found_(arena.take<PairBuffer>("pairs as they were found")),
-          near_found_(arena.list<std::span<const Pair>>("near pairs that touch, in blocks")),
           all_pass_(state.classes.all_pass())
     {
         found_.clear();
@@ -123,7 +121,6 @@ class Search
         candidates.looked_at = looked_at_;
         candidates.rejected = rejected_;
         candidates.listed = listed_;
-        candidates.padded = padded_;
     }
 
   private:
@@ -157,10 +154,7 @@ class Search
     }
     void try_all(std::span<const Box> boxes);
     void try_each(std::span<const Box> moved, std::span<const Box> idle);
-    void among_near();
-    Pair* select_near(std::uint32_t slot, Pair* to, std::uint64_t& looked_at) const noexcept;
     std::span<Pair> sorted(PairBuffer& to);
-    std::span<Pair> sorted_found(PairBuffer& to);
     void sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vector<Pair>& spare, std::span<Pair> to);
     void find_listed(const Division& division);
     void find_unlisted(const Division& division);
@@ -169,13 +163,11 @@ class Search
     const Entries<Dim, T>& entries_;
     PairFinder& finder_;
     NeighbourLists<Dim, T>& neighbour_lists_;
-    NearPairs<Dim, T>* const near_pairs_; // null: not to be used
     Arena& arena_;
     PairBuffer& found_; // pairs of indices, in memory of those that found them
-    std::pmr::vector<std::span<const Pair>>& near_found_; // others, ascending
     const bool all_pass_;
     std::atomic<std::uint64_t> looked_at_{0}, rejected_{0};
-    std::uint64_t listed_ = 0, padded_ = 0;
+    std::uint64_t listed_ = 0;
 };
 
 /// Of pairs of entries, the second ones counted from `first_b`, keeps those that agree, as pairs of indices.
@@ -216,59 +208,10 @@ void Search<Dim, T>::try_each(std::span<const Box> moved, std::span<const Box> i
     PairBufferAccess(found_).append({tried.data(), end});
 }
 
-/// Of the near pairs whose first object has this slot, those that touch and agree, as pairs of indices.
-template <int Dim, class T>
-Pair* Search<Dim, T>::select_near(std::uint32_t slot, Pair* to, std::uint64_t& looked_at) const noexcept
-{
-    const NearPairs<Dim, T>& kept = *near_pairs_;
-    const Entry entry = kept.entry(slot);
-    const Box box = kept.box(slot);
-    const std::uint32_t index = raw(kept.index(slot));
-    const bool is_changed = raw(entry) < entries_.changed;
-    for (const std::uint32_t other : kept.partners(slot)) {
-        bool touches = is_changed;
-        touches |= raw(kept.entry(other)) < entries_.changed;
-        touches &= overlaps_branchless(box, kept.box(other));
-        looked_at += touches;
-        *to = {index, raw(kept.index(other))};
-        if (all_pass_ || !touches)
-            to += touches;
-        else
-            to += pass(entry, kept.entry(other));
-    }
-    return to;
-}
-
-/// Pairs of changed objects with each other and with idle ones, all of which are padded.
-template <int Dim, class T>
-void Search<Dim, T>::among_near()
-{
-    constexpr std::uint32_t per_run = 256;
-    const NearPairs<Dim, T>& kept = *near_pairs_;
-    const std::uint32_t slots = kept.slots();
-    near_found_.resize((slots + per_run - 1) / per_run);
-    Pair* const pairs =
-        arena_.take<Buffer<Pair>>("near pairs that touch").reserve(kept.partners_before(slots));
-    const auto select = [&](std::uint64_t begin, std::uint64_t end, Work work) {
-        Pair* const first = pairs + kept.partners_before(static_cast<std::uint32_t>(begin));
-        Pair* to = first;
-        std::uint64_t looked_at = 0;
-        for (std::uint64_t slot = begin; slot < end; ++slot)
-            to = select_near(static_cast<std::uint32_t>(slot), to, looked_at);
-        near_found_[work.block] = {first, to};
-        count(looked_at, static_cast<std::uint64_t>(to - first));
-    };
-    process_items(slots, select, {state_.executor_for(slots), per_run});
-}
-
 /// Pairs of changed objects with each other and with idle ones.
 template <int Dim, class T>
 void Search<Dim, T>::among_active()
 {
-    if (near_pairs_ != nullptr && near_pairs_->follow(state_, entries_, finder_, padded_, arena_)) {
-        among_near();
-        return;
-    }
     // Idle objects among themselves are known; many of them are better kept apart.
     const std::span<const Box> all(entries_.box.values());
     const std::span<const Box> moved = all.first(entries_.changed), idle = all.subspan(entries_.changed);
@@ -444,34 +387,6 @@ void Search<Dim, T>::find_unlisted(const Division& division)
 template <int Dim, class T>
 std::span<Pair> Search<Dim, T>::sorted(PairBuffer& to)
 {
-    if (near_found_.empty()) return sorted_found(to);
-    const std::span<const Pair> found = sorted_found(arena_.take<PairBuffer>("other pairs, sorted"));
-    std::size_t count = found.size();
-    for (const std::span<const Pair> block : near_found_)
-        count += block.size();
-    Pair* const first = PairBufferAccess(to).chunk(0, count).data();
-    Pair* end = first;
-    const Pair* next = found.data();
-    const Pair* const found_end = next + found.size();
-    for (const std::span<const Pair> block : near_found_) {
-        const Pair* from = block.data();
-        const Pair* const block_end = from + block.size();
-        while (from != block_end && next != found_end) {
-            const bool takes_found = *next < *from;
-            *end++ = takes_found ? *next : *from;
-            next += takes_found;
-            from += !takes_found;
-        }
-        end = std::copy(from, block_end, end);
-    }
-    end = std::copy(next, found_end, end);
-    return {first, end};
-}
-
-/// What was found, but for near pairs.
-template <int Dim, class T>
-std::span<Pair> Search<Dim, T>::sorted_found(PairBuffer& to)
-{
     if (found_.size() == 0) return {};
     // The counting sort goes through all objects, if in parallel; the other through the pairs several times.
     const std::uint64_t count = found_.size(), objects = state_.ids.end();
@@ -527,11 +442,10 @@ void Search<Dim, T>::sort_in_parts(std::pmr::vector<Pair>& pairs, std::pmr::vect
 
 template <int Dim, class T>
 Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
-                NeighbourLists<Dim, T>& neighbour_lists, NearPairs<Dim, T>* near_pairs, PairBuffer& to,
-                Arena& arena)
+                NeighbourLists<Dim, T>& neighbour_lists, PairBuffer& to, Arena& arena)
 {
     Candidates candidates;
-    Search<Dim, T> search(state, entries, finder, neighbour_lists, near_pairs, arena);
+    Search<Dim, T> search(state, entries, finder, neighbour_lists, arena);
     if (entries.changed != 0) {
         const auto t0 = Clock::now();
         search.among_active();
@@ -578,7 +492,7 @@ std::span<const Pair> find_old_pairs(State<Dim, T>& state, const Changes<Dim, T>
 
 #define JOSTLE_INSTANTIATE(Dim, T)                                                                           \
     template Candidates find(State<Dim, T>&, const Entries<Dim, T>&, PairFinder&, NeighbourLists<Dim, T>&,   \
-                             NearPairs<Dim, T>*, PairBuffer&, Arena&);                                       \
+                             PairBuffer&, Arena&);                                                           \
     template std::span<const Pair> find_old_pairs(State<Dim, T>&, const Changes<Dim, T>&,                    \
                                                   const Entries<Dim, T>&, PairFinder&, Arena&);
 JOSTLE_FOR_EACH_SPACE(JOSTLE_INSTANTIATE)

@@ -13,7 +13,6 @@
 #include "world/update/arena.hpp"
 #include "world/update/changes.hpp"
 #include "world/update/entries.hpp"
-#include "world/update/near_pairs.hpp"
 #include "world/update/neighbour_lists.hpp"
 
 JOSTLE_NAMESPACE_BEGIN
@@ -30,16 +29,14 @@ struct Candidates
     std::uint64_t looked_at = 0; // pairs of boxes that touch
     std::uint64_t rejected = 0;  // of these: kept apart by filters
     std::uint64_t listed = 0;    // objects that have got a list of neighbours
-    std::uint64_t padded = 0;    // objects that were padded anew
     double us_active = 0, us_resting = 0;
 };
 
 /// The stage `find` of an update: finds the pairs of changed objects with all that is there, in the memory of
-/// `to`. Without near pairs where these are null.
+/// `to`.
 template <int Dim, class T>
 [[nodiscard]] Candidates find(State<Dim, T>& state, const Entries<Dim, T>& entries, PairFinder& finder,
-                              NeighbourLists<Dim, T>& neighbour_lists, NearPairs<Dim, T>* near_pairs,
-                              PairBuffer& to, Arena& arena);
+                              NeighbourLists<Dim, T>& neighbour_lists, PairBuffer& to, Arena& arena);
 
 /// The pairs that stirring objects had with what rested or was parked. Ascending.
 template <int Dim, class T>
